@@ -1,0 +1,205 @@
+//! f(z) in advance: nodes that are even in phase, and a Hermite look-up.
+//!
+//! s(z) = sign(z) (2/3) [(1 + |z|)^(3/2) − 1]
+//! is the phase of f up to a factor, so nodes that are equidistant in s resolve every fringe alike;
+//! equidistant nodes in z would waste points at the bow and starve far inside it. Between two nodes f
+//! is the quintic through f, f' and f'' = −(π²/12) z f at both.
+
+use crate::airy_integral::SECOND_DERIVATIVE;
+use crate::airy_integral::airy_integral;
+use crate::airy_integral::airy_integral_with_derivative;
+
+/// Lowest z of the usual table: f is below 1e-31 there, still normal in f32.
+const LOWEST_Z: f64 = -24.0;
+/// Highest z of the usual table: 10 degrees inside the primary bow of drops of 2 mm radius.
+const HIGHEST_Z: f64 = 130.0;
+/// Nodes of the usual table; the step in phase is 0.25.
+const N_NODES: usize = 4096;
+
+/// A table of the rainbow integral.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AiryTable {
+    /// Ascending arguments, even in s(z).
+    pub z: Vec<f64>,
+    /// f at the arguments.
+    pub f: Vec<f64>,
+    /// f' at the arguments.
+    pub dfdz: Vec<f64>,
+}
+
+/// What is wrong with a table from elsewhere.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum TableError {
+    /// The nodes are not those that the look-up relies on.
+    #[error("found z = {found} at node {index}, expected {expected}: nodes even in s(z)")]
+    Nodes {
+        /// Index of the node.
+        index: usize,
+        /// Argument found.
+        found: f64,
+        /// Argument expected.
+        expected: f64,
+    },
+    /// Fewer than two nodes, or columns of different lengths.
+    #[error(
+        "found {z} arguments, {f} values and {dfdz} derivatives, expected equally many, at least 2"
+    )]
+    Lengths {
+        /// Number of arguments.
+        z: usize,
+        /// Number of values.
+        f: usize,
+        /// Number of derivatives.
+        dfdz: usize,
+    },
+}
+
+fn phase(z: f64) -> f64 {
+    z.signum() * ((1.0 + z.abs()).powf(1.5) - 1.0) / 1.5
+}
+
+fn argument(phase: f64) -> f64 {
+    phase.signum() * ((1.0 + 1.5 * phase.abs()).powf(2.0 / 3.0) - 1.0)
+}
+
+impl AiryTable {
+    /// Tabulates f over the range that drops up to 2 mm radius need.
+    #[must_use]
+    pub fn compute() -> Self {
+        let (low, high) = (phase(LOWEST_Z), phase(HIGHEST_Z));
+        let step = (high - low) / (N_NODES - 1) as f64;
+        let z: Vec<f64> = (0..N_NODES)
+            .map(|index| argument(low + step * index as f64))
+            .collect();
+        let (f, dfdz) = z.iter().map(|&z| airy_integral_with_derivative(z)).unzip();
+        Self { z, f, dfdz }
+    }
+
+    /// Takes a table from elsewhere, a file say.
+    ///
+    /// # Errors
+    /// If its nodes are not even in s(z), which the look-up relies on.
+    pub fn from_nodes(z: Vec<f64>, f: Vec<f64>, dfdz: Vec<f64>) -> Result<Self, TableError> {
+        let n = z.len();
+        if n < 2 || f.len() != n || dfdz.len() != n {
+            return Err(TableError::Lengths {
+                z: n,
+                f: f.len(),
+                dfdz: dfdz.len(),
+            });
+        }
+        let low = phase(z[0]);
+        let step = (phase(z[n - 1]) - low) / (n - 1) as f64;
+        for (index, &found) in z.iter().enumerate() {
+            let expected = argument(low + step * index as f64);
+            let tolerance = 1e-9 * (1.0 + expected.abs());
+            if !((found - expected).abs() < tolerance && step > 0.0) {
+                return Err(TableError::Nodes {
+                    index,
+                    found,
+                    expected,
+                });
+            }
+        }
+        Ok(Self { z, f, dfdz })
+    }
+
+    /// f(z) by look-up; outside of the table by [`airy_integral`].
+    #[must_use]
+    pub fn value(&self, z: f64) -> f64 {
+        let last = self.z.len() - 1;
+        if !(z >= self.z[0] && z <= self.z[last]) {
+            return airy_integral(z);
+        }
+        let (low, high) = (phase(self.z[0]), phase(self.z[last]));
+        let position = (phase(z) - low) / (high - low) * last as f64;
+        let index = (position as usize).min(last - 1);
+        self.quintic(index, z)
+    }
+
+    fn quintic(&self, index: usize, z: f64) -> f64 {
+        let (z0, z1) = (self.z[index], self.z[index + 1]);
+        let (f0, f1) = (self.f[index], self.f[index + 1]);
+        let h = z1 - z0;
+        let t = (z - z0) / h;
+        let u = 1.0 - t;
+        let (d0, d1) = (h * self.dfdz[index], h * self.dfdz[index + 1]);
+        let (c0, c1) = (
+            -h * h * SECOND_DERIVATIVE * z0 * f0,
+            -h * h * SECOND_DERIVATIVE * z1 * f1,
+        );
+        // Quintic Hermite basis, written from both ends alike.
+        let (t3, u3) = (t * t * t, u * u * u);
+        let left =
+            u3 * (f0 * (1.0 + 3.0 * t + 6.0 * t * t) + d0 * t * (1.0 + 3.0 * t) + 0.5 * c0 * t * t);
+        let right =
+            t3 * (f1 * (1.0 + 3.0 * u + 6.0 * u * u) - d1 * u * (1.0 + 3.0 * u) + 0.5 * c1 * u * u);
+        left + right
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Error of the look-up over max(|f|, envelope); measured worst 6.5e-9.
+    const LOOK_UP_TOLERANCE: f64 = 2e-8;
+
+    #[test]
+    fn the_look_up_meets_the_integral_between_nodes_on_both_sides() {
+        let table = AiryTable::compute();
+        let mut worst = 0.0_f64;
+        for pair in table.z.windows(2) {
+            for part in [0.21, 0.5, 0.83] {
+                let z = pair[0] + part * (pair[1] - pair[0]);
+                let exact = airy_integral(z);
+                let scale = if z > 0.0 {
+                    exact.abs().max(0.3)
+                } else {
+                    exact.abs()
+                };
+                worst = worst.max((table.value(z) - exact).abs() / scale);
+            }
+        }
+        assert!(worst < LOOK_UP_TOLERANCE, "worst {worst:e}");
+    }
+
+    #[test]
+    fn outside_of_the_table_the_integral_answers() {
+        let table = AiryTable::compute();
+        for z in [-60.0, -24.5, 130.5, 400.0] {
+            assert_eq!(table.value(z), airy_integral(z));
+        }
+        assert!(table.value(f64::NAN).is_nan());
+    }
+
+    #[test]
+    fn a_round_trip_through_f32_keeps_six_digits_of_the_darkest_value() {
+        let table = AiryTable::compute();
+        let narrow = |values: &[f64]| {
+            values
+                .iter()
+                .map(|&value| f64::from(value as f32))
+                .collect()
+        };
+        let coarse =
+            AiryTable::from_nodes(table.z.clone(), narrow(&table.f), narrow(&table.dfdz)).unwrap();
+        for z in [-23.9, -12.3, -1.0, 0.4, 3.3, 99.9] {
+            let exact = airy_integral(z);
+            assert!(
+                (coarse.value(z) - exact).abs() < 1e-6 * exact.abs().max(1e-3 * f64::from(z > 0.0))
+            );
+        }
+    }
+
+    #[test]
+    fn other_nodes_are_refused() {
+        let z: Vec<f64> = (0..5).map(f64::from).collect();
+        let f = vec![0.0; 5];
+        let error = AiryTable::from_nodes(z.clone(), f.clone(), f.clone());
+        assert!(matches!(error, Err(TableError::Nodes { .. })));
+        let error = AiryTable::from_nodes(z, f.clone(), vec![0.0; 4]);
+        assert!(matches!(error, Err(TableError::Lengths { .. })));
+        assert!(AiryTable::from_nodes(vec![1.0], vec![1.0], vec![1.0]).is_err());
+    }
+}

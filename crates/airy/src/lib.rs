@@ -1,0 +1,20 @@
+//! Descartes geometry, the rainbow integral f(z) and its table, Airy's theory of the rainbow, and
+//! geometric optics.
+
+mod airy;
+mod airy_integral;
+mod airy_table;
+mod fresnel;
+mod geometric;
+mod rainbow_ray;
+
+pub use airy::AiryBow;
+pub use airy::AiryDirection;
+pub use airy_integral::airy_integral;
+pub use airy_integral::airy_integral_derivative;
+pub use airy_integral::airy_integral_with_derivative;
+pub use airy_table::AiryTable;
+pub use airy_table::TableError;
+pub use geometric::GeometricOrder;
+pub use rainbow_ray::RainbowRay;
+pub use rainbow_ray::rainbow_ray;

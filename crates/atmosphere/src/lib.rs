@@ -1,0 +1,1 @@
+//! Air: one file for each constituent, one for each method of solution.

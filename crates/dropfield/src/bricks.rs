@@ -1,0 +1,431 @@
+//! A mode laid out for rays: bricks of 8³ cells with their 9³ nodes in one piece.
+//!
+//! A cell lies between 8 neighbouring nodes; inside it the field is trilinear. A brick holds the
+//! nodes of its cells, those on the upper faces as copies, so that a sample reads one short stretch
+//! of memory and never looks up a neighbour. Each node has four f32 lanes: three for the drops (see
+//! [`Interpolation`]) and the optical depth towards the sun. Only bricks with drops exist.
+//!
+//! Where the field ends: nodes beyond the outermost ones count as 0, so that it fades out over one
+//! voxel beyond them. With [`Interpolation::RadiusDensity`] only the number density fades; the
+//! radius is the mean over those corners of a cell that have drops, because a radius that fades to
+//! 0 would put a fogbow around every cloud of rain.
+//!
+//! Interpolation is a (1 - t) + b t throughout, see [`crate::AreaMoments`].
+
+use glam::DVec3;
+use glam::IVec3;
+use glam::Vec3;
+use glam::Vec4;
+use rayon::prelude::*;
+
+use crate::AreaMoments;
+use crate::DEFAULT_NODE_LIMIT;
+use crate::DropLeaf;
+use crate::DropMode;
+use crate::Drops;
+use crate::Error;
+use crate::Segments;
+use crate::area_moments::M2_PER_UM2;
+use crate::mode::leaf_origin;
+use crate::mode::place_in_leaf;
+
+/// Cells along an edge of a brick.
+pub(crate) const BRICK_DIM: i32 = 8;
+/// Nodes along an edge of a brick.
+const BRICK_NODES: usize = 9;
+/// Nodes of a brick.
+const NODES_PER_BRICK: usize = BRICK_NODES * BRICK_NODES * BRICK_NODES;
+/// Distance in memory of neighbouring nodes along x and y; along z it is 1.
+const STRIDE_X: usize = BRICK_NODES * BRICK_NODES;
+const STRIDE_Y: usize = BRICK_NODES;
+/// Stretch of memory from the lowest to the highest corner of a cell.
+const CELL_SPAN: usize = STRIDE_X + STRIDE_Y + 2;
+/// Largest number of bricks in the bounding box, of which each takes 4 bytes even if it is empty.
+const MOST_BRICK_SLOTS: f64 = (1_u32 << 28) as f64;
+/// In place of a brick without drops.
+pub(crate) const NO_BRICK: u32 = u32::MAX;
+
+/// What is interpolated between nodes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Interpolation {
+    /// Radius and number density, each on its own, as published systems do it. Lanes: radius [um],
+    /// number density [1/m³], effective variance, optical depth.
+    RadiusDensity,
+    /// The area moments: between nodes of different drops lies their mixture. Lanes: M2, M3, M4,
+    /// optical depth.
+    Moments,
+}
+
+/// The field at a point.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Sample {
+    /// N <r²> [um²/m³].
+    pub m2: f32,
+    /// N <r³> [um³/m³].
+    pub m3: f32,
+    /// N <r⁴> [um⁴/m³].
+    pub m4: f32,
+    /// Optical depth of the drops towards the sun.
+    pub tau_sun: f32,
+}
+
+impl Sample {
+    /// The moments alone.
+    pub fn moments(&self) -> AreaMoments {
+        AreaMoments {
+            m2: self.m2,
+            m3: self.m3,
+            m4: self.m4,
+        }
+    }
+}
+
+/// A value for every node of every brick, in the bricks' own order.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NodeValues(Vec<f32>);
+
+/// A mode, ready for sampling along rays.
+#[derive(Debug, Clone)]
+pub struct Bricks {
+    interpolation: Interpolation,
+    voxel_m: f64,
+    /// World position of lattice node 0, the lowest corner of the box with drops.
+    origin_m: DVec3,
+    n_cells: IVec3,
+    /// Bricks of the bounding box along each axis.
+    n_slots: IVec3,
+    /// Number of the brick at each place of the bounding box, or [`NO_BRICK`].
+    slots: Vec<u32>,
+    /// Place of each brick, in bricks.
+    places: Vec<IVec3>,
+    /// Bounds on M2 inside each brick [um²/m³].
+    m2_ranges: Vec<(f32, f32)>,
+    /// Lanes of all nodes, brick by brick, x slowest.
+    nodes: Vec<Vec4>,
+}
+
+impl Bricks {
+    /// Lay out a mode (in parallel by brick, the same result for any number of threads).
+    ///
+    /// # Errors
+    /// [`Error::TooManyNodes`] if the bricks would not fit into memory.
+    pub fn build(mode: &DropMode, interpolation: Interpolation) -> Result<Self, Error> {
+        let (low, high) = mode.node_range().unwrap_or(([0; 3], [-2; 3]));
+        let extent = IVec3::from(high).as_dvec3() - IVec3::from(low).as_dvec3();
+        let n_slots = (extent / f64::from(BRICK_DIM) + 2.0).element_product();
+        if n_slots > MOST_BRICK_SLOTS {
+            return Err(Error::too_many_nodes(n_slots * NODES_PER_BRICK as f64));
+        }
+        // The field fades to the node before the first one and to the one after the last.
+        let low = IVec3::from(low) - 1;
+        let n_cells = IVec3::from(high) + 1 - low;
+        let n_bricks = (n_cells + BRICK_DIM - 1) / BRICK_DIM;
+        let (slots, places) = occupied(mode, low, n_bricks);
+        let n_nodes = places.len() * NODES_PER_BRICK;
+        if n_nodes as u64 > DEFAULT_NODE_LIMIT {
+            return Err(Error::too_many_nodes(n_nodes as f64));
+        }
+        let mut nodes = vec![Vec4::ZERO; n_nodes];
+        let fill = |(lanes, place): (&mut [Vec4], &IVec3)| {
+            fill_brick(mode, interpolation, low + *place * BRICK_DIM, lanes);
+            m2_range(interpolation, lanes)
+        };
+        let bricks = nodes.par_chunks_mut(NODES_PER_BRICK).zip(&places);
+        let m2_ranges = bricks.map(fill).collect();
+        let (voxel_m, origin_m) = (mode.voxel_m(), mode.node_position(low.to_array()));
+        let sparse = Self {
+            interpolation,
+            voxel_m,
+            origin_m,
+            n_cells,
+            n_slots: n_bricks,
+            slots,
+            places,
+            m2_ranges,
+            nodes,
+        };
+        Ok(sparse)
+    }
+
+    /// What is interpolated.
+    pub fn interpolation(&self) -> Interpolation {
+        self.interpolation
+    }
+
+    /// Lowest and highest corner of the box outside of which there are no drops [m]; `None` if
+    /// there are none at all.
+    pub fn world_bounds(&self) -> Option<(DVec3, DVec3)> {
+        let size = self.n_cells.as_dvec3() * self.voxel_m;
+        (!self.places.is_empty()).then_some((self.origin_m, self.origin_m + size))
+    }
+
+    /// Edge length of a cell [m].
+    pub fn voxel_m(&self) -> f64 {
+        self.voxel_m
+    }
+
+    /// Number of bricks that exist.
+    pub fn n_bricks(&self) -> usize {
+        self.places.len()
+    }
+
+    /// Bytes that the nodes take.
+    pub fn memory_bytes(&self) -> usize {
+        std::mem::size_of_val(self.nodes.as_slice()) + std::mem::size_of_val(self.slots.as_slice())
+    }
+
+    /// Bound on the extinction without diffraction at any point [1/m]: with moments the largest
+    /// value that occurs, with radius and density at most a brick's largest values multiplied.
+    pub fn max_extinction_m1_q1(&self) -> f64 {
+        let m2 = self
+            .m2_ranges
+            .iter()
+            .fold(0.0, |most: f32, range| most.max(range.1));
+        M2_PER_UM2 * std::f64::consts::PI * f64::from(m2)
+    }
+
+    /// The field at a point; zero outside the bricks.
+    pub fn sample(&self, world: DVec3) -> Sample {
+        let position = self.to_lattice(world);
+        // Written so that a NaN is outside.
+        let inside = position.cmpge(DVec3::ZERO) & position.cmplt(self.n_cells.as_dvec3());
+        if !inside.all() {
+            return Sample::default();
+        }
+        let cell = position.floor();
+        match self.cell_base(cell.as_ivec3()) {
+            Some(base) => self.sample_cell(base, (position - cell).as_vec3()),
+            None => Sample::default(),
+        }
+    }
+
+    /// The cells that a ray crosses between two distances, in order, empty bricks left out.
+    ///
+    /// The point at distance t is `origin + t direction`; a unit direction makes t metres. Each
+    /// cell's exit is exactly the next cell's entry, and a ray that runs in a face between cells
+    /// belongs to the upper one.
+    pub fn segments(&self, origin: DVec3, direction: DVec3, t_range: (f64, f64)) -> Segments<'_> {
+        Segments::new(
+            self,
+            self.to_lattice(origin),
+            direction / self.voxel_m,
+            t_range,
+        )
+    }
+
+    /// Evaluate a function at the world position of every node (in parallel by brick). Nodes that
+    /// bricks share are asked once for each.
+    pub fn at_nodes(&self, value: impl Fn(DVec3) -> f32 + Sync) -> NodeValues {
+        let mut values = vec![0.0; self.nodes.len()];
+        values
+            .par_chunks_mut(NODES_PER_BRICK)
+            .zip(&self.places)
+            .for_each(|(values, place)| {
+                for (index, slot) in values.iter_mut().enumerate() {
+                    let node = *place * BRICK_DIM + node_in_brick(index);
+                    *slot = value(self.origin_m + node.as_dvec3() * self.voxel_m);
+                }
+            });
+        NodeValues(values)
+    }
+
+    /// Set the optical depth towards the sun at all nodes; until then it is 0.
+    ///
+    /// # Panics
+    /// If the values are not those of [`Bricks::at_nodes`] of these bricks.
+    pub fn set_tau_sun(&mut self, values: &NodeValues) {
+        assert_eq!(
+            values.0.len(),
+            self.nodes.len(),
+            "values must belong to these bricks"
+        );
+        for (node, value) in self.nodes.iter_mut().zip(&values.0) {
+            node.w = *value;
+        }
+    }
+
+    /// Lattice coordinates of a world position: whole numbers are nodes.
+    fn to_lattice(&self, world: DVec3) -> DVec3 {
+        (world - self.origin_m) / self.voxel_m
+    }
+
+    /// Number of cells along each axis.
+    pub(crate) fn n_cells(&self) -> IVec3 {
+        self.n_cells
+    }
+
+    /// The brick around a cell inside the lattice, or [`NO_BRICK`].
+    pub(crate) fn brick_of(&self, cell: IVec3) -> u32 {
+        let place: IVec3 = cell >> 3;
+        let slot = (place.x * self.n_slots.y + place.y) * self.n_slots.z + place.z;
+        self.slots[slot as usize]
+    }
+
+    /// Bounds on M2 inside a brick [um²/m³].
+    pub(crate) fn m2_range(&self, brick: u32) -> (f32, f32) {
+        self.m2_ranges[brick as usize]
+    }
+
+    fn cell_base(&self, cell: IVec3) -> Option<usize> {
+        let brick = self.brick_of(cell);
+        (brick != NO_BRICK).then(|| cell_base(brick, cell))
+    }
+
+    /// The field inside a cell at local coordinates in 0..=1.
+    pub(crate) fn sample_cell(&self, base: usize, local: Vec3) -> Sample {
+        let cell = &self.nodes[base..base + CELL_SPAN];
+        match self.interpolation {
+            Interpolation::Moments => {
+                let [m2, m3, m4, tau_sun] = trilinear(cell, local, |lanes| lanes).to_array();
+                Sample {
+                    m2,
+                    m3,
+                    m4,
+                    tau_sun,
+                }
+            }
+            Interpolation::RadiusDensity => sample_radius_density(cell, local),
+        }
+    }
+}
+
+/// Place in `nodes` of the lowest corner of a cell.
+pub(crate) fn cell_base(brick: u32, cell: IVec3) -> usize {
+    let inside = cell & (BRICK_DIM - 1);
+    let (x, y, z) = (inside.x as usize, inside.y as usize, inside.z as usize);
+    brick as usize * NODES_PER_BRICK + x * STRIDE_X + y * STRIDE_Y + z
+}
+
+/// Lattice coordinates inside a brick of a node's place in it.
+fn node_in_brick(index: usize) -> IVec3 {
+    let (x, y, z) = (
+        index / STRIDE_X,
+        index / STRIDE_Y % BRICK_NODES,
+        index % BRICK_NODES,
+    );
+    IVec3::new(x as i32, y as i32, z as i32)
+}
+
+fn lerp(a: Vec4, b: Vec4, t: f32) -> Vec4 {
+    a * (1.0 - t) + b * t
+}
+
+fn trilinear(cell: &[Vec4], local: Vec3, lanes: impl Fn(Vec4) -> Vec4) -> Vec4 {
+    let along_z = |at: usize| lerp(lanes(cell[at]), lanes(cell[at + 1]), local.z);
+    let along_yz = |at: usize| lerp(along_z(at), along_z(at + STRIDE_Y), local.y);
+    lerp(along_yz(0), along_yz(STRIDE_X), local.x)
+}
+
+/// The literal reading of the papers: N and r are trilinear, and then M2 = N <r²>.
+fn sample_radius_density(cell: &[Vec4], local: Vec3) -> Sample {
+    let [radius, number_density, variance, tau_sun] =
+        trilinear(cell, local, |lanes| lanes).to_array();
+    // Share of the corners that have drops; the other corners hold a radius of 0.
+    let share = trilinear(cell, local, |lanes| Vec4::from(lanes.cmpgt(Vec4::ZERO))).x;
+    if share <= 0.0 {
+        return Sample {
+            tau_sun,
+            ..Sample::default()
+        };
+    }
+    let (r_e, v_e) = (radius / share, variance / share);
+    let m2 = number_density * r_e * r_e * (1.0 - v_e) * (1.0 - 2.0 * v_e);
+    let m3 = r_e * m2;
+    Sample {
+        m2,
+        m3,
+        m4: (1.0 + v_e) * r_e * m3,
+        tau_sun,
+    }
+}
+
+/// The bricks with drops: their numbers by place in the bounding box, and their places by number.
+fn occupied(mode: &DropMode, low: IVec3, n_bricks: IVec3) -> (Vec<u32>, Vec<IVec3>) {
+    let slot = |place: IVec3| ((place.x * n_bricks.y + place.y) * n_bricks.z + place.z) as usize;
+    let mut slots = vec![NO_BRICK; n_bricks.element_product().max(0) as usize];
+    for (node, _) in mode.nodes() {
+        let node = IVec3::from(node) - low;
+        // A node belongs to the cells below and above it.
+        let (from, to) = ((node - 1) >> 3, node >> 3);
+        for corner in 0..8 {
+            let upper = IVec3::new(corner >> 2, corner >> 1 & 1, corner & 1);
+            slots[slot(from + upper * (to - from))] = 0;
+        }
+    }
+    let mut places = Vec::new();
+    for (index, slot) in slots
+        .iter_mut()
+        .enumerate()
+        .filter(|(_, slot)| **slot != NO_BRICK)
+    {
+        let index = index as i32;
+        let (x, rest) = (
+            index / (n_bricks.y * n_bricks.z),
+            index % (n_bricks.y * n_bricks.z),
+        );
+        *slot = places.len() as u32;
+        places.push(IVec3::new(x, rest / n_bricks.z, rest % n_bricks.z));
+    }
+    (slots, places)
+}
+
+/// Fill the lanes of the brick whose lowest node is that of the mode.
+fn fill_brick(mode: &DropMode, interpolation: Interpolation, low: IVec3, lanes: &mut [Vec4]) {
+    // Nine nodes in a row touch two leaves.
+    let leaves: [Option<&DropLeaf>; 8] = std::array::from_fn(|corner| {
+        let corner = corner as i32;
+        let upper = IVec3::new(corner >> 2, corner >> 1 & 1, corner & 1);
+        mode.leaf(leaf_origin((low + upper * BRICK_DIM).to_array()))
+    });
+    let low_leaf = IVec3::from(leaf_origin(low.to_array()));
+    for (index, lanes) in lanes.iter_mut().enumerate() {
+        let node = low + node_in_brick(index);
+        let upper: IVec3 = (node - low_leaf) >> 3;
+        let leaf = leaves[(upper.x << 2 | upper.y << 1 | upper.z) as usize];
+        if let Some(leaf) = leaf {
+            *lanes = lanes_of(interpolation, &leaf.drops[place_in_leaf(node.to_array())]);
+        }
+    }
+}
+
+fn lanes_of(interpolation: Interpolation, drops: &Drops) -> Vec4 {
+    if !drops.exist() {
+        return Vec4::ZERO;
+    }
+    match interpolation {
+        Interpolation::RadiusDensity => {
+            let radius_um = (1e6 * f64::from(drops.effective_radius_m)) as f32;
+            Vec4::new(
+                radius_um,
+                drops.number_density_m3,
+                drops.effective_variance,
+                0.0,
+            )
+        }
+        Interpolation::Moments => {
+            let AreaMoments { m2, m3, m4 } = AreaMoments::from_drops(drops);
+            Vec4::new(m2, m3, m4, 0.0)
+        }
+    }
+}
+
+/// Bounds on M2 between the nodes of a brick.
+fn m2_range(interpolation: Interpolation, lanes: &[Vec4]) -> (f32, f32) {
+    let (low, high) = lanes
+        .iter()
+        .fold((Vec4::INFINITY, Vec4::ZERO), |(low, high), lanes| {
+            (low.min(*lanes), high.max(*lanes))
+        });
+    match interpolation {
+        Interpolation::Moments => (low.x, high.x),
+        Interpolation::RadiusDensity => {
+            let spread = |v_e: f32| (1.0 - v_e) * (1.0 - 2.0 * v_e);
+            let smallest = low.y * low.x * low.x * spread(high.z);
+            (smallest, high.y * high.x * high.x * spread(low.z))
+        }
+    }
+}
+
+#[cfg(test)]
+#[path = "bricks_tests.rs"]
+mod tests;

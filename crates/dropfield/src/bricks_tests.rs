@@ -1,0 +1,239 @@
+//! Claims about bricks and what is sampled from them.
+
+use super::*;
+use crate::GridBox;
+use crate::test_volumes::grid;
+use crate::test_volumes::random;
+use crate::test_volumes::random_point;
+use crate::test_volumes::sparse;
+use crate::test_volumes::varied;
+
+/// Trilinear value at a world position, straight from the nodes, in f64.
+fn direct(mode: &DropMode, world: DVec3, value: impl Fn(&Drops) -> f64) -> f64 {
+    let position = (world - mode.origin_m()) / mode.voxel_m();
+    let low = position.floor();
+    let t = position - low;
+    (0..8)
+        .map(|corner| {
+            let upper = IVec3::new(corner >> 2, corner >> 1 & 1, corner & 1);
+            let upper_f = upper.as_dvec3();
+            let weight = (upper_f * t + (1.0 - upper_f) * (1.0 - t)).element_product();
+            weight * value(&mode.drops((low.as_ivec3() + upper).to_array()))
+        })
+        .sum()
+}
+
+fn m2(drops: &Drops) -> f64 {
+    f64::from(AreaMoments::from_drops(drops).m2)
+}
+
+#[test]
+fn samples_equal_the_trilinear_moments_of_the_nodes() {
+    let mut seed = 1;
+    for mode in [DropMode::from_fn("", &grid(), varied).unwrap(), sparse()] {
+        let bricks = Bricks::build(&mode, Interpolation::Moments).unwrap();
+        let (min, max) = bricks.world_bounds().unwrap();
+        for _ in 0..20_000 {
+            let world = 0.5 * (min + max) + 0.6 * (max - min) * random_point(&mut seed);
+            let expected = direct(&mode, world, m2);
+            let found = f64::from(bricks.sample(world).m2);
+            // Relative to the nodes around: measured worst 1.6e-7.
+            assert!(
+                (found - expected).abs() <= 1e-6 * 4e8,
+                "{world}: {found} {expected}"
+            );
+        }
+    }
+}
+
+#[test]
+fn nodes_come_back_from_samples() {
+    let mode = DropMode::from_fn("", &grid(), varied).unwrap();
+    for interpolation in [Interpolation::Moments, Interpolation::RadiusDensity] {
+        let bricks = Bricks::build(&mode, interpolation).unwrap();
+        for (node, drops) in mode.nodes() {
+            let found = bricks.sample(mode.node_position(node)).moments();
+            let expected = AreaMoments::from_drops(&drops);
+            assert!((found.m2 / expected.m2 - 1.0).abs() < 2e-6);
+            assert!((found.effective_variance() - drops.effective_variance).abs() < 2e-6);
+        }
+    }
+}
+
+#[test]
+fn literal_interpolation_has_linear_radius_and_density() {
+    let mode = DropMode::from_fn("", &grid(), varied).unwrap();
+    let bricks = Bricks::build(&mode, Interpolation::RadiusDensity).unwrap();
+    let mut seed = 2;
+    for _ in 0..5_000 {
+        // Inside the outermost nodes.
+        let center = 0.5 * (grid().min + grid().max);
+        let world = center + 0.4 * (grid().max - grid().min) * random_point(&mut seed);
+        let radius_um = 1e6 * direct(&mode, world, |drops| f64::from(drops.effective_radius_m));
+        let number = direct(&mode, world, |drops| f64::from(drops.number_density_m3));
+        let v_e = direct(&mode, world, |drops| f64::from(drops.effective_variance));
+        let found = bricks.sample(world).moments();
+        let m2 = number * radius_um * radius_um * (1.0 - v_e) * (1.0 - 2.0 * v_e);
+        assert!((f64::from(found.m2) / m2 - 1.0).abs() < 2e-6);
+        assert!((f64::from(found.effective_radius_um()) / radius_um - 1.0).abs() < 1e-6);
+    }
+}
+
+#[test]
+fn radius_does_not_fade_at_the_edge() {
+    let drops = Drops {
+        number_density_m3: 1000.0,
+        effective_radius_m: 1e-3,
+        effective_variance: 0.0,
+    };
+    let mode = DropMode::from_fn("", &grid(), |_| drops).unwrap();
+    for interpolation in [Interpolation::Moments, Interpolation::RadiusDensity] {
+        let bricks = Bricks::build(&mode, interpolation).unwrap();
+        // 0.9 of a voxel outside the first node.
+        let outside = mode.node_position([0, 4, 4]) - DVec3::new(1.8, 0.0, 0.0);
+        let found = bricks.sample(outside).moments();
+        assert!(
+            (found.effective_radius_um() - 1000.0).abs() < 1e-2,
+            "{interpolation:?}"
+        );
+        assert!(
+            (found.m2 / (0.1 * 1000.0 * 1e6) - 1.0).abs() < 1e-5,
+            "{interpolation:?}"
+        );
+    }
+}
+
+#[test]
+fn variance_survives_a_contrast_of_1e9_in_number() {
+    // Two nodes along x with the same sizes; all other nodes empty.
+    for variance in [0.0_f32, 0.02, 1.0 / 3.0] {
+        for radius_um in [1.0_f32, 33.0, 1600.0] {
+            let grid = GridBox {
+                min: DVec3::ZERO,
+                max: DVec3::new(2.0, 1.0, 1.0),
+                voxel_m: 1.0,
+            };
+            let mode = DropMode::from_fn("", &grid, |position| Drops {
+                number_density_m3: if position.x < 1.0 { 1.0 } else { 1e9 },
+                effective_radius_m: 1e-6 * radius_um,
+                effective_variance: variance,
+            })
+            .unwrap();
+            let bricks = Bricks::build(&mode, Interpolation::Moments).unwrap();
+            for step in 0..=1000 {
+                let x = 0.5 + f64::from(step) / 1000.0;
+                let sample = bricks.sample(DVec3::new(x, 0.5, 0.5)).moments();
+                let error = (sample.effective_variance() - variance).abs();
+                // Measured worst 3.9e-7.
+                assert!(error < 1e-6, "{variance} {radius_um} {step}: {error:e}");
+            }
+        }
+    }
+}
+
+#[test]
+fn nothing_outside_and_nothing_in_an_empty_volume() {
+    let mode = DropMode::from_fn("", &grid(), varied).unwrap();
+    let bricks = Bricks::build(&mode, Interpolation::Moments).unwrap();
+    let (min, max) = bricks.world_bounds().unwrap();
+    for world in [
+        min - 1e-9,
+        max,
+        DVec3::splat(1e9),
+        DVec3::NAN,
+        DVec3::INFINITY,
+    ] {
+        assert_eq!(bricks.sample(world), Sample::default());
+    }
+    let empty = DropMode::from_fn("", &grid(), |_| Drops::NONE).unwrap();
+    let bricks = Bricks::build(&empty, Interpolation::Moments).unwrap();
+    assert_eq!((bricks.world_bounds(), bricks.n_bricks()), (None, 0));
+    assert_eq!(bricks.sample(grid().min), Sample::default());
+    assert_eq!(bricks.segments(grid().min, DVec3::X, (0.0, 1e9)).count(), 0);
+}
+
+#[test]
+fn drops_without_size_or_number_are_no_drops() {
+    let odd = |position: DVec3| {
+        let drops = varied(position);
+        match (position.x.floor() as i32).rem_euclid(3) {
+            0 => Drops {
+                number_density_m3: 0.0,
+                ..drops
+            },
+            1 => Drops {
+                effective_radius_m: 0.0,
+                ..drops
+            },
+            _ => drops,
+        }
+    };
+    let mode = DropMode::from_fn("", &grid(), odd).unwrap();
+    let mut seed = 3;
+    for interpolation in [Interpolation::Moments, Interpolation::RadiusDensity] {
+        let bricks = Bricks::build(&mode, interpolation).unwrap();
+        for _ in 0..5_000 {
+            let world = DVec3::new(10.0, 12.0, 108.0) + 20.0 * random_point(&mut seed);
+            let sample = bricks.sample(world).moments();
+            let numbers = [
+                sample.m2,
+                sample.m3,
+                sample.m4,
+                sample.effective_radius_um(),
+            ];
+            assert!(
+                numbers
+                    .iter()
+                    .all(|number| number.is_finite() && *number >= 0.0)
+            );
+        }
+    }
+}
+
+#[test]
+fn sun_lane_is_trilinear_in_the_values_at_nodes() {
+    let mode = sparse();
+    let plane = |world: DVec3| (0.25 * world.x + 0.5 * world.y - 0.125 * world.z) as f32;
+    for interpolation in [Interpolation::Moments, Interpolation::RadiusDensity] {
+        let mut bricks = Bricks::build(&mode, interpolation).unwrap();
+        let values = bricks.at_nodes(plane);
+        bricks.set_tau_sun(&values);
+        let mut seed = 4;
+        for _ in 0..2_000 {
+            let world = DVec3::splat(6.0) + 5.0 * random_point(&mut seed);
+            // A linear function is its own interpolant, also between bricks.
+            assert!((bricks.sample(world).tau_sun - plane(world)).abs() < 1e-5);
+        }
+    }
+}
+
+#[test]
+fn bounds_on_m2_hold_in_every_brick() {
+    let mut seed = 5;
+    for interpolation in [Interpolation::Moments, Interpolation::RadiusDensity] {
+        let bricks = Bricks::build(&sparse(), interpolation).unwrap();
+        let highest = bricks.max_extinction_m1_q1();
+        for _ in 0..300 {
+            let origin = DVec3::splat(32.0) + 40.0 * random_point(&mut seed);
+            for segment in bricks.segments(origin, random_point(&mut seed), (0.0, 200.0)) {
+                let sample = segment.sample(random(&mut seed) as f32);
+                let (low, high) = segment.m2_range();
+                assert!(low * 0.999_999 <= sample.m2 && sample.m2 <= high * 1.000_001);
+                assert!(sample.moments().extinction_m1_q1() <= highest * 1.000_001);
+            }
+        }
+    }
+}
+
+#[test]
+fn bricks_that_would_not_fit_are_refused() {
+    let far = [[0; 3], [i32::MAX / 4; 3].map(|axis| axis & !7)];
+    let leaves = far.map(|origin| {
+        let mut leaf = DropLeaf::empty(origin);
+        leaf.drops[0] = varied(DVec3::ZERO);
+        leaf
+    });
+    let mode = DropMode::from_parts(String::new(), 1.0, DVec3::ZERO, leaves.into());
+    let result = Bricks::build(&mode, Interpolation::Moments);
+    assert!(matches!(result, Err(Error::TooManyNodes { .. })));
+}

@@ -1,0 +1,141 @@
+//! What can be wrong with a drop volume or with the file that should hold one.
+
+/// Every failure of this crate.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A box without volume, or voxels without size.
+    #[error(
+        "no lattice fits the box from {min:?} to {max:?} m with voxels of {voxel_m} m: expected \
+         finite corners, max above min on every axis, and a voxel size above zero"
+    )]
+    BadBox {
+        /// Lowest corner [m].
+        min: [f64; 3],
+        /// Highest corner [m].
+        max: [f64; 3],
+        /// Edge length of a voxel [m].
+        voxel_m: f64,
+    },
+    /// The lattice would not fit into memory.
+    #[error(
+        "the volume would have {nodes:.3e} nodes and need {gib:.1} GiB, expected at most {limit}: \
+         take larger voxels or a smaller box"
+    )]
+    TooManyNodes {
+        /// Number of nodes asked for.
+        nodes: f64,
+        /// Memory that they would need [GiB].
+        gib: f64,
+        /// Largest number of nodes.
+        limit: u64,
+    },
+    /// A shape gave drops that cannot be.
+    #[error("{quantity} = {value} at node {node:?}, expected {expected}")]
+    BadDrops {
+        /// Which of the three numbers of a node.
+        quantity: &'static str,
+        /// What was found.
+        value: f32,
+        /// Index of the node.
+        node: [i32; 3],
+        /// What would have been right.
+        expected: &'static str,
+    },
+    /// A mode name that cannot be told apart in a file.
+    #[error("mode name `{name}`: {reason}")]
+    BadModeName {
+        /// The name.
+        name: String,
+        /// What is wrong with it.
+        reason: &'static str,
+    },
+    /// A grid that a drop volume needs is not in the file.
+    #[error("grid `{expected}` is missing; the file holds {found:?}")]
+    MissingGrid {
+        /// Name of the missing grid.
+        expected: String,
+        /// Names of the grids that are there.
+        found: Vec<String>,
+    },
+    /// A grid of the right name with values of the wrong type.
+    #[error("grid `{grid}` does not hold floats")]
+    NotFloat {
+        /// Name of the grid.
+        grid: String,
+    },
+    /// Grids of one mode lie on different lattices.
+    #[error("grid `{grid}` and grid `{reference}` have different transforms")]
+    TransformMismatch {
+        /// Name of the deviating grid.
+        grid: String,
+        /// Name of the grid that it was compared with.
+        reference: String,
+    },
+    /// A lattice that is not made of axis-parallel cubes.
+    #[error("grid `{grid}`: the transform is not a uniform scale and a translation")]
+    NotCubic {
+        /// Name of the grid.
+        grid: String,
+    },
+    /// A voxel that describes no possible drops.
+    #[error("grid `{grid}`: {value} at voxel {voxel:?}, expected {expected}")]
+    BadVoxel {
+        /// Name of the grid.
+        grid: String,
+        /// Index of the voxel.
+        voxel: [i32; 3],
+        /// What was found.
+        value: f32,
+        /// What would have been right.
+        expected: &'static str,
+    },
+    /// Space outside all voxels is not empty.
+    #[error("grid `{grid}` has the background {value}, expected 0")]
+    Background {
+        /// Name of the grid.
+        grid: String,
+        /// What was found.
+        value: f32,
+    },
+    /// Voxels too far from the origin of the lattice.
+    #[error("grid `{grid}` has voxels with an index above {farthest} or below -{farthest}")]
+    TooFar {
+        /// Name of the grid.
+        grid: String,
+        /// The largest index.
+        farthest: i32,
+    },
+    /// A grid in other units.
+    #[error("grid `{grid}` is in units of `{found}`, expected `{expected}`")]
+    Units {
+        /// Name of the grid.
+        grid: String,
+        /// The unit in the file.
+        found: String,
+        /// The unit that is read.
+        expected: &'static str,
+    },
+    /// Written by a later version of this program.
+    #[error("drop volume format {found} is newer than {newest}, the newest that is read")]
+    FormatVersion {
+        /// The version in the file.
+        found: i32,
+        /// The newest version that is read.
+        newest: i32,
+    },
+    /// The tree itself is not sound.
+    #[error("the volume cannot be laid out as a VDB tree")]
+    Vdb(#[from] niji_vdb::Error),
+}
+
+impl Error {
+    pub(crate) fn too_many_nodes(nodes: f64) -> Self {
+        let gib = nodes * std::mem::size_of::<crate::Drops>() as f64 / f64::from(1 << 30);
+        Self::TooManyNodes {
+            nodes,
+            gib,
+            limit: crate::DEFAULT_NODE_LIMIT,
+        }
+    }
+}

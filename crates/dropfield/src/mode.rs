@@ -1,0 +1,401 @@
+//! A population of drops on a sparse lattice.
+//!
+//! A volume adds modes: rain and mist in one place have sizes that no single gamma law describes.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::AreaMoments;
+use crate::Drops;
+use crate::Error;
+use crate::GridBox;
+
+/// Nodes along an edge of a leaf.
+pub const LEAF_DIM: i32 = 8;
+
+/// Nodes of a leaf.
+pub const LEAF_NODES: usize = 512;
+
+/// A cube of 8³ nodes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DropLeaf {
+    /// Index of the lowest node, a multiple of 8 on every axis.
+    pub origin: [i32; 3],
+    /// The drops of node (x, y, z) above the origin, at `x << 6 | y << 3 | z`.
+    pub drops: Box<[Drops; LEAF_NODES]>,
+}
+
+impl DropLeaf {
+    /// A leaf without drops.
+    pub(crate) fn empty(origin: [i32; 3]) -> Self {
+        Self {
+            origin,
+            drops: Box::new([Drops::NONE; LEAF_NODES]),
+        }
+    }
+
+    /// Index of the node at a place in `drops`.
+    pub fn node(&self, place: usize) -> [i32; 3] {
+        let place = place as i32;
+        let [x, y, z] = self.origin;
+        [x + (place >> 6), y + (place >> 3 & 7), z + (place & 7)]
+    }
+}
+
+/// Place of a node in the `drops` of its leaf.
+pub(crate) fn place_in_leaf(node: [i32; 3]) -> usize {
+    let [x, y, z] = node.map(|axis| (axis & (LEAF_DIM - 1)) as usize);
+    x << 6 | y << 3 | z
+}
+
+/// Lowest node of the leaf that a node belongs to.
+pub(crate) fn leaf_origin(node: [i32; 3]) -> [i32; 3] {
+    node.map(|axis| axis & !(LEAF_DIM - 1))
+}
+
+/// One population of drops: a name and its nodes.
+///
+/// Node (i, j, k) sits at `origin_m() + voxel_m() (i, j, k)`; between nodes the field is trilinear,
+/// and outside all leaves there are no drops, so that it fades over one voxel beyond the outermost
+/// nodes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DropMode {
+    /// Name, which prefixes the grids in a file (`mist` gives `mist_number_density`); may be empty.
+    pub name: String,
+    voxel_m: f64,
+    origin_m: DVec3,
+    leaves: Vec<DropLeaf>,
+}
+
+impl DropMode {
+    /// Lay a field of drops onto the lattice of a box (in parallel by leaf, the same result for any
+    /// number of threads). Leaves that come out empty are not kept.
+    ///
+    /// The field is asked once per node, at the middle of the part of the node's cell that lies in
+    /// the box; the number density is then multiplied by the share of that part, so that a
+    /// constant field keeps number density times volume for any voxel size.
+    ///
+    /// # Errors
+    /// As [`GridBox::n_nodes`]; [`Error::BadDrops`] if the field gives a number density or radius
+    /// that is negative or not finite, or an effective variance outside 0..1/2.
+    pub fn from_fn(
+        name: impl Into<String>,
+        grid: &GridBox,
+        field: impl Fn(DVec3) -> Drops + Sync,
+    ) -> Result<Self, Error> {
+        let n_nodes = grid.n_nodes()?;
+        let [nx, ny, nz] = n_nodes.map(|count| (count + LEAF_DIM - 1) / LEAF_DIM);
+        let leaves: Result<Vec<Option<DropLeaf>>, Error> = (0..nx * ny * nz)
+            .into_par_iter()
+            .map(|leaf| {
+                let origin = [leaf / (ny * nz), leaf / nz % ny, leaf % nz].map(|at| at * LEAF_DIM);
+                leaf_from_fn(origin, n_nodes, &|node| {
+                    let (position, share) = grid.covered(node);
+                    let drops = field(position);
+                    let number_density_m3 = (f64::from(drops.number_density_m3) * share) as f32;
+                    Drops {
+                        number_density_m3,
+                        ..drops
+                    }
+                })
+            })
+            .collect();
+        let leaves = leaves?.into_iter().flatten().collect();
+        let origin_m = grid.node([0; 3]);
+        Ok(Self {
+            name: name.into(),
+            voxel_m: grid.voxel_m,
+            origin_m,
+            leaves,
+        })
+    }
+
+    /// A mode of leaves in ascending order of their origins, checked by the caller.
+    pub(crate) fn from_parts(
+        name: String,
+        voxel_m: f64,
+        origin_m: DVec3,
+        leaves: Vec<DropLeaf>,
+    ) -> Self {
+        debug_assert!(leaves.is_sorted_by_key(|leaf| leaf.origin));
+        Self {
+            name,
+            voxel_m,
+            origin_m,
+            leaves,
+        }
+    }
+
+    /// Edge length of a voxel, the distance of neighbouring nodes [m].
+    pub fn voxel_m(&self) -> f64 {
+        self.voxel_m
+    }
+
+    /// World position of node (0, 0, 0) [m].
+    pub fn origin_m(&self) -> DVec3 {
+        self.origin_m
+    }
+
+    /// World position of a node [m].
+    pub fn node_position(&self, node: [i32; 3]) -> DVec3 {
+        self.origin_m + DVec3::from(node.map(f64::from)) * self.voxel_m
+    }
+
+    /// The leaves in ascending order of their origins, x before y before z.
+    pub fn leaves(&self) -> &[DropLeaf] {
+        &self.leaves
+    }
+
+    /// The leaf with that origin.
+    pub(crate) fn leaf(&self, origin: [i32; 3]) -> Option<&DropLeaf> {
+        let place = self
+            .leaves
+            .binary_search_by_key(&origin, |leaf| leaf.origin);
+        place.ok().map(|place| &self.leaves[place])
+    }
+
+    /// The drops of a node.
+    pub fn drops(&self, node: [i32; 3]) -> Drops {
+        let leaf = self.leaf(leaf_origin(node));
+        leaf.map_or(Drops::NONE, |leaf| leaf.drops[place_in_leaf(node)])
+    }
+
+    /// The nodes that have drops, with their index, in a fixed order.
+    pub fn nodes(&self) -> impl Iterator<Item = ([i32; 3], Drops)> {
+        self.leaves.iter().flat_map(|leaf| {
+            let drops = leaf
+                .drops
+                .iter()
+                .enumerate()
+                .filter(|(_, drops)| drops.exist());
+            drops.map(|(place, drops)| (leaf.node(place), *drops))
+        })
+    }
+
+    /// Lowest and highest index of the nodes that have drops, on each axis; `None` without drops.
+    pub fn node_range(&self) -> Option<([i32; 3], [i32; 3])> {
+        self.nodes()
+            .map(|(node, _)| (node, node))
+            .reduce(|(low, high), (node, _)| {
+                let lower = std::array::from_fn(|axis| low[axis].min(node[axis]));
+                let higher = std::array::from_fn(|axis| high[axis].max(node[axis]));
+                (lower, higher)
+            })
+    }
+
+    /// Drops in the whole volume, the integral of the trilinear number density.
+    pub fn total_drops(&self) -> f64 {
+        let sum: f64 = self
+            .nodes()
+            .map(|(_, drops)| f64::from(drops.number_density_m3))
+            .sum();
+        sum * self.voxel_m.powi(3)
+    }
+
+    /// Liquid water in the whole volume, the integral of the trilinear third moment [g].
+    pub fn total_water_g(&self) -> f64 {
+        let water = |drops: &Drops| AreaMoments::from_drops(drops).liquid_water_g_m3();
+        let sum: f64 = self.nodes().map(|(_, drops)| water(&drops)).sum();
+        sum * self.voxel_m.powi(3)
+    }
+}
+
+/// Fill a leaf; `None` if it has no drops.
+fn leaf_from_fn(
+    origin: [i32; 3],
+    n_nodes: [i32; 3],
+    field: &impl Fn([i32; 3]) -> Drops,
+) -> Result<Option<DropLeaf>, Error> {
+    let mut leaf = DropLeaf::empty(origin);
+    for place in 0..LEAF_NODES {
+        let node = leaf.node(place);
+        if (0..3).any(|axis| node[axis] >= n_nodes[axis]) {
+            continue;
+        }
+        let drops = field(node);
+        check_drops(&drops, node)?;
+        leaf.drops[place] = drops;
+    }
+    Ok(leaf.drops.iter().any(Drops::exist).then_some(leaf))
+}
+
+/// What a number density must be.
+pub(crate) const EXPECT_NUMBER: &str = "a finite number not below 0";
+/// What a radius must be.
+pub(crate) const EXPECT_RADIUS: &str = "a radius in 0..0.1 m";
+/// What an effective variance must be.
+pub(crate) const EXPECT_VARIANCE: &str = "an effective variance in 0..0.5";
+
+/// The bound on radii [m] keeps every f32 moment of up to 1e15 drops finite.
+const LARGEST_RADIUS_M: f32 = 0.1;
+const LARGEST_NUMBER_M3: f32 = 1e15;
+
+/// Whether a number density can be used.
+pub(crate) fn sound_number(value: f32) -> bool {
+    (0.0..=LARGEST_NUMBER_M3).contains(&value)
+}
+
+/// Whether an effective radius can be used.
+pub(crate) fn sound_radius(value: f32) -> bool {
+    (0.0..=LARGEST_RADIUS_M).contains(&value)
+}
+
+/// Whether an effective variance can be used.
+pub(crate) fn sound_variance(value: f32) -> bool {
+    (0.0..0.5).contains(&value)
+}
+
+fn check_drops(drops: &Drops, node: [i32; 3]) -> Result<(), Error> {
+    let Drops {
+        number_density_m3,
+        effective_radius_m,
+        effective_variance,
+    } = *drops;
+    let checks = [
+        (
+            sound_number(number_density_m3),
+            "number density",
+            number_density_m3,
+            EXPECT_NUMBER,
+        ),
+        (
+            sound_radius(effective_radius_m),
+            "effective radius",
+            effective_radius_m,
+            EXPECT_RADIUS,
+        ),
+        (
+            sound_variance(effective_variance),
+            "effective variance",
+            effective_variance,
+            EXPECT_VARIANCE,
+        ),
+    ];
+    match checks.into_iter().find(|(sound, ..)| !sound) {
+        Some((_, quantity, value, expected)) => Err(Error::BadDrops {
+            quantity,
+            value,
+            node,
+            expected,
+        }),
+        None => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_volumes::grid;
+    use crate::test_volumes::sparse;
+    use crate::test_volumes::varied;
+
+    #[test]
+    fn a_constant_field_keeps_its_totals_for_any_voxel() {
+        let drops = Drops {
+            number_density_m3: 1000.0,
+            effective_radius_m: 1e-4,
+            effective_variance: 0.0,
+        };
+        for voxel_m in [2.0, 1.7, 3.0, 50.0] {
+            let grid = GridBox { voxel_m, ..grid() };
+            let mode = DropMode::from_fn("", &grid, |_| drops).unwrap();
+            let volume = 38.0 * 20.0 * 16.0;
+            // f32 densities and moments.
+            assert!(
+                (mode.total_drops() / (1000.0 * volume) - 1.0).abs() < 2e-7,
+                "{voxel_m}"
+            );
+            // 1000 drops of (4/3) pi 1e-6 cm³ each.
+            let water_g = 4.188_790_204_786_39e-3 * volume;
+            assert!(
+                (mode.total_water_g() / water_g - 1.0).abs() < 2e-7,
+                "{voxel_m}"
+            );
+        }
+    }
+
+    #[test]
+    fn nodes_hold_what_the_field_says() {
+        let mode = DropMode::from_fn("rain", &grid(), varied).unwrap();
+        assert_eq!(mode.nodes().count(), 19 * 10 * 8);
+        for (node, drops) in mode.nodes() {
+            assert_eq!(drops, varied(mode.node_position(node)));
+            assert_eq!(drops, mode.drops(node));
+        }
+        assert_eq!(mode.drops([-1, 0, 0]), Drops::NONE);
+        assert_eq!(mode.drops([19, 0, 0]), Drops::NONE);
+        assert_eq!(mode.node_range(), Some(([0; 3], [18, 9, 7])));
+    }
+
+    #[test]
+    fn leaves_are_sorted_and_none_is_empty() {
+        let mode = sparse();
+        assert!(mode.leaves().is_sorted_by(|a, b| a.origin < b.origin));
+        assert!(
+            mode.leaves()
+                .iter()
+                .all(|leaf| leaf.drops.iter().any(Drops::exist))
+        );
+        assert!(mode.leaves().len() < 60, "{} of 512", mode.leaves().len());
+    }
+
+    #[test]
+    fn one_thread_and_many_give_the_same_volume() {
+        let build = || DropMode::from_fn("", &grid(), varied).unwrap();
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(1)
+            .build()
+            .unwrap();
+        assert_eq!(pool.install(build), build());
+    }
+
+    #[test]
+    fn impossible_drops_are_refused_with_their_node() {
+        let sound = varied(DVec3::ZERO);
+        let bad = [
+            Drops {
+                number_density_m3: -1.0,
+                ..sound
+            },
+            Drops {
+                number_density_m3: f32::INFINITY,
+                ..sound
+            },
+            Drops {
+                effective_radius_m: f32::NAN,
+                ..sound
+            },
+            Drops {
+                effective_radius_m: -1e-6,
+                ..sound
+            },
+            Drops {
+                effective_radius_m: 1.0,
+                ..sound
+            },
+            Drops {
+                effective_variance: 0.5,
+                ..sound
+            },
+            Drops {
+                effective_variance: -0.1,
+                ..sound
+            },
+        ];
+        for bad in bad {
+            let place = DVec3::new(30.0, 4.0, 101.0);
+            let field = |position: DVec3| if position == place { bad } else { sound };
+            let error = DropMode::from_fn("", &grid(), field).unwrap_err();
+            assert!(
+                matches!(
+                    error,
+                    Error::BadDrops {
+                        node: [18, 0, 0],
+                        ..
+                    }
+                ),
+                "{error}"
+            );
+        }
+    }
+}

@@ -1,0 +1,231 @@
+//! The cells along a ray.
+//!
+//! In lattice coordinates (1 = a voxel) the ray is o + t d, and it crosses the plane x = i at
+//! t = (i - o)/d. Every crossing is computed from its plane, never by adding up steps, so that
+//! errors do not grow along the ray, and one cell's exit is bit for bit the next one's entry.
+//! Rounding may put a crossing before the one already passed; such a cell has no length and is left
+//! out. A direction component of exactly 0 never crosses.
+//! [AW87] Amanatides and Woo, "A fast voxel traversal algorithm for ray tracing", Eurographics
+//! 1987, 3-10 (with planes instead of increments).
+
+use glam::DVec3;
+use glam::IVec3;
+use glam::Vec3;
+
+use crate::Bricks;
+use crate::Sample;
+use crate::bricks::BRICK_DIM;
+use crate::bricks::NO_BRICK;
+use crate::bricks::cell_base;
+
+/// The run of a ray through one cell, in which the field is one trilinear polynomial (and so a
+/// cubic one along the ray).
+#[derive(Debug, Clone, Copy)]
+pub struct Segment<'a> {
+    /// Distance at which the ray enters, in units of the direction's length.
+    pub t_enter: f64,
+    /// Distance at which it leaves.
+    pub t_exit: f64,
+    bricks: &'a Bricks,
+    brick: u32,
+    base: usize,
+    local_enter: Vec3,
+    local_exit: Vec3,
+}
+
+impl Segment<'_> {
+    /// The field at a fraction (0..=1) of the run.
+    pub fn sample(&self, fraction: f32) -> Sample {
+        let local = self.local_enter * (1.0 - fraction) + self.local_exit * fraction;
+        self.bricks.sample_cell(self.base, local)
+    }
+
+    /// Bounds on M2 in the brick that the cell belongs to [um²/m³].
+    pub fn m2_range(&self) -> (f32, f32) {
+        self.bricks.m2_range(self.brick)
+    }
+}
+
+/// Iterator over the cells along a ray.
+#[derive(Debug, Clone)]
+pub struct Segments<'a> {
+    bricks: &'a Bricks,
+    /// The ray in lattice coordinates.
+    origin: DVec3,
+    direction: DVec3,
+    inverse: DVec3,
+    /// 1 along axes on which the ray runs upwards, else 0.
+    upwards: IVec3,
+    cell: IVec3,
+    brick: u32,
+    t: f64,
+    t_end: f64,
+}
+
+impl<'a> Segments<'a> {
+    pub(crate) fn new(
+        bricks: &'a Bricks,
+        origin: DVec3,
+        direction: DVec3,
+        t_range: (f64, f64),
+    ) -> Self {
+        let n_cells = bricks.n_cells();
+        let inverse = direction.recip();
+        let upwards = IVec3::from(direction.to_array().map(|axis| i32::from(axis > 0.0)));
+        let (t, t_end) = clip(n_cells.as_dvec3(), (origin, direction, inverse), t_range);
+        let mut segments = Self {
+            bricks,
+            origin,
+            direction,
+            inverse,
+            upwards,
+            cell: IVec3::ZERO,
+            brick: NO_BRICK,
+            t,
+            t_end,
+        };
+        if segments.t < segments.t_end {
+            segments.cell = segments.cell_at(t).clamp(IVec3::ZERO, n_cells - 1);
+            segments.brick = bricks.brick_of(segments.cell);
+        }
+        segments
+    }
+
+    fn cell_at(&self, t: f64) -> IVec3 {
+        (self.origin + self.direction * t).floor().as_ivec3()
+    }
+
+    /// The axis of the next crossing and its distance, for planes `size` cells apart.
+    fn next_crossing(&self, size: i32) -> (usize, f64) {
+        // Round down to the block, then up to its far side where the ray runs upwards.
+        let block = self.cell & -size;
+        let plane = (block + self.upwards * size).as_dvec3();
+        let at = |axis: usize| {
+            // Against the stored direction: only an exact 0 never crosses.
+            let parallel = self.direction[axis] == 0.0;
+            let t = (plane[axis] - self.origin[axis]) * self.inverse[axis];
+            if parallel { f64::INFINITY } else { t }
+        };
+        let (tx, ty, tz) = (at(0), at(1), at(2));
+        if tx <= ty && tx <= tz {
+            (0, tx)
+        } else if ty <= tz {
+            (1, ty)
+        } else {
+            (2, tz)
+        }
+    }
+
+    /// Go on to the cell behind the far face of a block of `size` cells; the end of the ray where
+    /// that is outside the lattice.
+    fn cross(&mut self, axis: usize, size: i32) {
+        let block = self.cell[axis] & -size;
+        self.cell[axis] = if self.upwards[axis] == 1 {
+            block + size
+        } else {
+            block - 1
+        };
+        if self.cell[axis] < 0 || self.cell[axis] >= self.bricks.n_cells()[axis] {
+            self.t = self.t_end;
+            return;
+        }
+        let new_brick =
+            self.cell[axis] & (BRICK_DIM - 1) == (BRICK_DIM - 1) * (1 - self.upwards[axis]);
+        if size == BRICK_DIM || new_brick {
+            self.brick = self.bricks.brick_of(self.cell);
+        }
+    }
+
+    /// Leave a brick without drops at once.
+    fn skip_brick(&mut self) {
+        let (axis, t_exit) = self.next_crossing(BRICK_DIM);
+        self.t = self.t.max(t_exit);
+        if self.t >= self.t_end {
+            return;
+        }
+        // Along the other axes the ray is still inside the brick.
+        let low = self.cell & -BRICK_DIM;
+        let high = (low + BRICK_DIM - 1).min(self.bricks.n_cells() - 1);
+        let along = self.cell[axis];
+        self.cell = self.cell_at(self.t).clamp(low, high);
+        self.cell[axis] = along;
+        self.cross(axis, BRICK_DIM);
+    }
+
+    fn segment(&self, t_enter: f64, t_exit: f64, cell: IVec3) -> Segment<'a> {
+        let low = self.origin - cell.as_dvec3();
+        // f32 is enough inside a cell: 1e-7 of a voxel.
+        let local = |t: f64| {
+            (low + self.direction * t)
+                .as_vec3()
+                .clamp(Vec3::ZERO, Vec3::ONE)
+        };
+        Segment {
+            t_enter,
+            t_exit,
+            bricks: self.bricks,
+            brick: self.brick,
+            base: cell_base(self.brick, cell),
+            local_enter: local(t_enter),
+            local_exit: local(t_exit),
+        }
+    }
+}
+
+impl<'a> Iterator for Segments<'a> {
+    type Item = Segment<'a>;
+
+    fn next(&mut self) -> Option<Segment<'a>> {
+        while self.t < self.t_end {
+            if self.brick == NO_BRICK {
+                self.skip_brick();
+                continue;
+            }
+            let (axis, t_next) = self.next_crossing(1);
+            let t_exit = t_next.min(self.t_end);
+            if t_exit > self.t {
+                let segment = self.segment(self.t, t_exit, self.cell);
+                self.t = t_exit;
+                self.cross(axis, 1);
+                return Some(segment);
+            }
+            self.cross(axis, 1);
+        }
+        None
+    }
+}
+
+/// The part of a range of distances that lies in the box from 0 to `size`; empty as (0, 0).
+fn clip(
+    size: DVec3,
+    (origin, direction, inverse): (DVec3, DVec3, DVec3),
+    (mut t_enter, mut t_exit): (f64, f64),
+) -> (f64, f64) {
+    // Also where an end is not a number, which `max` and `min` would pass over.
+    if t_enter.partial_cmp(&t_exit) != Some(std::cmp::Ordering::Less) {
+        return (0.0, 0.0);
+    }
+    for axis in 0..3 {
+        // Against the stored direction: only an exact 0 runs along the faces.
+        if direction[axis] == 0.0 {
+            if !(0.0..size[axis]).contains(&origin[axis]) {
+                return (0.0, 0.0);
+            }
+            continue;
+        }
+        let at_low = -origin[axis] * inverse[axis];
+        let at_high = (size[axis] - origin[axis]) * inverse[axis];
+        t_enter = t_enter.max(at_low.min(at_high));
+        t_exit = t_exit.min(at_low.max(at_high));
+    }
+    // Written so that a NaN gives nothing.
+    if t_enter < t_exit && (direction + origin).is_finite() {
+        (t_enter, t_exit)
+    } else {
+        (0.0, 0.0)
+    }
+}
+
+#[cfg(test)]
+#[path = "segments_tests.rs"]
+mod tests;

@@ -1,0 +1,172 @@
+//! The shapes by name.
+
+use niji_dropfield::DropVolume;
+use niji_dropfield::GridBox;
+use serde::Deserialize;
+use serde::Serialize;
+
+use crate::Error;
+use crate::Gradient;
+use crate::RainShaft;
+use crate::Uniform;
+
+/// A region of air with drops, described by a few numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Shape {
+    /// A box of the same drops everywhere.
+    Uniform(Uniform),
+    /// A box with a linear run of radius and number density.
+    Gradient(Gradient),
+    /// A shaft of rain below a cloud.
+    RainShaft(RainShaft),
+}
+
+/// Evaluate an expression for the shape inside, whichever it is.
+macro_rules! for_each_shape {
+    ($shape:expr, $inner:ident => $value:expr) => {
+        match $shape {
+            Shape::Uniform($inner) => $value,
+            Shape::Gradient($inner) => $value,
+            Shape::RainShaft($inner) => $value,
+        }
+    };
+}
+
+impl Shape {
+    /// The name by which scene files and the program call the shape.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Uniform(_) => "uniform",
+            Self::Gradient(_) => "gradient",
+            Self::RainShaft(_) => "rain-shaft",
+        }
+    }
+
+    /// What is written into a file about the sizes of the drops.
+    pub fn law_name(&self) -> &'static str {
+        match self {
+            Self::Uniform(shape) => shape.law.name(),
+            Self::Gradient(_) => "gamma",
+            Self::RainShaft(_) => "marshall-palmer",
+        }
+    }
+
+    /// Check all parameters.
+    ///
+    /// # Errors
+    /// The parameter that is wrong, what was found and what was expected.
+    pub fn validate(&self) -> Result<(), Error> {
+        for_each_shape!(self, shape => shape.validate())
+    }
+
+    /// Lay the shape out as a volume.
+    ///
+    /// # Errors
+    /// As [`Shape::validate`].
+    pub fn volume(&self) -> Result<DropVolume, Error> {
+        for_each_shape!(self, shape => shape.volume())
+    }
+
+    /// The box around the shape and its voxels.
+    pub fn grid(&self) -> GridBox {
+        for_each_shape!(self, shape => shape.grid())
+    }
+
+    /// Smallest and largest effective radius [um].
+    pub fn effective_radius_range_um(&self) -> (f64, f64) {
+        for_each_shape!(self, shape => shape.effective_radius_range_um())
+    }
+
+    /// Smallest and largest effective variance.
+    pub fn effective_variance_range(&self) -> (f64, f64) {
+        for_each_shape!(self, shape => shape.effective_variance_range())
+    }
+
+    /// Largest extinction without diffraction, sigma = pi N <r²> [1/m].
+    pub fn max_extinction_m1_q1(&self) -> f64 {
+        for_each_shape!(self, shape => shape.max_extinction_m1_q1())
+    }
+
+    /// Upper bound on the optical depth without diffraction along any straight line.
+    pub fn max_optical_depth_q1(&self) -> f64 {
+        let grid = self.grid();
+        // The trilinear field reaches half a voxel beyond the box on every side.
+        let size = grid.max - grid.min + grid.voxel_m;
+        self.max_extinction_m1_q1() * size.length()
+    }
+
+    /// Drops in the whole shape, in closed form.
+    pub fn total_drops(&self) -> f64 {
+        for_each_shape!(self, shape => shape.total_drops())
+    }
+
+    /// Water in the whole shape [g], in closed form.
+    pub fn total_water_g(&self) -> f64 {
+        for_each_shape!(self, shape => shape.total_water_g())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RAIN: &str = r#"{"rain-shaft":{"rain_rate_mm_h":5.0,
+        "footprint":{"column":{"radius_m":40.0}},"center_xz_m":[0.0,-300.0],
+        "base_y_m":0.0,"top_y_m":100.0,"voxel_m":5.0}}"#;
+    const FOG: &str = r#"{"uniform":{"box_min_m":[0,0,0],"box_max_m":[8,8,8],"voxel_m":1,
+        "law":{"monodisperse":{"radius_um":10}},"number_density_m3":1e8}}"#;
+    const GRADIENT: &str = r#"{"gradient":{"box_min_m":[0,0,0],"box_max_m":[8,8,8],"voxel_m":1,
+        "axis":"y","radius_at_min_um":1500,"radius_at_max_um":10,
+        "number_density_at_min_m3":0,"number_density_at_max_m3":1000}}"#;
+
+    #[test]
+    fn shapes_are_read_by_name_and_written_back() {
+        for (text, name, law) in [
+            (RAIN, "rain-shaft", "marshall-palmer"),
+            (FOG, "uniform", "monodisperse"),
+            (GRADIENT, "gradient", "gamma"),
+        ] {
+            let shape: Shape = serde_json::from_str(text).unwrap();
+            assert_eq!((shape.name(), shape.law_name()), (name, law));
+            shape.validate().unwrap();
+            let again = serde_json::to_string(&shape).unwrap();
+            assert_eq!(serde_json::from_str::<Shape>(&again).unwrap(), shape);
+        }
+    }
+
+    #[test]
+    fn misspelt_keys_are_refused_at_every_depth() {
+        for (text, right, wrong) in [
+            (RAIN, "radius_m\"", "radius_km\""),
+            (RAIN, "top_y_m", "top_m"),
+            (RAIN, "column", "pillar"),
+            (FOG, "radius_um", "radius_mm"),
+            (GRADIENT, "axis", "axes"),
+        ] {
+            let misspelt = text.replace(right, wrong);
+            let error = serde_json::from_str::<Shape>(&misspelt)
+                .unwrap_err()
+                .to_string();
+            assert!(error.contains(wrong.trim_matches('"')), "{error}");
+        }
+    }
+
+    #[test]
+    fn bounds_hold_for_the_volume() {
+        for text in [RAIN, FOG, GRADIENT] {
+            let shape: Shape = serde_json::from_str(text).unwrap();
+            let found = shape.volume().unwrap().summary();
+            let roundoff = 1.0 + 1e-6;
+            assert!(found.max_extinction_m1_q1 <= shape.max_extinction_m1_q1() * roundoff);
+            let (low, high) = shape.effective_radius_range_um();
+            assert!(found.effective_radius_um.0 * roundoff >= low);
+            assert!(found.effective_radius_um.1 <= high * roundoff);
+            let (low, high) = shape.effective_variance_range();
+            assert!(found.effective_variance.0 * roundoff >= low);
+            assert!(found.effective_variance.1 <= high * roundoff);
+            let deepest = found.optical_depth_q1.into_iter().fold(0.0, f64::max);
+            assert!(deepest <= shape.max_optical_depth_q1() * roundoff);
+        }
+    }
+}

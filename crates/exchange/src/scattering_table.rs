@@ -1,0 +1,172 @@
+//! How drops scatter, ready for a renderer.
+//!
+//! t = (dσ/dΩ) / (π⟨r²⟩)   [1/sr]
+//! so that a volume element whose drops have the area moment M2 = N⟨r²⟩ scatters π M2 t of the
+//! irradiance it receives. `θ` is the scattering angle, 0 forward; s and p are the components
+//! perpendicular and parallel to the scattering plane, natural light takes half of their sum. The
+//! table is never renormalised: its integral over the sphere is what the theory says, less the part
+//! of the forward lobe that is left out.
+
+use ndarray::Array2;
+use ndarray::Array5;
+use ndarray::s;
+use niji_radiometry::WavelengthGrid;
+
+use crate::attributes::AttributeValue;
+use crate::attributes::Attributes;
+use crate::error::Error;
+use crate::provenance::Provenance;
+use crate::table::Axis;
+use crate::table::Channel;
+use crate::table::TableFile;
+use crate::table::TablePart;
+use crate::wavelength_names::grid;
+use crate::wavelength_names::parse_wavelength;
+use crate::wavelength_names::wavelength_name;
+
+/// What the file says it holds.
+const QUANTITY: &str = "scattering";
+/// Prefixes of the channels of the two polarisations.
+const POLARIZATIONS: [&str; 2] = ["s", "p"];
+/// Said in every header, because this is where people err.
+const ANGLE_CONVENTION: &str = "scattering angle between the directions of travel before and after: \
+                                0 = forward, pi = backward; bow angle = pi - theta";
+/// Said in every header.
+const NORM: &str = "(dsigma/dOmega) / (pi <r^2>) in 1/sr for each polarization; natural light = \
+                    (s + p) / 2; p11 (mean over the sphere 1) = 4 pi (s + p) / 2 / Q_sca; never \
+                    renormalised";
+
+/// A scattering table.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ScatteringTable {
+    /// Theory that made it.
+    pub theory: String,
+    /// Debye orders in it, `2,3` say, or `all`.
+    pub orders: String,
+    /// Wavelength bins.
+    pub wavelengths: WavelengthGrid,
+    /// Scattering angles, ascending, in radians.
+    pub theta_rad: Vec<f64>,
+    /// Effective radii, ascending, in micrometres.
+    pub effective_radius_um: Vec<f64>,
+    /// Effective variances, ascending.
+    pub effective_variance: Vec<f64>,
+    /// Values in 1/sr by polarisation (0 = s, 1 = p), effective radius, effective variance,
+    /// wavelength and scattering angle.
+    pub values: Array5<f32>,
+    /// Diameter of the sun's disc that the table is averaged over, in radians; 0 for a point.
+    pub sun_disc_diameter_rad: f64,
+    /// Scattering angle between the secondary bow (smaller) and the primary (larger), in radians.
+    pub split_theta_rad: f64,
+    /// Part of the scattered light that lies in the forward lobe left out, from 0 to 1.
+    pub forward_fraction_left_out: f64,
+    /// Temperature of the water in degrees Celsius.
+    pub temperature_c: f64,
+}
+
+impl ScatteringTable {
+    /// The table as a file: width = θ, height = effective radius × effective variance, channels
+    /// `s.550nm` and `p.550nm`.
+    #[must_use]
+    pub fn to_file(&self, provenance: Provenance) -> TableFile {
+        let (_, n_radii, n_variances, _, n_theta) = self.values.dim();
+        let mut channels = Vec::with_capacity(2 * self.wavelengths.len());
+        for (polarization, prefix) in POLARIZATIONS.into_iter().enumerate() {
+            for (index, wavelength) in self.wavelengths.centers().enumerate() {
+                let values = self.values.slice(s![polarization, .., .., index, ..]);
+                let flat: Vec<f32> = values.iter().copied().collect();
+                let values = Array2::from_shape_vec((n_radii * n_variances, n_theta), flat)
+                    .expect("rows are radii times variances");
+                let name = format!("{prefix}.{}", wavelength_name(wavelength));
+                channels.push(Channel { name, values });
+            }
+        }
+        let part = TablePart {
+            name: QUANTITY.to_owned(),
+            column_axis: Axis::new("theta", "rad", self.theta_rad.clone()),
+            row_axes: vec![
+                Axis::new("effective_radius", "um", self.effective_radius_um.clone()),
+                Axis::new("effective_variance", "-", self.effective_variance.clone()),
+            ],
+            channels,
+            attributes: self.attributes(),
+        };
+        TableFile { quantity: QUANTITY.to_owned(), parts: vec![part], provenance }
+    }
+
+    fn attributes(&self) -> Attributes {
+        let text = |text: &str| AttributeValue::Text(text.to_owned());
+        let number = AttributeValue::Number;
+        [
+            ("niji:theory", text(&self.theory)),
+            ("niji:orders", text(&self.orders)),
+            ("niji:angleConvention", text(ANGLE_CONVENTION)),
+            ("niji:norm", text(NORM)),
+            ("niji:wavelengthStepNm", number(self.wavelengths.step_nm())),
+            ("niji:sunDiscDiameterRad", number(self.sun_disc_diameter_rad)),
+            ("niji:splitThetaRad", number(self.split_theta_rad)),
+            ("niji:forwardFractionLeftOut", number(self.forward_fraction_left_out)),
+            ("niji:waterTemperatureC", number(self.temperature_c)),
+        ]
+        .into_iter()
+        .map(|(name, value)| (name.to_owned(), value))
+        .collect()
+    }
+
+    /// Reads the table from a file.
+    ///
+    /// # Errors
+    /// A table of another quantity, a missing axis, channel or attribute, sizes or wavelengths that
+    /// disagree, or values that are negative or not finite.
+    pub fn from_file(file: &TableFile) -> Result<Self, Error> {
+        file.expect_quantity(QUANTITY)?;
+        let part = file.part(QUANTITY)?;
+        let radii = &part.row_axis("effective_radius")?.values;
+        let variances = &part.row_axis("effective_variance")?.values;
+        let wavelengths = wavelengths(part)?;
+        let n_theta = part.column_axis.values.len();
+        let shape = (2, radii.len(), variances.len(), wavelengths.len(), n_theta);
+        let mut values = Array5::zeros(shape);
+        for (polarization, prefix) in POLARIZATIONS.into_iter().enumerate() {
+            for (index, wavelength) in wavelengths.centers().enumerate() {
+                let name = format!("{prefix}.{}", wavelength_name(wavelength));
+                let channel = part.channel(&name)?;
+                check_values(&name, channel)?;
+                let target = values.slice_mut(s![polarization, .., .., index, ..]);
+                for (target, &value) in target.into_iter().zip(channel) {
+                    *target = value;
+                }
+            }
+        }
+        Ok(Self {
+            theory: part.text("niji:theory")?.to_owned(),
+            orders: part.text("niji:orders")?.to_owned(),
+            wavelengths,
+            theta_rad: part.column_axis.values.clone(),
+            effective_radius_um: radii.clone(),
+            effective_variance: variances.clone(),
+            values,
+            sun_disc_diameter_rad: part.number("niji:sunDiscDiameterRad")?,
+            split_theta_rad: part.number("niji:splitThetaRad")?,
+            forward_fraction_left_out: part.number("niji:forwardFractionLeftOut")?,
+            temperature_c: part.number("niji:waterTemperatureC")?,
+        })
+    }
+}
+
+fn wavelengths(part: &TablePart) -> Result<WavelengthGrid, Error> {
+    let names = part.channels.iter().filter_map(|channel| channel.name.strip_prefix("s."));
+    let wavelengths_nm = names.filter_map(parse_wavelength).map(|wavelength| wavelength.0);
+    grid(wavelengths_nm.collect(), part.number("niji:wavelengthStepNm")?)
+}
+
+fn check_values(name: &str, values: &Array2<f32>) -> Result<(), Error> {
+    let bad = values.indexed_iter().find(|(_, value)| !(value.is_finite() && **value >= 0.0));
+    match bad {
+        None => Ok(()),
+        Some(((y, x), &value)) => {
+            let (part, channel) = (QUANTITY.to_owned(), name.to_owned());
+            Err(Error::NotFinite { part, channel, x, y, value })
+        }
+    }
+}

@@ -1,0 +1,243 @@
+//! The pinhole camera.
+//!
+//! It looks along its −z; pixels run x right and y down, (0, 0) is the outer corner of the top left
+//! pixel and pixel centers lie at +0.5. Pixels are square.
+
+use glam::DMat3;
+use glam::DMat4;
+use glam::DVec3;
+use niji_radiometry::Radians;
+
+use crate::error::Error;
+use crate::ray::Ray;
+
+/// What a pinhole camera is made from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PinholeRequest {
+    /// Position of the eye in metres.
+    pub position: DVec3,
+    /// Azimuth of the optical axis, clockwise from north.
+    pub azimuth: Radians,
+    /// Elevation of the optical axis above the horizon.
+    pub elevation: Radians,
+    /// Rotation about the optical axis, positive where the right side of the camera goes down.
+    pub roll: Radians,
+    /// Full field of view across the width.
+    pub horizontal_fov: Radians,
+    /// Width of the picture in pixels.
+    pub width_px: u32,
+    /// Height of the picture in pixels.
+    pub height_px: u32,
+}
+
+/// A pinhole camera.
+///
+/// ```
+/// use glam::DVec3;
+/// use niji_geometry::{PinholeCamera, PinholeRequest};
+/// use niji_radiometry::Radians;
+/// let camera = PinholeCamera::new(PinholeRequest {
+///     position: DVec3::ZERO,
+///     azimuth: Radians(0.0),
+///     elevation: Radians(0.0),
+///     roll: Radians(0.0),
+///     horizontal_fov: Radians::from_degrees(90.0),
+///     width_px: 640,
+///     height_px: 480,
+/// })?;
+/// assert!(camera.ray(320.0, 240.0).direction.distance(DVec3::NEG_Z) < 1e-15);
+/// # Ok::<(), niji_geometry::Error>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PinholeCamera {
+    request: PinholeRequest,
+    /// Columns: right, up, backwards.
+    axes: DMat3,
+    half_width: f64,
+}
+
+impl PinholeCamera {
+    /// A camera.
+    ///
+    /// # Errors
+    /// If a number is not finite, the field of view is not within 0..180 degrees, or the picture has
+    /// no pixels.
+    pub fn new(request: PinholeRequest) -> Result<Self, Error> {
+        let fov_deg = request.horizontal_fov.to_degrees();
+        if !(fov_deg > 0.0 && fov_deg < 180.0) {
+            return Err(Error::FieldOfView { found_deg: fov_deg });
+        }
+        if request.width_px == 0 || request.height_px == 0 {
+            let (width_px, height_px) = (request.width_px, request.height_px);
+            return Err(Error::EmptyPicture {
+                width_px,
+                height_px,
+            });
+        }
+        let angles = [request.azimuth.0, request.elevation.0, request.roll.0];
+        if !request.position.is_finite() || angles.iter().any(|angle| !angle.is_finite()) {
+            return Err(Error::NotFinite);
+        }
+        let axes = DMat3::from_rotation_y(-request.azimuth.0)
+            * DMat3::from_rotation_x(request.elevation.0)
+            * DMat3::from_rotation_z(-request.roll.0);
+        Ok(Self {
+            request,
+            axes,
+            half_width: (0.5 * request.horizontal_fov.0).tan(),
+        })
+    }
+
+    /// Width of the picture in pixels.
+    #[must_use]
+    pub fn width_px(&self) -> u32 {
+        self.request.width_px
+    }
+
+    /// Height of the picture in pixels.
+    #[must_use]
+    pub fn height_px(&self) -> u32 {
+        self.request.height_px
+    }
+
+    /// Position of the eye in metres.
+    #[must_use]
+    pub fn position(&self) -> DVec3 {
+        self.request.position
+    }
+
+    /// Unit vector along the optical axis.
+    #[must_use]
+    pub fn forward(&self) -> DVec3 {
+        -self.axes.z_axis
+    }
+
+    /// The ray through a point of the picture, in pixels from its top left corner.
+    #[must_use]
+    pub fn ray(&self, x_px: f64, y_px: f64) -> Ray {
+        let scale = 2.0 * self.half_width / f64::from(self.request.width_px);
+        let x = scale * (x_px - 0.5 * f64::from(self.request.width_px));
+        let y = scale * (0.5 * f64::from(self.request.height_px) - y_px);
+        let direction = (self.axes * DVec3::new(x, y, -1.0)).normalize();
+        Ray {
+            origin: self.request.position,
+            direction,
+        }
+    }
+
+    /// Where a direction falls in the picture, in pixels; `None` behind the camera.
+    #[must_use]
+    pub fn project(&self, direction: DVec3) -> Option<(f64, f64)> {
+        let local = self.axes.transpose() * direction;
+        if local.z >= 0.0 {
+            return None;
+        }
+        let scale = f64::from(self.request.width_px) / (2.0 * self.half_width);
+        let x_px = 0.5 * f64::from(self.request.width_px) - scale * local.x / local.z;
+        let y_px = 0.5 * f64::from(self.request.height_px) + scale * local.y / local.z;
+        Some((x_px, y_px))
+    }
+
+    /// Angle that a pixel in the center of the picture spans.
+    #[must_use]
+    pub fn pixel_angle(&self) -> Radians {
+        Radians((2.0 * self.half_width / f64::from(self.request.width_px)).atan())
+    }
+
+    /// The matrix that takes points of the world to the camera's frame.
+    #[must_use]
+    pub fn world_to_camera(&self) -> DMat4 {
+        let rotation = self.axes.transpose();
+        DMat4::from_mat3(rotation) * DMat4::from_translation(-self.request.position)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ray::direction_from_azimuth_elevation;
+
+    fn camera(azimuth_deg: f64, elevation_deg: f64, roll_deg: f64) -> PinholeCamera {
+        PinholeCamera::new(PinholeRequest {
+            position: DVec3::new(1.0, 2.0, 3.0),
+            azimuth: Radians::from_degrees(azimuth_deg),
+            elevation: Radians::from_degrees(elevation_deg),
+            roll: Radians::from_degrees(roll_deg),
+            horizontal_fov: Radians::from_degrees(90.0),
+            width_px: 640,
+            height_px: 480,
+        })
+        .unwrap()
+    }
+
+    #[test]
+    fn the_axis_points_at_its_azimuth_and_elevation() {
+        let expected = direction_from_azimuth_elevation(
+            Radians::from_degrees(70.0),
+            Radians::from_degrees(25.0),
+        );
+        let camera = camera(70.0, 25.0, 10.0);
+        assert!(camera.ray(320.0, 240.0).direction.distance(expected) < 1e-15);
+        assert!(camera.forward().distance(expected) < 1e-15);
+    }
+
+    #[test]
+    fn the_edges_of_the_picture_are_half_the_field_of_view_away() {
+        let camera = camera(0.0, 0.0, 0.0);
+        let right = camera.ray(640.0, 240.0).direction;
+        assert!((right.angle_between(DVec3::NEG_Z).to_degrees() - 45.0).abs() < 1e-6);
+        assert!(right.x > 0.0, "x runs right, and east is right of north");
+        assert!(camera.ray(320.0, 0.0).direction.y > 0.0, "row 0 is the top");
+    }
+
+    #[test]
+    fn project_undoes_ray() {
+        let camera = camera(200.0, -35.0, 17.0);
+        for (x, y) in [(0.0, 0.0), (13.25, 400.5), (640.0, 480.0)] {
+            let (x_back, y_back) = camera.project(camera.ray(x, y).direction).unwrap();
+            assert!((x_back - x).abs() < 1e-9 && (y_back - y).abs() < 1e-9);
+        }
+        assert_eq!(camera.project(-camera.forward()), None);
+    }
+
+    #[test]
+    fn the_matrix_puts_the_eye_at_the_origin_and_the_axis_on_minus_z() {
+        let camera = camera(123.0, 45.0, -30.0);
+        let matrix = camera.world_to_camera();
+        assert!(matrix.transform_point3(camera.position()).length() < 1e-12);
+        assert!(
+            matrix
+                .transform_vector3(camera.forward())
+                .distance(DVec3::NEG_Z)
+                < 1e-12
+        );
+    }
+
+    #[test]
+    fn impossible_cameras_are_refused() {
+        let request = PinholeRequest {
+            width_px: 0,
+            ..camera(0.0, 0.0, 0.0).request
+        };
+        assert!(matches!(
+            PinholeCamera::new(request),
+            Err(Error::EmptyPicture { .. })
+        ));
+        let sound = camera(0.0, 0.0, 0.0).request;
+        for fov_deg in [0.0, 180.0, -3.0, f64::NAN] {
+            let request = PinholeRequest {
+                horizontal_fov: Radians::from_degrees(fov_deg),
+                ..sound
+            };
+            assert!(matches!(
+                PinholeCamera::new(request),
+                Err(Error::FieldOfView { .. })
+            ));
+        }
+        let request = PinholeRequest {
+            position: DVec3::NAN,
+            ..sound
+        };
+        assert!(matches!(PinholeCamera::new(request), Err(Error::NotFinite)));
+    }
+}

@@ -1,0 +1,8 @@
+//! Spheres against published values, references in high precision, and identities.
+
+mod debye;
+mod high_precision;
+mod identities;
+mod published;
+mod references;
+mod support;

@@ -1,0 +1,48 @@
+//! Units, wavelength grids, spectra, CIE color, solar irradiance and refractive indices.
+//!
+//! The bottom of the workspace: every stage speaks in these units and on these wavelength grids.
+//! Its tables are embedded; nothing is read from disk.
+//!
+//! ```
+//! use niji_radiometry::{Colorimetry, WavelengthGrid, solar_irradiance, xy_chromaticity};
+//!
+//! let grid = WavelengthGrid::visible();
+//! let sun = solar_irradiance(&grid);
+//! let [x, y] = xy_chromaticity(Colorimetry::new(&grid).xyz(&sun)).expect("the sun is not dark");
+//! assert!((x - 0.325).abs() < 0.005 && (y - 0.334).abs() < 0.005);
+//! ```
+
+mod ciddor;
+mod color_space;
+mod colorimetry;
+mod error;
+mod iapws_r9_97;
+mod piecewise_linear;
+mod quan_fry;
+mod solar_irradiance;
+mod tabulated_spectrum;
+mod units;
+mod warren_brandt;
+mod wavelength_grid;
+
+pub use crate::ciddor::air_refractive_index;
+pub use crate::color_space::GamutPolicy;
+pub use crate::color_space::into_gamut;
+pub use crate::color_space::linear_rec709_to_xyz;
+pub use crate::color_space::srgb_decode;
+pub use crate::color_space::srgb_encode;
+pub use crate::color_space::xy_chromaticity;
+pub use crate::color_space::xyz_to_linear_rec709;
+pub use crate::colorimetry::Colorimetry;
+pub use crate::error::Error;
+pub use crate::iapws_r9_97::water_refractive_index;
+pub use crate::iapws_r9_97::water_refractive_index_vacuum;
+pub use crate::quan_fry::sea_water_refractive_index;
+pub use crate::solar_irradiance::solar_irradiance;
+pub use crate::tabulated_spectrum::TabulatedSpectrum;
+pub use crate::units::Meters;
+pub use crate::units::Micrometers;
+pub use crate::units::Nanometers;
+pub use crate::units::Radians;
+pub use crate::warren_brandt::ice_refractive_index;
+pub use crate::wavelength_grid::WavelengthGrid;

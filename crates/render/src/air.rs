@@ -1,0 +1,279 @@
+//! The air as a ray meets it: how much of each constituent lies on a path.
+//!
+//! tau(lambda) = sum_c beta_c(lambda) l_c,   l_c = int rho_c(h(s)) ds
+//!
+//! `beta_c` extinction coefficient of constituent c at relative density 1 [1/m], `rho_c` its relative
+//! density, `l_c` its equivalent length [m]. Lengths do not depend on the wavelength: paths are
+//! walked once, and spectra are taken of their lengths.
+
+use glam::DVec3;
+use niji_exchange::AtmosphereTable;
+use niji_geometry::Planet;
+
+use crate::exponential::transmittance;
+use crate::gauss_nodes::AirRay;
+use crate::gauss_nodes::GaussRule;
+use crate::levels::AirPath;
+
+/// Constituents that a path keeps apart.
+pub(crate) const MAX_CONSTITUENTS: usize = 8;
+
+/// Equivalent length of each constituent on a path [m]; 0 beyond the constituents there are.
+pub(crate) type Lengths = [f64; MAX_CONSTITUENTS];
+
+/// The air of a picture.
+pub(crate) struct Air<'a> {
+    table: &'a AtmosphereTable,
+    planet: Planet,
+    level: AirPath,
+    sun_direction: DVec3,
+    /// Nodes of [`AirPath::Quadrature`].
+    rule: Option<GaussRule>,
+    /// Lengths from the eye to the sun, for [`AirPath::Constant`].
+    eye_to_sun: Option<Lengths>,
+    /// Relative densities at the eye, for [`AirPath::Constant`].
+    eye_density: Lengths,
+    /// beta by constituent [1/m]. f32: spectra leave in f32.
+    extinction_m1: Vec<Vec<f32>>,
+    /// Scattering coefficients by constituent [1/m].
+    scattering_m1: Vec<Vec<f32>>,
+    /// Phase functions by constituent and angle, wavelength fastest [1/sr].
+    phase_sr1: Vec<Vec<f32>>,
+}
+
+impl<'a> Air<'a> {
+    /// The air around an eye.
+    pub(crate) fn new(
+        table: &'a AtmosphereTable,
+        level: AirPath,
+        sun_direction: DVec3,
+        eye: DVec3,
+    ) -> Self {
+        let to_f32 = |values: &[f64]| values.iter().map(|value| *value as f32).collect();
+        let rule = match level {
+            AirPath::Quadrature { n_nodes } => n_nodes.try_into().ok().map(GaussRule::new),
+            AirPath::Constant | AirPath::Midpoint { .. } | AirPath::Table => None,
+        };
+        let constituents = &table.constituents;
+        let mut air = Self {
+            table,
+            planet: Planet {
+                radius_m: table.planet_radius_m,
+            },
+            level,
+            sun_direction,
+            rule,
+            eye_to_sun: None,
+            eye_density: [0.0; MAX_CONSTITUENTS],
+            extinction_m1: constituents
+                .iter()
+                .map(|air| to_f32(&air.extinction_m1))
+                .collect(),
+            scattering_m1: constituents
+                .iter()
+                .map(|air| to_f32(&air.scattering_m1))
+                .collect(),
+            phase_sr1: constituents
+                .iter()
+                .map(|air| {
+                    air.phase_sr1
+                        .t()
+                        .iter()
+                        .map(|value| *value as f32)
+                        .collect()
+                })
+                .collect(),
+        };
+        let eye_height_m = air.planet.height_m(eye);
+        air.eye_density = air.densities(eye_height_m);
+        air.eye_to_sun = air.table_to_sun(eye);
+        air
+    }
+
+    /// The planet under the air.
+    pub(crate) fn planet(&self) -> Planet {
+        self.planet
+    }
+
+    /// Height of the top of the air [m].
+    pub(crate) fn top_height_m(&self) -> f64 {
+        self.table.top_height_m
+    }
+
+    /// Albedo of the ground by wavelength.
+    pub(crate) fn ground_albedo(&self) -> &[f64] {
+        &self.table.ground_albedo
+    }
+
+    /// The direction towards the sun.
+    pub(crate) fn sun_direction(&self) -> DVec3 {
+        self.sun_direction
+    }
+
+    /// A view ray as the air sees it.
+    pub(crate) fn ray(&self, origin: DVec3, direction: DVec3) -> AirRay {
+        AirRay {
+            height_m: self.planet.height_m(origin),
+            cos_zenith: self.planet.cos_zenith(origin, direction),
+        }
+    }
+
+    /// Relative densities at a height.
+    pub(crate) fn densities(&self, height_m: f64) -> Lengths {
+        self.each(|index| self.table.density_at(index, height_m))
+    }
+
+    /// Lengths from the eye to a point of a view ray.
+    pub(crate) fn to_eye(&self, ray: AirRay, distance_m: f64) -> Lengths {
+        match self.level {
+            AirPath::Constant => self.each(|index| self.eye_density[index] * distance_m),
+            AirPath::Midpoint { n_steps } => self.midpoint_sum(ray, (0.0, distance_m), n_steps),
+            AirPath::Quadrature { .. } => self.gauss_sum(ray, (0.0, distance_m)),
+            AirPath::Table => self.each(|index| {
+                self.table
+                    .segment_length(index, ray.height_m, ray.cos_zenith, distance_m)
+            }),
+        }
+    }
+
+    /// Lengths from a point to the sun; `None` in the planet's shadow.
+    pub(crate) fn to_sun(&self, point: DVec3) -> Option<Lengths> {
+        match self.level {
+            AirPath::Constant => self.eye_to_sun,
+            AirPath::Table => self.table_to_sun(point),
+            AirPath::Midpoint { n_steps } => {
+                let (ray, range_m) = self.way_to_sun(point)?;
+                Some(self.midpoint_sum(ray, range_m, n_steps))
+            }
+            AirPath::Quadrature { .. } => {
+                let (ray, range_m) = self.way_to_sun(point)?;
+                Some(self.gauss_sum(ray, range_m))
+            }
+        }
+    }
+
+    /// exp(-tau) of lengths, by wavelength.
+    pub(crate) fn transmit(&self, lengths: &Lengths, out: &mut [f32]) {
+        self.optical_depth(lengths, out);
+        for value in out {
+            *value = transmittance(*value);
+        }
+    }
+
+    /// tau by wavelength.
+    pub(crate) fn optical_depth(&self, lengths: &Lengths, out: &mut [f32]) {
+        out.fill(0.0);
+        for (extinction, length) in self.extinction_m1.iter().zip(lengths) {
+            let length = *length as f32;
+            for (depth, beta) in out.iter_mut().zip(extinction) {
+                *depth += beta * length;
+            }
+        }
+    }
+
+    /// Largest change of the optical depth over all wavelengths, if each constituent's length
+    /// changes by as much as given.
+    pub(crate) fn largest_depth(&self, lengths: &Lengths) -> f64 {
+        let n_wavelengths = self.extinction_m1.first().map_or(0, Vec::len);
+        let depth = |wavelength: usize| -> f64 {
+            let terms = self.extinction_m1.iter().zip(lengths);
+            terms
+                .map(|(beta, length)| f64::from(beta[wavelength]) * length.abs())
+                .sum()
+        };
+        (0..n_wavelengths).map(depth).fold(0.0, f64::max)
+    }
+
+    /// beta_s times phase function by wavelength for each constituent [1/(m sr)], one after another.
+    pub(crate) fn scattering_towards(&self, theta_rad: f64, out: &mut Vec<f32>) {
+        out.clear();
+        for ((air, scattering), phase) in self
+            .table
+            .constituents
+            .iter()
+            .zip(&self.scattering_m1)
+            .zip(&self.phase_sr1)
+        {
+            let n = scattering.len();
+            let nodes = &air.phase_angle_rad;
+            let lower = nodes
+                .partition_point(|node| *node <= theta_rad)
+                .saturating_sub(1);
+            let lower = lower.min(nodes.len().saturating_sub(2));
+            let upper = (lower + 1).min(nodes.len() - 1);
+            let step = nodes[upper] - nodes[lower];
+            let fraction = if step > 0.0 {
+                (theta_rad - nodes[lower]) / step
+            } else {
+                0.0
+            };
+            let fraction = fraction.clamp(0.0, 1.0) as f32;
+            let rows = [
+                &phase[lower * n..(lower + 1) * n],
+                &phase[upper * n..(upper + 1) * n],
+            ];
+            out.extend(
+                scattering
+                    .iter()
+                    .zip(rows[0])
+                    .zip(rows[1])
+                    .map(|((beta, low), high)| beta * (low * (1.0 - fraction) + high * fraction)),
+            );
+        }
+    }
+
+    fn each(&self, length: impl Fn(usize) -> f64) -> Lengths {
+        let n = self.table.constituents.len();
+        std::array::from_fn(|index| if index < n { length(index) } else { 0.0 })
+    }
+
+    fn table_to_sun(&self, point: DVec3) -> Option<Lengths> {
+        let ray = self.ray(point, self.sun_direction);
+        let lengths = self.each(|index| self.table.column_at(index, ray.height_m, ray.cos_zenith));
+        lengths
+            .iter()
+            .all(|length| length.is_finite())
+            .then_some(lengths)
+    }
+
+    /// The part in the air of the way from a point to the sun; `None` through the ground.
+    fn way_to_sun(&self, point: DVec3) -> Option<(AirRay, (f64, f64))> {
+        let ray = self.ray(point, self.sun_direction);
+        if self.planet.hits_ground(ray.height_m, ray.cos_zenith) {
+            return None;
+        }
+        let chord = self
+            .planet
+            .shell_chord(ray.height_m, ray.cos_zenith, self.top_height_m());
+        Some((ray, chord.unwrap_or((0.0, 0.0))))
+    }
+
+    fn midpoint_sum(&self, ray: AirRay, (from_m, to_m): (f64, f64), n_steps: usize) -> Lengths {
+        let step_m = (to_m - from_m) / n_steps as f64;
+        let mut sum = [0.0; MAX_CONSTITUENTS];
+        for step in 0..n_steps {
+            self.add_density(ray, from_m + (step as f64 + 0.5) * step_m, step_m, &mut sum);
+        }
+        sum
+    }
+
+    fn gauss_sum(&self, ray: AirRay, range_m: (f64, f64)) -> Lengths {
+        let mut sum = [0.0; MAX_CONSTITUENTS];
+        let Some(rule) = &self.rule else { return sum };
+        let mut nodes = Vec::with_capacity(2 * rule.nodes().len());
+        rule.place(self.planet, ray, range_m, &mut nodes);
+        for node in nodes {
+            self.add_density(ray, node.distance_m, node.weight_m, &mut sum);
+        }
+        sum
+    }
+
+    fn add_density(&self, ray: AirRay, distance_m: f64, weight_m: f64, sum: &mut Lengths) {
+        let height_m = self
+            .planet
+            .height_along_ray(ray.height_m, ray.cos_zenith, distance_m);
+        for (sum, density) in sum.iter_mut().zip(self.densities(height_m)) {
+            *sum += weight_m * density;
+        }
+    }
+}

@@ -1,0 +1,124 @@
+//! What can keep a picture from being rendered.
+
+use niji_radiometry::WavelengthGrid;
+
+/// A request that cannot be met.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The direction towards the sun is not a unit vector.
+    #[error("found a sun direction {found:?}, expected a unit vector towards the sun")]
+    SunDirection {
+        /// The vector found.
+        found: [f64; 3],
+    },
+    /// The shadows in the drops are those of another sun.
+    #[error(
+        "the drops hold the shadows of a sun in another direction than {expected:?}: light them \
+         again for this sun"
+    )]
+    ShadowOfAnotherSun {
+        /// The sun of the picture.
+        expected: [f64; 3],
+    },
+    /// Drops shall cast shadows, but their way to the sun was never looked at.
+    #[error("drop shadow is on, but the drops were lit with the sun path ignored")]
+    NoShadow,
+    /// The setting of a level is out of its range.
+    #[error("{level} = {found}, expected {expected}")]
+    Level {
+        /// Which setting.
+        level: &'static str,
+        /// Its value.
+        found: f64,
+        /// What it may be.
+        expected: &'static str,
+    },
+    /// The optical-depth volume would not fit.
+    #[error(
+        "a sun volume with voxels of {found_m} m needs more than 2^26 nodes, expected voxels of at \
+         least {smallest_m:.3} m"
+    )]
+    SunVolumeTooLarge {
+        /// Voxels asked for, in metres.
+        found_m: f64,
+        /// Smallest voxels that fit, in metres.
+        smallest_m: f64,
+    },
+    /// The irradiance does not fit the wavelengths, or is not a number.
+    #[error(
+        "found {found} values of sun irradiance, expected {expected} that are finite and not \
+         negative"
+    )]
+    SunIrradiance {
+        /// Number of values found.
+        found: usize,
+        /// Number of wavelengths of the picture.
+        expected: usize,
+    },
+    /// An input was made for other wavelengths.
+    #[error("the {input} has wavelengths {found}, expected those of the picture, {expected}")]
+    Wavelengths {
+        /// Which input.
+        input: &'static str,
+        /// Its wavelengths.
+        found: Wavelengths,
+        /// The picture's.
+        expected: Wavelengths,
+    },
+    /// An effect is on whose input is missing.
+    #[error("{effect} is on, but there is no {input}")]
+    MissingInput {
+        /// The effect.
+        effect: &'static str,
+        /// What it needs.
+        input: &'static str,
+    },
+    /// Rays see the drops at scattering angles that the table does not hold.
+    #[error(
+        "the scattering table covers scattering angles {found_deg:?} degrees, expected at least \
+         {expected_deg:?}"
+    )]
+    AngleRange {
+        /// First and last angle of the table in degrees.
+        found_deg: (f64, f64),
+        /// What the picture needs, in degrees.
+        expected_deg: (f64, f64),
+    },
+    /// Drops are smaller or larger than the table's.
+    #[error(
+        "the scattering table covers effective radii {found_um:?} um, expected at least \
+         {expected_um:?} um"
+    )]
+    SizeRange {
+        /// First and last effective radius of the table in um.
+        found_um: (f64, f64),
+        /// Those of the drops in um.
+        expected_um: (f64, f64),
+    },
+    /// A table that cannot be interpolated.
+    #[error("the {input} cannot be used: {reason}")]
+    BadTable {
+        /// Which table.
+        input: &'static str,
+        /// What is wrong.
+        reason: &'static str,
+    },
+}
+
+/// A wavelength grid as an error shows it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wavelengths(pub WavelengthGrid);
+
+impl std::fmt::Display for Wavelengths {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let grid = self.0;
+        write!(
+            formatter,
+            "{} x {} nm from {} nm",
+            grid.len(),
+            grid.step_nm(),
+            grid.first_nm()
+        )
+    }
+}

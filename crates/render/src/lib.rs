@@ -1,0 +1,52 @@
+//! The ray integral: sunlight scattered by drops and air along every view ray.
+//!
+//! L(lambda) = E_sun int pi M2 t(theta, lambda; r_e, v_e) T_sun T_view ds
+//!             + air in-scattering + what shines through
+//!
+//! `L` radiance [W m^-2 sr^-1 nm^-1], `E_sun` irradiance [W m^-2 nm^-1], `M2` second moment of the
+//! drops' radius [m²/m³], `t` scattering table [1/sr], `T` what drops and air let pass.
+//!
+//! The sun is far, so the scattering angle theta is the same all along a ray. Light is therefore
+//! *deposited* by drop size while the ray is followed ([`Integration`]), and *shaded* with spectra
+//! only at its end: the cost hardly depends on the number of wavelengths.
+//!
+//! Scattering and air are known as tables only; any theory that fills one can be rendered.
+//!
+//! Start at [`render`]; light the drops first with [`LitDrops::new`].
+
+mod air;
+mod air_glow;
+mod air_slabs;
+mod effects;
+mod error;
+mod exponential;
+mod gauss_nodes;
+mod lane_cubic;
+mod levels;
+mod lit_drops;
+mod march;
+mod picture;
+mod piece_rule;
+mod ray_light;
+mod request;
+mod scattering_angle;
+mod scattering_rows;
+mod size_axes;
+mod sun_sweep;
+mod surround;
+
+pub use effects::RenderEffects;
+pub use effects::Toggle;
+pub use error::Error;
+pub use error::Wavelengths;
+pub use levels::AirPath;
+pub use levels::DropExtinctionModel;
+pub use levels::Integration;
+pub use levels::PixelFootprint;
+pub use levels::RenderLevels;
+pub use levels::SkyModel;
+pub use levels::SunPath;
+pub use lit_drops::LitDrops;
+pub use picture::Rendered;
+pub use picture::render;
+pub use request::RenderRequest;

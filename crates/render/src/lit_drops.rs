@@ -1,0 +1,206 @@
+//! Drops that know how much of the sun reaches them.
+//!
+//! tau_sun(x) = int_0^inf pi M2(x + s w) ds   at Q = 1, `w` unit vector towards the sun
+//!
+//! stands at every node of the bricks and is interpolated there like a moment, before the
+//! exponential: exp(-tau) of a mean is right along a straight shadow edge where the mean of exp(-tau)
+//! is not. All modes dim each other. The level's efficiency Q multiplies it later.
+
+use std::sync::atomic::AtomicU32;
+use std::sync::atomic::Ordering;
+
+use glam::DVec3;
+use niji_dropfield::Bricks;
+use niji_dropfield::NodeValues;
+use niji_geometry::Aabb;
+use niji_geometry::Ray;
+
+use crate::error::Error;
+use crate::levels::SunPath;
+use crate::piece_rule::EXTINCTION_PER_M2;
+use crate::sun_sweep::SunSweep;
+
+/// More steps than this from a node to the sun are a mistake in the step's length.
+const MAX_STEPS: f64 = 1e6;
+
+/// Drop volumes with the sun's optical depth at their nodes.
+///
+/// A renderer takes drops only in this form, so that no picture is made with shadows of another sun
+/// or of none.
+#[derive(Clone, Debug)]
+pub struct LitDrops {
+    bricks: Vec<Bricks>,
+    shadow: Shadow,
+    bounds: Option<Aabb>,
+    size_range_um: Option<(f64, f64)>,
+}
+
+/// Where the shadows in the bricks fall.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Shadow {
+    None,
+    From { sun_direction: DVec3 },
+}
+
+impl LitDrops {
+    /// No drops at all.
+    pub fn none() -> Self {
+        Self {
+            bricks: Vec::new(),
+            shadow: Shadow::None,
+            bounds: None,
+            size_range_um: None,
+        }
+    }
+
+    /// Find the optical depth towards the sun at the nodes of all modes.
+    ///
+    /// # Errors
+    /// [`Error::SunDirection`] if the direction is not a unit vector; [`Error::Level`] if a length
+    /// of the level is not above zero; [`Error::SunVolumeTooLarge`] if it asks for too many nodes.
+    pub fn new(
+        bricks: Vec<Bricks>,
+        sun_direction: DVec3,
+        sun_path: SunPath,
+    ) -> Result<Self, Error> {
+        crate::request::check_sun_direction(sun_direction)?;
+        let bounds = union_of_bounds(&bricks);
+        let mut lit = Self {
+            bricks,
+            shadow: Shadow::None,
+            bounds,
+            size_range_um: None,
+        };
+        let Some(bounds) = bounds else { return Ok(lit) };
+        match sun_path {
+            SunPath::Ignore => lit.store(|_, _| 0.0),
+            SunPath::Volume { voxel_m } => {
+                check_length("sun path: voxel_m", voxel_m)?;
+                let sweep = SunSweep::through(&lit.bricks, bounds, sun_direction, voxel_m)?;
+                lit.store(|_, point| sweep.at(point));
+                lit.shadow = Shadow::From { sun_direction };
+            }
+            SunPath::March { step_m } => {
+                check_length("sun path: step_m", step_m)?;
+                let longest_m = (bounds.max - bounds.min).length();
+                if longest_m / step_m > MAX_STEPS {
+                    let expected = "steps of which the drops take at most a million";
+                    return Err(Error::Level {
+                        level: "sun path: step_m",
+                        found: step_m,
+                        expected,
+                    });
+                }
+                let to_sun = |point| Ray {
+                    origin: point,
+                    direction: sun_direction,
+                };
+                lit.store(|bricks, point| marched_depth(bricks, bounds, &to_sun(point), step_m));
+                lit.shadow = Shadow::From { sun_direction };
+            }
+        }
+        Ok(lit)
+    }
+
+    /// The modes.
+    pub fn bricks(&self) -> &[Bricks] {
+        &self.bricks
+    }
+
+    /// The box outside of which there are no drops.
+    pub fn bounds(&self) -> Option<Aabb> {
+        self.bounds
+    }
+
+    /// Smallest and largest effective radius at any node with drops [um].
+    pub fn size_range_um(&self) -> Option<(f64, f64)> {
+        self.size_range_um
+    }
+
+    /// Whether these drops hold shadows of a sun in another direction.
+    pub(crate) fn contradicts(&self, sun_direction: DVec3) -> bool {
+        match self.shadow {
+            Shadow::None => false,
+            // Both are stored values; a direction that was computed twice is allowed its rounding.
+            Shadow::From {
+                sun_direction: of_shadow,
+            } => of_shadow.distance(sun_direction) > crate::request::UNIT_TOLERANCE,
+        }
+    }
+
+    /// Whether there are shadows in the bricks.
+    pub(crate) fn has_shadow(&self) -> bool {
+        self.shadow != Shadow::None
+    }
+
+    /// Set the optical depth of all nodes, and see on the way which sizes there are.
+    fn store(&mut self, depth_at: impl Fn(&[Bricks], DVec3) -> f32 + Sync) {
+        // Bits of non-negative floats are ordered like the floats; minima and maxima do not depend
+        // on the order in which threads arrive.
+        let (smallest, largest) = (AtomicU32::new(u32::MAX), AtomicU32::new(0));
+        let bricks = &self.bricks;
+        let depths_of = |mode: &Bricks| {
+            mode.at_nodes(|point| {
+                let radius_um = mode.sample(point).moments().effective_radius_um();
+                if radius_um > 0.0 {
+                    smallest.fetch_min(radius_um.to_bits(), Ordering::Relaxed);
+                    largest.fetch_max(radius_um.to_bits(), Ordering::Relaxed);
+                }
+                depth_at(bricks, point)
+            })
+        };
+        let depths: Vec<NodeValues> = bricks.iter().map(depths_of).collect();
+        for (mode, depths) in self.bricks.iter_mut().zip(&depths) {
+            mode.set_tau_sun(depths);
+        }
+        let [smallest, largest] = [smallest, largest].map(AtomicU32::into_inner);
+        let range = [smallest, largest].map(|bits| f64::from(f32::from_bits(bits)));
+        self.size_range_um = (largest > 0).then_some((range[0], range[1]));
+    }
+}
+
+/// The box around all modes that have drops.
+fn union_of_bounds(bricks: &[Bricks]) -> Option<Aabb> {
+    bricks
+        .iter()
+        .filter_map(Bricks::world_bounds)
+        .reduce(|(a_min, a_max), (b_min, b_max)| (a_min.min(b_min), a_max.max(b_max)))
+        .map(|(min, max)| Aabb { min, max })
+}
+
+/// Sum of the modes' extinction at Q = 1 [1/m].
+pub(crate) fn extinction_m1(bricks: &[Bricks], point: DVec3) -> f64 {
+    let m2: f64 = bricks
+        .iter()
+        .map(|mode| f64::from(mode.sample(point).m2))
+        .sum();
+    EXTINCTION_PER_M2 * m2
+}
+
+/// Midpoint rule from a point to the face of the box.
+fn marched_depth(bricks: &[Bricks], bounds: Aabb, ray: &Ray, step_m: f64) -> f32 {
+    let Some((enter_m, leave_m)) = bounds.intersect(ray) else {
+        return 0.0;
+    };
+    let n_steps = ((leave_m - enter_m) / step_m).ceil().max(1.0);
+    let length_m = (leave_m - enter_m) / n_steps;
+    let middle = |step: usize| ray.at(enter_m + (step as f64 + 0.5) * length_m);
+    let sum: f64 = (0..n_steps as usize)
+        .map(|step| extinction_m1(bricks, middle(step)))
+        .sum();
+    (sum * length_m) as f32
+}
+
+fn check_length(level: &'static str, found: f64) -> Result<(), Error> {
+    let expected = "a length above 0 m";
+    let sound = found.is_finite() && found > 0.0;
+    if sound {
+        Ok(())
+    } else {
+        Err(Error::Level {
+            level,
+            found,
+            expected,
+        })
+    }
+}

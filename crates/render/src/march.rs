@@ -1,0 +1,332 @@
+//! The way of a view ray through the drops: cell by cell, or in the equal steps of the papers.
+
+use std::ops::ControlFlow;
+
+use glam::Vec4;
+use niji_dropfield::Bricks;
+use niji_dropfield::Interpolation;
+use niji_dropfield::Sample;
+use niji_dropfield::Segment;
+use niji_geometry::Ray;
+
+use crate::exponential::transmittance;
+use crate::lane_cubic::LaneCubic;
+use crate::lane_cubic::SAMPLE_POSITIONS;
+use crate::levels::Integration;
+use crate::piece_rule::Deposits;
+use crate::piece_rule::EXTINCTION_PER_M2;
+use crate::piece_rule::OPAQUE;
+use crate::piece_rule::Piece;
+use crate::piece_rule::PieceRule;
+use crate::size_axes::SizeAxes;
+
+/// Radius and number density are each trilinear, so M2 = N r² is of degree 9 on a ray; cubics on
+/// halves of a cell follow it to 1e-3 where the radius doubles across a cell.
+const RADIUS_DENSITY_PIECES: usize = 2;
+
+/// A distance at which the optical depth of the drops in front is wanted.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Probe {
+    /// Distance from the eye [m].
+    pub(crate) distance_m: f64,
+    /// Optical depth of the drops in front at Q = 1.
+    pub(crate) depth: f64,
+}
+
+/// The march through all modes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct March<'a> {
+    /// The modes.
+    pub(crate) bricks: &'a [Bricks],
+    /// How pieces are evaluated.
+    pub(crate) rule: PieceRule,
+    /// Cells or steps.
+    pub(crate) integration: Integration,
+}
+
+/// A ray on its way.
+pub(crate) struct Walk<'a> {
+    /// The ray.
+    pub(crate) ray: &'a Ray,
+    /// Distances between which there may be drops [m].
+    pub(crate) range_m: (f64, f64),
+    /// Size axes of the table; `None` where no light is gathered, only optical depth.
+    pub(crate) axes: Option<&'a SizeAxes>,
+    /// Distances at which light is handed over to be shaded, ascending.
+    pub(crate) slab_ends_m: &'a [f64],
+}
+
+/// What a march leaves behind, besides the light it handed over.
+struct Progress<'a, F: FnMut(&mut Deposits)> {
+    walk: &'a Walk<'a>,
+    rule: &'a PieceRule,
+    depth: f64,
+    n_slabs_closed: usize,
+    probes: &'a mut [Probe],
+    n_probes_passed: usize,
+    deposits: &'a mut Deposits,
+    close_slab: F,
+}
+
+impl March<'_> {
+    /// March along a ray; returns the optical depth of the drops at Q = 1 and fills the probes.
+    /// `close_slab` gets the light of each slab, in order, to shade and clear.
+    pub(crate) fn along(
+        &self,
+        walk: &Walk,
+        probes: &mut [Probe],
+        deposits: &mut Deposits,
+        close_slab: impl FnMut(&mut Deposits),
+    ) -> f64 {
+        let mut progress = Progress {
+            walk,
+            rule: &self.rule,
+            depth: 0.0,
+            n_slabs_closed: 0,
+            probes,
+            n_probes_passed: 0,
+            deposits,
+            close_slab,
+        };
+        match self.integration {
+            Integration::FixedStep { step_m } => self.steps(step_m, &mut progress),
+            Integration::CellExact | Integration::Adaptive { .. } => match self.bricks {
+                [mode] => cells(mode, &mut progress),
+                modes => merged_cells(modes, &mut progress),
+            },
+        }
+        progress.finish()
+    }
+
+    /// The published sum: equal steps from the face on, each seen at its middle.
+    fn steps<F: FnMut(&mut Deposits)>(&self, step_m: f64, progress: &mut Progress<F>) {
+        let (enter_m, leave_m) = progress.walk.range_m;
+        let n_steps = ((leave_m - enter_m) / step_m).ceil() as usize;
+        for step in 0..n_steps {
+            let start_m = enter_m + step as f64 * step_m;
+            let end_m = (start_m + step_m).min(leave_m);
+            let point = progress.walk.ray.at(0.5 * (start_m + end_m));
+            let per_m2 = EXTINCTION_PER_M2 * (end_m - start_m);
+            let m2: f64 = self
+                .bricks
+                .iter()
+                .map(|mode| f64::from(mode.sample(point).m2))
+                .sum();
+            let step_depth = per_m2 * m2;
+            progress.pass((start_m, end_m), |x| x * step_depth);
+            if m2 > 0.0 {
+                for mode in self.bricks {
+                    // Embedded rule of twice the step: the steps of one parity.
+                    let sign = if step % 2 == 0 { 1.0 } else { -1.0 };
+                    let middle = Middle {
+                        start_m,
+                        end_m,
+                        step_depth,
+                        lanes: lanes(mode.sample(point)),
+                    };
+                    self.gather_step(&middle, sign, progress);
+                }
+            }
+            if progress.leave(step_depth).is_break() {
+                break;
+            }
+        }
+    }
+
+    fn gather_step<F: FnMut(&mut Deposits)>(
+        &self,
+        step: &Middle,
+        sign: f64,
+        progress: &mut Progress<F>,
+    ) {
+        let (Some(axes), true) = (progress.walk.axes, step.lanes.x > 0.0) else {
+            return;
+        };
+        let in_front = progress.depth + 0.5 * step.step_depth;
+        let through = (-self.rule.view_efficiency * in_front).exp();
+        let sunlit = transmittance(self.rule.sun_efficiency as f32 * step.lanes.w);
+        let column = EXTINCTION_PER_M2 * (step.end_m - step.start_m) * f64::from(step.lanes.x);
+        let light = column * through * f64::from(sunlit);
+        let place = axes.place(step.lanes.x, step.lanes.y, step.lanes.z);
+        let middle_m = 0.5 * (step.start_m + step.end_m);
+        progress
+            .deposits
+            .add(place, middle_m, f64::from(step.lanes.w), light);
+        progress.deposits.error += sign * light;
+    }
+}
+
+/// A step of the literal march in one mode.
+struct Middle {
+    start_m: f64,
+    end_m: f64,
+    step_depth: f64,
+    lanes: Vec4,
+}
+
+impl<F: FnMut(&mut Deposits)> Progress<'_, F> {
+    /// Enter a stretch: hand over the slab that ended before it, and answer the probes inside it.
+    #[inline]
+    fn pass(&mut self, (start_m, end_m): (f64, f64), depth_up_to: impl Fn(f64) -> f64) {
+        let ends = self.walk.slab_ends_m;
+        while self.n_slabs_closed < ends.len() && start_m >= ends[self.n_slabs_closed] {
+            self.close();
+        }
+        while let Some(probe) = self.probes.get_mut(self.n_probes_passed)
+            && probe.distance_m < end_m
+        {
+            let x = ((probe.distance_m - start_m) / (end_m - start_m)).max(0.0);
+            probe.depth = self.depth + depth_up_to(x);
+            self.n_probes_passed += 1;
+        }
+    }
+
+    /// Leave a stretch of optical depth `depth`; break where nothing behind it is seen.
+    #[inline]
+    fn leave(&mut self, depth: f64) -> ControlFlow<()> {
+        self.depth += depth;
+        if self.rule.view_efficiency * self.depth > OPAQUE {
+            return ControlFlow::Break(());
+        }
+        ControlFlow::Continue(())
+    }
+
+    /// Take a piece of a ray.
+    #[inline]
+    fn piece(&mut self, piece: &Piece) -> ControlFlow<()> {
+        let end_m = piece.start_m + piece.length_m;
+        self.pass((piece.start_m, end_m), |x| piece.depth_up_to(x));
+        let depth = piece.depth();
+        if let (Some(axes), true) = (self.walk.axes, depth > 0.0) {
+            self.rule.gather(axes, piece, self.depth, self.deposits);
+        }
+        self.leave(depth)
+    }
+
+    fn close(&mut self) {
+        self.n_slabs_closed += 1;
+        if self.deposits.light > 0.0 {
+            (self.close_slab)(self.deposits);
+        }
+        self.deposits.clear();
+    }
+
+    fn finish(mut self) -> f64 {
+        for probe in &mut self.probes[self.n_probes_passed..] {
+            probe.depth = self.depth;
+        }
+        self.close();
+        self.depth
+    }
+}
+
+/// One mode: its cells are the pieces.
+fn cells<F: FnMut(&mut Deposits)>(mode: &Bricks, progress: &mut Progress<F>) {
+    let walk = progress.walk;
+    let n_pieces = pieces_per_cell(mode);
+    // A piece starts with the sample at which the one before it ended.
+    let mut last = (f64::NAN, Vec4::ZERO);
+    for segment in mode.segments(walk.ray.origin, walk.ray.direction, walk.range_m) {
+        let length_m = (segment.t_exit - segment.t_enter) / n_pieces as f64;
+        for index in 0..n_pieces {
+            let from = index as f32 / n_pieces as f32;
+            let start_m = segment.t_enter + index as f64 * length_m;
+            // The end of a cell is stored as the start of the next.
+            let first = if start_m == last.0 {
+                last.1
+            } else {
+                lanes(segment.sample(from))
+            };
+            let at = |fraction: f32| lanes(segment.sample(from + fraction / n_pieces as f32));
+            let samples = [
+                first,
+                at(SAMPLE_POSITIONS[1]),
+                at(SAMPLE_POSITIONS[2]),
+                at(1.0),
+            ];
+            last = (start_m + length_m, samples[3]);
+            if index + 1 == n_pieces {
+                last.0 = segment.t_exit;
+            }
+            let modes = [LaneCubic::through(samples)];
+            if progress
+                .piece(&Piece {
+                    start_m,
+                    length_m,
+                    modes: &modes,
+                })
+                .is_break()
+            {
+                return;
+            }
+        }
+    }
+}
+
+/// Several modes, whose lattices have nothing in common: pieces lie between all their faces.
+fn merged_cells<F: FnMut(&mut Deposits)>(modes: &[Bricks], progress: &mut Progress<F>) {
+    let walk = progress.walk;
+    let runs: Vec<Vec<Segment>> = modes
+        .iter()
+        .map(|mode| {
+            mode.segments(walk.ray.origin, walk.ray.direction, walk.range_m)
+                .collect()
+        })
+        .collect();
+    let mut cuts_m: Vec<f64> = Vec::new();
+    for (mode, run) in modes.iter().zip(&runs) {
+        for segment in run {
+            let n_pieces = pieces_per_cell(mode);
+            let length_m = segment.t_exit - segment.t_enter;
+            let cut = |index| segment.t_enter + length_m * index as f64 / n_pieces as f64;
+            cuts_m.extend((0..n_pieces).map(cut));
+            cuts_m.push(segment.t_exit);
+        }
+    }
+    cuts_m.sort_by(f64::total_cmp);
+    cuts_m.dedup();
+    let mut next = vec![0; modes.len()];
+    let mut cubics = Vec::with_capacity(modes.len());
+    for ends in cuts_m.windows(2) {
+        let (start_m, length_m) = (ends[0], ends[1] - ends[0]);
+        cubics.clear();
+        for (run, next) in runs.iter().zip(&mut next) {
+            while run
+                .get(*next)
+                .is_some_and(|segment| segment.t_exit <= start_m)
+            {
+                *next += 1;
+            }
+            let Some(segment) = run.get(*next).filter(|segment| segment.t_enter <= start_m) else {
+                continue;
+            };
+            let cell_m = segment.t_exit - segment.t_enter;
+            cubics.push(LaneCubic::through(SAMPLE_POSITIONS.map(|x| {
+                let along_m = start_m + f64::from(x) * length_m - segment.t_enter;
+                lanes(segment.sample((along_m / cell_m) as f32))
+            })));
+        }
+        if progress
+            .piece(&Piece {
+                start_m,
+                length_m,
+                modes: &cubics,
+            })
+            .is_break()
+        {
+            return;
+        }
+    }
+}
+
+fn pieces_per_cell(mode: &Bricks) -> usize {
+    match mode.interpolation() {
+        Interpolation::Moments => 1,
+        Interpolation::RadiusDensity => RADIUS_DENSITY_PIECES,
+    }
+}
+
+/// A sample as a vector.
+pub(crate) fn lanes(sample: Sample) -> Vec4 {
+    Vec4::new(sample.m2, sample.m3, sample.m4, sample.tau_sun)
+}

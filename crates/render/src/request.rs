@@ -1,0 +1,271 @@
+//! What a picture is made of, and whether it can be.
+
+use glam::DVec3;
+use niji_exchange::AtmosphereTable;
+use niji_exchange::ScatteringTable;
+use niji_geometry::PinholeCamera;
+use niji_radiometry::WavelengthGrid;
+
+use crate::air::MAX_CONSTITUENTS;
+use crate::effects::RenderEffects;
+use crate::error::Error;
+use crate::error::Wavelengths;
+use crate::levels::AirPath;
+use crate::levels::Integration;
+use crate::levels::PixelFootprint;
+use crate::levels::RenderLevels;
+use crate::levels::SkyModel;
+use crate::lit_drops::LitDrops;
+
+/// How far the length of a unit vector may be from 1.
+pub(crate) const UNIT_TOLERANCE: f64 = 1e-9;
+
+/// How far drops may be outside the table's sizes: the rounding of files in f32.
+const SIZE_TOLERANCE: f64 = 1e-5;
+
+/// Most steps of a literal march, or of a path through air.
+const MAX_STEPS: f64 = 1e6;
+
+/// Everything that a picture is made of.
+#[derive(Clone, Copy)]
+pub struct RenderRequest<'a> {
+    /// The camera.
+    pub camera: &'a PinholeCamera,
+    /// Unit vector towards the sun.
+    pub sun_direction: DVec3,
+    /// Wavelength bins of the picture and of every table.
+    pub wavelengths: WavelengthGrid,
+    /// Irradiance of the sun by wavelength above the air, mean over each bin [W m^-2 nm^-1].
+    pub sun_irradiance: &'a [f64],
+    /// The drops, lit by this sun.
+    pub drops: &'a LitDrops,
+    /// How drops scatter; needed where a bow is on and there are drops.
+    pub table: Option<&'a ScatteringTable>,
+    /// The air; needed where an effect of the air is on.
+    pub air: Option<&'a AtmosphereTable>,
+    /// What takes part.
+    pub effects: RenderEffects,
+    /// How accurately.
+    pub levels: RenderLevels,
+}
+
+impl RenderRequest<'_> {
+    /// Whether any drop can send a bow into the picture.
+    pub(crate) fn wants_bow(&self) -> bool {
+        let bow = self.effects.primary_bow.is_on() || self.effects.secondary_bow.is_on();
+        bow && self.drops.bounds().is_some()
+    }
+
+    /// Whether sky and ground stand behind the drops.
+    pub(crate) fn wants_sky(&self) -> bool {
+        let model = match self.levels.sky_model {
+            SkyModel::None => false,
+            SkyModel::SingleScattering => true,
+        };
+        self.effects.sky.is_on() && model
+    }
+
+    /// Whether the surroundings light the drops.
+    pub(crate) fn wants_skylit_drops(&self) -> bool {
+        let effects = self.effects;
+        effects.skylit_drops.is_on() && effects.drop_extinction.is_on() && self.wants_sky()
+    }
+
+    /// Check everything but angles, which need the rays.
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        check_sun_direction(self.sun_direction)?;
+        self.check_irradiance()?;
+        self.check_levels()?;
+        self.check_shadow()?;
+        if self.wants_bow() {
+            let effect = "a bow";
+            let input = "scattering table";
+            self.check_table(self.table.ok_or(Error::MissingInput { effect, input })?)?;
+        }
+        let effects = &self.effects;
+        for (on, effect) in [
+            (effects.sunlight_through_air.is_on(), "sunlight through air"),
+            (effects.air_extinction.is_on(), "air extinction"),
+            (effects.air_inscatter.is_on(), "air in-scatter"),
+            (self.wants_sky(), "the sky"),
+        ] {
+            if on {
+                let input = "atmosphere table";
+                self.check_air(self.air.ok_or(Error::MissingInput { effect, input })?)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn check_irradiance(&self) -> Result<(), Error> {
+        let (found, expected) = (self.sun_irradiance.len(), self.wavelengths.len());
+        let sound = self
+            .sun_irradiance
+            .iter()
+            .all(|value| value.is_finite() && *value >= 0.0);
+        if sound && found == expected {
+            Ok(())
+        } else {
+            Err(Error::SunIrradiance { found, expected })
+        }
+    }
+
+    fn check_shadow(&self) -> Result<(), Error> {
+        if !self.effects.drop_shadow.is_on() || self.drops.bounds().is_none() {
+            return Ok(());
+        }
+        if !self.drops.has_shadow() {
+            return Err(Error::NoShadow);
+        }
+        if self.drops.contradicts(self.sun_direction) {
+            let expected = self.sun_direction.to_array();
+            return Err(Error::ShadowOfAnotherSun { expected });
+        }
+        Ok(())
+    }
+
+    fn check_levels(&self) -> Result<(), Error> {
+        let check = |sound: bool, level, found, expected| {
+            if sound {
+                Ok(())
+            } else {
+                Err(Error::Level {
+                    level,
+                    found,
+                    expected,
+                })
+            }
+        };
+        match self.levels.integration {
+            Integration::FixedStep { step_m } => {
+                let longest_m = self
+                    .drops
+                    .bounds()
+                    .map_or(0.0, |bounds| (bounds.max - bounds.min).length());
+                let sound = step_m.is_finite() && step_m > 0.0 && longest_m / step_m <= MAX_STEPS;
+                let expected = "a length above 0 m of which the drops take at most a million";
+                check(sound, "integration: step_m", step_m, expected)?;
+            }
+            Integration::CellExact => (),
+            Integration::Adaptive { relative_error } => {
+                let sound = (1e-12..=1.0).contains(&relative_error);
+                check(
+                    sound,
+                    "integration: relative_error",
+                    relative_error,
+                    "1e-12 to 1",
+                )?;
+            }
+        }
+        match self.levels.air_path {
+            AirPath::Midpoint { n_steps } => {
+                let sound = (1..=MAX_STEPS as usize).contains(&n_steps);
+                check(sound, "air path: n_steps", n_steps as f64, "1 to 1000000")?;
+            }
+            AirPath::Quadrature { n_nodes } => {
+                let sound = (1..=256).contains(&n_nodes);
+                check(sound, "air path: n_nodes", n_nodes as f64, "1 to 256")?;
+            }
+            AirPath::Constant | AirPath::Table => (),
+        }
+        match self.levels.pixel_footprint {
+            PixelFootprint::Grid { n } => {
+                let sound = (1..=64).contains(&n);
+                check(sound, "pixel footprint: n", f64::from(n), "1 to 64")
+            }
+            PixelFootprint::Center | PixelFootprint::Prefiltered => Ok(()),
+        }
+    }
+
+    fn check_wavelengths(&self, input: &'static str, found: WavelengthGrid) -> Result<(), Error> {
+        if found == self.wavelengths {
+            return Ok(());
+        }
+        let (found, expected) = (Wavelengths(found), Wavelengths(self.wavelengths));
+        Err(Error::Wavelengths {
+            input,
+            found,
+            expected,
+        })
+    }
+
+    fn check_table(&self, table: &ScatteringTable) -> Result<(), Error> {
+        let input = "scattering table";
+        self.check_wavelengths(input, table.wavelengths)?;
+        let (radii, variances) = (&table.effective_radius_um, &table.effective_variance);
+        let shape = (
+            2,
+            radii.len(),
+            variances.len(),
+            table.wavelengths.len(),
+            table.theta_rad.len(),
+        );
+        let bad = |reason| Err(Error::BadTable { input, reason });
+        if table.values.dim() != shape {
+            return bad("its values do not fit its axes");
+        }
+        if ![&table.theta_rad, radii, variances]
+            .into_iter()
+            .all(|axis| is_axis(axis))
+        {
+            return bad("an axis is empty or does not ascend");
+        }
+        if radii[0] <= 0.0 || variances[0] < 0.0 {
+            return bad("an effective radius or variance is negative");
+        }
+        let found_um = (radii[0], radii[radii.len() - 1]);
+        match self.drops.size_range_um() {
+            Some(expected_um)
+                if expected_um.0 < found_um.0 * (1.0 - SIZE_TOLERANCE)
+                    || expected_um.1 > found_um.1 * (1.0 + SIZE_TOLERANCE) =>
+            {
+                Err(Error::SizeRange {
+                    found_um,
+                    expected_um,
+                })
+            }
+            Some(_) | None => Ok(()),
+        }
+    }
+
+    fn check_air(&self, air: &AtmosphereTable) -> Result<(), Error> {
+        let input = "atmosphere table";
+        self.check_wavelengths(input, air.wavelengths)?;
+        let bad = |reason| Err(Error::BadTable { input, reason });
+        let n = self.wavelengths.len();
+        if air.constituents.len() > MAX_CONSTITUENTS {
+            return bad("it has more than 8 constituents");
+        }
+        if air.ground_albedo.len() != n {
+            return bad("its ground albedo does not fit its wavelengths");
+        }
+        let fits = air.constituents.iter().all(|constituent| {
+            constituent.extinction_m1.len() == n
+                && constituent.scattering_m1.len() == n
+                && constituent.phase_sr1.dim() == (n, constituent.phase_angle_rad.len())
+                && is_axis(&constituent.phase_angle_rad)
+        });
+        if fits {
+            Ok(())
+        } else {
+            bad("a constituent's values do not fit its axes")
+        }
+    }
+}
+
+/// A unit vector without NaN.
+pub(crate) fn check_sun_direction(found: DVec3) -> Result<(), Error> {
+    if (found.length() - 1.0).abs() < UNIT_TOLERANCE {
+        Ok(())
+    } else {
+        Err(Error::SunDirection {
+            found: found.to_array(),
+        })
+    }
+}
+
+fn is_axis(values: &[f64]) -> bool {
+    !values.is_empty()
+        && values.iter().all(|value| value.is_finite())
+        && values.windows(2).all(|pair| pair[0] < pair[1])
+}

@@ -1,0 +1,227 @@
+//! Small scenes for the tests of the ray integral.
+#![allow(dead_code, reason = "each test target uses a part of it")]
+
+use glam::DVec3;
+use ndarray::Array2;
+use ndarray::Array5;
+use niji_dropfield::Bricks;
+use niji_dropfield::DropMode;
+use niji_dropfield::Drops;
+use niji_dropfield::GridBox;
+use niji_dropfield::Interpolation;
+use niji_exchange::AirConstituent;
+use niji_exchange::AtmosphereTable;
+use niji_exchange::DensityLaw;
+use niji_exchange::ScatteringTable;
+use niji_geometry::PinholeCamera;
+use niji_geometry::PinholeRequest;
+use niji_radiometry::Radians;
+use niji_radiometry::WavelengthGrid;
+use niji_render::AirPath;
+use niji_render::DropExtinctionModel;
+use niji_render::Integration;
+use niji_render::LitDrops;
+use niji_render::PixelFootprint;
+use niji_render::RenderEffects;
+use niji_render::RenderLevels;
+use niji_render::RenderRequest;
+use niji_render::Rendered;
+use niji_render::SkyModel;
+use niji_render::Toggle;
+use niji_render::render;
+
+/// Radius of all drops of homogeneous volumes [m].
+pub const RADIUS_M: f64 = 1e-4;
+
+/// Three wavelengths.
+pub fn wavelengths() -> WavelengthGrid {
+    WavelengthGrid::new(450.0, 100.0, 3).unwrap()
+}
+
+/// Irradiance of the sun in every test [W m^-2 nm^-1].
+pub const SUN: [f64; 3] = [2.0, 1.5, 1.0];
+
+/// Number density with an extinction of 1/m at Q = 1.
+pub fn number_density_m3(extinction_m1_q1: f64) -> f32 {
+    (extinction_m1_q1 / (std::f64::consts::PI * RADIUS_M * RADIUS_M)) as f32
+}
+
+/// Drops of one size.
+pub fn drops(extinction_m1_q1: f64) -> Drops {
+    let number_density_m3 = number_density_m3(extinction_m1_q1);
+    Drops {
+        number_density_m3,
+        effective_radius_m: RADIUS_M as f32,
+        effective_variance: 0.0,
+    }
+}
+
+/// Drops in a box, by their extinction at Q = 1 at a point.
+pub fn bricks(grid: &GridBox, extinction_m1_q1: impl Fn(DVec3) -> f64 + Sync) -> Bricks {
+    let mode = DropMode::from_fn("", grid, |point| drops(extinction_m1_q1(point))).unwrap();
+    Bricks::build(&mode, Interpolation::Moments).unwrap()
+}
+
+/// A camera at `position` that looks towards `azimuth`, `elevation` [deg].
+pub fn camera(
+    position: DVec3,
+    look_deg: (f64, f64),
+    fov_deg: f64,
+    size: (u32, u32),
+) -> PinholeCamera {
+    PinholeCamera::new(PinholeRequest {
+        position,
+        azimuth: Radians::from_degrees(look_deg.0),
+        elevation: Radians::from_degrees(look_deg.1),
+        roll: Radians(0.0),
+        horizontal_fov: Radians::from_degrees(fov_deg),
+        width_px: size.0,
+        height_px: size.1,
+    })
+    .unwrap()
+}
+
+/// One ray to the north.
+pub fn one_ray(position: DVec3) -> PinholeCamera {
+    camera(position, (0.0, 0.0), 1e-3, (1, 1))
+}
+
+/// Towards a sun in the south at `elevation_deg`.
+pub fn sun_in_the_south(elevation_deg: f64) -> DVec3 {
+    let (sin, cos) = elevation_deg.to_radians().sin_cos();
+    DVec3::new(0.0, sin, cos)
+}
+
+/// A table of one size by a function of wavelength and angle [1/sr].
+pub fn table(value: impl Fn(usize, f64) -> f64) -> ScatteringTable {
+    sized_table(&[1e6 * RADIUS_M], |_, wavelength, theta| {
+        value(wavelength, theta)
+    })
+}
+
+/// A table by a function of radius [um], wavelength index and angle.
+pub fn sized_table(radii_um: &[f64], value: impl Fn(f64, usize, f64) -> f64) -> ScatteringTable {
+    let theta_rad: Vec<f64> = (0..=1800)
+        .map(|step| (f64::from(step) / 10.0).to_radians())
+        .collect();
+    let values = Array5::from_shape_fn(
+        (2, radii_um.len(), 1, 3, theta_rad.len()),
+        |(j, r, _, w, a)| ([0.5, 1.5][j] * value(radii_um[r], w, theta_rad[a])) as f32,
+    );
+    ScatteringTable {
+        theory: "test".into(),
+        orders: "all".into(),
+        wavelengths: wavelengths(),
+        theta_rad,
+        effective_radius_um: radii_um.to_vec(),
+        effective_variance: vec![0.0],
+        values,
+        sun_disc_diameter_rad: 0.0,
+        split_theta_rad: 130_f64.to_radians(),
+        forward_fraction_left_out: 0.0,
+        temperature_c: 20.0,
+    }
+}
+
+/// The same in all directions and at all wavelengths [1/sr].
+pub fn isotropic(value_sr1: f64) -> ScatteringTable {
+    table(|_, _| value_sr1)
+}
+
+/// Air of constant density up to 100 km over a planet like the Earth.
+pub fn air(extinction_m1: [f64; 3], scattering_m1: [f64; 3]) -> AtmosphereTable {
+    AtmosphereTable {
+        planet_radius_m: 6_371_000.0,
+        top_height_m: 100_000.0,
+        wavelengths: wavelengths(),
+        sun_irradiance: SUN.to_vec(),
+        ground_albedo: vec![0.3; 3],
+        constituents: vec![AirConstituent {
+            name: "even".into(),
+            extinction_m1: extinction_m1.to_vec(),
+            scattering_m1: scattering_m1.to_vec(),
+            law: DensityLaw::Linear,
+            height_m: vec![0.0, 100_000.0],
+            density: vec![1.0, 1.0],
+            reach_height_m: Vec::new(),
+            reach_mu: Vec::new(),
+            reach_m: Array2::zeros((0, 0)),
+            phase_angle_rad: vec![0.0, std::f64::consts::PI],
+            phase_sr1: Array2::from_elem((3, 2), 0.25 * std::f64::consts::FRAC_1_PI),
+        }],
+    }
+}
+
+/// Cell-exact, no air to speak of, pixel centers.
+pub fn levels() -> RenderLevels {
+    RenderLevels {
+        integration: Integration::CellExact,
+        drop_extinction_model: DropExtinctionModel::WithoutDiffraction,
+        air_path: AirPath::Table,
+        sky_model: SkyModel::SingleScattering,
+        pixel_footprint: PixelFootprint::Center,
+    }
+}
+
+/// Bows and drop extinction.
+pub fn with_extinction() -> RenderEffects {
+    RenderEffects {
+        drop_extinction: Toggle::On,
+        ..RenderEffects::BOWS_ONLY
+    }
+}
+
+/// Bows, drop extinction and shadow.
+pub fn with_shadow() -> RenderEffects {
+    RenderEffects {
+        drop_shadow: Toggle::On,
+        ..with_extinction()
+    }
+}
+
+/// A request of bows in a vacuum.
+pub fn request<'a>(
+    camera: &'a PinholeCamera,
+    sun_direction: DVec3,
+    drops: &'a LitDrops,
+    table: &'a ScatteringTable,
+) -> RenderRequest<'a> {
+    RenderRequest {
+        camera,
+        sun_direction,
+        wavelengths: wavelengths(),
+        sun_irradiance: &SUN,
+        drops,
+        table: Some(table),
+        air: None,
+        effects: RenderEffects::BOWS_ONLY,
+        levels: levels(),
+    }
+}
+
+/// The picture, which never holds NaN, infinities or negative light.
+pub fn rendered(request: &RenderRequest) -> Rendered {
+    let picture = render(request, &|_| ()).unwrap();
+    let planes = [
+        &picture.bow_primary,
+        &picture.bow_secondary,
+        &picture.inscatter,
+    ];
+    for value in picture.radiance.iter().chain(planes.into_iter().flatten()) {
+        assert!(value.is_finite() && *value >= -1e-30, "{value}");
+    }
+    for plane in [
+        &picture.transmittance,
+        &picture.tau_sun,
+        &picture.depth,
+        &picture.error,
+    ] {
+        assert!(plane.iter().all(|value| value.is_finite() && *value >= 0.0));
+    }
+    picture
+}
+
+/// Relative difference.
+pub fn relative(found: f64, expected: f64) -> f64 {
+    (found / expected - 1.0).abs()
+}

@@ -1,0 +1,1 @@
+//! Scene files, effects, the plan with its bounds, and presets.

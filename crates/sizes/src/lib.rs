@@ -1,0 +1,38 @@
+//! Drop-size laws and their moments.
+//!
+//! A law says how the radii of the drops of a cubic metre are distributed. What light needs of it
+//! is [`SizeMoments`]: how many drops, their mean square radius, effective radius and effective
+//! variance. [`GammaSizes`] is the law with which the other stages close these moments again.
+//!
+//! ```
+//! use niji_sizes::{MarshallPalmer, SizeLaw};
+//!
+//! let law = SizeLaw::MarshallPalmer(MarshallPalmer::untruncated(5.0));
+//! law.validate()?;
+//! let rain = law.moments().bulk_properties(law.natural_number_density_m3().unwrap_or(1.0));
+//! assert!((rain.lwc_g_m3 - 0.344).abs() < 5e-4);
+//! # Ok::<(), niji_sizes::Error>(())
+//! ```
+
+mod bulk;
+mod error;
+mod gamma;
+mod gamma_quadrature;
+mod law;
+mod marshall_palmer;
+mod monodisperse;
+mod normal;
+mod uniform;
+
+pub use bulk::BulkProperties;
+pub use bulk::SizeMoments;
+pub use bulk::WATER_DENSITY_G_M3;
+pub use bulk::liquid_water_g_m3;
+pub use error::Error;
+pub use gamma::GammaSizes;
+pub use gamma_quadrature::gamma_area_quadrature;
+pub use law::SizeLaw;
+pub use marshall_palmer::MarshallPalmer;
+pub use monodisperse::Monodisperse;
+pub use normal::Normal;
+pub use uniform::Uniform;

@@ -1,0 +1,196 @@
+//! A sparse volume: leaves of 8³ voxels and constant tiles over a background.
+//!
+//! OpenVDB's tree of a root over nodes of 32³, 16³ and 8³ slots is flattened into two sorted
+//! lists; the internal nodes carry nothing that their leaves and tiles do not say.
+
+use crate::Error;
+use crate::Value;
+
+/// Edge length of a leaf in voxels.
+pub const LEAF_DIM: i32 = 8;
+
+/// Number of voxels of a leaf.
+pub const LEAF_VOXELS: usize = 512;
+
+/// A cube of 8³ voxels with a value each; a bit of the mask says which are active.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Leaf<T = f32> {
+    /// The lowest voxel, a multiple of 8 on every axis.
+    pub origin: [i32; 3],
+    /// Which voxels are active: bit `index & 63` of word `index >> 6`.
+    pub mask: [u64; 8],
+    /// Values of all voxels, active or not, at `index = x << 6 | y << 3 | z`.
+    pub values: Box<[T; LEAF_VOXELS]>,
+}
+
+impl<T: Value> Leaf<T> {
+    /// A leaf without active voxels.
+    pub fn new(origin: [i32; 3], background: T) -> Self {
+        Self { origin, mask: [0; 8], values: Box::new([background; LEAF_VOXELS]) }
+    }
+
+    /// Index into `values` of a voxel, of which only the place inside the leaf counts.
+    pub fn index(voxel: [i32; 3]) -> usize {
+        let [x, y, z] = voxel.map(|coordinate| (coordinate & (LEAF_DIM - 1)) as usize);
+        x << 6 | y << 3 | z
+    }
+
+    /// The voxel at an index into `values`.
+    pub fn voxel(&self, index: usize) -> [i32; 3] {
+        let index = index as i32;
+        let [x, y, z] = self.origin;
+        [x + (index >> 6 & 7), y + (index >> 3 & 7), z + (index & 7)]
+    }
+
+    /// Set a voxel's value and make it active.
+    pub fn set(&mut self, voxel: [i32; 3], value: T) {
+        let index = Self::index(voxel);
+        self.values[index] = value;
+        self.mask[index >> 6] |= 1 << (index & 63);
+    }
+
+    /// Whether the voxel at an index into `values` is active.
+    pub fn is_active(&self, index: usize) -> bool {
+        self.mask[index >> 6] >> (index & 63) & 1 == 1
+    }
+
+    /// Number of active voxels.
+    pub fn active_count(&self) -> u32 {
+        self.mask.iter().map(|word| word.count_ones()).sum()
+    }
+
+    /// Indices and values of the active voxels in the order of the indices.
+    pub fn active(&self) -> impl Iterator<Item = (usize, T)> {
+        (0..LEAF_VOXELS).filter(|&index| self.is_active(index)).map(|index| (index, self.values[index]))
+    }
+}
+
+/// How large a tile is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum TileLevel {
+    /// 8³ voxels, in the place of a leaf.
+    Leaf,
+    /// 128³ voxels.
+    Lower,
+    /// 4096³ voxels, an entry of the root.
+    Upper,
+}
+
+impl TileLevel {
+    /// Edge length in voxels.
+    pub fn dim(self) -> i32 {
+        match self {
+            Self::Leaf => LEAF_DIM,
+            Self::Lower => 128,
+            Self::Upper => 4096,
+        }
+    }
+}
+
+/// A cube of voxels that all have one value.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tile<T = f32> {
+    /// The lowest voxel, a multiple of the edge length on every axis.
+    pub origin: [i32; 3],
+    /// Edge length.
+    pub level: TileLevel,
+    /// Whether the voxels are active.
+    pub active: bool,
+    /// The value of every voxel.
+    pub value: T,
+}
+
+/// A sparse volume of values over a background.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SparseTree<T> {
+    /// The value of every voxel that no leaf and no tile covers.
+    pub background: T,
+    leaves: Vec<Leaf<T>>,
+    tiles: Vec<Tile<T>>,
+}
+
+/// A sparse volume of `f32`.
+pub type FloatTree = SparseTree<f32>;
+
+/// Place in the order of a file: root entry, slot of the 32³ node, slot of the 16³ node.
+type TreeOrder = ([i32; 3], u32, u32);
+
+fn slot(origin: [i32; 3], shift: u32, log2_slots: u32) -> u32 {
+    let mask = (1 << log2_slots) - 1;
+    origin.into_iter().fold(0, |slot, axis| slot << log2_slots | ((axis >> shift) as u32 & mask))
+}
+
+/// The order in which a file holds leaves and tiles.
+pub(crate) fn tree_order(origin: [i32; 3]) -> TreeOrder {
+    (origin.map(|axis| axis >> 12), slot(origin, 7, 5), slot(origin, 3, 4))
+}
+
+impl<T: Value> SparseTree<T> {
+    /// An empty volume.
+    pub fn new(background: T) -> Self {
+        Self { background, leaves: Vec::new(), tiles: Vec::new() }
+    }
+
+    /// A volume of leaves, in any order.
+    ///
+    /// # Errors
+    /// [`Error::Misaligned`] or [`Error::Overlap`] if an origin is not a multiple of 8 or comes
+    /// twice.
+    pub fn from_leaves(background: T, leaves: Vec<Leaf<T>>) -> Result<Self, Error> {
+        Self::from_parts(background, leaves, Vec::new())
+    }
+
+    /// A volume of leaves and tiles, in any order.
+    ///
+    /// # Errors
+    /// [`Error::Misaligned`] or [`Error::Overlap`] if an origin is not on the lattice of its level
+    /// or two of the cubes overlap.
+    pub fn from_parts(
+        background: T,
+        mut leaves: Vec<Leaf<T>>,
+        mut tiles: Vec<Tile<T>>,
+    ) -> Result<Self, Error> {
+        leaves.sort_by_key(|leaf| tree_order(leaf.origin));
+        tiles.sort_by_key(|tile| tree_order(tile.origin));
+        let tree = Self { background, leaves, tiles };
+        tree.check()?;
+        Ok(tree)
+    }
+
+    fn check(&self) -> Result<(), Error> {
+        Ok(())
+    }
+
+    /// The leaves, in the order of a file: by root entry of 4096³ voxels, then by node of 128³,
+    /// then by leaf; x before y before z at each level.
+    pub fn leaves(&self) -> &[Leaf<T>] {
+        &self.leaves
+    }
+
+    /// The leaves themselves, in the same order.
+    pub fn into_leaves(self) -> Vec<Leaf<T>> {
+        self.leaves
+    }
+
+    /// The tiles, in the same order as the leaves.
+    pub fn tiles(&self) -> &[Tile<T>] {
+        &self.tiles
+    }
+
+    /// The leaf that covers a voxel.
+    pub fn leaf(&self, voxel: [i32; 3]) -> Option<&Leaf<T>> {
+        let key = tree_order(voxel);
+        let place = self.leaves.binary_search_by_key(&key, |leaf| tree_order(leaf.origin));
+        place.ok().map(|place| &self.leaves[place])
+    }
+
+    /// The value of a voxel.
+    pub fn get(&self, voxel: [i32; 3]) -> T {
+        self.leaf(voxel).map_or(self.background, |leaf| leaf.values[Leaf::<T>::index(voxel)])
+    }
+
+    /// Number of active voxels, those of tiles included.
+    pub fn active_voxel_count(&self) -> u64 {
+        self.leaves.iter().map(|leaf| u64::from(leaf.active_count())).sum()
+    }
+}

@@ -1,0 +1,187 @@
+//! The voxel types that a tree may hold, and their bytes in a file.
+
+use half::f16;
+
+/// A voxel value: `f32`, `f64`, `[f32; 3]`, `i32` or `bool`.
+///
+/// Sealed: the tree types of a VDB file are a closed list.
+pub trait Value: Copy + PartialEq + std::fmt::Debug + Send + Sync + sealed::Bytes + 'static {}
+
+pub(crate) mod sealed {
+    /// How a value stands in a file, little-endian.
+    pub trait Bytes: Copy {
+        /// Zero, or false.
+        const ZERO: Self;
+        /// Bytes of a value in a file.
+        const SIZE: usize;
+        /// Bytes of a value in a file that stores reals as halves; 0 where there is no such form.
+        const HALF_SIZE: usize;
+        /// Name of the value in the grid type `Tree_<name>_5_4_3`.
+        const TYPE_NAME: &'static str;
+
+        /// Decode `SIZE` bytes.
+        fn from_le(bytes: &[u8]) -> Self;
+        /// Decode `HALF_SIZE` bytes.
+        fn from_half(bytes: &[u8]) -> Self;
+        /// Append `SIZE` bytes.
+        fn push_le(self, bytes: &mut Vec<u8>);
+        /// The value with the other sign, as `-background` is meant in a file.
+        fn negated(self) -> Self;
+        /// Equality of the stored bytes, so that a NaN equals itself and -0 differs from 0.
+        fn same_bytes(self, other: Self) -> bool;
+    }
+}
+
+/// The first `N` bytes; callers hand over slices of at least that length.
+fn array<const N: usize>(bytes: &[u8]) -> [u8; N] {
+    let mut out = [0; N];
+    out.copy_from_slice(&bytes[..N]);
+    out
+}
+
+impl Value for f32 {}
+
+impl sealed::Bytes for f32 {
+    const ZERO: Self = 0.0;
+    const SIZE: usize = 4;
+    const HALF_SIZE: usize = 2;
+    const TYPE_NAME: &'static str = "float";
+
+    fn from_le(bytes: &[u8]) -> Self {
+        Self::from_le_bytes(array(bytes))
+    }
+
+    fn from_half(bytes: &[u8]) -> Self {
+        f16::from_le_bytes(array(bytes)).to_f32()
+    }
+
+    fn push_le(self, bytes: &mut Vec<u8>) {
+        bytes.extend_from_slice(&self.to_le_bytes());
+    }
+
+    fn negated(self) -> Self {
+        -self
+    }
+
+    fn same_bytes(self, other: Self) -> bool {
+        self.to_bits() == other.to_bits()
+    }
+}
+
+impl Value for f64 {}
+
+impl sealed::Bytes for f64 {
+    const ZERO: Self = 0.0;
+    const SIZE: usize = 8;
+    const HALF_SIZE: usize = 2;
+    const TYPE_NAME: &'static str = "double";
+
+    fn from_le(bytes: &[u8]) -> Self {
+        Self::from_le_bytes(array(bytes))
+    }
+
+    fn from_half(bytes: &[u8]) -> Self {
+        f16::from_le_bytes(array(bytes)).to_f64()
+    }
+
+    fn push_le(self, bytes: &mut Vec<u8>) {
+        bytes.extend_from_slice(&self.to_le_bytes());
+    }
+
+    fn negated(self) -> Self {
+        -self
+    }
+
+    fn same_bytes(self, other: Self) -> bool {
+        self.to_bits() == other.to_bits()
+    }
+}
+
+impl Value for [f32; 3] {}
+
+impl sealed::Bytes for [f32; 3] {
+    const ZERO: Self = [0.0; 3];
+    const SIZE: usize = 12;
+    const HALF_SIZE: usize = 6;
+    const TYPE_NAME: &'static str = "vec3s";
+
+    fn from_le(bytes: &[u8]) -> Self {
+        [0, 4, 8].map(|at| f32::from_le(&bytes[at..at + 4]))
+    }
+
+    fn from_half(bytes: &[u8]) -> Self {
+        [0, 2, 4].map(|at| f32::from_half(&bytes[at..at + 2]))
+    }
+
+    fn push_le(self, bytes: &mut Vec<u8>) {
+        self.into_iter().for_each(|component| component.push_le(bytes));
+    }
+
+    fn negated(self) -> Self {
+        self.map(|component| -component)
+    }
+
+    fn same_bytes(self, other: Self) -> bool {
+        self.map(f32::to_bits) == other.map(f32::to_bits)
+    }
+}
+
+impl Value for i32 {}
+
+impl sealed::Bytes for i32 {
+    const ZERO: Self = 0;
+    const SIZE: usize = 4;
+    const HALF_SIZE: usize = 0;
+    const TYPE_NAME: &'static str = "int32";
+
+    fn from_le(bytes: &[u8]) -> Self {
+        Self::from_le_bytes(array(bytes))
+    }
+
+    fn from_half(bytes: &[u8]) -> Self {
+        Self::from_le(bytes)
+    }
+
+    fn push_le(self, bytes: &mut Vec<u8>) {
+        bytes.extend_from_slice(&self.to_le_bytes());
+    }
+
+    fn negated(self) -> Self {
+        // The least i32 has no opposite; C++ on every common machine wraps.
+        self.wrapping_neg()
+    }
+
+    fn same_bytes(self, other: Self) -> bool {
+        self == other
+    }
+}
+
+impl Value for bool {}
+
+impl sealed::Bytes for bool {
+    const ZERO: Self = false;
+    const SIZE: usize = 1;
+    const HALF_SIZE: usize = 0;
+    const TYPE_NAME: &'static str = "bool";
+
+    fn from_le(bytes: &[u8]) -> Self {
+        bytes[0] != 0
+    }
+
+    fn from_half(bytes: &[u8]) -> Self {
+        Self::from_le(bytes)
+    }
+
+    fn push_le(self, bytes: &mut Vec<u8>) {
+        bytes.push(u8::from(self));
+    }
+
+    fn negated(self) -> Self {
+        // OpenVDB: `math::negative(bool)` is the other value.
+        !self
+    }
+
+    fn same_bytes(self, other: Self) -> bool {
+        self == other
+    }
+}

@@ -1,0 +1,72 @@
+//! The `niji` program as a library: arguments, files and printing around the library crates.
+//!
+//! One folder or file for each subcommand; [`stages`] holds what `niji run` and the stage commands
+//! share, so that a chain by hand gives the same bytes as a run.
+
+mod airy;
+mod atmosphere;
+mod calibrate;
+mod cli;
+mod drops;
+mod eval;
+mod failure;
+mod info;
+mod output;
+mod plan;
+mod progress;
+mod render;
+mod run;
+mod scatter;
+mod shell;
+mod stages;
+
+use std::ffi::OsString;
+use std::process::ExitCode;
+
+use clap::Parser;
+
+pub use cli::Arguments;
+pub use failure::Failure;
+
+use crate::cli::Command;
+
+/// Runs the program with a command line (its own name first) and returns its exit code.
+pub fn main_with(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    output::remove_unfinished_on_interrupt();
+    let arguments = match Arguments::try_parse_from(arguments) {
+        Ok(arguments) => arguments,
+        Err(error) => {
+            let _ = error.print();
+            return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
+        }
+    };
+    match dispatch(&arguments) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("error: {failure}");
+            failure.exit_code()
+        }
+    }
+}
+
+fn dispatch(arguments: &Arguments) -> Result<(), Failure> {
+    let common = &arguments.common;
+    if let Some(n_threads) = common.threads {
+        // A pool that exists already (in tests) has taken its size; results do not depend on it.
+        let _ = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build_global();
+    }
+    match &arguments.command {
+        Command::Run(command) => run::execute(command, common),
+        Command::Plan(command) => plan::execute(command, common),
+        Command::Calibrate(command) => calibrate::execute(command, common),
+        Command::Drops(command) => drops::execute(command, common),
+        Command::Airy(command) => airy::execute(command, common),
+        Command::Scatter(command) => scatter::execute(command, common),
+        Command::Atmosphere(command) => atmosphere::execute(command, common),
+        Command::Render(command) => render::execute(command, common),
+        Command::Info(command) => info::execute(command, common),
+        Command::Eval(command) => eval::execute(command, common),
+        Command::Completions(command) => shell::completions(command),
+        Command::Man(command) => shell::man(command),
+    }
+}

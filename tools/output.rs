@@ -1,0 +1,155 @@
+//! Where results go: never half-written, never over somebody's file by accident.
+//!
+//! A file is written under a temporary name in its own folder, flushed to the disk and renamed, so a
+//! reader sees the old file or the new one. An interrupt removes what is unfinished.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::fs::File;
+use std::io;
+use std::io::BufWriter;
+use std::io::Write;
+use std::path::Path;
+use std::path::PathBuf;
+use std::sync::Mutex;
+
+use tempfile::Builder;
+use tempfile::NamedTempFile;
+
+use crate::failure::Failure;
+
+/// Temporary files of this process, removed when it is interrupted.
+static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
+/// May a file that exists be replaced?
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Existing {
+    /// Refuse with exit code 2.
+    Refuse,
+    /// Replace it (`--force`).
+    Replace,
+}
+
+/// Refuses a path that is taken, before any work is done.
+///
+/// # Errors
+/// [`Failure::Usage`] if something is there and may not be replaced.
+pub fn check_free(path: &Path, existing: Existing) -> Result<(), Failure> {
+    if path.is_dir() {
+        return Err(Failure::Usage(format!(
+            "{} is a folder, expected the name of a file to write",
+            path.display()
+        )));
+    }
+    if existing == Existing::Refuse && path.exists() {
+        return Err(Failure::Usage(format!(
+            "{} exists already: choose another name with -o, or replace it with --force",
+            path.display()
+        )));
+    }
+    Ok(())
+}
+
+/// Writes a file as a whole or not at all.
+///
+/// # Errors
+/// [`Failure::Failed`] if the folder cannot be made or the file cannot be written; whatever stood
+/// under that name before is untouched then.
+pub fn write_file<E: std::fmt::Display>(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<File>) -> Result<(), E>,
+) -> Result<(), Failure> {
+    let failed = |error: &dyn std::fmt::Display| {
+        Failure::Failed(format!("cannot write {}: {error}", path.display()))
+    };
+    let folder = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    fs::create_dir_all(folder).map_err(|error| failed(&error))?;
+    let temporary = temporary_file(folder).map_err(|error| failed(&error))?;
+    let name = temporary.path().to_owned();
+    remember(&name);
+    let outcome = fill(temporary, path, write);
+    forget(&name);
+    outcome.map_err(|error| failed(&error))
+}
+
+fn temporary_file(folder: &Path) -> io::Result<NamedTempFile> {
+    let mut builder = Builder::new();
+    builder.prefix(".niji-").suffix(".part");
+    // The default of the crate is private to the user; results are for whoever the umask says.
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        builder.permissions(fs::Permissions::from_mode(0o666));
+    }
+    builder.tempfile_in(folder)
+}
+
+fn fill<E: std::fmt::Display>(
+    temporary: NamedTempFile,
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<File>) -> Result<(), E>,
+) -> Result<(), String> {
+    let file = temporary.reopen().map_err(|error| error.to_string())?;
+    let mut writer = BufWriter::with_capacity(1 << 20, file);
+    write(&mut writer).map_err(|error| error.to_string())?;
+    writer.flush().map_err(|error| error.to_string())?;
+    writer.get_ref().sync_data().map_err(|error| error.to_string())?;
+    temporary.persist(path).map_err(|error| error.to_string())?;
+    Ok(())
+}
+
+fn unfinished() -> std::sync::MutexGuard<'static, BTreeSet<PathBuf>> {
+    UNFINISHED.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+}
+
+fn remember(name: &Path) {
+    unfinished().insert(name.to_owned());
+}
+
+fn forget(name: &Path) {
+    unfinished().remove(name);
+}
+
+/// On Ctrl-C or a termination signal, removes unfinished files and ends with exit code 130.
+pub fn remove_unfinished_on_interrupt() {
+    // A second handler in one process (tests) is refused by the crate; the first one serves.
+    let _ = ctrlc::set_handler(|| {
+        for name in unfinished().iter() {
+            let _ = fs::remove_file(name);
+        }
+        std::process::exit(130);
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_failed_write_leaves_the_old_file_and_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("table.exr");
+        fs::write(&path, "old").unwrap();
+        let outcome = write_file(&path, |writer| {
+            writer.write_all(b"half of the new").map_err(|error| error.to_string())?;
+            Err("disk full".to_owned())
+        });
+        assert!(matches!(outcome, Err(Failure::Failed(message)) if message.contains("disk full")));
+        assert_eq!(fs::read_to_string(&path).unwrap(), "old");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn an_existing_file_is_refused_without_force() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("table.exr");
+        assert!(check_free(&path, Existing::Refuse).is_ok());
+        fs::write(&path, "old").unwrap();
+        assert!(matches!(check_free(&path, Existing::Refuse), Err(Failure::Usage(_))));
+        assert!(check_free(&path, Existing::Replace).is_ok());
+        assert!(matches!(check_free(folder.path(), Existing::Replace), Err(Failure::Usage(_))));
+    }
+}
