@@ -19,37 +19,36 @@ use glam::Vec4;
 use rayon::prelude::*;
 
 use crate::AreaMoments;
-use crate::DEFAULT_NODE_LIMIT;
-use crate::DropLeaf;
 use crate::DropMode;
-use crate::Drops;
 use crate::Error;
+use crate::NODE_LIMIT;
 use crate::Segments;
 use crate::area_moments::M2_PER_UM2;
-use crate::mode::leaf_origin;
-use crate::mode::place_in_leaf;
+use crate::brick_layout::Lattice;
+use crate::brick_layout::fill_brick;
+use crate::brick_layout::m2_range;
+use crate::brick_layout::node_in_brick;
+use crate::brick_layout::occupied;
 
 /// Cells along an edge of a brick.
 pub(crate) const BRICK_DIM: i32 = 8;
 /// Nodes along an edge of a brick.
-const BRICK_NODES: usize = 9;
+pub(crate) const BRICK_NODES: usize = 9;
 /// Nodes of a brick.
-const NODES_PER_BRICK: usize = BRICK_NODES * BRICK_NODES * BRICK_NODES;
+pub(crate) const NODES_PER_BRICK: usize = BRICK_NODES * BRICK_NODES * BRICK_NODES;
 /// Distance in memory of neighbouring nodes along x and y; along z it is 1.
-const STRIDE_X: usize = BRICK_NODES * BRICK_NODES;
-const STRIDE_Y: usize = BRICK_NODES;
+pub(crate) const STRIDE_X: usize = BRICK_NODES * BRICK_NODES;
+pub(crate) const STRIDE_Y: usize = BRICK_NODES;
 /// Stretch of memory from the lowest to the highest corner of a cell.
 const CELL_SPAN: usize = STRIDE_X + STRIDE_Y + 2;
-/// Largest number of bricks in the bounding box, of which each takes 4 bytes even if it is empty.
-const MOST_BRICK_SLOTS: f64 = (1_u32 << 28) as f64;
 /// In place of a brick without drops.
 pub(crate) const NO_BRICK: u32 = u32::MAX;
 
 /// What is interpolated between nodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Interpolation {
-    /// Radius and number density, each on its own, as published systems do it. Lanes: radius [um],
-    /// number density [1/m³], effective variance, optical depth.
+    /// Radius and number density, each on its own, as published systems do it. Lanes: radius (um),
+    /// number density (1/m³), effective variance, optical depth.
     RadiusDensity,
     /// The area moments: between nodes of different drops lies their mixture. Lanes: M2, M3, M4,
     /// optical depth.
@@ -59,11 +58,11 @@ pub enum Interpolation {
 /// The field at a point.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Sample {
-    /// N <r²> [um²/m³].
+    /// N <r²> (um²/m³).
     pub m2: f32,
-    /// N <r³> [um³/m³].
+    /// N <r³> (um³/m³).
     pub m3: f32,
-    /// N <r⁴> [um⁴/m³].
+    /// N <r⁴> (um⁴/m³).
     pub m4: f32,
     /// Optical depth of the drops towards the sun.
     pub tau_sun: f32,
@@ -98,7 +97,7 @@ pub struct Bricks {
     slots: Vec<u32>,
     /// Place of each brick, in bricks.
     places: Vec<IVec3>,
-    /// Bounds on M2 inside each brick [um²/m³].
+    /// Bounds on M2 inside each brick (um²/m³).
     m2_ranges: Vec<(f32, f32)>,
     /// Lanes of all nodes, brick by brick, x slowest.
     nodes: Vec<Vec4>,
@@ -110,41 +109,33 @@ impl Bricks {
     /// # Errors
     /// [`Error::TooManyNodes`] if the bricks would not fit into memory.
     pub fn build(mode: &DropMode, interpolation: Interpolation) -> Result<Self, Error> {
-        let (low, high) = mode.node_range().unwrap_or(([0; 3], [-2; 3]));
-        let extent = IVec3::from(high).as_dvec3() - IVec3::from(low).as_dvec3();
-        let n_slots = (extent / f64::from(BRICK_DIM) + 2.0).element_product();
-        if n_slots > MOST_BRICK_SLOTS {
-            return Err(Error::too_many_nodes(n_slots * NODES_PER_BRICK as f64));
-        }
-        // The field fades to the node before the first one and to the one after the last.
-        let low = IVec3::from(low) - 1;
-        let n_cells = IVec3::from(high) + 1 - low;
-        let n_bricks = (n_cells + BRICK_DIM - 1) / BRICK_DIM;
-        let (slots, places) = occupied(mode, low, n_bricks);
+        let Lattice {
+            low,
+            n_cells,
+            n_slots,
+        } = Lattice::of(mode)?;
+        let (slots, places) = occupied(mode, low, n_slots);
         let n_nodes = places.len() * NODES_PER_BRICK;
-        if n_nodes as u64 > DEFAULT_NODE_LIMIT {
+        if n_nodes as u64 > NODE_LIMIT {
             return Err(Error::too_many_nodes(n_nodes as f64));
         }
         let mut nodes = vec![Vec4::ZERO; n_nodes];
+        let bricks = nodes.par_chunks_mut(NODES_PER_BRICK).zip(&places);
         let fill = |(lanes, place): (&mut [Vec4], &IVec3)| {
             fill_brick(mode, interpolation, low + *place * BRICK_DIM, lanes);
             m2_range(interpolation, lanes)
         };
-        let bricks = nodes.par_chunks_mut(NODES_PER_BRICK).zip(&places);
-        let m2_ranges = bricks.map(fill).collect();
-        let (voxel_m, origin_m) = (mode.voxel_m(), mode.node_position(low.to_array()));
-        let sparse = Self {
+        Ok(Self {
             interpolation,
-            voxel_m,
-            origin_m,
+            voxel_m: mode.voxel_m(),
+            origin_m: mode.node_position(low.to_array()),
             n_cells,
-            n_slots: n_bricks,
+            n_slots,
             slots,
+            m2_ranges: bricks.map(fill).collect(),
             places,
-            m2_ranges,
             nodes,
-        };
-        Ok(sparse)
+        })
     }
 
     /// What is interpolated.
@@ -152,14 +143,14 @@ impl Bricks {
         self.interpolation
     }
 
-    /// Lowest and highest corner of the box outside of which there are no drops [m]; `None` if
+    /// Lowest and highest corner of the box outside of which there are no drops (m); `None` if
     /// there are none at all.
     pub fn world_bounds(&self) -> Option<(DVec3, DVec3)> {
         let size = self.n_cells.as_dvec3() * self.voxel_m;
         (!self.places.is_empty()).then_some((self.origin_m, self.origin_m + size))
     }
 
-    /// Edge length of a cell [m].
+    /// Edge length of a cell (m).
     pub fn voxel_m(&self) -> f64 {
         self.voxel_m
     }
@@ -174,7 +165,7 @@ impl Bricks {
         std::mem::size_of_val(self.nodes.as_slice()) + std::mem::size_of_val(self.slots.as_slice())
     }
 
-    /// Bound on the extinction without diffraction at any point [1/m]: with moments the largest
+    /// Bound on the extinction without diffraction at any point (1/m): with moments the largest
     /// value that occurs, with radius and density at most a brick's largest values multiplied.
     pub fn max_extinction_m1_q1(&self) -> f64 {
         let m2 = self
@@ -261,7 +252,7 @@ impl Bricks {
         self.slots[slot as usize]
     }
 
-    /// Bounds on M2 inside a brick [um²/m³].
+    /// Bounds on M2 inside a brick (um²/m³).
     pub(crate) fn m2_range(&self, brick: u32) -> (f32, f32) {
         self.m2_ranges[brick as usize]
     }
@@ -296,16 +287,6 @@ pub(crate) fn cell_base(brick: u32, cell: IVec3) -> usize {
     brick as usize * NODES_PER_BRICK + x * STRIDE_X + y * STRIDE_Y + z
 }
 
-/// Lattice coordinates inside a brick of a node's place in it.
-fn node_in_brick(index: usize) -> IVec3 {
-    let (x, y, z) = (
-        index / STRIDE_X,
-        index / STRIDE_Y % BRICK_NODES,
-        index % BRICK_NODES,
-    );
-    IVec3::new(x as i32, y as i32, z as i32)
-}
-
 fn lerp(a: Vec4, b: Vec4, t: f32) -> Vec4 {
     a * (1.0 - t) + b * t
 }
@@ -316,12 +297,32 @@ fn trilinear(cell: &[Vec4], local: Vec3, lanes: impl Fn(Vec4) -> Vec4) -> Vec4 {
     lerp(along_yz(0), along_yz(STRIDE_X), local.x)
 }
 
+/// The nodes around a cell.
+fn corners(cell: &[Vec4]) -> impl Iterator<Item = &Vec4> {
+    [
+        0,
+        1,
+        STRIDE_Y,
+        STRIDE_Y + 1,
+        STRIDE_X,
+        STRIDE_X + 1,
+        STRIDE_X + STRIDE_Y,
+        CELL_SPAN - 1,
+    ]
+    .into_iter()
+    .map(|at| &cell[at])
+}
+
 /// The literal reading of the papers: N and r are trilinear, and then M2 = N <r²>.
 fn sample_radius_density(cell: &[Vec4], local: Vec3) -> Sample {
     let [radius, number_density, variance, tau_sun] =
         trilinear(cell, local, |lanes| lanes).to_array();
     // Share of the corners that have drops; the other corners hold a radius of 0.
-    let share = trilinear(cell, local, |lanes| Vec4::from(lanes.cmpgt(Vec4::ZERO))).x;
+    let share = if corners(cell).all(|lanes| lanes.x > 0.0) {
+        1.0
+    } else {
+        trilinear(cell, local, |lanes| Vec4::from(lanes.cmpgt(Vec4::ZERO))).x
+    };
     if share <= 0.0 {
         return Sample {
             tau_sun,
@@ -336,93 +337,6 @@ fn sample_radius_density(cell: &[Vec4], local: Vec3) -> Sample {
         m3,
         m4: (1.0 + v_e) * r_e * m3,
         tau_sun,
-    }
-}
-
-/// The bricks with drops: their numbers by place in the bounding box, and their places by number.
-fn occupied(mode: &DropMode, low: IVec3, n_bricks: IVec3) -> (Vec<u32>, Vec<IVec3>) {
-    let slot = |place: IVec3| ((place.x * n_bricks.y + place.y) * n_bricks.z + place.z) as usize;
-    let mut slots = vec![NO_BRICK; n_bricks.element_product().max(0) as usize];
-    for (node, _) in mode.nodes() {
-        let node = IVec3::from(node) - low;
-        // A node belongs to the cells below and above it.
-        let (from, to) = ((node - 1) >> 3, node >> 3);
-        for corner in 0..8 {
-            let upper = IVec3::new(corner >> 2, corner >> 1 & 1, corner & 1);
-            slots[slot(from + upper * (to - from))] = 0;
-        }
-    }
-    let mut places = Vec::new();
-    for (index, slot) in slots
-        .iter_mut()
-        .enumerate()
-        .filter(|(_, slot)| **slot != NO_BRICK)
-    {
-        let index = index as i32;
-        let (x, rest) = (
-            index / (n_bricks.y * n_bricks.z),
-            index % (n_bricks.y * n_bricks.z),
-        );
-        *slot = places.len() as u32;
-        places.push(IVec3::new(x, rest / n_bricks.z, rest % n_bricks.z));
-    }
-    (slots, places)
-}
-
-/// Fill the lanes of the brick whose lowest node is that of the mode.
-fn fill_brick(mode: &DropMode, interpolation: Interpolation, low: IVec3, lanes: &mut [Vec4]) {
-    // Nine nodes in a row touch two leaves.
-    let leaves: [Option<&DropLeaf>; 8] = std::array::from_fn(|corner| {
-        let corner = corner as i32;
-        let upper = IVec3::new(corner >> 2, corner >> 1 & 1, corner & 1);
-        mode.leaf(leaf_origin((low + upper * BRICK_DIM).to_array()))
-    });
-    let low_leaf = IVec3::from(leaf_origin(low.to_array()));
-    for (index, lanes) in lanes.iter_mut().enumerate() {
-        let node = low + node_in_brick(index);
-        let upper: IVec3 = (node - low_leaf) >> 3;
-        let leaf = leaves[(upper.x << 2 | upper.y << 1 | upper.z) as usize];
-        if let Some(leaf) = leaf {
-            *lanes = lanes_of(interpolation, &leaf.drops[place_in_leaf(node.to_array())]);
-        }
-    }
-}
-
-fn lanes_of(interpolation: Interpolation, drops: &Drops) -> Vec4 {
-    if !drops.exist() {
-        return Vec4::ZERO;
-    }
-    match interpolation {
-        Interpolation::RadiusDensity => {
-            let radius_um = (1e6 * f64::from(drops.effective_radius_m)) as f32;
-            Vec4::new(
-                radius_um,
-                drops.number_density_m3,
-                drops.effective_variance,
-                0.0,
-            )
-        }
-        Interpolation::Moments => {
-            let AreaMoments { m2, m3, m4 } = AreaMoments::from_drops(drops);
-            Vec4::new(m2, m3, m4, 0.0)
-        }
-    }
-}
-
-/// Bounds on M2 between the nodes of a brick.
-fn m2_range(interpolation: Interpolation, lanes: &[Vec4]) -> (f32, f32) {
-    let (low, high) = lanes
-        .iter()
-        .fold((Vec4::INFINITY, Vec4::ZERO), |(low, high), lanes| {
-            (low.min(*lanes), high.max(*lanes))
-        });
-    match interpolation {
-        Interpolation::Moments => (low.x, high.x),
-        Interpolation::RadiusDensity => {
-            let spread = |v_e: f32| (1.0 - v_e) * (1.0 - 2.0 * v_e);
-            let smallest = low.y * low.x * low.x * spread(high.z);
-            (smallest, high.y * high.x * high.x * spread(low.z))
-        }
     }
 }
 

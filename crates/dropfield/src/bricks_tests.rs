@@ -1,6 +1,8 @@
 //! Claims about bricks and what is sampled from them.
 
 use super::*;
+use crate::DropLeaf;
+use crate::Drops;
 use crate::GridBox;
 use crate::test_volumes::grid;
 use crate::test_volumes::random;

@@ -11,9 +11,9 @@ use niji_sizes::SizeMoments;
 /// The drops at one node of a volume.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Drops {
-    /// Drops per cubic metre of air, N, of the gamma law [1/m³].
+    /// Drops per cubic metre of air, N, of the gamma law (1/m³).
     pub number_density_m3: f32,
-    /// Effective radius r_e = <r³>/<r²> [m].
+    /// Effective radius r_e = <r³>/<r²> (m).
     pub effective_radius_m: f32,
     /// Effective variance v_e of the radius, 0 for a single size, below 1/2.
     pub effective_variance: f32,

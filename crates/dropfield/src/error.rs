@@ -10,11 +10,11 @@ pub enum Error {
          finite corners, max above min on every axis, and a voxel size above zero"
     )]
     BadBox {
-        /// Lowest corner [m].
+        /// Lowest corner (m).
         min: [f64; 3],
-        /// Highest corner [m].
+        /// Highest corner (m).
         max: [f64; 3],
-        /// Edge length of a voxel [m].
+        /// Edge length of a voxel (m).
         voxel_m: f64,
     },
     /// The lattice would not fit into memory.
@@ -25,7 +25,7 @@ pub enum Error {
     TooManyNodes {
         /// Number of nodes asked for.
         nodes: f64,
-        /// Memory that they would need [GiB].
+        /// Memory that they would need (GiB).
         gib: f64,
         /// Largest number of nodes.
         limit: u64,
@@ -135,7 +135,7 @@ impl Error {
         Self::TooManyNodes {
             nodes,
             gib,
-            limit: crate::DEFAULT_NODE_LIMIT,
+            limit: crate::NODE_LIMIT,
         }
     }
 }

@@ -9,8 +9,8 @@ use glam::DVec3;
 
 use crate::Error;
 
-/// Nodes that a volume may hold unless the caller sets a limit: 6 GiB of drops.
-pub const DEFAULT_NODE_LIMIT: u64 = 1 << 29;
+/// Nodes that a volume may hold: 3 GiB of drops, and 6 GiB more as bricks.
+pub const NODE_LIMIT: u64 = 1 << 28;
 
 /// Cells that stick out by less than this part of a voxel are roundoff of the division.
 const WHOLE_CELL_SLACK: f64 = 1e-9;
@@ -18,11 +18,11 @@ const WHOLE_CELL_SLACK: f64 = 1e-9;
 /// An axis-parallel box and the edge length of the voxels that fill it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GridBox {
-    /// Lowest corner [m].
+    /// Lowest corner (m).
     pub min: DVec3,
-    /// Highest corner [m].
+    /// Highest corner (m).
     pub max: DVec3,
-    /// Edge length of a voxel [m].
+    /// Edge length of a voxel (m).
     pub voxel_m: f64,
 }
 
@@ -31,7 +31,7 @@ impl GridBox {
     ///
     /// # Errors
     /// [`Error::BadBox`] if the box is empty, inside out or not finite, or the voxel size is not a
-    /// finite number above zero; [`Error::TooManyNodes`] above [`DEFAULT_NODE_LIMIT`].
+    /// finite number above zero; [`Error::TooManyNodes`] above [`NODE_LIMIT`].
     pub fn n_nodes(&self) -> Result<[i32; 3], Error> {
         let size = self.max - self.min;
         let sound = size.is_finite() && size.min_element() > 0.0 && self.min.is_finite();
@@ -47,13 +47,13 @@ impl GridBox {
             .ceil()
             .max(DVec3::ONE);
         let total = counts.x * counts.y * counts.z;
-        if total > DEFAULT_NODE_LIMIT as f64 || counts.max_element() > f64::from(i32::MAX / 4) {
+        if total > NODE_LIMIT as f64 || counts.max_element() > f64::from(i32::MAX / 4) {
             return Err(Error::too_many_nodes(total));
         }
         Ok([counts.x as i32, counts.y as i32, counts.z as i32])
     }
 
-    /// Volume of the box [m³].
+    /// Volume of the box (m³).
     pub fn volume_m3(&self) -> f64 {
         let size = self.max - self.min;
         size.x * size.y * size.z

@@ -126,17 +126,17 @@ impl DropMode {
         }
     }
 
-    /// Edge length of a voxel, the distance of neighbouring nodes [m].
+    /// Edge length of a voxel, the distance of neighbouring nodes (m).
     pub fn voxel_m(&self) -> f64 {
         self.voxel_m
     }
 
-    /// World position of node (0, 0, 0) [m].
+    /// World position of node (0, 0, 0) (m).
     pub fn origin_m(&self) -> DVec3 {
         self.origin_m
     }
 
-    /// World position of a node [m].
+    /// World position of a node (m).
     pub fn node_position(&self, node: [i32; 3]) -> DVec3 {
         self.origin_m + DVec3::from(node.map(f64::from)) * self.voxel_m
     }
@@ -192,7 +192,7 @@ impl DropMode {
         sum * self.voxel_m.powi(3)
     }
 
-    /// Liquid water in the whole volume, the integral of the trilinear third moment [g].
+    /// Liquid water in the whole volume, the integral of the trilinear third moment (g).
     pub fn total_water_g(&self) -> f64 {
         let water = |drops: &Drops| AreaMoments::from_drops(drops).liquid_water_g_m3();
         let sum: f64 = self.nodes().map(|(_, drops)| water(&drops)).sum();
@@ -226,7 +226,7 @@ pub(crate) const EXPECT_RADIUS: &str = "a radius in 0..0.1 m";
 /// What an effective variance must be.
 pub(crate) const EXPECT_VARIANCE: &str = "an effective variance in 0..0.5";
 
-/// The bound on radii [m] keeps every f32 moment of up to 1e15 drops finite.
+/// The bound on radii (m) keeps every f32 moment of up to 1e15 drops finite.
 const LARGEST_RADIUS_M: f32 = 0.1;
 const LARGEST_NUMBER_M3: f32 = 1e15;
 

@@ -11,7 +11,6 @@ use niji_vdb::Grid;
 use niji_vdb::MetaValue;
 use niji_vdb::VdbFile;
 
-use crate::DEFAULT_NODE_LIMIT;
 use crate::DropLeaf;
 use crate::DropMode;
 use crate::DropVolume;
@@ -19,6 +18,7 @@ use crate::Drops;
 use crate::Error;
 use crate::LEAF_DIM;
 use crate::LEAF_NODES;
+use crate::NODE_LIMIT;
 use crate::mode::EXPECT_NUMBER;
 use crate::mode::EXPECT_RADIUS;
 use crate::mode::EXPECT_VARIANCE;
@@ -231,7 +231,7 @@ fn spread(
     let n_nodes: f64 = filled()
         .map(|tile| f64::from(tile.level.dim()).powi(3))
         .sum();
-    if n_nodes + (leaves.len() * LEAF_NODES) as f64 > DEFAULT_NODE_LIMIT as f64 {
+    if n_nodes + (leaves.len() * LEAF_NODES) as f64 > NODE_LIMIT as f64 {
         return Err(Error::too_many_nodes(n_nodes));
     }
     for tile in filled() {

@@ -40,7 +40,7 @@ impl Segment<'_> {
         self.bricks.sample_cell(self.base, local)
     }
 
-    /// Bounds on M2 in the brick that the cell belongs to [um²/m³].
+    /// Bounds on M2 in the brick that the cell belongs to (um²/m³).
     pub fn m2_range(&self) -> (f32, f32) {
         self.bricks.m2_range(self.brick)
     }

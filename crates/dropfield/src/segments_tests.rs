@@ -1,4 +1,5 @@
 //! Claims about the cells along a ray.
+#![allow(clippy::float_cmp, reason = "values that must come back bit for bit")]
 
 use super::*;
 use crate::DropMode;

@@ -14,27 +14,27 @@ use crate::Warning;
 /// sums are not known exactly: they are sums of the modes' maxima, exact for one mode.
 #[derive(Debug, Clone, PartialEq)]
 pub struct VolumeSummary {
-    /// Lowest corner of the box outside of which there are no drops [m].
+    /// Lowest corner of the box outside of which there are no drops (m).
     pub min_m: DVec3,
-    /// Highest corner [m].
+    /// Highest corner (m).
     pub max_m: DVec3,
     /// Nodes that have drops.
     pub n_nodes: u64,
     /// Drops in the whole volume.
     pub total_drops: f64,
-    /// Liquid water in the whole volume [g].
+    /// Liquid water in the whole volume (g).
     pub total_water_g: f64,
-    /// Largest liquid water content of a node [g/m³].
+    /// Largest liquid water content of a node (g/m³).
     pub max_liquid_water_g_m3: f64,
-    /// Mean liquid water content over the nodes that have drops [g/m³].
+    /// Mean liquid water content over the nodes that have drops (g/m³).
     pub mean_liquid_water_g_m3: f64,
-    /// Largest extinction of a node without diffraction [1/m].
+    /// Largest extinction of a node without diffraction (1/m).
     pub max_extinction_m1_q1: f64,
-    /// Smallest and largest effective radius of a node [um].
+    /// Smallest and largest effective radius of a node (um).
     pub effective_radius_um: (f64, f64),
     /// Smallest and largest effective variance of a node.
     pub effective_variance: (f64, f64),
-    /// Smallest and largest number density of a node that has drops [1/m³].
+    /// Smallest and largest number density of a node that has drops (1/m³).
     pub number_density_m3: (f64, f64),
     /// Optical depth without diffraction along x, y and z, each of the line of nodes where it is
     /// largest.
@@ -47,7 +47,10 @@ impl DropVolume {
     /// Figures of the volume; without any drops all of them are 0.
     pub fn summary(&self) -> VolumeSummary {
         let modes: Vec<VolumeSummary> = self.modes.iter().filter_map(summarize_mode).collect();
-        let sum = modes.into_iter().reduce(|a, b| combine(&a, &b)).unwrap_or_else(empty);
+        let sum = modes
+            .into_iter()
+            .reduce(|a, b| combine(&a, &b))
+            .unwrap_or_else(empty);
         let optical_depth = sum.optical_depth_q1.into_iter().fold(0.0, f64::max);
         VolumeSummary {
             warnings: Warning::of_volume(self, optical_depth),

@@ -1,4 +1,5 @@
 //! Claims about drop volumes in VDB files.
+#![allow(clippy::float_cmp, reason = "values that must come back bit for bit")]
 
 use glam::DMat3;
 use niji_vdb::Compression;

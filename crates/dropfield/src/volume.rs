@@ -180,7 +180,7 @@ pub(crate) fn grid_name(mode: &str, quantity: &Quantity) -> String {
     }
 }
 
-/// Extinction at Q = 2 [1/m].
+/// Extinction at Q = 2 (1/m).
 fn display_density(drops: &Drops) -> f64 {
     2.0 * AreaMoments::from_drops(drops).extinction_m1_q1()
 }

@@ -13,19 +13,19 @@ use crate::AreaMoments;
 use crate::DropMode;
 use crate::DropVolume;
 
-/// More liquid water than this is not found in the air [g/m³].
+/// More liquid water than this is not found in the air (g/m³).
 const MOST_LIQUID_WATER_G_M3: f64 = 5.0;
 
-/// Effective radius up to which drops are those of fog and cloud [um].
+/// Effective radius up to which drops are those of fog and cloud (um).
 const LARGEST_FOG_RADIUS_UM: f64 = 30.0;
 
-/// Fewest drops of a fog that can be seen at all [1/m³].
+/// Fewest drops of a fog that can be seen at all (1/m³).
 const FEWEST_FOG_DROPS_M3: f64 = 1e6;
 
-/// Largest effective radius of heavy rain, with room to spare [um].
+/// Largest effective radius of heavy rain, with room to spare (um).
 const LARGEST_RAIN_RADIUS_UM: f64 = 2000.0;
 
-/// From this effective radius on the shape of falling drops moves the bow by degrees [um].
+/// From this effective radius on the shape of falling drops moves the bow by degrees (um).
 const FLATTENED_FROM_UM: f64 = 500.0;
 
 /// Optical depth below which a bow has a contrast of far less than a percent against a sky.
@@ -44,30 +44,30 @@ pub enum Warning {
     LiquidWater {
         /// Name of the mode.
         mode: String,
-        /// Largest liquid water content [g/m³].
+        /// Largest liquid water content (g/m³).
         found_g_m3: f64,
     },
     /// Fog-sized drops, but too few of them to be seen.
     ThinFog {
         /// Name of the mode.
         mode: String,
-        /// The effective radius of such a place [um].
+        /// The effective radius of such a place (um).
         effective_radius_um: f64,
-        /// The largest number density among such places [1/m³].
+        /// The largest number density among such places (1/m³).
         number_density_m3: f64,
     },
     /// Drops larger than rain has.
     LargeDrops {
         /// Name of the mode.
         mode: String,
-        /// Largest effective radius [um].
+        /// Largest effective radius (um).
         effective_radius_um: f64,
     },
     /// Drops large enough to be flattened by their fall.
     FlattenedDrops {
         /// Name of the mode.
         mode: String,
-        /// Largest effective radius [um].
+        /// Largest effective radius (um).
         effective_radius_um: f64,
     },
     /// So little scattering that no bow will be seen.

@@ -7,7 +7,8 @@
 //! total drops = V (N0 + N1)/2
 //! total water = (4/3) pi rho_w V (1 - v)(1 - 2v) [N0 (4 a0³ + 3 a0² a1 + 2 a0 a1² + a1³)
 //!                                                + N1 (a0³ + 2 a0² a1 + 3 a0 a1² + 4 a1³)]/20
-//! `v` effective variance, rho_w density of water. The extinction pi N a² has its maximum at a face or where dN a + 2 N da = 0.
+//! `v` effective variance, rho_w density of water. The extinction pi N a² has its maximum at a face
+//! or where dN a + 2 N da = 0.
 
 use std::f64::consts::PI;
 
@@ -54,21 +55,21 @@ impl Axis {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Gradient {
-    /// Lowest corner [m].
+    /// Lowest corner (m).
     pub box_min_m: [f64; 3],
-    /// Highest corner [m].
+    /// Highest corner (m).
     pub box_max_m: [f64; 3],
-    /// Edge length of a voxel [m].
+    /// Edge length of a voxel (m).
     pub voxel_m: f64,
     /// The axis along which both run.
     pub axis: Axis,
-    /// Effective radius at the low face [um].
+    /// Effective radius at the low face (um).
     pub radius_at_min_um: f64,
-    /// Effective radius at the high face [um].
+    /// Effective radius at the high face (um).
     pub radius_at_max_um: f64,
-    /// Number density at the low face [1/m³].
+    /// Number density at the low face (1/m³).
     pub number_density_at_min_m3: f64,
-    /// Number density at the high face [1/m³].
+    /// Number density at the high face (1/m³).
     pub number_density_at_max_m3: f64,
     /// Effective variance everywhere; 0, a single size at every place, if left out.
     #[serde(default)]
@@ -120,7 +121,7 @@ impl Gradient {
         Ok(DropVolume { modes: vec![mode] })
     }
 
-    /// Radius [um] and number density [1/m³] at a fraction of the way from the low to the high face.
+    /// Radius (um) and number density (1/m³) at a fraction of the way from the low to the high face.
     pub fn at(&self, t: f64) -> (f64, f64) {
         let run = |from: f64, to: f64| from * (1.0 - t) + to * t;
         (
@@ -129,7 +130,7 @@ impl Gradient {
         )
     }
 
-    /// Smallest and largest effective radius [um].
+    /// Smallest and largest effective radius (um).
     pub fn effective_radius_range_um(&self) -> (f64, f64) {
         let (a, b) = (self.radius_at_min_um, self.radius_at_max_um);
         (a.min(b), a.max(b))
@@ -141,7 +142,7 @@ impl Gradient {
         (self.effective_variance, self.effective_variance)
     }
 
-    /// Largest extinction without diffraction [1/m].
+    /// Largest extinction without diffraction (1/m).
     pub fn max_extinction_m1_q1(&self) -> f64 {
         let (a0, n0) = self.at(0.0);
         let (da, dn) = (
@@ -168,7 +169,7 @@ impl Gradient {
         mean * self.grid().volume_m3()
     }
 
-    /// Water in the whole box [g].
+    /// Water in the whole box (g).
     pub fn total_water_g(&self) -> f64 {
         let (a0, n0) = self.at(0.0);
         let (a1, n1) = self.at(1.0);

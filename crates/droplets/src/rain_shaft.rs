@@ -8,7 +8,7 @@
 //! the wind up there, the wind -S h. [Mar53] J. S. Marshall, J. Meteorology 10, 25-29 (1953).
 //!
 //! v = 9.65 - 10.3 exp(-0.6 D) m/s, D in mm [ASS73] Atlas, Srivastava and Sekhon, Reviews of
-//! Geophysics 11, 1-35 (1973), eq. 5; never below 1 m/s here, where that fit fails (D < 0.3 mm).
+//! Geophysics 11, 1-35 (1973); never below 1 m/s here, since the fit fails for D < 0.3 mm.
 //!
 //! The edge is a cubic ramp of width e, centred on the footprint's outline, so that
 //! total drops = N H (w d)              for a box of w times d
@@ -33,7 +33,7 @@ use crate::error::require_finite;
 use crate::error::require_not_negative;
 use crate::error::require_positive;
 
-/// Slowest fall that is used for the slant [m/s].
+/// Slowest fall that is used for the slant (m/s).
 const SLOWEST_FALL_M_S: f64 = 1.0;
 
 /// Outline of a shaft from above.
@@ -42,14 +42,14 @@ const SLOWEST_FALL_M_S: f64 = 1.0;
 pub enum Footprint {
     /// A rectangle.
     Box {
-        /// Extent east-west [m].
+        /// Extent east-west (m).
         width_x_m: f64,
-        /// Extent north-south [m].
+        /// Extent north-south (m).
         width_z_m: f64,
     },
     /// A disc.
     Column {
-        /// Radius [m].
+        /// Radius (m).
         radius_m: f64,
     },
 }
@@ -58,29 +58,29 @@ pub enum Footprint {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RainShaft {
-    /// Rain rate [mm/h].
+    /// Rain rate (mm/h).
     pub rain_rate_mm_h: f64,
-    /// Smallest drop diameter [mm]; 0 if left out.
+    /// Smallest drop diameter (mm); 0 if left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub d_min_mm: Option<f64>,
-    /// Largest drop diameter [mm]; no limit if left out.
+    /// Largest drop diameter (mm); no limit if left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub d_max_mm: Option<f64>,
     /// Outline.
     pub footprint: Footprint,
-    /// Middle of the outline at the top, x and z [m].
+    /// Middle of the outline at the top, x and z (m).
     pub center_xz_m: [f64; 2],
-    /// Height of the lower end [m].
+    /// Height of the lower end (m).
     pub base_y_m: f64,
-    /// Height of the upper end, the cloud base [m].
+    /// Height of the upper end, the cloud base (m).
     pub top_y_m: f64,
-    /// Wind shear, change of the wind's x and z component per metre of height [1/s].
+    /// Wind shear, change of the wind's x and z component per metre of height (1/s).
     #[serde(default)]
     pub wind_shear_xz_1_s: [f64; 2],
-    /// Width over which the edge fades [m]; 0 is a sharp edge.
+    /// Width over which the edge fades (m); 0 is a sharp edge.
     #[serde(default)]
     pub edge_m: f64,
-    /// Edge length of a voxel [m].
+    /// Edge length of a voxel (m).
     pub voxel_m: f64,
 }
 
@@ -156,7 +156,7 @@ impl RainShaft {
             .bulk_properties(self.law().number_density_m3())
     }
 
-    /// Horizontal displacement (x, z) of the shaft at a height [m].
+    /// Horizontal displacement (x, z) of the shaft at a height (m).
     pub fn displacement_m(&self, y_m: f64) -> [f64; 2] {
         let mass_mean_diameter_mm = 4.0 / self.law().slope_per_mm();
         let fall_m_s = 9.65 - 10.3 * (-0.6 * mass_mean_diameter_mm).exp();
@@ -214,7 +214,7 @@ impl RainShaft {
         Ok(DropVolume { modes: vec![mode] })
     }
 
-    /// Smallest and largest effective radius [um].
+    /// Smallest and largest effective radius (um).
     pub fn effective_radius_range_um(&self) -> (f64, f64) {
         let radius = self.law().moments().effective_radius().0;
         (radius, radius)
@@ -226,7 +226,7 @@ impl RainShaft {
         (variance, variance)
     }
 
-    /// Largest extinction without diffraction [1/m].
+    /// Largest extinction without diffraction (1/m).
     pub fn max_extinction_m1_q1(&self) -> f64 {
         0.5 * self.bulk_properties().extinction_m1
     }
@@ -236,12 +236,12 @@ impl RainShaft {
         self.bulk_properties().number_density_m3 * self.equivalent_volume_m3()
     }
 
-    /// Water in the whole shaft [g].
+    /// Water in the whole shaft (g).
     pub fn total_water_g(&self) -> f64 {
         self.bulk_properties().lwc_g_m3 * self.equivalent_volume_m3()
     }
 
-    /// Volume that would hold as many drops at full number density [m³].
+    /// Volume that would hold as many drops at full number density (m³).
     fn equivalent_volume_m3(&self) -> f64 {
         let area_m2 = match self.footprint {
             Footprint::Box {
@@ -264,172 +264,5 @@ fn ramp(distance_inside_m: f64, edge_m: f64) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn shaft() -> RainShaft {
-        RainShaft {
-            rain_rate_mm_h: 5.0,
-            d_min_mm: Some(0.1),
-            d_max_mm: Some(6.0),
-            footprint: Footprint::Box {
-                width_x_m: 80.0,
-                width_z_m: 40.0,
-            },
-            center_xz_m: [10.0, -300.0],
-            base_y_m: 0.0,
-            top_y_m: 120.0,
-            wind_shear_xz_1_s: [0.0, 0.0],
-            edge_m: 20.0,
-            voxel_m: 4.0,
-        }
-    }
-
-    #[test]
-    fn totals_of_the_volume_equal_the_closed_forms() {
-        let slanted = RainShaft {
-            wind_shear_xz_1_s: [0.02, -0.01],
-            ..shaft()
-        };
-        let column = Footprint::Column { radius_m: 40.0 };
-        // The nodes sample a smooth ramp: measured worst 4e-6 for a box, 8e-5 for a column.
-        for (shape, tolerance) in [
-            (shaft(), 1e-5),
-            (slanted, 1e-5),
-            (
-                RainShaft {
-                    footprint: column,
-                    ..shaft()
-                },
-                1e-3,
-            ),
-            (
-                RainShaft {
-                    footprint: column,
-                    ..slanted
-                },
-                1e-3,
-            ),
-        ] {
-            let volume = shape.volume().unwrap().summary();
-            let gamma_drops = shape.total_drops() * shape.law().moments().equivalent_gamma_drops();
-            let error = (volume.total_drops / gamma_drops - 1.0).abs();
-            assert!(error < tolerance, "{shape:?}: {error:e}");
-            let error = (volume.total_water_g / shape.total_water_g() - 1.0).abs();
-            assert!(error < tolerance, "{shape:?}: {error:e}");
-        }
-    }
-
-    #[test]
-    fn inside_it_is_marshall_palmer_rain() {
-        let volume = shaft().volume().unwrap();
-        let node = volume.modes[0].nodes().map(|(_, drops)| drops);
-        let densest = node.max_by(|a, b| a.number_density_m3.total_cmp(&b.number_density_m3));
-        let drops = densest.unwrap();
-        // R = 5 mm/h cut to 0.1..6 mm: r_e = 0.5146 mm, v_e = 0.3294, 1.0018 /km.
-        let moments = niji_dropfield::AreaMoments::from_drops(&drops);
-        assert!((2.0 * moments.extinction_m1_q1() - 1.00180e-3).abs() < 1e-8);
-        assert!((drops.effective_radius_m - 5.1456e-4).abs() < 1e-8);
-        assert!((drops.effective_variance - 0.32939).abs() < 1e-5);
-        assert!((2.0 * shaft().max_extinction_m1_q1() - 1.00180e-3).abs() < 1e-8);
-    }
-
-    #[test]
-    fn the_shaft_lags_behind_the_cloud_by_the_shear() {
-        // 4/Lambda = 1.368 mm falls at 5.117 m/s; 120 m in shear 0.02 /s: 0.02 14400/(2 5.117).
-        let shape = RainShaft {
-            wind_shear_xz_1_s: [0.02, 0.0],
-            ..shaft()
-        };
-        let [x, z] = shape.displacement_m(0.0);
-        assert!((x + 28.14).abs() < 0.02 && z.abs() < 1e-12, "{x} {z}");
-        assert_eq!(shape.displacement_m(120.0), [0.0, 0.0]);
-        // Halfway down a quarter of it.
-        assert!((shape.displacement_m(60.0)[0] / x - 0.25).abs() < 1e-12);
-    }
-
-    #[test]
-    fn the_box_holds_the_whole_slanted_shaft() {
-        let shape = RainShaft {
-            wind_shear_xz_1_s: [-0.05, 0.03],
-            ..shaft()
-        };
-        let grid = shape.grid();
-        for y in [0.0, 60.0, 120.0] {
-            let [x, z] = shape.displacement_m(y);
-            let corner = DVec3::new(10.0 + x + 50.0, y, -300.0 + z + 30.0);
-            assert!(corner.cmple(grid.max + 1e-9).all() && corner.cmpge(grid.min - 1e-9).all());
-        }
-        assert!(shape.coverage(grid.min - 0.01) < 1e-12 && shape.coverage(grid.max + 0.01) < 1e-12);
-    }
-
-    #[test]
-    fn edges_are_half_at_the_outline_and_sharp_without_width() {
-        assert!((ramp(0.0, 10.0) - 0.5).abs() < 1e-15);
-        assert_eq!((ramp(5.0, 10.0), ramp(-5.0, 10.0)), (1.0, 0.0));
-        assert_eq!((ramp(1e-9, 0.0), ramp(-1e-9, 0.0)), (1.0, 0.0));
-    }
-
-    #[test]
-    fn drizzle_still_falls() {
-        // The fit for the fall speed is negative below 0.11 mm.
-        let shape = RainShaft {
-            rain_rate_mm_h: 1e-6,
-            wind_shear_xz_1_s: [0.01, 0.0],
-            ..shaft()
-        };
-        assert!(shape.displacement_m(0.0)[0] < 0.0);
-    }
-
-    #[test]
-    fn unsound_parameters_are_refused() {
-        for shape in [
-            RainShaft {
-                rain_rate_mm_h: 0.0,
-                ..shaft()
-            },
-            RainShaft {
-                rain_rate_mm_h: f64::NAN,
-                ..shaft()
-            },
-            RainShaft {
-                d_min_mm: Some(7.0),
-                ..shaft()
-            },
-            RainShaft {
-                top_y_m: 0.0,
-                ..shaft()
-            },
-            RainShaft {
-                edge_m: -1.0,
-                ..shaft()
-            },
-            RainShaft {
-                edge_m: 41.0,
-                ..shaft()
-            },
-            RainShaft {
-                center_xz_m: [f64::NAN, 0.0],
-                ..shaft()
-            },
-            RainShaft {
-                wind_shear_xz_1_s: [0.0, f64::INFINITY],
-                ..shaft()
-            },
-            RainShaft {
-                wind_shear_xz_1_s: [1e6, 0.0],
-                ..shaft()
-            },
-            RainShaft {
-                footprint: Footprint::Column { radius_m: 0.0 },
-                ..shaft()
-            },
-            RainShaft {
-                voxel_m: -4.0,
-                ..shaft()
-            },
-        ] {
-            assert!(shape.volume().is_err(), "{shape:?}");
-        }
-    }
-}
+#[path = "rain_shaft_tests.rs"]
+mod tests;

@@ -73,7 +73,7 @@ impl Shape {
         for_each_shape!(self, shape => shape.grid())
     }
 
-    /// Smallest and largest effective radius [um].
+    /// Smallest and largest effective radius (um).
     pub fn effective_radius_range_um(&self) -> (f64, f64) {
         for_each_shape!(self, shape => shape.effective_radius_range_um())
     }
@@ -83,7 +83,7 @@ impl Shape {
         for_each_shape!(self, shape => shape.effective_variance_range())
     }
 
-    /// Largest extinction without diffraction, sigma = pi N <r²> [1/m].
+    /// Largest extinction without diffraction, sigma = pi N <r²> (1/m).
     pub fn max_extinction_m1_q1(&self) -> f64 {
         for_each_shape!(self, shape => shape.max_extinction_m1_q1())
     }
@@ -101,7 +101,7 @@ impl Shape {
         for_each_shape!(self, shape => shape.total_drops())
     }
 
-    /// Water in the whole shape [g], in closed form.
+    /// Water in the whole shape (g), in closed form.
     pub fn total_water_g(&self) -> f64 {
         for_each_shape!(self, shape => shape.total_water_g())
     }

@@ -24,15 +24,15 @@ use crate::error::require_not_negative;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Uniform {
-    /// Lowest corner [m].
+    /// Lowest corner (m).
     pub box_min_m: [f64; 3],
-    /// Highest corner [m].
+    /// Highest corner (m).
     pub box_max_m: [f64; 3],
-    /// Edge length of a voxel [m].
+    /// Edge length of a voxel (m).
     pub voxel_m: f64,
     /// Sizes of the drops.
     pub law: SizeLaw,
-    /// Drops per cubic metre [1/m³]; left out where the size law says it.
+    /// Drops per cubic metre (1/m³); left out where the size law says it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub number_density_m3: Option<f64>,
 }
@@ -86,7 +86,7 @@ impl Uniform {
         Ok(DropVolume { modes: vec![mode] })
     }
 
-    /// Smallest and largest effective radius [um].
+    /// Smallest and largest effective radius (um).
     pub fn effective_radius_range_um(&self) -> (f64, f64) {
         let radius = self.law.moments().effective_radius().0;
         (radius, radius)
@@ -98,7 +98,7 @@ impl Uniform {
         (variance, variance)
     }
 
-    /// Largest extinction without diffraction [1/m].
+    /// Largest extinction without diffraction (1/m).
     pub fn max_extinction_m1_q1(&self) -> f64 {
         0.5 * self.bulk_properties().extinction_m1
     }
@@ -108,7 +108,7 @@ impl Uniform {
         self.bulk_properties().number_density_m3 * self.grid().volume_m3()
     }
 
-    /// Water in the whole box [g].
+    /// Water in the whole box (g).
     pub fn total_water_g(&self) -> f64 {
         self.bulk_properties().lwc_g_m3 * self.grid().volume_m3()
     }

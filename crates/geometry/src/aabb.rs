@@ -28,8 +28,8 @@ impl Aabb {
 
     /// The distances at which a ray enters and leaves, both at least 0; `None` if it misses.
     ///
-    /// A ray within a face counts as inside, one that only touches an edge or a corner misses, and so
-    /// does a ray that is not finite.
+    /// A ray within a face counts as inside, one that only touches an edge or a corner misses, and
+    /// so does a ray that is not finite.
     /// The slab method divides by the direction; where a component is 0 the ray is inside that slab
     /// for ever or never, which is asked instead of computing 0/0.
     #[must_use]

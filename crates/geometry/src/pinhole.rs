@@ -60,8 +60,8 @@ impl PinholeCamera {
     /// A camera.
     ///
     /// # Errors
-    /// If a number is not finite, the field of view is not within 0..180 degrees, or the picture has
-    /// no pixels.
+    /// If a number is not finite, the field of view is not within 0..180 degrees, or the picture
+    /// has no pixels.
     pub fn new(request: PinholeRequest) -> Result<Self, Error> {
         let fov_deg = request.horizontal_fov.to_degrees();
         if !(fov_deg > 0.0 && fov_deg < 180.0) {

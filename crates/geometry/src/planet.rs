@@ -127,7 +127,8 @@ impl Planet {
 
     /// Whether a ray ends on the ground: it leads downwards and dips below sea level.
     ///
-    /// An observer at or below sea level stands on the ground: only what leads downwards ends on it.
+    /// An observer at or below sea level stands on the ground: only what leads downwards ends on
+    /// it.
     #[must_use]
     pub fn hits_ground(&self, height_m: f64, cos_zenith: f64) -> bool {
         self.distance_to_ground(height_m, cos_zenith).is_some()

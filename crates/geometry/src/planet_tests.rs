@@ -1,5 +1,5 @@
-//! References in 60-digit arithmetic (mpmath): h = sqrt(r0^2 + 2 r0 mu s + s^2) - R and the roots of
-//! the quadratic, from the decimal inputs as f64 holds them.
+//! References in 60-digit arithmetic (mpmath): h = sqrt(r0^2 + 2 r0 mu s + s^2) - R and the roots
+//! of the quadratic, from the decimal inputs as f64 holds them.
 
 use super::*;
 

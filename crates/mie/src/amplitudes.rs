@@ -22,8 +22,8 @@ impl Amplitudes {
             .map(|(s1, s2)| [s1.norm_sqr(), s2.norm_sqr()])
     }
 
-    /// (i1 - i2)/(i1 + i2) at each angle, positive where the light is polarized perpendicular to the
-    /// scattering plane; 0 where there is no light.
+    /// (i1 - i2)/(i1 + i2) at each angle, positive where the light is polarized perpendicular to
+    /// the scattering plane; 0 where there is no light.
     pub fn degrees_of_polarization(&self) -> Vec<f64> {
         let degree = |[i1, i2]: [f64; 2]| {
             if i1 + i2 > 0.0 {

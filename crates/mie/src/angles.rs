@@ -1,9 +1,9 @@
 //! Scattering angles, folded into mirrored pairs.
 //!
 //! theta' = min(theta, 180 deg - theta),  w = 2 sin^2(theta'/2) = 1 - cos(theta')
-//! S(theta) and S(180 deg - theta) are sum and difference of the same two partial sums, so a mirrored
-//! pair costs as much as one angle. Both poles get the good argument: at 180 deg, w is 0 exactly,
-//! while the cosine of an angle near a pole has lost half of its digits.
+//! S(theta) and S(180 deg - theta) are sum and difference of the same two partial sums, so a
+//! mirrored pair costs as much as one angle. Both poles get the good argument: at 180 deg, w is 0
+//! exactly, while the cosine of an angle near a pole has lost half of its digits.
 
 use std::f64::consts::PI;
 
@@ -54,12 +54,12 @@ impl ScatteringAngles {
     /// If an angle is not between 0 and pi.
     pub fn new(angles: &[Radians]) -> Result<Self, Error> {
         let theta_rad: Vec<f64> = angles.iter().map(|angle| angle.0).collect();
-        check(&theta_rad, PI, |theta| theta.to_degrees())?;
-        let folded_rad = theta_rad
+        check(&theta_rad, PI, f64::to_degrees)?;
+        let folded_rad: Vec<f64> = theta_rad
             .iter()
             .map(|theta| theta.min(PI - theta))
             .collect();
-        Ok(Self::from_folded(theta_rad, folded_rad))
+        Ok(Self::from_folded(theta_rad, &folded_rad))
     }
 
     /// Prepares angles in degrees, which fold without roundoff.
@@ -70,11 +70,11 @@ impl ScatteringAngles {
         check(angles_deg, 180.0, |theta| theta)?;
         let radians = |angle_deg: f64| angle_deg.to_radians();
         let theta_rad = angles_deg.iter().copied().map(radians).collect();
-        let folded_rad = angles_deg
+        let folded_rad: Vec<f64> = angles_deg
             .iter()
             .map(|deg| radians(deg.min(180.0 - deg)))
             .collect();
-        Ok(Self::from_folded(theta_rad, folded_rad))
+        Ok(Self::from_folded(theta_rad, &folded_rad))
     }
 
     /// Number of angles.
@@ -107,7 +107,7 @@ impl ScatteringAngles {
         &self.w
     }
 
-    fn from_folded(theta_rad: Vec<f64>, folded_rad: Vec<f64>) -> Self {
+    fn from_folded(theta_rad: Vec<f64>, folded_rad: &[f64]) -> Self {
         let mut by_fold: Vec<usize> = (0..folded_rad.len()).collect();
         by_fold.sort_by(|a, b| folded_rad[*a].total_cmp(&folded_rad[*b]));
         let mut places = vec![

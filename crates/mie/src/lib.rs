@@ -1,9 +1,10 @@
 //! Lorenz-Mie scattering by a homogeneous sphere, and its Debye series.
 //!
-//! Conventions of [BH83]: time factor exp(-i omega t), refractive index n + ik with k >= 0 absorbing,
-//! S1 perpendicular and S2 parallel to the scattering plane, dsigma/dOmega = |S|^2/k^2 for light
-//! polarized so, theta = 0 forward. Sizes are x = 2 pi a/lambda from 1e-6 to 1e5.
-//! [BH83] Bohren and Huffman, Absorption and Scattering of Light by Small Particles, Wiley (1983).
+//! Conventions of Bohren and Huffman: time factor exp(-i omega t), refractive index n + ik with
+//! k >= 0 absorbing, S1 perpendicular and S2 parallel to the scattering plane, dsigma/dOmega =
+//! |S|^2/(2 pi/lambda)^2 for light polarized so, theta = 0 forward. Sizes are x = 2 pi a/lambda
+//! from 1e-6 to 1e5.
+//! Bohren and Huffman, Absorption and Scattering of Light by Small Particles, Wiley (1983).
 //!
 //! ```
 //! use niji_mie::{RefractiveIndex, ScatteringAngles, Sphere};

@@ -4,7 +4,8 @@
 //! b_n = (m E_n(mx) psi_n + psi_{n+1})/(m E_n(mx) xi_n + xi_{n+1})
 //!   E_n(z) = psi'_n(z)/psi_n(z) - (n+1)/z = -psi_{n+1}(z)/psi_n(z),  xi_n = psi_n - i chi_n
 //! psi_n and xi_n are those of x; the sums run to N = x + 6 x^(1/3) + 10.
-//! This is [BH83, eq. 4.88] with the leading (n+1)/z of the logarithmic derivative subtracted by hand:
+//! This is (BH83, eq. 4.88) with the leading (n+1)/z of the logarithmic derivative subtracted by
+//! hand:
 //! the textbook form loses b_n where n is well above x, and with it g of small spheres.
 //! N after [W80], x + 4.05 x^(1/3) + 2, leaves 1e-7 at 180 degrees and 1e-8 elsewhere.
 //! [BH83] Bohren and Huffman, Absorption and Scattering of Light by Small Particles, Wiley (1983).
@@ -54,8 +55,8 @@ fn from_functions(
     }
 }
 
-/// The transparent sphere: numerators are real, and Re a = p^2/(p^2 + q^2) keeps its relative accuracy
-/// however small it is.
+/// The transparent sphere: numerators are real, and Re a = p^2/(p^2 + q^2) keeps its relative
+/// accuracy however small it is.
 fn transparent(n: usize, x: f64, m: f64, e: f64, (psi, chi): (&[f64], &[f64])) -> [Complex64; 2] {
     let q_a = (n + 1) as f64 / x * ((1.0 - m) * (1.0 + m) / m) + e;
     let q_b = m * e;

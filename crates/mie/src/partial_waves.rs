@@ -2,8 +2,8 @@
 //!
 //! S1 = sum (2n+1)/(n(n+1)) (a_n pi_n + b_n tau_n),  S2 with a and b exchanged, n from 1.
 //! At the poles S(0) = sum (2n+1)/2 (a_n + b_n) and S1(180) = -S2(180) =
-//! sum (2n+1)/2 (-1)^n (b_n - a_n), taken from these sums directly: the optical theorem then holds to
-//! the last digits.
+//! sum (2n+1)/2 (-1)^n (b_n - a_n), taken from these sums directly: the optical theorem then holds
+//! to the last digits.
 
 use num_complex::Complex64;
 

@@ -63,18 +63,16 @@ pub(crate) fn psi_and_chi(x: f64, n_max: usize) -> (Vec<f64>, Vec<f64>) {
     let mut chi = vec![cos_x];
     // psi_{-1} = cos x, chi_{-1} = -sin x.
     let (mut psi_before, mut chi_before) = (cos_x, -sin_x);
-    for n in 1..=n_max {
+    for (n, ratio) in ratios.iter().enumerate().skip(1) {
         let factor = (2 * n - 1) as f64 / x;
-        let last = n - 1;
-        let psi_n = if n as f64 <= x {
-            factor * psi[last] - psi_before
+        let (psi_last, chi_last) = (psi[n - 1], chi[n - 1]);
+        psi.push(if n as f64 <= x {
+            factor * psi_last - psi_before
         } else {
-            ratios[n] * psi[last]
-        };
-        let chi_n = factor * chi[last] - chi_before;
-        (psi_before, chi_before) = (psi[last], chi[last]);
-        psi.push(psi_n);
-        chi.push(chi_n);
+            ratio * psi_last
+        });
+        chi.push(factor * chi_last - chi_before);
+        (psi_before, chi_before) = (psi_last, chi_last);
     }
     (psi, chi)
 }
@@ -99,10 +97,10 @@ mod tests {
             let n_max = (x + 6.0 * f64::cbrt(x)) as usize + 10;
             let (psi, chi) = psi_and_chi(x, n_max);
             for n in 1..=n_max {
-                // psi_{n-1} chi_n - psi_n chi_{n-1} = 1; worst found 1.1e-13 at 1e4.
+                // psi_{n-1} chi_n - psi_n chi_{n-1} = 1; worst found 4.5e-14 at 1e4.
                 let wronskian = psi[n - 1] * chi[n] - psi[n] * chi[n - 1];
                 assert!(
-                    (wronskian - 1.0).abs() <= 1e-12,
+                    (wronskian - 1.0).abs() <= 5e-13,
                     "x = {x}, n = {n}: {wronskian}"
                 );
             }

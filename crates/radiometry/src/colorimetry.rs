@@ -60,7 +60,8 @@ impl Colorimetry {
 
     /// XYZ of bin means of spectral radiance [W m^-2 sr^-1 nm^-1]; Y in cd m^-2.
     ///
-    /// Irradiance [W m^-2 nm^-1] gives an illuminance in lux. Sums run from short to long wavelengths.
+    /// Irradiance [W m^-2 nm^-1] gives an illuminance in lux. Sums run from short to long
+    /// wavelengths.
     ///
     /// # Panics
     /// If `radiance` has not one value for each bin of the grid.

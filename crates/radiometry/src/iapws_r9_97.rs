@@ -66,8 +66,8 @@ mod tests {
 
     #[test]
     fn agrees_with_daimon_and_masumura_at_20_c() {
-        // Daimon and Masumura, Applied Optics 46, 3811-3820 (2007): measured independently, relative
-        // to vacuum. Worst found 1.8e-6.
+        // Daimon and Masumura, Applied Optics 46, 3811-3820 (2007): measured independently,
+        // relative to vacuum. Worst found 1.8e-6.
         for (wavelength_nm, index) in [
             (400.0, 1.343557),
             (450.0, 1.339606),
@@ -97,7 +97,8 @@ mod tests {
 
     #[test]
     fn relative_to_air_it_is_the_handbook_value() {
-        // Tilton and Taylor, J. Res. NBS 20, 419 (1938): 1.33299 at 20 C for the sodium lines in air.
+        // Tilton and Taylor, J. Res. NBS 20, 419 (1938): 1.33299 at 20 C for the sodium lines in
+        // air.
         // The release claims 1.5e-5 in the visible; found 1.1e-5 below.
         let found = water_refractive_index(Nanometers(589.3), 20.0);
         assert!((found - 1.33299).abs() <= 1.5e-5, "{found}");

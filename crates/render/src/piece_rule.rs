@@ -45,12 +45,12 @@ const MAX_PARTS: f64 = 64.0;
 /// Variation of the exponent over a part with two and three points: both errors are below 1e-6.
 const CELL_EXACT_EXPONENT: [f64; 2] = [0.25, 0.5];
 
-/// Nodes of the table's radius axis over a part with one, two and three points: the row has a kink
-/// at each node, and a point for each node averages them.
-const CELL_EXACT_BINS: [f64; 3] = [0.1, 2.0, 3.0];
+/// Nodes of the table's radius axis over a part with one, two and three points. The axis is as fine
+/// as the rows need for linear interpolation, so nodes are a measure of how fast rows change.
+const CELL_EXACT_BINS: [f64; 3] = [0.1, 6.0, 9.0];
 
-/// Nodes of the table's radius axis for each point, at a relative error of 1: the error falls with
-/// the square of the distance of the points.
+/// Nodes of the table's radius axis for each point at a relative error of 1; they shrink with its
+/// fourth root, as the error of two points grows with the fourth power of their distance.
 const ADAPTIVE_BINS: f64 = 10.0;
 
 /// v^(2N) over this is the relative error of the N-point rule.
@@ -131,7 +131,7 @@ impl PieceRule {
                 let limits = |n_points: usize| Limits {
                     exponent: (GAUSS_ERROR[n_points - 1] * relative_error)
                         .powf(0.5 / n_points as f64),
-                    bins: ADAPTIVE_BINS * n_points as f64 * relative_error.sqrt(),
+                    bins: ADAPTIVE_BINS * n_points as f64 * relative_error.powf(0.25),
                 };
                 Control {
                     one_point: limits(1),

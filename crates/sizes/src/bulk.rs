@@ -12,7 +12,7 @@ use std::f64::consts::PI;
 
 use niji_radiometry::Micrometers;
 
-/// Density of liquid water at 4 °C, to the 3 digits that a rain rate deserves [g/m³].
+/// Density of liquid water at 4 °C, to the 3 digits that a rain rate deserves (g/m³).
 pub const WATER_DENSITY_G_M3: f64 = 1e6;
 
 /// Extinction efficiency of a drop that is large against the wavelength, diffraction included.
@@ -24,7 +24,7 @@ const M3_PER_UM3: f64 = 1e-18;
 /// Square metres in a square micrometre.
 const M2_PER_UM2: f64 = 1e-12;
 
-/// Liquid water content [g/m³] of a third moment N <r³> [um³/m³].
+/// Liquid water content (g/m³) of a third moment N <r³> (um³/m³).
 pub fn liquid_water_g_m3(third_moment_um3_m3: f64) -> f64 {
     4.0 / 3.0 * PI * WATER_DENSITY_G_M3 * M3_PER_UM3 * third_moment_um3_m3
 }
@@ -36,18 +36,18 @@ pub fn liquid_water_g_m3(third_moment_um3_m3: f64) -> f64 {
 /// [`SizeMoments::mean_r4_um4`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SizeMoments {
-    /// <r> [um].
+    /// `<r>` (um).
     pub mean_r_um: f64,
-    /// <r²> [um²].
+    /// `<r²>` (um²).
     pub mean_r2_um2: f64,
-    /// <r³> [um³].
+    /// `<r³>` (um³).
     pub mean_r3_um3: f64,
     /// Effective variance v_e.
     pub effective_variance: f64,
 }
 
 impl SizeMoments {
-    /// <r⁴> = (1 + v_e) <r³>²/<r²> [um⁴].
+    /// <r⁴> = (1 + v_e) <r³>²/<r²> (um⁴).
     pub fn mean_r4_um4(&self) -> f64 {
         (1.0 + self.effective_variance) * self.mean_r3_um3 * self.effective_radius().0
     }
@@ -84,13 +84,13 @@ impl SizeMoments {
 /// What a cubic metre of air with drops holds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BulkProperties {
-    /// Drops per cubic metre [1/m³].
+    /// Drops per cubic metre (1/m³).
     pub number_density_m3: f64,
-    /// Liquid water content [g/m³].
+    /// Liquid water content (g/m³).
     pub lwc_g_m3: f64,
-    /// Extinction at Q = 2 [1/m].
+    /// Extinction at Q = 2 (1/m).
     pub extinction_m1: f64,
-    /// Effective radius [m].
+    /// Effective radius (m).
     pub effective_radius_m: f64,
     /// Effective variance.
     pub effective_variance: f64,

@@ -1,6 +1,6 @@
 //! Quadrature nodes for averages over a gamma law.
 //!
-//! <f> = sum_j w_j f(r_j),   w_j the share of the cross-section at r_j, sum w_j = 1
+//! `<f>` = sum_j w_j f(r_j),   w_j the share of the cross-section at r_j, sum w_j = 1
 //!
 //! What is averaged oscillates with the radius (supernumerary bows), many times within the width of
 //! the law, and its average is small because the oscillations cancel. A Gauss rule spends its nodes
@@ -37,7 +37,7 @@ const BALANCED_OMEGA: f64 = 6.0;
 /// Largest half range in standard deviations: 4e-8 of the cross-section lies outside.
 const LARGEST_HALF_RANGE: f64 = 5.5;
 
-/// Radii [um] and weights of a mean over the cross-section of a gamma law.
+/// Radii (um) and weights of a mean over the cross-section of a gamma law.
 ///
 /// A law of a single size, or a single node, gives the effective radius. For the mean over drop
 /// *numbers* weight with 1/r² as well.

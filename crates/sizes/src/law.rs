@@ -48,7 +48,7 @@ impl SizeLaw {
         }
     }
 
-    /// The number density [1/m³], if the law says it and not only the shape of the distribution.
+    /// The number density (1/m³), if the law says it and not only the shape of the distribution.
     pub fn natural_number_density_m3(&self) -> Option<f64> {
         match self {
             Self::MarshallPalmer(law) => Some(law.number_density_m3()),

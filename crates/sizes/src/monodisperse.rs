@@ -13,7 +13,7 @@ use crate::error::require_positive;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Monodisperse {
-    /// The radius a [um].
+    /// The radius a (um).
     pub radius_um: f64,
 }
 

@@ -26,9 +26,9 @@ use crate::error::require_positive;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Normal {
-    /// Mean of the law before it is cut off [um].
+    /// Mean of the law before it is cut off (um).
     pub radius_mean_um: f64,
-    /// Standard deviation before it is cut off [um]; 0 is a single size.
+    /// Standard deviation before it is cut off (um); 0 is a single size.
     pub radius_standard_deviation_um: f64,
 }
 

@@ -51,9 +51,9 @@ fn extinction_is_what_the_forward_amplitude_says() {
         let sphere = sphere(x, n, k);
         // The pole itself is a sum of its own; a nanodegree beside it is the general one.
         let found = sphere.amplitudes(&degrees(&[0.0, 1e-9]));
-        for (s1, tolerance) in found.s1.iter().zip([1e-14, 1e-9]) {
+        for (s1, tolerance) in found.s1.iter().zip([1e-15, 5e-12]) {
             let q_ext = 4.0 * s1.re / (x * x);
-            // Worst found 2.0e-10, at x = 1e5.
+            // Worst found 2.2e-16 and 3.7e-13.
             assert!(
                 (q_ext / sphere.efficiencies().q_ext - 1.0).abs() <= tolerance,
                 "x = {x}"
@@ -66,7 +66,7 @@ fn extinction_is_what_the_forward_amplitude_says() {
 fn a_sphere_without_absorption_scatters_all_that_it_takes() {
     for (x, n, k) in SPHERES {
         let q = *sphere(x, n, k).efficiencies();
-        // Worst found 6.7e-16.
+        // Worst found 4.4e-16.
         let is_conserved = (q.q_ext / q.q_sca - 1.0).abs() <= 1e-14;
         assert_eq!(is_conserved, k <= 0.0, "x = {x}: {} {}", q.q_ext, q.q_sca);
         assert!(q.q_abs() >= -1e-14 * q.q_ext);
@@ -97,7 +97,7 @@ fn the_phase_function_has_mean_1_and_the_mean_cosine_g() {
             .zip(&nodes)
             .map(|(p, node)| 0.5 * p * node.1 * node.0)
             .sum();
-        // Worst found 3e-13.
+        // Worst found 2.4e-13.
         assert!((mean - 1.0).abs() <= 2e-12, "x = {x}: {mean}");
         assert!(
             (cosine - sphere.efficiencies().asymmetry).abs() <= 2e-12,
@@ -124,10 +124,10 @@ fn the_general_sum_meets_the_sums_of_the_poles() {
     for (x, n, k) in SPHERES {
         let found = sphere(x, n, k).amplitudes(&degrees(&[0.0, 1e-8, 180.0, 180.0 - 1e-8]));
         for (pole, beside) in [(0, 1), (2, 3)] {
-            // Worst found 1.6e-9, at x = 1e5.
+            // Worst found 4.8e-10, at x = 1e5.
             let distance = (found.s1[pole] - found.s1[beside]).norm();
             assert!(
-                distance <= 5e-9 * found.s1[pole].norm(),
+                distance <= 3e-9 * found.s1[pole].norm(),
                 "x = {x}: {distance}"
             );
         }
@@ -148,7 +148,7 @@ fn folded_sums_agree_with_the_textbook_loop() {
         for (i, theta_deg) in angles_deg.iter().enumerate() {
             let [s1, s2] = textbook_amplitudes(sphere.waves(), *theta_deg);
             let error = (found.s1[i] - s1).norm().max((found.s2[i] - s2).norm());
-            // Worst found 4e-12.
+            // Worst found 3.4e-12.
             assert!(
                 error <= 5e-11 * s1.norm().max(s2.norm()),
                 "x = {x} at {theta_deg}: {error}"

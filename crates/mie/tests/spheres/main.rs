@@ -4,5 +4,6 @@ mod debye;
 mod high_precision;
 mod identities;
 mod published;
+#[rustfmt::skip]
 mod references;
 mod support;

@@ -1,7 +1,8 @@
 //! Values that others have published.
 //!
-//! [W79] Wiscombe, NCAR Technical Note TN-140+STR (1979), as kept in the MIEV0 test driver; it writes
-//! m = n - ik and conjugate amplitudes. [D04] Du, Applied Optics 43, 1951-1956 (2004), table 1.
+//! [W79] Wiscombe, NCAR Technical Note TN-140+STR (1979), as kept in the MIEV0 test driver; it
+//! writes m = n - ik and conjugate amplitudes. [D04] Du, Applied Optics 43, 1951-1956 (2004), table
+//! 1.
 //! [BH83] Bohren and Huffman, Absorption and Scattering of Light by Small Particles (1983), app. A.
 
 use num_complex::Complex64;
@@ -132,6 +133,7 @@ fn amplitudes_of_wiscombe_at_x_1() {
 }
 
 #[test]
+#[allow(clippy::approx_constant, reason = "0.785390 is a ratio of intensities")]
 fn the_sample_of_bohren_and_huffman() {
     // a = 0.525 um, 632.8 nm, m = 1.55: S11 relative to forward, and polarization -S12/S11.
     let sphere = sphere(std::f64::consts::TAU * 0.525 / 0.6328, 1.55, 0.0);

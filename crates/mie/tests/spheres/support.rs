@@ -31,12 +31,12 @@ pub(crate) struct DebyeReference {
 
 /// A sphere, by numbers that are known to be good.
 pub(crate) fn sphere(x: f64, n: f64, k: f64) -> Sphere {
-    Sphere::new(x, RefractiveIndex { n, k }).unwrap()
+    Sphere::new(x, RefractiveIndex { n, k }).expect("the tests pass numbers of real spheres")
 }
 
 /// Angles in degrees, known to be good.
 pub(crate) fn degrees(angles_deg: &[f64]) -> ScatteringAngles {
-    ScatteringAngles::from_degrees(angles_deg).unwrap()
+    ScatteringAngles::from_degrees(angles_deg).expect("the tests pass 0 to 180 degrees")
 }
 
 /// (x, y) as a complex number.

@@ -1,0 +1,28 @@
+//! What can be wrong with a request for a scattering table.
+
+/// A request that cannot be met.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Error {
+    /// An axis that is empty, not ascending or outside its range.
+    #[error("{axis}: found {found}, expected {expected}")]
+    Axis {
+        /// Name of the axis.
+        axis: &'static str,
+        /// What was found.
+        found: String,
+        /// What was expected.
+        expected: &'static str,
+    },
+    /// No order, or one without a bow.
+    #[error("found orders {found:?}, expected some of 2 (primary) to 7")]
+    Orders {
+        /// The orders asked for.
+        found: Vec<u32>,
+    },
+    /// A drop that the exact theory refuses.
+    #[error("{0}")]
+    Drop(String),
+    /// A table of Airy's integral that is none.
+    #[error("{0}")]
+    AiryTable(String),
+}

@@ -1,0 +1,200 @@
+//! Levels of accuracy of a scene: a preset, and levels of single stages that replace the preset's.
+//!
+//! The presets live here and nowhere else: every library takes its levels explicitly.
+
+use niji_dropfield::Interpolation;
+use niji_render::AirPath;
+use niji_render::DropExtinctionModel;
+use niji_render::Integration;
+use niji_render::PixelFootprint;
+use niji_render::RenderLevels;
+use niji_render::SkyModel;
+use niji_render::SunPath;
+use niji_scatter::Theory;
+use serde::Deserialize;
+use serde::Serialize;
+
+use crate::level_names;
+
+/// A named set of levels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Preset {
+    /// For looking: coarse tables, few samples.
+    Draft,
+    /// For pictures: errors below what is seen.
+    #[default]
+    Standard,
+    /// The most accurate level of every stage.
+    Reference,
+}
+
+impl Preset {
+    /// The name of the preset in scene files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Draft => "draft",
+            Self::Standard => "standard",
+            Self::Reference => "reference",
+        }
+    }
+
+    /// The levels of the preset for drops on a lattice of `voxel_m`.
+    pub fn levels(self, voxel_m: f64) -> Levels {
+        let standard = Levels {
+            theory: Theory::Airy,
+            table_relative_error: 2e-3,
+            integration: Integration::CellExact,
+            interpolation: Interpolation::Moments,
+            drop_extinction: DropExtinctionModel::WithoutDiffraction,
+            sun_path: SunPath::Volume { voxel_m },
+            air_path: AirPath::Table,
+            sky: SkyModel::SingleScattering,
+            pixel_footprint: PixelFootprint::Prefiltered,
+        };
+        match self {
+            Self::Draft => Levels {
+                table_relative_error: 2e-2,
+                integration: Integration::Adaptive { relative_error: 1e-2 },
+                sun_path: SunPath::Volume { voxel_m: 2.0 * voxel_m },
+                pixel_footprint: PixelFootprint::Center,
+                ..standard
+            },
+            Self::Standard => standard,
+            Self::Reference => Levels {
+                table_relative_error: 2e-4,
+                integration: Integration::Adaptive { relative_error: 1e-6 },
+                sun_path: SunPath::March { step_m: 0.5 * voxel_m },
+                air_path: AirPath::Quadrature { n_nodes: 32 },
+                pixel_footprint: PixelFootprint::Grid { n: 4 },
+                ..standard
+            },
+        }
+    }
+}
+
+/// One level for every stage, with its settings.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Levels {
+    /// How one drop scatters.
+    pub theory: Theory,
+    /// Largest error of the interpolated scattering table, relative to its maximum.
+    pub table_relative_error: f64,
+    /// The integral along the view ray.
+    #[serde(with = "level_names::IntegrationName")]
+    pub integration: Integration,
+    /// What is interpolated between the nodes of the drop volume.
+    #[serde(with = "level_names::InterpolationName")]
+    pub interpolation: Interpolation,
+    /// Which part of the drops' extinction leaves the picture.
+    #[serde(with = "level_names::DropExtinctionName")]
+    pub drop_extinction: DropExtinctionModel,
+    /// The drops' optical depth towards the sun.
+    #[serde(with = "level_names::SunPathName")]
+    pub sun_path: SunPath,
+    /// The air's optical depths.
+    #[serde(with = "level_names::AirPathName")]
+    pub air_path: AirPath,
+    /// What shines behind the drops.
+    #[serde(with = "level_names::SkyName")]
+    pub sky: SkyModel,
+    /// What of a pixel is seen.
+    #[serde(with = "level_names::PixelFootprintName")]
+    pub pixel_footprint: PixelFootprint,
+}
+
+impl Levels {
+    /// The levels of the ray integral.
+    pub fn render_levels(&self) -> RenderLevels {
+        RenderLevels {
+            integration: self.integration,
+            drop_extinction_model: self.drop_extinction,
+            air_path: self.air_path,
+            sky_model: self.sky,
+            pixel_footprint: self.pixel_footprint,
+        }
+    }
+}
+
+/// The section `[accuracy]`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Accuracy {
+    /// The set of levels that holds where nothing else is said.
+    #[serde(default)]
+    pub preset: Preset,
+    /// Largest RMS error of luminance over the picture, relative to a gray card in the sun: half of
+    /// it for effects left out, half for levels.
+    #[serde(default = "default_tolerance")]
+    pub tolerance: f64,
+    /// Replaces the preset's theory.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub theory: Option<Theory>,
+    /// Replaces the preset's error of the scattering table.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub table_relative_error: Option<f64>,
+    /// Replaces the preset's integration.
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "level_names::integration")]
+    pub integration: Option<Integration>,
+    /// Replaces the preset's interpolation.
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "level_names::interpolation")]
+    pub interpolation: Option<Interpolation>,
+    /// Replaces the preset's extinction of drops.
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "level_names::drop_extinction")]
+    pub drop_extinction: Option<DropExtinctionModel>,
+    /// Replaces the preset's path through the drops to the sun.
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "level_names::sun_path")]
+    pub sun_path: Option<SunPath>,
+    /// Replaces the preset's path through the air.
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "level_names::air_path")]
+    pub air_path: Option<AirPath>,
+    /// Replaces the preset's sky.
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "level_names::sky")]
+    pub sky: Option<SkyModel>,
+    /// Replaces the preset's pixel footprint.
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "level_names::pixel_footprint")]
+    pub pixel_footprint: Option<PixelFootprint>,
+}
+
+/// One percent of the luminance of a gray card.
+const DEFAULT_TOLERANCE: f64 = 0.01;
+
+fn default_tolerance() -> f64 {
+    DEFAULT_TOLERANCE
+}
+
+impl Default for Accuracy {
+    fn default() -> Self {
+        Self {
+            preset: Preset::Standard,
+            tolerance: DEFAULT_TOLERANCE,
+            theory: None,
+            table_relative_error: None,
+            integration: None,
+            interpolation: None,
+            drop_extinction: None,
+            sun_path: None,
+            air_path: None,
+            sky: None,
+            pixel_footprint: None,
+        }
+    }
+}
+
+impl Accuracy {
+    /// The level of every stage for drops on a lattice of `voxel_m`.
+    pub fn levels(&self, voxel_m: f64) -> Levels {
+        let preset = self.preset.levels(voxel_m);
+        Levels {
+            theory: self.theory.unwrap_or(preset.theory),
+            table_relative_error: self.table_relative_error.unwrap_or(preset.table_relative_error),
+            integration: self.integration.unwrap_or(preset.integration),
+            interpolation: self.interpolation.unwrap_or(preset.interpolation),
+            drop_extinction: self.drop_extinction.unwrap_or(preset.drop_extinction),
+            sun_path: self.sun_path.unwrap_or(preset.sun_path),
+            air_path: self.air_path.unwrap_or(preset.air_path),
+            sky: self.sky.unwrap_or(preset.sky),
+            pixel_footprint: self.pixel_footprint.unwrap_or(preset.pixel_footprint),
+        }
+    }
+}

@@ -1,0 +1,227 @@
+//! Strict reading of TOML into plain serde types, with the line of whatever is wrong.
+//!
+//! A serde deserializer over the parsed document that differs from the one of the `toml` crate in
+//! three ways:
+//! 1. a key that a struct does not have is an error at every depth, with its line, a suggestion
+//!    and the list of the keys that it does have;
+//! 2. an enum whose variants carry settings is written as a table with a naming key (`shape` for
+//!    drop shapes, `level` for accuracy levels): the name is read first and the rest of the table
+//!    goes to that variant alone, so that serde's tagged enums with their buffered, line-less
+//!    content are not needed;
+//! 3. every message says what was found and what was expected in the words of a scene file.
+
+mod fault;
+mod named;
+mod table;
+
+use std::collections::BTreeMap;
+
+use serde::de::DeserializeOwned;
+use serde::de::Visitor;
+use toml::Spanned;
+use toml::de::DeTable;
+use toml::de::DeValue;
+
+use crate::error::SceneError;
+
+use fault::Fault;
+use named::NamedTable;
+use named::UnitName;
+use table::Entries;
+use table::Items;
+
+/// A parsed value together with every line that a later check of its content may have to name.
+pub(crate) struct Document<T> {
+    /// The typed content.
+    pub(crate) value: T,
+    /// Line of every key by its full path; the empty path is the document itself.
+    pub(crate) lines: BTreeMap<String, usize>,
+}
+
+/// Parses `text` strictly.
+pub(crate) fn parse<T: DeserializeOwned>(text: &str) -> Result<Document<T>, SceneError> {
+    let source = Source::new(text);
+    let root = DeTable::parse(text).map_err(|error| source.syntax_error(&error))?;
+    let span = root.span();
+    let root = Spanned::new(span, DeValue::Table(root.into_inner()));
+    let mut lines = BTreeMap::new();
+    collect_lines(&root, "", &source, &mut lines);
+    let node = Node { value: &root, place: Place { source: &source, path: String::new(), line: 1 } };
+    let value = T::deserialize(node).map_err(Fault::into_scene_error)?;
+    Ok(Document { value, lines })
+}
+
+fn collect_lines(
+    value: &Spanned<DeValue<'_>>,
+    path: &str,
+    source: &Source,
+    lines: &mut BTreeMap<String, usize>,
+) {
+    let DeValue::Table(table) = value.get_ref() else { return };
+    for (key, child) in table {
+        let child_path = join(path, key.get_ref());
+        lines.insert(child_path.clone(), source.line(key.span().start));
+        collect_lines(child, &child_path, source, lines);
+    }
+}
+
+/// Path of `key` below `path`.
+fn join(path: &str, key: &str) -> String {
+    if path.is_empty() { key.to_string() } else { format!("{path}.{key}") }
+}
+
+/// Where the lines of the text begin.
+struct Source {
+    line_starts: Vec<usize>,
+}
+
+impl Source {
+    fn new(text: &str) -> Self {
+        let after_breaks = text.match_indices('\n').map(|(offset, _)| offset + 1);
+        Self { line_starts: std::iter::once(0).chain(after_breaks).collect() }
+    }
+
+    /// Line, from 1, that holds the byte at `offset`.
+    fn line(&self, offset: usize) -> usize {
+        self.line_starts.partition_point(|&start| start <= offset)
+    }
+
+    fn syntax_error(&self, error: &toml::de::Error) -> SceneError {
+        let offset = error.span().map_or(0, |span| span.start);
+        SceneError::Syntax { line: self.line(offset), message: error.message().replace('\n', "; ") }
+    }
+}
+
+/// A place in the document, to be named in messages.
+#[derive(Clone)]
+struct Place<'a> {
+    source: &'a Source,
+    path: String,
+    line: usize,
+}
+
+impl Place<'_> {
+    /// The section as a reader would call it.
+    fn section(&self) -> String {
+        if self.path.is_empty() { "the top level".to_string() } else { format!("[{}]", self.path) }
+    }
+
+    /// Gives an error that does not know its place yet this one.
+    fn locate<T>(&self, result: Result<T, Fault>) -> Result<T, Fault> {
+        result.map_err(|fault| fault.located(self))
+    }
+}
+
+/// One value of the document.
+struct Node<'a> {
+    value: &'a Spanned<DeValue<'a>>,
+    place: Place<'a>,
+}
+
+impl<'a> Node<'a> {
+    fn visit<'de, V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Fault> {
+        match self.value.get_ref() {
+            DeValue::String(text) => visitor.visit_str(text),
+            DeValue::Integer(integer) => {
+                match i64::from_str_radix(integer.as_str(), integer.radix()) {
+                    Ok(number) => visitor.visit_i64(number),
+                    Err(_) => Err(Fault::out_of_range(integer.to_string(), "a 64-bit integer")),
+                }
+            }
+            DeValue::Float(float) => match float.as_str().parse::<f64>() {
+                Ok(number) if number.is_finite() => visitor.visit_f64(number),
+                Ok(_) | Err(_) => Err(Fault::out_of_range(float.to_string(), "a finite number")),
+            },
+            DeValue::Boolean(flag) => visitor.visit_bool(*flag),
+            DeValue::Datetime(date) => {
+                Err(Fault::wrong_type(format!("the date {date}"), "no date: scenes have none"))
+            }
+            DeValue::Array(array) => visitor.visit_seq(Items::new(array, &self.place)),
+            DeValue::Table(table) => visitor.visit_map(Entries::new(table, None, &self.place)),
+        }
+    }
+
+    fn visit_struct<'de, V: Visitor<'de>>(
+        self,
+        fields: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Fault> {
+        let DeValue::Table(table) = self.value.get_ref() else {
+            let found = fault::describe(self.value.get_ref());
+            return Err(Fault::wrong_type(found, "a table of keys"));
+        };
+        table::check_keys(table, None, fields, &self.place)?;
+        visitor.visit_map(Entries::new(table, None, &self.place))
+    }
+
+    fn visit_named<'de, V: Visitor<'de>>(
+        self,
+        enum_name: &str,
+        names: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Fault> {
+        match self.value.get_ref() {
+            DeValue::String(name) => {
+                named::check_name(name, names)?;
+                visitor.visit_enum(UnitName::new(name))
+            }
+            DeValue::Table(table) => {
+                visitor.visit_enum(NamedTable::read(table, enum_name, names, &self.place)?)
+            }
+            DeValue::Integer(_)
+            | DeValue::Float(_)
+            | DeValue::Boolean(_)
+            | DeValue::Datetime(_)
+            | DeValue::Array(_) => {
+                let expected = format!("one of {}", names.join(", "));
+                Err(Fault::wrong_type(fault::describe(self.value.get_ref()), &expected))
+            }
+        }
+    }
+}
+
+impl<'de> serde::Deserializer<'de> for Node<'_> {
+    type Error = Fault;
+
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Fault> {
+        let place = self.place.clone();
+        place.locate(self.visit(visitor))
+    }
+
+    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Fault> {
+        visitor.visit_some(self)
+    }
+
+    fn deserialize_newtype_struct<V: Visitor<'de>>(
+        self,
+        _name: &'static str,
+        visitor: V,
+    ) -> Result<V::Value, Fault> {
+        visitor.visit_newtype_struct(self)
+    }
+
+    fn deserialize_struct<V: Visitor<'de>>(
+        self,
+        _name: &'static str,
+        fields: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Fault> {
+        let place = self.place.clone();
+        place.locate(self.visit_struct(fields, visitor))
+    }
+
+    fn deserialize_enum<V: Visitor<'de>>(
+        self,
+        name: &'static str,
+        variants: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Fault> {
+        let place = self.place.clone();
+        place.locate(self.visit_named(name, variants, visitor))
+    }
+
+    serde::forward_to_deserialize_any! {
+        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf
+        unit unit_struct seq tuple tuple_struct map identifier ignored_any
+    }
+}

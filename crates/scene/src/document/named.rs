@@ -1,0 +1,241 @@
+//! Choices by name: a bare name, or a table whose naming key says which variant the rest is for.
+
+use serde::de::DeserializeSeed;
+use serde::de::EnumAccess;
+use serde::de::IntoDeserializer;
+use serde::de::VariantAccess;
+use serde::de::Visitor;
+use serde::de::value::StrDeserializer;
+use toml::de::DeTable;
+use toml::de::DeValue;
+
+use super::Place;
+use super::fault;
+use super::fault::Fault;
+use super::join;
+use super::table;
+use super::table::Entries;
+
+/// How the variants of an enum are written.
+enum Naming {
+    /// `{ level = "march", step_m = 1.0 }`: a key of the same table says the name.
+    Key(&'static str),
+    /// `{ column = { radius_m = 40.0 } }`: the only key is the name.
+    OnlyKey,
+}
+
+/// Parts of drop shapes nest; the drops themselves and the levels of accuracy have a naming key.
+fn naming(enum_name: &str) -> Naming {
+    match enum_name {
+        "Drops" => Naming::Key("shape"),
+        "SizeLaw" | "Footprint" => Naming::OnlyKey,
+        _ => Naming::Key("level"),
+    }
+}
+
+pub(super) fn check_name(found: &str, names: &[&str]) -> Result<(), Fault> {
+    if names.contains(&found) { Ok(()) } else { Err(Fault::unknown_name(found, names)) }
+}
+
+pub(super) fn check_key(found: &str, names: &[&str]) -> Result<(), Fault> {
+    let allowed = || names.iter().map(ToString::to_string).collect();
+    if names.contains(&found) { Ok(()) } else { Err(Fault::unknown_key(found, allowed())) }
+}
+
+/// A variant given by its name alone.
+pub(super) struct UnitName<'a> {
+    name: &'a str,
+}
+
+impl<'a> UnitName<'a> {
+    pub(super) fn new(name: &'a str) -> Self {
+        Self { name }
+    }
+
+    fn needs_settings<T>(&self, key: &str) -> Result<T, Fault> {
+        let expected = format!("a table, {{ level = \"{}\", {key} = … }}", self.name);
+        Err(Fault::wrong_type(format!("the bare name \"{}\"", self.name), &expected))
+    }
+}
+
+impl<'de, 'a> EnumAccess<'de> for UnitName<'a> {
+    type Error = Fault;
+    type Variant = Self;
+
+    fn variant_seed<V: DeserializeSeed<'de>>(self, seed: V) -> Result<(V::Value, Self), Fault> {
+        let name: StrDeserializer<'a, Fault> = self.name.into_deserializer();
+        Ok((seed.deserialize(name)?, self))
+    }
+}
+
+impl<'de> VariantAccess<'de> for UnitName<'_> {
+    type Error = Fault;
+
+    fn unit_variant(self) -> Result<(), Fault> {
+        Ok(())
+    }
+
+    fn newtype_variant_seed<T: DeserializeSeed<'de>>(self, _seed: T) -> Result<T::Value, Fault> {
+        self.needs_settings("…")
+    }
+
+    fn tuple_variant<V: Visitor<'de>>(self, _len: usize, _v: V) -> Result<V::Value, Fault> {
+        self.needs_settings("…")
+    }
+
+    fn struct_variant<V: Visitor<'de>>(
+        self,
+        fields: &'static [&'static str],
+        _visitor: V,
+    ) -> Result<V::Value, Fault> {
+        self.needs_settings(fields.first().unwrap_or(&"…"))
+    }
+}
+
+/// A variant with its settings.
+pub(super) struct NamedTable<'a> {
+    name: &'a str,
+    naming_key: Option<&'static str>,
+    table: &'a DeTable<'a>,
+    place: Place<'a>,
+}
+
+impl<'a> NamedTable<'a> {
+    /// Reads the name of the variant.
+    pub(super) fn read(
+        table: &'a DeTable<'a>,
+        enum_name: &str,
+        names: &[&'static str],
+        place: &Place<'a>,
+    ) -> Result<Self, Fault> {
+        match naming(enum_name) {
+            Naming::Key(key) => Self::read_by_key(table, key, names, place),
+            Naming::OnlyKey => Self::read_only_key(table, names, place),
+        }
+    }
+
+    fn read_only_key(
+        table: &'a DeTable<'a>,
+        names: &[&'static str],
+        place: &Place<'a>,
+    ) -> Result<Self, Fault> {
+        table::check_keys(table, None, names, place)?;
+        let mut entries = table.iter();
+        let (Some((key, value)), None) = (entries.next(), entries.next()) else {
+            let expected = format!("exactly one of {}", names.join(", "));
+            return Err(Fault::wrong_type(format!("a table of {} keys", table.len()), &expected));
+        };
+        let source = place.source;
+        let line = source.line(key.span().start);
+        let place = Place { source, path: join(&place.path, key.get_ref()), line };
+        let DeValue::Table(table) = value.get_ref() else {
+            let found = fault::describe(value.get_ref());
+            return Err(Fault::wrong_type(found, "a table of keys").located(&place));
+        };
+        Ok(Self { name: key.get_ref(), naming_key: None, table, place })
+    }
+
+    /// A drops table without `shape` but with `file` is the variant `file`.
+    fn read_by_key(
+        table: &'a DeTable<'a>,
+        key: &'static str,
+        names: &[&'static str],
+        place: &Place<'a>,
+    ) -> Result<Self, Fault> {
+        let place = place.clone();
+        if table.get(key).is_none() && key == "shape" && table.get("file").is_some() {
+            return Ok(Self { name: "file", naming_key: None, table, place });
+        }
+        let Some((spanned_key, value)) = table.get_key_value(key) else {
+            return Err(missing_naming_key(table, key, &place));
+        };
+        let name_place = Place {
+            source: place.source,
+            path: join(&place.path, key),
+            line: place.source.line(spanned_key.span().start),
+        };
+        let choices: Vec<&str> = names.iter().copied().filter(|name| *name != "file").collect();
+        let DeValue::String(name) = value.get_ref() else {
+            let expected = format!("one of {}", choices.join(", "));
+            let found = fault::describe(value.get_ref());
+            return Err(Fault::wrong_type(found, &expected).located(&name_place));
+        };
+        name_place.locate(check_name(name, &choices))?;
+        Ok(Self { name, naming_key: Some(key), table, place })
+    }
+}
+
+/// A misspelt naming key is reported as such, an absent one as missing.
+fn missing_naming_key(table: &DeTable<'_>, key: &'static str, place: &Place<'_>) -> Fault {
+    let lookalike =
+        table.keys().find(|found| crate::error::suggest(found.get_ref(), &[key]).is_some());
+    match lookalike {
+        Some(found) => {
+            let line = place.source.line(found.span().start);
+            let allowed = vec![key.to_string()];
+            Fault::unknown_key(found.get_ref(), allowed).located(&Place { line, ..place.clone() })
+        }
+        None => Fault::missing_key(key),
+    }
+}
+
+impl<'de, 'a> EnumAccess<'de> for NamedTable<'a> {
+    type Error = Fault;
+    type Variant = Self;
+
+    fn variant_seed<V: DeserializeSeed<'de>>(self, seed: V) -> Result<(V::Value, Self), Fault> {
+        let name: StrDeserializer<'a, Fault> = self.name.into_deserializer();
+        Ok((seed.deserialize(name)?, self))
+    }
+}
+
+impl<'de> VariantAccess<'de> for NamedTable<'_> {
+    type Error = Fault;
+
+    fn unit_variant(self) -> Result<(), Fault> {
+        table::check_keys(self.table, self.naming_key, &[], &self.place)
+    }
+
+    fn newtype_variant_seed<T: DeserializeSeed<'de>>(self, seed: T) -> Result<T::Value, Fault> {
+        seed.deserialize(self)
+    }
+
+    fn tuple_variant<V: Visitor<'de>>(self, len: usize, _visitor: V) -> Result<V::Value, Fault> {
+        Err(Fault::wrong_type("a table".to_string(), &format!("an array of length {len}")))
+    }
+
+    fn struct_variant<V: Visitor<'de>>(
+        self,
+        fields: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Fault> {
+        table::check_keys(self.table, self.naming_key, fields, &self.place)?;
+        let place = self.place.clone();
+        place.locate(visitor.visit_map(Entries::new(self.table, self.naming_key, &self.place)))
+    }
+}
+
+/// The settings of a variant that is a struct of its own.
+impl<'de> serde::Deserializer<'de> for NamedTable<'_> {
+    type Error = Fault;
+
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Fault> {
+        let place = self.place.clone();
+        place.locate(visitor.visit_map(Entries::new(self.table, self.naming_key, &self.place)))
+    }
+
+    fn deserialize_struct<V: Visitor<'de>>(
+        self,
+        _name: &'static str,
+        fields: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Fault> {
+        self.struct_variant(fields, visitor)
+    }
+
+    serde::forward_to_deserialize_any! {
+        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf
+        option unit unit_struct newtype_struct seq tuple tuple_struct map enum identifier
+        ignored_any
+    }
+}

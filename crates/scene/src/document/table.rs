@@ -1,0 +1,138 @@
+//! Tables and arrays of the document, entry by entry.
+
+use serde::de::DeserializeSeed;
+use serde::de::MapAccess;
+use serde::de::SeqAccess;
+use serde::de::Visitor;
+use toml::Spanned;
+use toml::de::DeArray;
+use toml::de::DeString;
+use toml::de::DeTable;
+use toml::de::DeValue;
+
+use super::Node;
+use super::Place;
+use super::fault::Fault;
+use super::join;
+use super::named;
+use super::named::UnitName;
+
+/// Refuses the first key, in the order of the file, that is neither in `fields` nor the naming key.
+pub(super) fn check_keys(
+    table: &DeTable<'_>,
+    naming_key: Option<&str>,
+    fields: &[&str],
+    place: &Place<'_>,
+) -> Result<(), Fault> {
+    let is_known = |key: &str| naming_key == Some(key) || fields.contains(&key);
+    let first_unknown = table
+        .keys()
+        .filter(|key| !is_known(key.get_ref()))
+        .min_by_key(|key| key.span().start);
+    let Some(key) = first_unknown else { return Ok(()) };
+    let allowed = naming_key.iter().chain(fields).map(ToString::to_string).collect();
+    let key_place = Place { line: place.source.line(key.span().start), ..place.clone() };
+    Err(Fault::unknown_key(key.get_ref(), allowed).located(&key_place))
+}
+
+/// Entries of a table, without the key that named it.
+pub(super) struct Entries<'a> {
+    rest: Vec<(&'a Spanned<DeString<'a>>, &'a Spanned<DeValue<'a>>)>,
+    next_value: Option<Node<'a>>,
+    place: Place<'a>,
+}
+
+impl<'a> Entries<'a> {
+    pub(super) fn new(
+        table: &'a DeTable<'a>,
+        naming_key: Option<&str>,
+        place: &Place<'a>,
+    ) -> Self {
+        let mut rest: Vec<_> =
+            table.iter().filter(|(key, _)| naming_key != Some(key.get_ref())).collect();
+        // The file's order, last first, so that the first mistake in the file is reported.
+        rest.sort_by_key(|(key, _)| std::cmp::Reverse(key.span().start));
+        Self { rest, next_value: None, place: place.clone() }
+    }
+}
+
+impl<'de> MapAccess<'de> for Entries<'_> {
+    type Error = Fault;
+
+    fn next_key_seed<K: DeserializeSeed<'de>>(
+        &mut self,
+        seed: K,
+    ) -> Result<Option<K::Value>, Fault> {
+        let Some((key, value)) = self.rest.pop() else { return Ok(None) };
+        let line = self.place.source.line(key.span().start);
+        let path = join(&self.place.path, key.get_ref());
+        let key_place = Place { line, ..self.place.clone() };
+        self.next_value =
+            Some(Node { value, place: Place { source: self.place.source, path, line } });
+        seed.deserialize(Key { name: key.get_ref(), place: key_place }).map(Some)
+    }
+
+    fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, Fault> {
+        match self.next_value.take() {
+            Some(node) => seed.deserialize(node),
+            None => Err(Fault::missing_key("a value")),
+        }
+    }
+}
+
+/// Items of an array.
+pub(super) struct Items<'a> {
+    rest: std::iter::Enumerate<std::slice::Iter<'a, Spanned<DeValue<'a>>>>,
+    place: Place<'a>,
+}
+
+impl<'a> Items<'a> {
+    pub(super) fn new(array: &'a DeArray<'a>, place: &Place<'a>) -> Self {
+        Self { rest: array.iter().enumerate(), place: place.clone() }
+    }
+}
+
+impl<'de> SeqAccess<'de> for Items<'_> {
+    type Error = Fault;
+
+    fn next_element_seed<T: DeserializeSeed<'de>>(
+        &mut self,
+        seed: T,
+    ) -> Result<Option<T::Value>, Fault> {
+        let Some((index, value)) = self.rest.next() else { return Ok(None) };
+        let source = self.place.source;
+        let path = format!("{}[{index}]", self.place.path);
+        let line = source.line(value.span().start);
+        seed.deserialize(Node { value, place: Place { source, path, line } }).map(Some)
+    }
+}
+
+/// The key of an entry; as a key of a map it may have to be one of an enum's names.
+struct Key<'a> {
+    name: &'a str,
+    place: Place<'a>,
+}
+
+impl<'de> serde::Deserializer<'de> for Key<'_> {
+    type Error = Fault;
+
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Fault> {
+        self.place.locate(visitor.visit_str(self.name))
+    }
+
+    fn deserialize_enum<V: Visitor<'de>>(
+        self,
+        _name: &'static str,
+        variants: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Fault> {
+        self.place.locate(named::check_key(self.name, variants))?;
+        self.place.locate(visitor.visit_enum(UnitName::new(self.name)))
+    }
+
+    serde::forward_to_deserialize_any! {
+        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf
+        option unit unit_struct newtype_struct seq tuple tuple_struct map struct identifier
+        ignored_any
+    }
+}

@@ -1,0 +1,131 @@
+//! What can be wrong with a scene file, always with the line and with what would be right.
+
+use thiserror::Error;
+
+/// Why a scene was refused. Every variant that belongs to a place in the file names its line,
+/// counted from 1.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum SceneError {
+    /// The text is not TOML.
+    #[error("line {line}: not valid TOML: {message}")]
+    Syntax {
+        /// Line of the first character that does not fit.
+        line: usize,
+        /// What the TOML parser says.
+        message: String,
+    },
+    /// A key that no part of the scene has here.
+    #[error("line {line}: unknown key `{key}` in {section}{}; allowed here: {}", did_you_mean(.suggestion.as_ref()), .allowed.join(", "))]
+    UnknownKey {
+        /// Line of the key.
+        line: usize,
+        /// Where the key stands, as `[sun]` or `the top level`.
+        section: String,
+        /// The key that was found.
+        key: String,
+        /// The allowed key that looks most like it.
+        suggestion: Option<String>,
+        /// Every key that is allowed at this place.
+        allowed: Vec<String>,
+    },
+    /// A name that is not among the choices.
+    #[error("line {line}: `{key}` is \"{found}\"{}; expected one of {}", did_you_mean(.suggestion.as_ref()), .allowed.join(", "))]
+    UnknownName {
+        /// Line of the value.
+        line: usize,
+        /// Full path of the key, as `accuracy.preset`.
+        key: String,
+        /// The name that was found.
+        found: String,
+        /// The allowed name that looks most like it.
+        suggestion: Option<String>,
+        /// Every name that is allowed.
+        allowed: Vec<String>,
+    },
+    /// A key that must be there is not.
+    #[error("line {line}: {section} lacks `{key}`")]
+    MissingKey {
+        /// Line at which the section begins.
+        line: usize,
+        /// The section, as `[camera]` or `the top level`.
+        section: String,
+        /// The key that is missing.
+        key: String,
+    },
+    /// A value of another type than the key wants.
+    #[error("line {line}: `{key}` is {found}, expected {expected}")]
+    WrongType {
+        /// Line of the value.
+        line: usize,
+        /// Full path of the key.
+        key: String,
+        /// What stands there.
+        found: String,
+        /// What the key wants.
+        expected: String,
+    },
+    /// A value of the right type that cannot be meant.
+    #[error("line {line}: `{key}` is {found}, expected {expected}")]
+    OutOfRange {
+        /// Line of the value.
+        line: usize,
+        /// Full path of the key.
+        key: String,
+        /// The value.
+        found: String,
+        /// The allowed range.
+        expected: String,
+    },
+    /// A scene asks for something that this version cannot compute.
+    #[error("line {line}: `{key} = \"{found}\"` is not available yet: {advice}")]
+    NotAvailable {
+        /// Line of the request.
+        line: usize,
+        /// Full path of the key.
+        key: String,
+        /// The value asked for.
+        found: String,
+        /// What to write instead.
+        advice: String,
+    },
+    /// Canonical JSON that does not hold a scene.
+    #[error("not a scene in canonical JSON: {message}")]
+    Json {
+        /// What the JSON reader says.
+        message: String,
+    },
+}
+
+impl SceneError {
+    /// Line of the scene file, counted from 1; `None` for JSON.
+    pub fn line(&self) -> Option<usize> {
+        match self {
+            Self::Syntax { line, .. }
+            | Self::UnknownKey { line, .. }
+            | Self::UnknownName { line, .. }
+            | Self::MissingKey { line, .. }
+            | Self::WrongType { line, .. }
+            | Self::OutOfRange { line, .. }
+            | Self::NotAvailable { line, .. } => Some(*line),
+            Self::Json { .. } => None,
+        }
+    }
+}
+
+fn did_you_mean(suggestion: Option<&String>) -> String {
+    suggestion.map_or_else(String::new, |name| format!(", did you mean `{name}`?"))
+}
+
+/// Largest normalized Damerau-Levenshtein distance at which a name is still worth suggesting.
+const FARTHEST_SUGGESTION: f64 = 0.5;
+
+/// The allowed name that looks most like `found`, if any looks like it at all.
+pub(crate) fn suggest<S: AsRef<str>>(found: &str, allowed: &[S]) -> Option<String> {
+    let likeness = |name: &str| strsim::normalized_damerau_levenshtein(found, name);
+    allowed
+        .iter()
+        .map(|name| (likeness(name.as_ref()), name.as_ref()))
+        .filter(|(score, _)| *score >= 1.0 - FARTHEST_SUGGESTION)
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, name)| name.to_string())
+}
