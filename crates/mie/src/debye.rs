@@ -11,9 +11,9 @@
 //! u and v dominate beyond the turning point and are recurred upwards; in an absorbing sphere v is
 //! recessive below it (the error grows as exp(2 Im y)) and is taken as 2 psi - u instead. Phases
 //! exp(-+iy) are taken out, so nothing overflows; behind exp(-2 Im y) = 1e-304 the sphere is
-//! opaque.
-//! Coefficients have an absolute accuracy of some 1e-16 sqrt(x): amplitudes on the dark side of a
-//! bow end in a floor 1e-13 below its peak, and for x << 1 the small remainder of 1 - R22 is lost.
+//! opaque. Coefficients have an absolute accuracy of some 1e-16 sqrt(x): amplitudes on the dark
+//! side of a bow end in a floor at 1e-12 of its peak, and for x << 1 the small remainder of 1 - R22
+//! is lost.
 //! [HL92] Hovenac and Lock, J. Opt. Soc. Am. A 9, 781-795 (1992). [G03] Gouesbet, Part. Part. Syst.
 //! Charact. 20, 382-386 (2003).
 

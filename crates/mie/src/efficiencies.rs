@@ -1,10 +1,10 @@
 //! Efficiencies: cross-sections divided by pi a^2, and the mean cosine.
 //!
 //! Q_ext = 2/x^2 sum (2n+1) Re(a_n + b_n),  Q_sca = 2/x^2 sum (2n+1) (|a_n|^2 + |b_n|^2)
-//! Q_sca g = 4/x^2 sum [n(n+2)/(n+1) Re(a_n a*_{n+1} + b_n b*_{n+1}) + (2n+1)/(n(n+1)) Re(a_n
-//! b*_n)] Q_back = 4 |S(180)|^2/x^2, so that a perfect mirror sphere has 1.
-//! Sums run from low to high n. (BH83, eqs. 4.61, 4.62 and
-//! sections 4.5, 4.6)
+//! Q_sca g = 4/x^2 sum [n(n+2)/(n+1) Re(a_n a*_{n+1} + b_n b*_{n+1})
+//!                      + (2n+1)/(n(n+1)) Re(a_n b*_n)]
+//! Q_back = 4 |S(180)|^2/x^2, so that a perfect mirror sphere has 1.
+//! Sums run from low to high n. (BH83, eqs. 4.61, 4.62 and sections 4.5, 4.6)
 //! [BH83] Bohren and Huffman, Absorption and Scattering of Light by Small Particles, Wiley (1983).
 
 use crate::partial_waves::PartialWaves;

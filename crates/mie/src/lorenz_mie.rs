@@ -5,8 +5,7 @@
 //!   E_n(z) = psi'_n(z)/psi_n(z) - (n+1)/z = -psi_{n+1}(z)/psi_n(z),  xi_n = psi_n - i chi_n
 //! psi_n and xi_n are those of x; the sums run to N = x + 6 x^(1/3) + 10.
 //! This is (BH83, eq. 4.88) with the leading (n+1)/z of the logarithmic derivative subtracted by
-//! hand:
-//! the textbook form loses b_n where n is well above x, and with it g of small spheres.
+//! hand: the textbook form loses b_n where n is well above x, and with it g of small spheres.
 //! N after [W80], x + 4.05 x^(1/3) + 2, leaves 1e-7 at 180 degrees and 1e-8 elsewhere.
 //! [BH83] Bohren and Huffman, Absorption and Scattering of Light by Small Particles, Wiley (1983).
 //! [W80] Wiscombe, Applied Optics 19, 1505-1509 (1980).

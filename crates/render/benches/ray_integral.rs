@@ -36,7 +36,10 @@ use niji_render::Toggle;
 use niji_render::render;
 
 fn main() {
-    print_errors();
+    // A filter on the command line asks for single times.
+    if std::env::args().skip(1).all(|argument| argument.starts_with("--")) {
+        print_errors();
+    }
     divan::main();
 }
 
@@ -63,8 +66,9 @@ fn camera() -> PinholeCamera {
 fn table(n_sizes: usize, n_wavelengths: usize) -> ScatteringTable {
     let wavelengths = WavelengthGrid::new(420.0, 300.0 / (n_wavelengths + 1) as f64, n_wavelengths)
         .expect("the wavelengths are sound");
-    let theta_rad: Vec<f64> =
-        (0..=900).map(|step| (90.0 + f64::from(step) / 10.0).to_radians()).collect();
+    let theta_rad: Vec<f64> = (0..=900)
+        .map(|step| (90.0 + f64::from(step) / 10.0).to_radians())
+        .collect();
     let largest_over_smallest = 1500.0 / 9.9_f64;
     let radii: Vec<f64> = match n_sizes {
         1 => vec![100.0],
@@ -108,8 +112,11 @@ fn bricks(n: u32, drops: impl Fn(DVec3) -> Drops + Sync) -> Bricks {
 }
 
 fn homogeneous() -> LitDrops {
-    let drops =
-        Drops { number_density_m3: 24000.0, effective_radius_m: 1e-4, effective_variance: 0.0 };
+    let drops = Drops {
+        number_density_m3: 24000.0,
+        effective_radius_m: 1e-4,
+        effective_variance: 0.0,
+    };
     let grid = GridBox {
         min: DVec3::new(-200.0, 0.0, -260.0),
         max: DVec3::new(200.0, 150.0, -60.0),
@@ -128,12 +135,18 @@ fn gradient_bricks(n: u32) -> Bricks {
         // Extinction of 0.7/km at Q = 1 in the mean, whatever the radius.
         let number_density_m3 = (7e-4 * wave / (std::f64::consts::PI * radius_m * radius_m)) as f32;
         let effective_radius_m = radius_m as f32;
-        Drops { number_density_m3, effective_radius_m, effective_variance: 0.0 }
+        Drops {
+            number_density_m3,
+            effective_radius_m,
+            effective_variance: 0.0,
+        }
     })
 }
 
 fn gradient() -> LitDrops {
-    let sun_path = SunPath::Volume { voxel_m: 200.0 / 64.0 };
+    let sun_path = SunPath::Volume {
+        voxel_m: 200.0 / 64.0,
+    };
     LitDrops::new(vec![gradient_bricks(64)], sun(), sun_path).expect("sound")
 }
 
@@ -170,11 +183,18 @@ fn picture(drops: &LitDrops, table: &ScatteringTable, integration: Integration) 
 
 /// Relative RMSE of radiance of a level against a tight adaptive one.
 fn print_errors() {
-    for (name, drops, sizes) in
-        [("homogeneous", &*HOMOGENEOUS, 1_usize), ("gradient_64", &*GRADIENT, SIZES)]
-    {
+    for (name, drops, sizes) in [
+        ("homogeneous", &*HOMOGENEOUS, 1_usize),
+        ("gradient_64", &*GRADIENT, SIZES),
+    ] {
         let table = table(sizes, 5);
-        let reference = picture(drops, &table, Integration::Adaptive { relative_error: 1e-10 });
+        let reference = picture(
+            drops,
+            &table,
+            Integration::Adaptive {
+                relative_error: 1e-10,
+            },
+        );
         for integration in LEVELS {
             let found = picture(drops, &table, integration);
             let (mut error, mut norm) = (0.0, 0.0);
@@ -182,15 +202,22 @@ fn print_errors() {
                 error += f64::from(a - b).powi(2);
                 norm += f64::from(*b).powi(2);
             }
-            println!("{name} {integration:?}: relative RMSE {:.1e}", (error / norm).sqrt());
+            println!(
+                "{name} {integration:?}: relative RMSE {:.1e}",
+                (error / norm).sqrt()
+            );
         }
     }
 }
 
 const LEVELS: [Integration; 4] = [
     Integration::CellExact,
-    Integration::Adaptive { relative_error: 1e-4 },
-    Integration::Adaptive { relative_error: 1e-2 },
+    Integration::Adaptive {
+        relative_error: 1e-4,
+    },
+    Integration::Adaptive {
+        relative_error: 1e-2,
+    },
     Integration::FixedStep { step_m: 3.0 },
 ];
 
@@ -213,14 +240,20 @@ fn gradient_64_640x480x41(bencher: Bencher, level: usize) {
 fn gradient_64_by_wavelengths(bencher: Bencher, n_wavelengths: usize) {
     let table = table(SIZES, n_wavelengths);
     bencher.bench(|| {
-        picture(black_box(&GRADIENT), black_box(&table), Integration::CellExact)
+        picture(
+            black_box(&GRADIENT),
+            black_box(&table),
+            Integration::CellExact,
+        )
     });
 }
 
 #[divan::bench(sample_count = 3, sample_size = 1)]
 fn sun_volume_64(bencher: Bencher) {
-    let sun_path = SunPath::Volume { voxel_m: 200.0 / 64.0 };
-    bencher.with_inputs(|| vec![gradient_bricks(64)]).bench_values(|bricks| {
-        LitDrops::new(black_box(bricks), sun(), sun_path).expect("sound")
-    });
+    let sun_path = SunPath::Volume {
+        voxel_m: 200.0 / 64.0,
+    };
+    bencher
+        .with_inputs(|| vec![gradient_bricks(64)])
+        .bench_values(|bricks| LitDrops::new(black_box(bricks), sun(), sun_path).expect("sound"));
 }

@@ -26,6 +26,7 @@ pub(crate) struct LaneCubic {
 
 impl LaneCubic {
     /// The cubic through samples at [`SAMPLE_POSITIONS`].
+    #[inline]
     pub(crate) fn through(samples: [Vec4; 4]) -> Self {
         let (first, second, third) = (
             samples[1] - samples[0],
@@ -47,12 +48,14 @@ impl LaneCubic {
     }
 
     /// All lanes at `x`.
+    #[inline]
     pub(crate) fn at(&self, x: f32) -> Vec4 {
         let [c0, c1, c2, c3] = self.coefficients;
         c0 + x * (c1 + x * (c2 + x * c3))
     }
 
     /// Integral of M2 from 0 to `x`, in units of the piece's length.
+    #[inline]
     pub(crate) fn m2_up_to(&self, x: f64) -> f64 {
         let c = self.m2_integral;
         x * (c.x + x * (c.y + x * (c.z + x * c.w)))

@@ -61,6 +61,8 @@ struct Progress<'a, F: FnMut(&mut Deposits)> {
     walk: &'a Walk<'a>,
     rule: &'a PieceRule,
     depth: f64,
+    /// exp(-Q tau) of the drops in front, as the gathered pieces left it.
+    through: f64,
     n_slabs_closed: usize,
     probes: &'a mut [Probe],
     n_probes_passed: usize,
@@ -82,6 +84,7 @@ impl March<'_> {
             walk,
             rule: &self.rule,
             depth: 0.0,
+            through: 1.0,
             n_slabs_closed: 0,
             probes,
             n_probes_passed: 0,
@@ -198,7 +201,8 @@ impl<F: FnMut(&mut Deposits)> Progress<'_, F> {
         self.pass((piece.start_m, end_m), |x| piece.depth_up_to(x));
         let depth = piece.depth();
         if let (Some(axes), true) = (self.walk.axes, depth > 0.0) {
-            self.rule.gather(axes, piece, self.depth, self.deposits);
+            self.rule
+                .gather(axes, piece, &mut self.through, self.deposits);
         }
         self.leave(depth)
     }

@@ -33,7 +33,7 @@ use crate::size_axes::SizePlace;
 pub(crate) const EXTINCTION_PER_M2: f64 = 1e-12 * PI;
 
 /// Optical depth below which series replace `exp` and `expm1`; their errors are 4e-10 and, for the
-/// shares of the Gauss points alone, 1e-5.
+/// shares of the Gauss points alone, 2e-5.
 const THIN: f64 = 0.05;
 
 /// Optical depth of drops in front at which a ray ends: what lies behind adds 4e-18.
@@ -102,8 +102,10 @@ struct Variation {
     view: f64,
     /// Q |dtau_sun|.
     sun: f64,
-    /// M2, relative to its mean.
-    density: f64,
+    /// Optical depth at Q = 1 of the change of M2.
+    m2_depth: f64,
+    /// Optical depth at Q = 1.
+    depth: f64,
     /// Place on the table's radius axis, in nodes.
     bins: f64,
 }
@@ -210,6 +212,7 @@ pub(crate) struct Piece<'a> {
 
 impl Piece<'_> {
     /// Optical depth at Q = 1 from the start to the fraction `x`.
+    #[inline]
     pub(crate) fn depth_up_to(&self, x: f64) -> f64 {
         let m2: f64 = self.modes.iter().map(|mode| mode.m2_up_to(x)).sum();
         EXTINCTION_PER_M2 * self.length_m * m2.max(0.0)
@@ -222,12 +225,14 @@ impl Piece<'_> {
 }
 
 impl PieceRule {
-    /// Deposit the light of a piece behind drops of optical depth `depth_in_front` (Q = 1).
+    /// Deposit the light of a piece behind drops that let `through` of it pass, exp(-Q tau), which
+    /// becomes what the piece lets pass in addition.
+    #[inline]
     pub(crate) fn gather(
         &self,
         axes: &SizeAxes,
         piece: &Piece,
-        depth_in_front: f64,
+        through: &mut f64,
         deposits: &mut Deposits,
     ) {
         let depth = piece.depth();
@@ -235,46 +240,47 @@ impl PieceRule {
             return;
         }
         let variation = self.variation(axes, piece, depth);
-        let gathering = Gathering {
+        let mut gathering = Gathering {
             rule: self,
             axes,
             piece,
-            depth_in_front,
+            through,
+            deposits,
         };
         if variation.within(self.control.one_point) {
-            gathering.part(&GAUSS_1, (0.0, 1.0), &variation, deposits);
+            gathering.part(&GAUSS_1, (0.0, 1.0), &variation);
         } else if variation.within(self.control.two_points) {
-            gathering.part(&GAUSS_2, (0.0, 1.0), &variation, deposits);
+            gathering.part(&GAUSS_2, (0.0, 1.0), &variation);
         } else {
             let n_parts = variation.n_parts(self.control.three_points);
             let part_variation = variation.divided_by(n_parts);
+            let end = |part: usize| part as f64 / n_parts as f64;
             for part in 0..n_parts {
-                let ends = (
-                    part as f64 / n_parts as f64,
-                    (part + 1) as f64 / n_parts as f64,
-                );
-                gathering.part(&GAUSS_3, ends, &part_variation, deposits);
+                gathering.part(&GAUSS_3, (end(part), end(part + 1)), &part_variation);
             }
         }
     }
 
     /// What varies over a piece of optical depth `depth`.
+    #[inline]
     fn variation(&self, axes: &SizeAxes, piece: &Piece, depth: f64) -> Variation {
-        let mut variation = Variation {
-            view: self.view_efficiency * depth,
-            ..Variation::NONE
-        };
+        let view = self.view_efficiency * depth;
+        let mut variation = Variation { view, sun: 0.0, m2_depth: 0.0, depth, bins: 0.0 };
         for mode in piece.modes {
-            let (start, end) = (mode.at(0.0), mode.at(1.0));
-            let sun = self.sun_efficiency * f64::from((end.w - start.w).abs());
-            variation.sun = variation.sun.max(sun);
-            let m2 = EXTINCTION_PER_M2 * piece.length_m * f64::from((end.x - start.x).abs());
-            variation.density = variation.density.max(m2 / depth);
+            let change = (mode.at(1.0) - mode.at(0.0)).abs();
+            variation.sun = variation.sun.max(self.sun_efficiency * f64::from(change.w));
+            variation.m2_depth = variation
+                .m2_depth
+                .max(EXTINCTION_PER_M2 * piece.length_m * f64::from(change.x));
             if axes.n_radii() > 1 {
                 // At the ends of a piece there may be no drops, and so no size.
-                let [a, b] = GAUSS_2.map(|(x, _)| place(axes, mode.at(x as f32)));
-                let span = b.radius_position(axes) - a.radius_position(axes);
-                variation.bins = variation.bins.max(f64::from(span.abs()) * 3.0_f64.sqrt());
+                let [(early, _), (late, _)] = GAUSS_2;
+                let (a, b) = (mode.at(early as f32), mode.at(late as f32));
+                // ln(r_b/r_a) ~ 2 (r_b - r_a)/(r_a + r_b), r = M3/M2, written with one division;
+                // short of it by an eighth where the radius triples.
+                let [r_a, r_b] = [a.y * (b.x / a.x), b.y];
+                let ln_ratio = 2.0 * (r_b - r_a).abs() / (r_a + r_b) * 3.0_f32.sqrt();
+                variation.bins = variation.bins.max(f64::from(ln_ratio * axes.radii_per_ln()));
             }
         }
         variation
@@ -282,13 +288,7 @@ impl PieceRule {
 }
 
 impl Variation {
-    const NONE: Self = Self {
-        view: 0.0,
-        sun: 0.0,
-        density: 0.0,
-        bins: 0.0,
-    };
-
+    #[inline]
     fn within(&self, limits: Limits) -> bool {
         self.view + self.sun <= limits.exponent && self.bins <= limits.bins
     }
@@ -299,20 +299,25 @@ impl Variation {
     }
 
     fn divided_by(&self, n_parts: usize) -> Self {
-        let n = n_parts as f64;
+        let share = 1.0 / n_parts as f64;
         Self {
-            view: self.view / n,
-            sun: self.sun / n,
-            density: self.density / n,
-            bins: self.bins / n,
+            view: share * self.view,
+            sun: share * self.sun,
+            m2_depth: share * self.m2_depth,
+            depth: self.depth,
+            bins: share * self.bins,
         }
     }
 
     /// Relative error of the light of a part with `n_points`. The light without the sun's factor is
     /// exact, so that one factor of the error term is the sun's.
+    #[inline]
     fn relative_error(&self, n_points: usize) -> f64 {
-        let constant = GAUSS_ERROR[n_points - 1];
-        self.sun * (self.view + self.sun + self.density).powi(2 * n_points as i32 - 1) / constant
+        if self.sun <= 0.0 {
+            return 0.0;
+        }
+        let change = self.view + self.sun + self.m2_depth / self.depth;
+        self.sun * change.powi(2 * n_points as i32 - 1) / GAUSS_ERROR[n_points - 1]
     }
 }
 
@@ -321,39 +326,42 @@ struct Gathering<'a> {
     rule: &'a PieceRule,
     axes: &'a SizeAxes,
     piece: &'a Piece<'a>,
-    depth_in_front: f64,
+    /// exp(-Q tau) of what lies in front.
+    through: &'a mut f64,
+    deposits: &'a mut Deposits,
 }
 
-/// A Gauss rule laid over a part of a piece: positions, weights, and exp(-Q tau) from the part's
-/// start.
+/// A Gauss rule laid over a part of a piece: positions, and weights times exp(-Q tau) from the
+/// part's start.
 type Points<const N: usize> = [(f64, f64); N];
 
 impl Gathering<'_> {
     /// The light between two fractions of the piece.
+    #[inline]
     fn part<const N: usize>(
-        &self,
+        &mut self,
         rule: &Points<N>,
         (from, to): (f64, f64),
         variation: &Variation,
-        deposits: &mut Deposits,
     ) {
-        let light_before = deposits.light;
+        let light_before = self.deposits.light;
         let before = self.piece.depth_up_to(from);
         let depth = (self.piece.depth_up_to(to) - before).max(0.0);
-        let light = self.unshadowed(self.depth_in_front + before, depth);
+        let light = self.unshadowed(depth);
         if light <= 0.0 {
             return;
         }
-        let points = rule.map(|(x, weight)| {
-            let x = from + (to - from) * x;
-            (x, weight * self.fade(self.piece.depth_up_to(x) - before))
-        });
-        let lanes_of = |mode: &LaneCubic| points.map(|(x, _)| mode.at(x as f32));
+        let mut points = *rule;
+        for (x, weight) in &mut points {
+            *x = from + (to - from) * *x;
+            *weight *= self.fade(self.piece.depth_up_to(*x) - before);
+        }
+        let lanes_of = |mode: &LaneCubic| lanes_at(mode, &points);
         match self.piece.modes {
             [mode] => {
                 let lanes = lanes_of(mode);
                 let total = total_share(&points, &lanes);
-                self.share_out(&points, &lanes, light / total, deposits);
+                self.share_out(&points, &lanes, light / total);
             }
             modes => {
                 let total: f64 = modes
@@ -361,40 +369,40 @@ impl Gathering<'_> {
                     .map(|mode| total_share(&points, &lanes_of(mode)))
                     .sum();
                 for mode in modes {
-                    self.share_out(&points, &lanes_of(mode), light / total, deposits);
+                    self.share_out(&points, &lanes_of(mode), light / total);
                 }
             }
         }
-        deposits.error += (deposits.light - light_before) * variation.relative_error(N);
+        let light = self.deposits.light - light_before;
+        self.deposits.error += light * variation.relative_error(N);
     }
 
-    /// A, the light of a part of optical depth `depth` behind `in_front`, both at Q = 1.
-    fn unshadowed(&self, in_front: f64, depth: f64) -> f64 {
+    /// A, the light of a part of optical depth `depth` at Q = 1; the part then lies in front.
+    #[inline]
+    fn unshadowed(&mut self, depth: f64) -> f64 {
         let efficiency = self.rule.view_efficiency;
-        if efficiency > 0.0 {
-            (-efficiency * in_front).exp() * absorbed(efficiency * depth) / efficiency
-        } else {
-            depth
+        if efficiency <= 0.0 {
+            return depth;
         }
+        let absorbed = *self.through * absorbed(efficiency * depth);
+        *self.through -= absorbed;
+        absorbed / efficiency
     }
 
     /// exp(-Q tau) inside a part. Only the shares of the points depend on it, so that for thin parts
-    /// the Pade approximant suffices.
+    /// the start of its series suffices.
+    #[inline]
     fn fade(&self, depth: f64) -> f64 {
-        let half = 0.5 * self.rule.view_efficiency * depth;
-        if half < 0.5 * THIN {
-            (1.0 - half) / (1.0 + half)
-        } else {
-            (-2.0 * half).exp()
-        }
+        let depth = self.rule.view_efficiency * depth;
+        if depth < THIN { 1.0 - depth * (1.0 - 0.5 * depth) } else { (-depth).exp() }
     }
 
+    #[inline]
     fn share_out<const N: usize>(
-        &self,
+        &mut self,
         points: &Points<N>,
         lanes: &[Vec4; N],
         light_per_share: f64,
-        deposits: &mut Deposits,
     ) {
         // A part without drops at any point has a total of 0 and a ratio that is not finite.
         if !light_per_share.is_finite() {
@@ -408,17 +416,26 @@ impl Gathering<'_> {
             let sunlit = transmittance(self.rule.sun_efficiency as f32 * lane.w);
             let distance_m = self.piece.start_m + x * self.piece.length_m;
             let light = light * f64::from(sunlit);
-            deposits.add(
-                place(self.axes, *lane),
-                distance_m,
-                f64::from(lane.w),
-                light,
-            );
+            let place = self.axes.place(lane.x, lane.y, lane.z);
+            self.deposits
+                .add(place, distance_m, f64::from(lane.w), light);
         }
     }
 }
 
+/// The lanes of a mode at the points.
+#[inline]
+fn lanes_at<const N: usize>(mode: &LaneCubic, points: &Points<N>) -> [Vec4; N] {
+    // A plain loop: `map` on arrays of vectors is not unrolled.
+    let mut lanes = [Vec4::ZERO; N];
+    for (lanes, (x, _)) in lanes.iter_mut().zip(points) {
+        *lanes = mode.at(*x as f32);
+    }
+    lanes
+}
+
 /// Sum of the Gauss weights times exp(-Q tau) times M2.
+#[inline]
 fn total_share<const N: usize>(points: &Points<N>, lanes: &[Vec4; N]) -> f64 {
     points
         .iter()
@@ -428,17 +445,13 @@ fn total_share<const N: usize>(points: &Points<N>, lanes: &[Vec4; N]) -> f64 {
 }
 
 /// 1 - exp(-x) for x >= 0, by its series where x is small: 1e-16 has no digits in 1 - exp(-x).
+#[inline]
 fn absorbed(x: f64) -> f64 {
     if x < THIN {
         x * (1.0 - x / 2.0 * (1.0 - x / 3.0 * (1.0 - x / 4.0 * (1.0 - x / 5.0))))
     } else {
         -(-x).exp_m1()
     }
-}
-
-/// The place of the moments on the size axes.
-fn place(axes: &SizeAxes, lanes: Vec4) -> SizePlace {
-    axes.place(lanes.x, lanes.y, lanes.z)
 }
 
 #[cfg(test)]
@@ -472,7 +485,8 @@ mod tests {
             length_m: 1.0,
             modes,
         };
-        rule.gather(&axes, &piece, in_front, &mut deposits);
+        let mut through = (-rule.view_efficiency * in_front).exp();
+        rule.gather(&axes, &piece, &mut through, &mut deposits);
         deposits
     }
 

@@ -19,17 +19,12 @@ pub(crate) struct SizePlace {
     variance_fraction: f32,
 }
 
-impl SizePlace {
-    /// Position on the radius axis in units of nodes.
-    pub(crate) fn radius_position(&self, axes: &SizeAxes) -> f32 {
-        (self.bin / axes.n_variances()) as f32 + self.radius_fraction
-    }
-}
-
 /// The two size axes of a table.
 #[derive(Clone, Debug)]
 pub(crate) struct SizeAxes {
     ln_radius: Vec<f32>,
+    /// One over the step from each node of the radius axis to the next.
+    per_step: Vec<f32>,
     variance: Vec<f32>,
     /// Lower node at equal steps of ln r_e, so that a search takes a step or two.
     guide: Vec<u32>,
@@ -61,12 +56,8 @@ impl SizeAxes {
                     .min(ln_radius.len().saturating_sub(2)) as u32
             })
             .collect();
-        Self {
-            ln_radius,
-            variance,
-            guide,
-            guide_per_ln,
-        }
+        let per_step = ln_radius.windows(2).map(|step| 1.0 / (step[1] - step[0])).collect();
+        Self { ln_radius, per_step, variance, guide, guide_per_ln }
     }
 
     /// Number of bins, radius by variance.
@@ -75,11 +66,19 @@ impl SizeAxes {
     }
 
     /// Number of nodes on the radius axis.
+    #[inline]
     pub(crate) fn n_radii(&self) -> usize {
         self.ln_radius.len()
     }
 
+    /// Nodes of the radius axis for a factor e, on the mean.
+    #[inline]
+    pub(crate) fn radii_per_ln(&self) -> f32 {
+        self.guide_per_ln / GUIDE_DENSITY as f32
+    }
+
     /// Number of nodes on the variance axis.
+    #[inline]
     pub(crate) fn n_variances(&self) -> usize {
         self.variance.len()
     }
@@ -107,6 +106,7 @@ impl SizeAxes {
         }
     }
 
+    #[inline]
     fn radius_place(&self, radius_um: f32) -> (usize, f32) {
         let nodes = &self.ln_radius;
         let ln = radius_um.ln();
@@ -116,7 +116,8 @@ impl SizeAxes {
         while index + 2 < nodes.len() && ln >= nodes[index + 1] {
             index += 1;
         }
-        (index, unit_fraction(ln, nodes[index], nodes[index + 1]))
+        let fraction = (ln - nodes[index]) * self.per_step[index];
+        (index, unit_fraction(fraction))
     }
 }
 
@@ -126,17 +127,13 @@ fn linear_place(nodes: &[f32], value: f32) -> (usize, f32) {
     while index + 2 < nodes.len() && value >= nodes[index + 1] {
         index += 1;
     }
-    (index, unit_fraction(value, nodes[index], nodes[index + 1]))
+    (index, unit_fraction((value - nodes[index]) / (nodes[index + 1] - nodes[index])))
 }
 
-/// Fraction of the way from `low` to `high`, held in 0..=1; 0 for NaN.
-fn unit_fraction(value: f32, low: f32, high: f32) -> f32 {
-    let fraction = (value - low) / (high - low);
-    if fraction > 0.0 {
-        fraction.min(1.0)
-    } else {
-        0.0
-    }
+/// A fraction held in 0..=1; 0 for NaN.
+#[inline]
+fn unit_fraction(fraction: f32) -> f32 {
+    if fraction > 0.0 { fraction.min(1.0) } else { 0.0 }
 }
 
 /// Light by size bin, W_b.

@@ -55,16 +55,24 @@ impl Preset {
         match self {
             Self::Draft => Levels {
                 table_relative_error: 2e-2,
-                integration: Integration::Adaptive { relative_error: 1e-2 },
-                sun_path: SunPath::Volume { voxel_m: 2.0 * voxel_m },
+                integration: Integration::Adaptive {
+                    relative_error: 1e-2,
+                },
+                sun_path: SunPath::Volume {
+                    voxel_m: 2.0 * voxel_m,
+                },
                 pixel_footprint: PixelFootprint::Center,
                 ..standard
             },
             Self::Standard => standard,
             Self::Reference => Levels {
                 table_relative_error: 2e-4,
-                integration: Integration::Adaptive { relative_error: 1e-6 },
-                sun_path: SunPath::March { step_m: 0.5 * voxel_m },
+                integration: Integration::Adaptive {
+                    relative_error: 1e-6,
+                },
+                sun_path: SunPath::March {
+                    step_m: 0.5 * voxel_m,
+                },
                 air_path: AirPath::Quadrature { n_nodes: 32 },
                 pixel_footprint: PixelFootprint::Grid { n: 4 },
                 ..standard
@@ -134,25 +142,53 @@ pub struct Accuracy {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub table_relative_error: Option<f64>,
     /// Replaces the preset's integration.
-    #[serde(default, skip_serializing_if = "Option::is_none", with = "level_names::integration")]
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        with = "level_names::integration"
+    )]
     pub integration: Option<Integration>,
     /// Replaces the preset's interpolation.
-    #[serde(default, skip_serializing_if = "Option::is_none", with = "level_names::interpolation")]
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        with = "level_names::interpolation"
+    )]
     pub interpolation: Option<Interpolation>,
     /// Replaces the preset's extinction of drops.
-    #[serde(default, skip_serializing_if = "Option::is_none", with = "level_names::drop_extinction")]
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        with = "level_names::drop_extinction"
+    )]
     pub drop_extinction: Option<DropExtinctionModel>,
     /// Replaces the preset's path through the drops to the sun.
-    #[serde(default, skip_serializing_if = "Option::is_none", with = "level_names::sun_path")]
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        with = "level_names::sun_path"
+    )]
     pub sun_path: Option<SunPath>,
     /// Replaces the preset's path through the air.
-    #[serde(default, skip_serializing_if = "Option::is_none", with = "level_names::air_path")]
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        with = "level_names::air_path"
+    )]
     pub air_path: Option<AirPath>,
     /// Replaces the preset's sky.
-    #[serde(default, skip_serializing_if = "Option::is_none", with = "level_names::sky")]
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        with = "level_names::sky"
+    )]
     pub sky: Option<SkyModel>,
     /// Replaces the preset's pixel footprint.
-    #[serde(default, skip_serializing_if = "Option::is_none", with = "level_names::pixel_footprint")]
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        with = "level_names::pixel_footprint"
+    )]
     pub pixel_footprint: Option<PixelFootprint>,
 }
 
@@ -187,7 +223,9 @@ impl Accuracy {
         let preset = self.preset.levels(voxel_m);
         Levels {
             theory: self.theory.unwrap_or(preset.theory),
-            table_relative_error: self.table_relative_error.unwrap_or(preset.table_relative_error),
+            table_relative_error: self
+                .table_relative_error
+                .unwrap_or(preset.table_relative_error),
             integration: self.integration.unwrap_or(preset.integration),
             interpolation: self.interpolation.unwrap_or(preset.interpolation),
             drop_extinction: self.drop_extinction.unwrap_or(preset.drop_extinction),

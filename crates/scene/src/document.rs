@@ -46,7 +46,14 @@ pub(crate) fn parse<T: DeserializeOwned>(text: &str) -> Result<Document<T>, Scen
     let root = Spanned::new(span, DeValue::Table(root.into_inner()));
     let mut lines = BTreeMap::new();
     collect_lines(&root, "", &source, &mut lines);
-    let node = Node { value: &root, place: Place { source: &source, path: String::new(), line: 1 } };
+    let node = Node {
+        value: &root,
+        place: Place {
+            source: &source,
+            path: String::new(),
+            line: 1,
+        },
+    };
     let value = T::deserialize(node).map_err(Fault::into_scene_error)?;
     Ok(Document { value, lines })
 }
@@ -57,7 +64,9 @@ fn collect_lines(
     source: &Source,
     lines: &mut BTreeMap<String, usize>,
 ) {
-    let DeValue::Table(table) = value.get_ref() else { return };
+    let DeValue::Table(table) = value.get_ref() else {
+        return;
+    };
     for (key, child) in table {
         let child_path = join(path, key.get_ref());
         lines.insert(child_path.clone(), source.line(key.span().start));
@@ -67,7 +76,11 @@ fn collect_lines(
 
 /// Path of `key` below `path`.
 fn join(path: &str, key: &str) -> String {
-    if path.is_empty() { key.to_string() } else { format!("{path}.{key}") }
+    if path.is_empty() {
+        key.to_string()
+    } else {
+        format!("{path}.{key}")
+    }
 }
 
 /// Where the lines of the text begin.
@@ -78,7 +91,9 @@ struct Source {
 impl Source {
     fn new(text: &str) -> Self {
         let after_breaks = text.match_indices('\n').map(|(offset, _)| offset + 1);
-        Self { line_starts: std::iter::once(0).chain(after_breaks).collect() }
+        Self {
+            line_starts: std::iter::once(0).chain(after_breaks).collect(),
+        }
     }
 
     /// Line, from 1, that holds the byte at `offset`.
@@ -88,7 +103,10 @@ impl Source {
 
     fn syntax_error(&self, error: &toml::de::Error) -> SceneError {
         let offset = error.span().map_or(0, |span| span.start);
-        SceneError::Syntax { line: self.line(offset), message: error.message().replace('\n', "; ") }
+        SceneError::Syntax {
+            line: self.line(offset),
+            message: error.message().replace('\n', "; "),
+        }
     }
 }
 
@@ -103,7 +121,11 @@ struct Place<'a> {
 impl Place<'_> {
     /// The section as a reader would call it.
     fn section(&self) -> String {
-        if self.path.is_empty() { "the top level".to_string() } else { format!("[{}]", self.path) }
+        if self.path.is_empty() {
+            "the top level".to_string()
+        } else {
+            format!("[{}]", self.path)
+        }
     }
 
     /// Gives an error that does not know its place yet this one.
@@ -133,9 +155,10 @@ impl<'a> Node<'a> {
                 Ok(_) | Err(_) => Err(Fault::out_of_range(float.to_string(), "a finite number")),
             },
             DeValue::Boolean(flag) => visitor.visit_bool(*flag),
-            DeValue::Datetime(date) => {
-                Err(Fault::wrong_type(format!("the date {date}"), "no date: scenes have none"))
-            }
+            DeValue::Datetime(date) => Err(Fault::wrong_type(
+                format!("the date {date}"),
+                "no date: scenes have none",
+            )),
             DeValue::Array(array) => visitor.visit_seq(Items::new(array, &self.place)),
             DeValue::Table(table) => visitor.visit_map(Entries::new(table, None, &self.place)),
         }
@@ -174,7 +197,10 @@ impl<'a> Node<'a> {
             | DeValue::Datetime(_)
             | DeValue::Array(_) => {
                 let expected = format!("one of {}", names.join(", "));
-                Err(Fault::wrong_type(fault::describe(self.value.get_ref()), &expected))
+                Err(Fault::wrong_type(
+                    fault::describe(self.value.get_ref()),
+                    &expected,
+                ))
             }
         }
     }

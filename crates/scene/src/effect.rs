@@ -198,7 +198,12 @@ impl From<BTreeMap<Effect, Switch>> for EffectSwitches {
     /// Fills in `auto`, so that equal switches are equal however they were written.
     fn from(listed: BTreeMap<Effect, Switch>) -> Self {
         let switch = |effect| listed.get(&effect).copied().unwrap_or_default();
-        Self { by_effect: Effect::ALL.into_iter().map(|effect| (effect, switch(effect))).collect() }
+        Self {
+            by_effect: Effect::ALL
+                .into_iter()
+                .map(|effect| (effect, switch(effect)))
+                .collect(),
+        }
     }
 }
 

@@ -76,6 +76,14 @@ pub enum SceneError {
         /// The allowed range.
         expected: String,
     },
+    /// Drops that cannot be laid out.
+    #[error("line {line}: [drops]: {message}")]
+    Drops {
+        /// Line at which the section begins.
+        line: usize,
+        /// What the shape says.
+        message: String,
+    },
     /// A scene asks for something that this version cannot compute.
     #[error("line {line}: `{key} = \"{found}\"` is not available yet: {advice}")]
     NotAvailable {
@@ -106,6 +114,7 @@ impl SceneError {
             | Self::MissingKey { line, .. }
             | Self::WrongType { line, .. }
             | Self::OutOfRange { line, .. }
+            | Self::Drops { line, .. }
             | Self::NotAvailable { line, .. } => Some(*line),
             Self::Json { .. } => None,
         }

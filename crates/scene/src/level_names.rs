@@ -60,7 +60,11 @@ pub(crate) enum SkyName {
 }
 
 #[derive(Serialize, Deserialize)]
-#[serde(remote = "PixelFootprint", rename_all = "kebab-case", deny_unknown_fields)]
+#[serde(
+    remote = "PixelFootprint",
+    rename_all = "kebab-case",
+    deny_unknown_fields
+)]
 pub(crate) enum PixelFootprintName {
     Center,
     Prefiltered,

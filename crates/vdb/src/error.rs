@@ -7,15 +7,15 @@ use std::path::PathBuf;
 #[non_exhaustive]
 pub enum Error {
     /// The file could not be opened or read.
-    #[error("cannot read {}", path.display())]
+    #[error("cannot read {}: {reason}", path.display())]
     Open {
         /// The file as it was named by the caller.
         path: PathBuf,
         /// What the system said.
-        source: std::io::Error,
+        reason: std::io::Error,
     },
     /// The output or input stream failed.
-    #[error("input or output failed")]
+    #[error(transparent)]
     Io(#[from] std::io::Error),
     /// The first eight bytes are not those of a VDB file.
     #[error("not a VDB file: it starts with {found:#018x}, expected {expected:#018x}")]
@@ -59,6 +59,12 @@ pub enum Error {
         /// The limit in bytes.
         limit: u64,
     },
+    /// A grid that is an instance of a grid which the file has not yet shown.
+    #[error("an instance of `{parent}`, which is no earlier grid of the file")]
+    MissingParent {
+        /// Unique name of the grid whose tree is to be shared.
+        parent: String,
+    },
     /// Valid for OpenVDB, but not read here.
     #[error("{what} `{found}` is not supported, expected {expected}")]
     Unsupported {
@@ -70,12 +76,12 @@ pub enum Error {
         expected: &'static str,
     },
     /// A failure inside a grid.
-    #[error("grid `{grid}`")]
+    #[error("grid `{grid}`: {reason}")]
     InGrid {
         /// Name of the grid.
         grid: String,
         /// The failure itself.
-        source: Box<Error>,
+        reason: Box<Error>,
     },
     /// A leaf or tile that does not lie on the lattice of its level.
     #[error("node origin {origin:?} is not a multiple of {dim}")]
@@ -102,6 +108,6 @@ pub enum Error {
 impl Error {
     /// Put the name of a grid around an error.
     pub(crate) fn in_grid(self, grid: &str) -> Self {
-        Self::InGrid { grid: grid.to_owned(), source: Box::new(self) }
+        Self::InGrid { grid: grid.to_owned(), reason: Box::new(self) }
     }
 }

@@ -57,6 +57,30 @@ impl From<FloatTree> for Tree {
     }
 }
 
+impl From<SparseTree<f64>> for Tree {
+    fn from(tree: SparseTree<f64>) -> Self {
+        Self::Double(tree)
+    }
+}
+
+impl From<SparseTree<[f32; 3]>> for Tree {
+    fn from(tree: SparseTree<[f32; 3]>) -> Self {
+        Self::Vec3s(tree)
+    }
+}
+
+impl From<SparseTree<i32>> for Tree {
+    fn from(tree: SparseTree<i32>) -> Self {
+        Self::Int32(tree)
+    }
+}
+
+impl From<SparseTree<bool>> for Tree {
+    fn from(tree: SparseTree<bool>) -> Self {
+        Self::Bool(tree)
+    }
+}
+
 /// A named volume in world space.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grid {
@@ -121,8 +145,7 @@ impl VdbFile {
     /// # Errors
     /// Any [`Error`] that says why the bytes are not a VDB file of a supported kind.
     pub fn parse(bytes: &[u8]) -> Result<Self, Error> {
-        let _ = bytes;
-        Ok(Self::default())
+        crate::read::parse(bytes)
     }
 
     /// Write a file of version 224. The same content always gives the same bytes.
@@ -130,7 +153,6 @@ impl VdbFile {
     /// # Errors
     /// [`Error::Io`] if the stream fails.
     pub fn write(&self, output: impl Write + Seek, compression: Compression) -> Result<(), Error> {
-        let _ = (output, compression);
-        Ok(())
+        crate::write::write(self, output, compression)
     }
 }

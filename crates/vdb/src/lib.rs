@@ -31,12 +31,17 @@
 //! # Ok::<(), niji_vdb::Error>(())
 //! ```
 
+mod blosc;
+mod cursor;
 mod error;
 mod grid;
 mod metadata;
+mod read;
+mod read_tree;
 mod transform;
 mod tree;
 mod value;
+mod write;
 
 pub use error::Error;
 pub use grid::Compression;

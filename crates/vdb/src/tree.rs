@@ -3,6 +3,8 @@
 //! OpenVDB's tree of a root over nodes of 32³, 16³ and 8³ slots is flattened into two sorted
 //! lists; the internal nodes carry nothing that their leaves and tiles do not say.
 
+use std::collections::HashSet;
+
 use crate::Error;
 use crate::Value;
 
@@ -125,6 +127,11 @@ pub(crate) fn tree_order(origin: [i32; 3]) -> TreeOrder {
     (origin.map(|axis| axis >> 12), slot(origin, 7, 5), slot(origin, 3, 4))
 }
 
+/// The lowest voxel of the cube of a level that holds a voxel.
+fn lattice(voxel: [i32; 3], level: TileLevel) -> [i32; 3] {
+    voxel.map(|axis| axis & !(level.dim() - 1))
+}
+
 impl<T: Value> SparseTree<T> {
     /// An empty volume.
     pub fn new(background: T) -> Self {
@@ -158,7 +165,26 @@ impl<T: Value> SparseTree<T> {
     }
 
     fn check(&self) -> Result<(), Error> {
-        Ok(())
+        let cubes = self.leaves.iter().map(|leaf| (leaf.origin, TileLevel::Leaf));
+        let cubes = cubes.chain(self.tiles.iter().map(|tile| (tile.origin, tile.level)));
+        let mut taken = HashSet::new();
+        let mut inside = HashSet::new();
+        for (origin, level) in cubes {
+            let dim = level.dim();
+            if origin.iter().any(|axis| axis.rem_euclid(dim) != 0) {
+                return Err(Error::Misaligned { origin, dim });
+            }
+            if !taken.insert((origin, level)) {
+                return Err(Error::Overlap { origin });
+            }
+            for larger in [TileLevel::Lower, TileLevel::Upper] {
+                if larger > level {
+                    inside.insert((lattice(origin, larger), larger));
+                }
+            }
+        }
+        let covered = self.tiles.iter().find(|tile| inside.contains(&(tile.origin, tile.level)));
+        covered.map_or(Ok(()), |tile| Err(Error::Overlap { origin: tile.origin }))
     }
 
     /// The leaves, in the order of a file: by root entry of 4096³ voxels, then by node of 128³,
@@ -186,11 +212,47 @@ impl<T: Value> SparseTree<T> {
 
     /// The value of a voxel.
     pub fn get(&self, voxel: [i32; 3]) -> T {
-        self.leaf(voxel).map_or(self.background, |leaf| leaf.values[Leaf::<T>::index(voxel)])
+        if let Some(leaf) = self.leaf(voxel) {
+            return leaf.values[Leaf::<T>::index(voxel)];
+        }
+        let levels = [TileLevel::Leaf, TileLevel::Lower, TileLevel::Upper];
+        let tile = levels.into_iter().find_map(|level| self.tile(voxel, level));
+        tile.map_or(self.background, |tile| tile.value)
+    }
+
+    fn tile(&self, voxel: [i32; 3], level: TileLevel) -> Option<&Tile<T>> {
+        let origin = lattice(voxel, level);
+        let key = tree_order(origin);
+        let place = self.tiles.binary_search_by_key(&key, |tile| tree_order(tile.origin)).ok()?;
+        Some(&self.tiles[place]).filter(|tile| tile.origin == origin && tile.level == level)
     }
 
     /// Number of active voxels, those of tiles included.
     pub fn active_voxel_count(&self) -> u64 {
-        self.leaves.iter().map(|leaf| u64::from(leaf.active_count())).sum()
+        let in_leaves: u64 = self.leaves.iter().map(|leaf| u64::from(leaf.active_count())).sum();
+        let active = self.tiles.iter().filter(|tile| tile.active);
+        in_leaves + active.map(|tile| (tile.level.dim() as u64).pow(3)).sum::<u64>()
+    }
+
+    /// Lowest and highest active voxel on each axis; `None` if no voxel is active.
+    pub fn active_bounds(&self) -> Option<([i32; 3], [i32; 3])> {
+        let mut bounds: Option<([i32; 3], [i32; 3])> = None;
+        let mut add = |low: [i32; 3], high: [i32; 3]| {
+            let (min, max) = bounds.get_or_insert((low, high));
+            for axis in 0..3 {
+                min[axis] = min[axis].min(low[axis]);
+                max[axis] = max[axis].max(high[axis]);
+            }
+        };
+        for leaf in &self.leaves {
+            for (index, _) in leaf.active() {
+                let voxel = leaf.voxel(index);
+                add(voxel, voxel);
+            }
+        }
+        for tile in self.tiles.iter().filter(|tile| tile.active) {
+            add(tile.origin, tile.origin.map(|axis| axis.saturating_add(tile.level.dim() - 1)));
+        }
+        bounds
     }
 }

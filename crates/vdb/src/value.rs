@@ -16,15 +16,17 @@ pub(crate) mod sealed {
         const SIZE: usize;
         /// Bytes of a value in a file that stores reals as halves; 0 where there is no such form.
         const HALF_SIZE: usize;
+        /// Leaves of bools are stored as two masks.
+        const IS_BOOL: bool = false;
         /// Name of the value in the grid type `Tree_<name>_5_4_3`.
         const TYPE_NAME: &'static str;
 
         /// Decode `SIZE` bytes.
-        fn from_le(bytes: &[u8]) -> Self;
+        fn decode(bytes: &[u8]) -> Self;
         /// Decode `HALF_SIZE` bytes.
-        fn from_half(bytes: &[u8]) -> Self;
+        fn decode_half(bytes: &[u8]) -> Self;
         /// Append `SIZE` bytes.
-        fn push_le(self, bytes: &mut Vec<u8>);
+        fn encode(self, bytes: &mut Vec<u8>);
         /// The value with the other sign, as `-background` is meant in a file.
         fn negated(self) -> Self;
         /// Equality of the stored bytes, so that a NaN equals itself and -0 differs from 0.
@@ -47,15 +49,15 @@ impl sealed::Bytes for f32 {
     const HALF_SIZE: usize = 2;
     const TYPE_NAME: &'static str = "float";
 
-    fn from_le(bytes: &[u8]) -> Self {
+    fn decode(bytes: &[u8]) -> Self {
         Self::from_le_bytes(array(bytes))
     }
 
-    fn from_half(bytes: &[u8]) -> Self {
+    fn decode_half(bytes: &[u8]) -> Self {
         f16::from_le_bytes(array(bytes)).to_f32()
     }
 
-    fn push_le(self, bytes: &mut Vec<u8>) {
+    fn encode(self, bytes: &mut Vec<u8>) {
         bytes.extend_from_slice(&self.to_le_bytes());
     }
 
@@ -76,15 +78,15 @@ impl sealed::Bytes for f64 {
     const HALF_SIZE: usize = 2;
     const TYPE_NAME: &'static str = "double";
 
-    fn from_le(bytes: &[u8]) -> Self {
+    fn decode(bytes: &[u8]) -> Self {
         Self::from_le_bytes(array(bytes))
     }
 
-    fn from_half(bytes: &[u8]) -> Self {
+    fn decode_half(bytes: &[u8]) -> Self {
         f16::from_le_bytes(array(bytes)).to_f64()
     }
 
-    fn push_le(self, bytes: &mut Vec<u8>) {
+    fn encode(self, bytes: &mut Vec<u8>) {
         bytes.extend_from_slice(&self.to_le_bytes());
     }
 
@@ -105,16 +107,16 @@ impl sealed::Bytes for [f32; 3] {
     const HALF_SIZE: usize = 6;
     const TYPE_NAME: &'static str = "vec3s";
 
-    fn from_le(bytes: &[u8]) -> Self {
-        [0, 4, 8].map(|at| f32::from_le(&bytes[at..at + 4]))
+    fn decode(bytes: &[u8]) -> Self {
+        [0, 4, 8].map(|at| f32::decode(&bytes[at..at + 4]))
     }
 
-    fn from_half(bytes: &[u8]) -> Self {
-        [0, 2, 4].map(|at| f32::from_half(&bytes[at..at + 2]))
+    fn decode_half(bytes: &[u8]) -> Self {
+        [0, 2, 4].map(|at| f32::decode_half(&bytes[at..at + 2]))
     }
 
-    fn push_le(self, bytes: &mut Vec<u8>) {
-        self.into_iter().for_each(|component| component.push_le(bytes));
+    fn encode(self, bytes: &mut Vec<u8>) {
+        self.into_iter().for_each(|component| component.encode(bytes));
     }
 
     fn negated(self) -> Self {
@@ -134,15 +136,15 @@ impl sealed::Bytes for i32 {
     const HALF_SIZE: usize = 0;
     const TYPE_NAME: &'static str = "int32";
 
-    fn from_le(bytes: &[u8]) -> Self {
+    fn decode(bytes: &[u8]) -> Self {
         Self::from_le_bytes(array(bytes))
     }
 
-    fn from_half(bytes: &[u8]) -> Self {
-        Self::from_le(bytes)
+    fn decode_half(bytes: &[u8]) -> Self {
+        Self::decode(bytes)
     }
 
-    fn push_le(self, bytes: &mut Vec<u8>) {
+    fn encode(self, bytes: &mut Vec<u8>) {
         bytes.extend_from_slice(&self.to_le_bytes());
     }
 
@@ -162,17 +164,18 @@ impl sealed::Bytes for bool {
     const ZERO: Self = false;
     const SIZE: usize = 1;
     const HALF_SIZE: usize = 0;
+    const IS_BOOL: bool = true;
     const TYPE_NAME: &'static str = "bool";
 
-    fn from_le(bytes: &[u8]) -> Self {
+    fn decode(bytes: &[u8]) -> Self {
         bytes[0] != 0
     }
 
-    fn from_half(bytes: &[u8]) -> Self {
-        Self::from_le(bytes)
+    fn decode_half(bytes: &[u8]) -> Self {
+        Self::decode(bytes)
     }
 
-    fn push_le(self, bytes: &mut Vec<u8>) {
+    fn encode(self, bytes: &mut Vec<u8>) {
         bytes.push(u8::from(self));
     }
 

@@ -32,28 +32,48 @@ enum Kind {
 
 impl Fault {
     fn new(kind: Kind) -> Self {
-        Self { line: 0, path: String::new(), section: String::new(), is_located: false, kind }
+        Self {
+            line: 0,
+            path: String::new(),
+            section: String::new(),
+            is_located: false,
+            kind,
+        }
     }
 
     pub(super) fn unknown_key(key: &str, allowed: Vec<String>) -> Self {
-        Self::new(Kind::UnknownKey { key: key.to_string(), allowed })
+        Self::new(Kind::UnknownKey {
+            key: key.to_string(),
+            allowed,
+        })
     }
 
     pub(super) fn unknown_name(found: &str, allowed: &[&str]) -> Self {
         let allowed = allowed.iter().map(ToString::to_string).collect();
-        Self::new(Kind::UnknownName { found: found.to_string(), allowed })
+        Self::new(Kind::UnknownName {
+            found: found.to_string(),
+            allowed,
+        })
     }
 
     pub(super) fn missing_key(key: &str) -> Self {
-        Self::new(Kind::MissingKey { key: key.to_string() })
+        Self::new(Kind::MissingKey {
+            key: key.to_string(),
+        })
     }
 
     pub(super) fn wrong_type(found: String, expected: &str) -> Self {
-        Self::new(Kind::WrongType { found, expected: expected.to_string() })
+        Self::new(Kind::WrongType {
+            found,
+            expected: expected.to_string(),
+        })
     }
 
     pub(super) fn out_of_range(found: String, expected: &str) -> Self {
-        Self::new(Kind::OutOfRange { found, expected: expected.to_string() })
+        Self::new(Kind::OutOfRange {
+            found,
+            expected: expected.to_string(),
+        })
     }
 
     /// The same error at `place`, unless it was found further inside.
@@ -68,23 +88,47 @@ impl Fault {
     }
 
     pub(super) fn into_scene_error(self) -> SceneError {
-        let Self { line, path, section, kind, .. } = self;
+        let Self {
+            line,
+            path,
+            section,
+            kind,
+            ..
+        } = self;
         match kind {
             Kind::UnknownKey { key, allowed } => {
                 let suggestion = suggest(&key, &allowed);
-                SceneError::UnknownKey { line, section, key, suggestion, allowed }
+                SceneError::UnknownKey {
+                    line,
+                    section,
+                    key,
+                    suggestion,
+                    allowed,
+                }
             }
             Kind::UnknownName { found, allowed } => {
                 let suggestion = suggest(&found, &allowed);
-                SceneError::UnknownName { line, key: path, found, suggestion, allowed }
+                SceneError::UnknownName {
+                    line,
+                    key: path,
+                    found,
+                    suggestion,
+                    allowed,
+                }
             }
             Kind::MissingKey { key } => SceneError::MissingKey { line, section, key },
-            Kind::WrongType { found, expected } => {
-                SceneError::WrongType { line, key: path, found, expected }
-            }
-            Kind::OutOfRange { found, expected } => {
-                SceneError::OutOfRange { line, key: path, found, expected }
-            }
+            Kind::WrongType { found, expected } => SceneError::WrongType {
+                line,
+                key: path,
+                found,
+                expected,
+            },
+            Kind::OutOfRange { found, expected } => SceneError::OutOfRange {
+                line,
+                key: path,
+                found,
+                expected,
+            },
         }
     }
 }
@@ -111,7 +155,10 @@ impl serde::de::Error for Fault {
     }
 
     fn invalid_length(found: usize, expected: &dyn Expected) -> Self {
-        Self::wrong_type(format!("an array of length {found}"), &in_scene_words(expected))
+        Self::wrong_type(
+            format!("an array of length {found}"),
+            &in_scene_words(expected),
+        )
     }
 
     fn unknown_field(field: &str, expected: &'static [&'static str]) -> Self {

@@ -34,12 +34,20 @@ fn naming(enum_name: &str) -> Naming {
 }
 
 pub(super) fn check_name(found: &str, names: &[&str]) -> Result<(), Fault> {
-    if names.contains(&found) { Ok(()) } else { Err(Fault::unknown_name(found, names)) }
+    if names.contains(&found) {
+        Ok(())
+    } else {
+        Err(Fault::unknown_name(found, names))
+    }
 }
 
 pub(super) fn check_key(found: &str, names: &[&str]) -> Result<(), Fault> {
     let allowed = || names.iter().map(ToString::to_string).collect();
-    if names.contains(&found) { Ok(()) } else { Err(Fault::unknown_key(found, allowed())) }
+    if names.contains(&found) {
+        Ok(())
+    } else {
+        Err(Fault::unknown_key(found, allowed()))
+    }
 }
 
 /// A variant given by its name alone.
@@ -54,7 +62,10 @@ impl<'a> UnitName<'a> {
 
     fn needs_settings<T>(&self, key: &str) -> Result<T, Fault> {
         let expected = format!("a table, {{ level = \"{}\", {key} = … }}", self.name);
-        Err(Fault::wrong_type(format!("the bare name \"{}\"", self.name), &expected))
+        Err(Fault::wrong_type(
+            format!("the bare name \"{}\"", self.name),
+            &expected,
+        ))
     }
 }
 
@@ -123,16 +134,28 @@ impl<'a> NamedTable<'a> {
         let mut entries = table.iter();
         let (Some((key, value)), None) = (entries.next(), entries.next()) else {
             let expected = format!("exactly one of {}", names.join(", "));
-            return Err(Fault::wrong_type(format!("a table of {} keys", table.len()), &expected));
+            return Err(Fault::wrong_type(
+                format!("a table of {} keys", table.len()),
+                &expected,
+            ));
         };
         let source = place.source;
         let line = source.line(key.span().start);
-        let place = Place { source, path: join(&place.path, key.get_ref()), line };
+        let place = Place {
+            source,
+            path: join(&place.path, key.get_ref()),
+            line,
+        };
         let DeValue::Table(table) = value.get_ref() else {
             let found = fault::describe(value.get_ref());
             return Err(Fault::wrong_type(found, "a table of keys").located(&place));
         };
-        Ok(Self { name: key.get_ref(), naming_key: None, table, place })
+        Ok(Self {
+            name: key.get_ref(),
+            naming_key: None,
+            table,
+            place,
+        })
     }
 
     /// A drops table without `shape` but with `file` is the variant `file`.
@@ -144,7 +167,12 @@ impl<'a> NamedTable<'a> {
     ) -> Result<Self, Fault> {
         let place = place.clone();
         if table.get(key).is_none() && key == "shape" && table.get("file").is_some() {
-            return Ok(Self { name: "file", naming_key: None, table, place });
+            return Ok(Self {
+                name: "file",
+                naming_key: None,
+                table,
+                place,
+            });
         }
         let Some((spanned_key, value)) = table.get_key_value(key) else {
             return Err(missing_naming_key(table, key, &place));
@@ -154,26 +182,39 @@ impl<'a> NamedTable<'a> {
             path: join(&place.path, key),
             line: place.source.line(spanned_key.span().start),
         };
-        let choices: Vec<&str> = names.iter().copied().filter(|name| *name != "file").collect();
+        let choices: Vec<&str> = names
+            .iter()
+            .copied()
+            .filter(|name| *name != "file")
+            .collect();
         let DeValue::String(name) = value.get_ref() else {
             let expected = format!("one of {}", choices.join(", "));
             let found = fault::describe(value.get_ref());
             return Err(Fault::wrong_type(found, &expected).located(&name_place));
         };
         name_place.locate(check_name(name, &choices))?;
-        Ok(Self { name, naming_key: Some(key), table, place })
+        Ok(Self {
+            name,
+            naming_key: Some(key),
+            table,
+            place,
+        })
     }
 }
 
 /// A misspelt naming key is reported as such, an absent one as missing.
 fn missing_naming_key(table: &DeTable<'_>, key: &'static str, place: &Place<'_>) -> Fault {
-    let lookalike =
-        table.keys().find(|found| crate::error::suggest(found.get_ref(), &[key]).is_some());
+    let lookalike = table
+        .keys()
+        .find(|found| crate::error::suggest(found.get_ref(), &[key]).is_some());
     match lookalike {
         Some(found) => {
             let line = place.source.line(found.span().start);
             let allowed = vec![key.to_string()];
-            Fault::unknown_key(found.get_ref(), allowed).located(&Place { line, ..place.clone() })
+            Fault::unknown_key(found.get_ref(), allowed).located(&Place {
+                line,
+                ..place.clone()
+            })
         }
         None => Fault::missing_key(key),
     }
@@ -201,7 +242,10 @@ impl<'de> VariantAccess<'de> for NamedTable<'_> {
     }
 
     fn tuple_variant<V: Visitor<'de>>(self, len: usize, _visitor: V) -> Result<V::Value, Fault> {
-        Err(Fault::wrong_type("a table".to_string(), &format!("an array of length {len}")))
+        Err(Fault::wrong_type(
+            "a table".to_string(),
+            &format!("an array of length {len}"),
+        ))
     }
 
     fn struct_variant<V: Visitor<'de>>(

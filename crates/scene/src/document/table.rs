@@ -29,9 +29,18 @@ pub(super) fn check_keys(
         .keys()
         .filter(|key| !is_known(key.get_ref()))
         .min_by_key(|key| key.span().start);
-    let Some(key) = first_unknown else { return Ok(()) };
-    let allowed = naming_key.iter().chain(fields).map(ToString::to_string).collect();
-    let key_place = Place { line: place.source.line(key.span().start), ..place.clone() };
+    let Some(key) = first_unknown else {
+        return Ok(());
+    };
+    let allowed = naming_key
+        .iter()
+        .chain(fields)
+        .map(ToString::to_string)
+        .collect();
+    let key_place = Place {
+        line: place.source.line(key.span().start),
+        ..place.clone()
+    };
     Err(Fault::unknown_key(key.get_ref(), allowed).located(&key_place))
 }
 
@@ -43,16 +52,18 @@ pub(super) struct Entries<'a> {
 }
 
 impl<'a> Entries<'a> {
-    pub(super) fn new(
-        table: &'a DeTable<'a>,
-        naming_key: Option<&str>,
-        place: &Place<'a>,
-    ) -> Self {
-        let mut rest: Vec<_> =
-            table.iter().filter(|(key, _)| naming_key != Some(key.get_ref())).collect();
+    pub(super) fn new(table: &'a DeTable<'a>, naming_key: Option<&str>, place: &Place<'a>) -> Self {
+        let mut rest: Vec<_> = table
+            .iter()
+            .filter(|(key, _)| naming_key != Some(key.get_ref()))
+            .collect();
         // The file's order, last first, so that the first mistake in the file is reported.
         rest.sort_by_key(|(key, _)| std::cmp::Reverse(key.span().start));
-        Self { rest, next_value: None, place: place.clone() }
+        Self {
+            rest,
+            next_value: None,
+            place: place.clone(),
+        }
     }
 }
 
@@ -63,13 +74,28 @@ impl<'de> MapAccess<'de> for Entries<'_> {
         &mut self,
         seed: K,
     ) -> Result<Option<K::Value>, Fault> {
-        let Some((key, value)) = self.rest.pop() else { return Ok(None) };
+        let Some((key, value)) = self.rest.pop() else {
+            return Ok(None);
+        };
         let line = self.place.source.line(key.span().start);
         let path = join(&self.place.path, key.get_ref());
-        let key_place = Place { line, ..self.place.clone() };
-        self.next_value =
-            Some(Node { value, place: Place { source: self.place.source, path, line } });
-        seed.deserialize(Key { name: key.get_ref(), place: key_place }).map(Some)
+        let key_place = Place {
+            line,
+            ..self.place.clone()
+        };
+        self.next_value = Some(Node {
+            value,
+            place: Place {
+                source: self.place.source,
+                path,
+                line,
+            },
+        });
+        seed.deserialize(Key {
+            name: key.get_ref(),
+            place: key_place,
+        })
+        .map(Some)
     }
 
     fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, Fault> {
@@ -88,7 +114,10 @@ pub(super) struct Items<'a> {
 
 impl<'a> Items<'a> {
     pub(super) fn new(array: &'a DeArray<'a>, place: &Place<'a>) -> Self {
-        Self { rest: array.iter().enumerate(), place: place.clone() }
+        Self {
+            rest: array.iter().enumerate(),
+            place: place.clone(),
+        }
     }
 }
 
@@ -99,11 +128,17 @@ impl<'de> SeqAccess<'de> for Items<'_> {
         &mut self,
         seed: T,
     ) -> Result<Option<T::Value>, Fault> {
-        let Some((index, value)) = self.rest.next() else { return Ok(None) };
+        let Some((index, value)) = self.rest.next() else {
+            return Ok(None);
+        };
         let source = self.place.source;
         let path = format!("{}[{index}]", self.place.path);
         let line = source.line(value.span().start);
-        seed.deserialize(Node { value, place: Place { source, path, line } }).map(Some)
+        seed.deserialize(Node {
+            value,
+            place: Place { source, path, line },
+        })
+        .map(Some)
     }
 }
 
@@ -127,7 +162,8 @@ impl<'de> serde::Deserializer<'de> for Key<'_> {
         visitor: V,
     ) -> Result<V::Value, Fault> {
         self.place.locate(named::check_key(self.name, variants))?;
-        self.place.locate(visitor.visit_enum(UnitName::new(self.name)))
+        self.place
+            .locate(visitor.visit_enum(UnitName::new(self.name)))
     }
 
     serde::forward_to_deserialize_any! {

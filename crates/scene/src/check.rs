@@ -1,0 +1,281 @@
+//! What a scene of the right form must still obey: ranges, and parts that contradict each other.
+
+use std::collections::BTreeMap;
+use std::error::Error as _;
+
+use niji_render::AirPath;
+use niji_render::Integration;
+use niji_render::PixelFootprint;
+use niji_render::SunPath;
+use niji_scatter::Theory;
+
+use crate::accuracy::Accuracy;
+use crate::effect::Effect;
+use crate::effect::Switch;
+use crate::error::SceneError;
+use crate::scene::FORMAT;
+use crate::scene::Scene;
+
+/// Largest side of a picture, pixels.
+const MAX_SIDE_PX: u32 = 65_536;
+
+/// Farthest that anything may be from the origin, metres; f64 still resolves a nanometre there.
+const MAX_COORDINATE_M: f64 = 1e7;
+
+/// Largest settings of the levels that count something.
+const MAX_STEPS: usize = 1_000_000;
+const MAX_NODES: usize = 256;
+const MAX_RAYS_PER_SIDE: u32 = 64;
+const MAX_DEBYE_ORDER: u32 = 7;
+
+/// Checks everything; `lines` says where the keys stand.
+pub(crate) fn scene(scene: &Scene, lines: &BTreeMap<String, usize>) -> Result<(), SceneError> {
+    let check = Check { lines };
+    if scene.format != FORMAT {
+        let found = scene.format.to_string();
+        return Err(check.out_of_range("format", found, &format!("{FORMAT}, the only format yet")));
+    }
+    check.number("sun.elevation_deg", scene.sun.elevation_deg, (-90.0, 90.0))?;
+    check.number("sun.azimuth_deg", scene.sun.azimuth_deg, (-360.0, 360.0))?;
+    camera(scene, &check)?;
+    spectrum(scene, &check)?;
+    drops(scene, &check)?;
+    check.number(
+        "water.temperature_c",
+        scene.water.temperature_c,
+        (-20.0, 100.0),
+    )?;
+    check.number("ground.albedo", scene.ground.albedo, (0.0, 1.0))?;
+    check.number(
+        "picture.exposure_ev",
+        scene.picture.exposure_ev,
+        (-40.0, 40.0),
+    )?;
+    accuracy(&scene.accuracy, &check)?;
+    effects(scene, &check)
+}
+
+struct Check<'a> {
+    lines: &'a BTreeMap<String, usize>,
+}
+
+impl Check<'_> {
+    /// Line of a key; of its section, or the first, where the key was left out.
+    fn line(&self, key: &str) -> usize {
+        let section = key.split('.').next().unwrap_or(key);
+        self.lines
+            .get(key)
+            .or_else(|| self.lines.get(section))
+            .copied()
+            .unwrap_or(1)
+    }
+
+    fn out_of_range(&self, key: &str, found: String, expected: &str) -> SceneError {
+        let expected = expected.to_string();
+        SceneError::OutOfRange {
+            line: self.line(key),
+            key: key.to_string(),
+            found,
+            expected,
+        }
+    }
+
+    fn number(&self, key: &str, found: f64, (low, high): (f64, f64)) -> Result<(), SceneError> {
+        if (low..=high).contains(&found) {
+            return Ok(());
+        }
+        Err(self.out_of_range(key, found.to_string(), &format!("{low} to {high}")))
+    }
+
+    fn positive(&self, key: &str, found: f64) -> Result<(), SceneError> {
+        if found > 0.0 && found <= MAX_COORDINATE_M {
+            return Ok(());
+        }
+        let expected = format!("above 0 and at most {MAX_COORDINATE_M}");
+        Err(self.out_of_range(key, found.to_string(), &expected))
+    }
+
+    fn count<T: PartialOrd + ToString>(
+        &self,
+        key: &str,
+        found: &T,
+        (low, high): (T, T),
+    ) -> Result<(), SceneError> {
+        if *found >= low && *found <= high {
+            return Ok(());
+        }
+        let expected = format!("{} to {}", low.to_string(), high.to_string());
+        Err(self.out_of_range(key, found.to_string(), &expected))
+    }
+}
+
+fn camera(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {
+    let camera = &scene.camera;
+    for coordinate in camera.position_m {
+        check.number(
+            "camera.position_m",
+            coordinate,
+            (-MAX_COORDINATE_M, MAX_COORDINATE_M),
+        )?;
+    }
+    check.number("camera.azimuth_deg", camera.azimuth_deg, (-360.0, 360.0))?;
+    check.number("camera.elevation_deg", camera.elevation_deg, (-90.0, 90.0))?;
+    check.number("camera.roll_deg", camera.roll_deg, (-360.0, 360.0))?;
+    check.number(
+        "camera.horizontal_fov_deg",
+        camera.horizontal_fov_deg,
+        (0.001, 175.0),
+    )?;
+    check.count("camera.width_px", &camera.width_px, (1, MAX_SIDE_PX))?;
+    check.count("camera.height_px", &camera.height_px, (1, MAX_SIDE_PX))?;
+    let refused = |error: niji_geometry::Error| {
+        check.out_of_range("camera", "refused".to_string(), &error.to_string())
+    };
+    camera.pinhole().map(|_| ()).map_err(refused)
+}
+
+fn spectrum(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {
+    let spectrum = &scene.spectrum;
+    let found = format!(
+        "{} bins of {} nm from {} nm",
+        spectrum.n_wavelengths, spectrum.step_nm, spectrum.first_nm
+    );
+    let refused =
+        |error: niji_radiometry::Error| check.out_of_range("spectrum", found, &error.to_string());
+    spectrum.grid().map(|_| ()).map_err(refused)
+}
+
+fn drops(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {
+    let Some(shape) = scene.drops.shape() else {
+        let is_named = scene
+            .drops
+            .file()
+            .is_some_and(|file| !file.trim().is_empty());
+        let missing = || check.out_of_range("drops.file", "empty".to_string(), "a path");
+        return if is_named { Ok(()) } else { Err(missing()) };
+    };
+    shape.validate().map_err(|error| drops_error(&error, check))
+}
+
+/// A shape's own error at the line of the key that it names.
+fn drops_error(error: &niji_droplets::Error, check: &Check<'_>) -> SceneError {
+    let named = match error {
+        niji_droplets::Error::Parameter {
+            parameter,
+            found,
+            expected,
+        }
+        | niji_droplets::Error::Size(niji_sizes::Error::Parameter {
+            parameter,
+            found,
+            expected,
+        }) => Some((*parameter, found.to_string(), *expected)),
+        _ => None,
+    };
+    if let Some((parameter, found, expected)) = named {
+        let ending = format!(".{parameter}");
+        let key = check
+            .lines
+            .keys()
+            .find(|key| key.starts_with("drops.") && key.ends_with(&ending));
+        let key = key.cloned().unwrap_or_else(|| format!("drops{ending}"));
+        return check.out_of_range(&key, found, expected);
+    }
+    let mut message = error.to_string();
+    let mut source = error.source();
+    while let Some(inner) = source {
+        message = format!("{message}: {inner}");
+        source = inner.source();
+    }
+    SceneError::Drops {
+        line: check.line("drops"),
+        message,
+    }
+}
+
+fn accuracy(accuracy: &Accuracy, check: &Check<'_>) -> Result<(), SceneError> {
+    check.number("accuracy.tolerance", accuracy.tolerance, (0.0, 1.0))?;
+    if let Some(error) = accuracy.table_relative_error {
+        check.number("accuracy.table_relative_error", error, (1e-6, 0.5))?;
+    }
+    if let Some(Theory::Debye { max_order }) = accuracy.theory {
+        check.count(
+            "accuracy.theory.max_order",
+            &max_order,
+            (2, MAX_DEBYE_ORDER),
+        )?;
+    }
+    match accuracy.integration {
+        Some(Integration::FixedStep { step_m }) => {
+            check.positive("accuracy.integration.step_m", step_m)?;
+        }
+        Some(Integration::Adaptive { relative_error }) => {
+            check.number(
+                "accuracy.integration.relative_error",
+                relative_error,
+                (1e-12, 1.0),
+            )?;
+        }
+        Some(Integration::CellExact) | None => (),
+    }
+    match accuracy.sun_path {
+        Some(SunPath::Volume { voxel_m }) => {
+            check.positive("accuracy.sun_path.voxel_m", voxel_m)?;
+        }
+        Some(SunPath::March { step_m }) => check.positive("accuracy.sun_path.step_m", step_m)?,
+        Some(SunPath::Ignore) | None => (),
+    }
+    match accuracy.air_path {
+        Some(AirPath::Midpoint { n_steps }) => {
+            check.count("accuracy.air_path.n_steps", &n_steps, (1, MAX_STEPS))?;
+        }
+        Some(AirPath::Quadrature { n_nodes }) => {
+            check.count("accuracy.air_path.n_nodes", &n_nodes, (1, MAX_NODES))?;
+        }
+        Some(AirPath::Constant | AirPath::Table) | None => (),
+    }
+    match accuracy.pixel_footprint {
+        Some(PixelFootprint::Grid { n }) => {
+            check.count("accuracy.pixel_footprint.n", &n, (1, MAX_RAYS_PER_SIDE))
+        }
+        Some(PixelFootprint::Center | PixelFootprint::Prefiltered) | None => Ok(()),
+    }
+}
+
+fn effects(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {
+    for effect in Effect::ALL {
+        let key = format!("effects.{effect}");
+        let switch = scene.effects.of(effect);
+        if switch == Switch::On && !effect.is_available() {
+            let advice = "write \"auto\" or \"off\"".to_string();
+            let line = check.line(&key);
+            return Err(SceneError::NotAvailable {
+                line,
+                key,
+                found: "on".to_string(),
+                advice,
+            });
+        }
+        if switch == Switch::On && effect.needs_air() && scene.air.is_none() {
+            let expected = "\"auto\" or \"off\" in a scene without an [air] section";
+            return Err(check.out_of_range(&key, "\"on\"".to_string(), expected));
+        }
+        if switch == Switch::Off && effect == Effect::Occluders {
+            let expected = "\"on\" or \"auto\": surfaces always hide what is behind them";
+            return Err(check.out_of_range(&key, "\"off\"".to_string(), expected));
+        }
+    }
+    let Some(air) = &scene.air else { return Ok(()) };
+    if air.constituents.is_empty() {
+        let expected = "at least one constituent, or no [air] section for a vacuum";
+        return Err(check.out_of_range("air.constituents", "empty".to_string(), expected));
+    }
+    let mut sorted = air.constituents.clone();
+    sorted.sort_unstable();
+    sorted.dedup();
+    if sorted.len() == air.constituents.len() {
+        return Ok(());
+    }
+    let found = "a constituent twice".to_string();
+    Err(check.out_of_range("air.constituents", found, "each constituent once"))
+}

@@ -1,0 +1,215 @@
+//! How bright a unit of optical depth can look: luminance by scattering angle and order.
+//!
+//! P_p(theta) = (pi/0.18) sum_l y_l E_l t_p,l(theta) / sum_l y_l E_l
+//! is the luminance that drops of optical depth 1 (Q = 1, thin) add, over that of a gray card of
+//! albedo 0.18 facing the sun above the air. `t_p` = (dsigma/dOmega)/(pi <r^2>) [1/sr] of order `p`
+//! in natural light, averaged over sizes and the sun's disc; `E_l` irradiance, `y_l` the observer.
+//!
+//! The stage that makes tables resolves fringes and lines that no bound needs: here sizes,
+//! wavelengths and angles are coarse, and [`MARGIN`] covers the difference.
+
+use niji_airy::AiryBow;
+use niji_airy::AiryTable;
+use niji_airy::GeometricOrder;
+use niji_radiometry::Micrometers;
+use niji_radiometry::Nanometers;
+use niji_radiometry::Radians;
+use niji_radiometry::water_refractive_index;
+use niji_scatter::Theory;
+use niji_sizes::gamma_area_quadrature;
+
+/// Factor on every maximum, for the coarseness of this table.
+pub(super) const MARGIN: f64 = 1.15;
+
+/// Step of the angles, 0.05 degrees.
+const STEP_RAD: f64 = 0.05 * std::f64::consts::PI / 180.0;
+
+/// Sizes that stand for a gamma law.
+const N_SIZES: usize = 24;
+
+/// Steps across the sun's disc that replace an average.
+const MIN_STEPS_PER_DISC: f64 = 2.0;
+
+/// A wavelength with its weight: what one unit of t at it adds to the relative luminance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Line {
+    /// Index of the bin in the scene's spectrum.
+    pub(super) index: usize,
+    /// Center of the bin.
+    pub(super) wavelength: Nanometers,
+    /// Share of the sun's luminance times pi/0.18.
+    pub(super) weight: f64,
+}
+
+/// What a table of light is made from.
+pub(super) struct LightRequest<'a> {
+    pub(super) theory: Theory,
+    pub(super) order: u32,
+    pub(super) lines: &'a [Line],
+    /// (effective radius [um], effective variance) of each row.
+    pub(super) sizes: &'a [(f64, f64)],
+    pub(super) theta_rad: (f64, f64),
+    pub(super) temperature_c: f64,
+    pub(super) airy: &'a AiryTable,
+}
+
+/// t of one order for a point sun, by size, wavelength and angle.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct BowLight {
+    first_rad: f64,
+    /// [size][line][angle]
+    values: Vec<Vec<Vec<f64>>>,
+}
+
+impl BowLight {
+    /// Computes the light of one order in Airy's theory, or of rays.
+    pub(super) fn new(request: &LightRequest<'_>) -> Self {
+        let (low, high) = request.theta_rad;
+        let n_steps = ((high - low).max(0.0) / STEP_RAD).ceil() as usize + 1;
+        let angles: Vec<Radians> =
+            (0..=n_steps).map(|index| Radians(low + STEP_RAD * index as f64)).collect();
+        let line = |size: (f64, f64), line: &Line| row(request, size, line.wavelength, &angles);
+        let values = request
+            .sizes
+            .iter()
+            .map(|size| request.lines.iter().map(|wavelength| line(*size, wavelength)).collect())
+            .collect();
+        Self { first_rad: low, values }
+    }
+
+    /// The same light from a sun of `diameter_rad`: the mean over the disc, which across the bow is
+    /// a mean weighted by the chords of the disc.
+    pub(super) fn seen_from_disc(&self, diameter_rad: f64) -> Self {
+        let reach = 0.5 * diameter_rad / STEP_RAD;
+        if reach < MIN_STEPS_PER_DISC {
+            return self.clone();
+        }
+        let n_side = reach.ceil() as i64;
+        let chord = |offset: i64| (1.0 - (offset as f64 / reach).powi(2)).max(0.0).sqrt();
+        let average = |row: &Vec<f64>| {
+            (0..row.len() as i64)
+                .map(|center| {
+                    let (mut sum, mut norm) = (0.0, 0.0);
+                    for offset in -n_side..=n_side {
+                        let index = (center + offset).clamp(0, row.len() as i64 - 1) as usize;
+                        sum += chord(offset) * row[index];
+                        norm += chord(offset);
+                    }
+                    sum / norm
+                })
+                .collect()
+        };
+        let values =
+            self.values.iter().map(|lines| lines.iter().map(average).collect()).collect();
+        Self { first_rad: self.first_rad, values }
+    }
+
+    /// Relative luminance by angle, with a factor for each line: largest over the sizes.
+    pub(super) fn luminance(&self, lines: &[Line], factor: &[f64]) -> Curve {
+        let rows = self.values.iter().map(|size| weighted(size, lines, factor));
+        self.curve(rows.reduce(|a, b| pointwise(&a, &b, f64::max)))
+    }
+
+    /// Largest difference of relative luminance to `other` by angle, over the sizes.
+    pub(super) fn difference(&self, other: &Self, lines: &[Line], factor: &[f64]) -> Curve {
+        let rows = self.values.iter().zip(&other.values).map(|(mine, others)| {
+            let others = weighted(others, lines, factor);
+            pointwise(&weighted(mine, lines, factor), &others, |a, b| (a - b).abs())
+        });
+        self.curve(rows.reduce(|a, b| pointwise(&a, &b, f64::max)))
+    }
+
+    fn curve(&self, values: Option<Vec<f64>>) -> Curve {
+        Curve { first_rad: self.first_rad, values: values.unwrap_or_default() }
+    }
+}
+
+fn weighted(size: &[Vec<f64>], lines: &[Line], factor: &[f64]) -> Vec<f64> {
+    let mut sum = vec![0.0; size.first().map_or(0, Vec::len)];
+    for ((row, line), factor) in size.iter().zip(lines).zip(factor) {
+        for (sum, value) in sum.iter_mut().zip(row) {
+            *sum += line.weight * factor * value;
+        }
+    }
+    sum
+}
+
+fn pointwise(a: &[f64], b: &[f64], combine: impl Fn(f64, f64) -> f64) -> Vec<f64> {
+    a.iter().zip(b).map(|(a, b)| combine(*a, *b)).collect()
+}
+
+/// t of one law at one wavelength for all angles, natural light, 1/sr.
+fn row(
+    request: &LightRequest<'_>,
+    (radius_um, variance): (f64, f64),
+    wavelength: Nanometers,
+    angles: &[Radians],
+) -> Vec<f64> {
+    let index = water_refractive_index(wavelength, request.temperature_c);
+    let (Some(rays), Some(bow)) =
+        (GeometricOrder::new(index, request.order), AiryBow::new(index, request.order))
+    else {
+        return vec![0.0; angles.len()];
+    };
+    let natural = |[s, p]: [f64; 2]| 0.5 * (s + p);
+    let f = |z| request.airy.value(z);
+    let sizes = gamma_area_quadrature(Micrometers(radius_um), variance, N_SIZES)
+        .unwrap_or_else(|_| vec![(radius_um, 1.0)]);
+    let average = |theta: Radians, of: &dyn Fn(Micrometers) -> [f64; 2]| -> f64 {
+        debug_assert!(theta.0.is_finite());
+        sizes.iter().map(|(radius, weight)| weight * natural(of(Micrometers(*radius)))).sum()
+    };
+    let one = |theta: &Radians| match request.theory {
+        Theory::Geometric => natural(rays.normalized_cross_section(*theta)),
+        Theory::AiryPublished => {
+            average(*theta, &|radius| bow.published(radius, wavelength, *theta, f))
+        }
+        Theory::Airy | Theory::Debye { .. } | Theory::Mie => {
+            let direction = bow.direction(*theta);
+            average(*theta, &|radius| direction.normalized_cross_section(radius, wavelength, f))
+        }
+    };
+    angles.iter().map(one).collect()
+}
+
+/// A quantity by scattering angle.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Curve {
+    first_rad: f64,
+    values: Vec<f64>,
+}
+
+impl Curve {
+    /// Largest value within a range of angles, the neighbors of its ends included, times
+    /// [`MARGIN`]; 0 beyond the curve.
+    pub(super) fn max_within(&self, (low_rad, high_rad): (f64, f64)) -> f64 {
+        let place = |theta_rad: f64| (theta_rad - self.first_rad) / STEP_RAD;
+        if self.values.is_empty() || place(high_rad) < 0.0 {
+            return 0.0;
+        }
+        let first = place(low_rad).floor().max(0.0) as usize;
+        let last = (place(high_rad).ceil() as usize).min(self.values.len() - 1);
+        let range = self.values.get(first..=last).unwrap_or_default();
+        MARGIN * range.iter().fold(0.0, |max: f64, value| max.max(*value))
+    }
+
+    /// Pointwise sum of curves over the same angles.
+    pub(super) fn plus(&self, other: &Self) -> Self {
+        if self.values.is_empty() {
+            return other.clone();
+        }
+        let mut sum = self.clone();
+        for (sum, value) in sum.values.iter_mut().zip(&other.values) {
+            *sum += value;
+        }
+        sum
+    }
+
+    /// The curve with zeros where `keep` does not hold.
+    pub(super) fn only(&self, keep: impl Fn(f64) -> bool) -> Self {
+        let angle = |index: usize| self.first_rad + STEP_RAD * index as f64;
+        let values = self.values.iter().enumerate();
+        let values = values.map(|(i, value)| if keep(angle(i)) { *value } else { 0.0 }).collect();
+        Self { first_rad: self.first_rad, values }
+    }
+}

@@ -1,0 +1,126 @@
+//! A scene: everything that a picture depends on, read from TOML.
+
+use serde::Deserialize;
+use serde::Serialize;
+
+use crate::accuracy::Accuracy;
+use crate::canonical_json::canonical_json;
+use crate::check;
+use crate::document;
+use crate::drops::Drops;
+use crate::effect::EffectSwitches;
+use crate::error::SceneError;
+use crate::sections::Air;
+use crate::sections::Camera;
+use crate::sections::Ground;
+use crate::sections::Picture;
+use crate::sections::Spectrum;
+use crate::sections::Sun;
+use crate::sections::Water;
+
+/// The version of the scene format that this crate reads.
+pub const FORMAT: u32 = 1;
+
+/// A scene.
+///
+/// ```
+/// use niji_scene::{Scene, SceneError};
+///
+/// let text = r#"
+/// format = 1
+/// name = "fog"
+/// [sun]
+/// elevation_deg = 20.0
+/// azimuth_deg = 180.0
+/// [camera]
+/// position_m = [0.0, 1.6, 0.0]
+/// azimuth_deg = 0.0
+/// elevation_deg = 10.0
+/// horizontal_fov_deg = 90.0
+/// width_px = 64
+/// height_px = 48
+/// [drops]
+/// shape = "uniform"
+/// box_min_m = [-50.0, 0.0, -120.0]
+/// box_max_m = [50.0, 50.0, -20.0]
+/// voxel_m = 5.0
+/// law = { monodisperse = { radius_um = 20.0 } }
+/// number_density_m3 = 1e7
+/// "#;
+/// let scene = Scene::from_toml(text)?;
+/// assert_eq!(scene.camera.width_px, 64);
+///
+/// let misspelt = text.replace("azimuth_deg = 180.0", "azimut_deg = 180.0");
+/// let error = Scene::from_toml(&misspelt).unwrap_err();
+/// assert!(error.to_string().starts_with("line 6: unknown key `azimut_deg` in [sun], did you mean"));
+/// # Ok::<(), SceneError>(())
+/// ```
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Scene {
+    /// Version of the format, [`FORMAT`].
+    pub format: u32,
+    /// What the scene is called.
+    pub name: String,
+    /// What it shows.
+    #[serde(default)]
+    pub description: String,
+    /// The light.
+    pub sun: Sun,
+    /// The eye.
+    pub camera: Camera,
+    /// The wavelengths.
+    #[serde(default)]
+    pub spectrum: Spectrum,
+    /// The drops.
+    pub drops: Drops,
+    /// What the drops are made of.
+    #[serde(default)]
+    pub water: Water,
+    /// The air; `None` is a vacuum.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub air: Option<Air>,
+    /// The ground.
+    #[serde(default)]
+    pub ground: Ground,
+    /// What is to be simulated.
+    #[serde(default)]
+    pub effects: EffectSwitches,
+    /// How accurately.
+    #[serde(default)]
+    pub accuracy: Accuracy,
+    /// How the preview is shown.
+    #[serde(default)]
+    pub picture: Picture,
+}
+
+impl Scene {
+    /// Reads a scene from TOML; every key must be known, of the right type and within its range.
+    ///
+    /// # Errors
+    /// The first thing that is wrong, with its line and what would be right.
+    pub fn from_toml(text: &str) -> Result<Self, SceneError> {
+        let document = document::parse::<Self>(text)?;
+        check::scene(&document.value, &document.lines)?;
+        Ok(document.value)
+    }
+
+    /// Reads a scene from the JSON that [`Scene::canonical_json`] writes.
+    ///
+    /// # Errors
+    /// [`SceneError::Json`] if it is not that, and as [`Scene::from_toml`] for values out of range,
+    /// with line 1.
+    pub fn from_json(text: &str) -> Result<Self, SceneError> {
+        let scene: Self = serde_json::from_str(text).map_err(|error| SceneError::Json {
+            message: error.to_string(),
+        })?;
+        check::scene(&scene, &std::collections::BTreeMap::new())?;
+        Ok(scene)
+    }
+
+    /// All values, those left out in the file included, as JSON whose bytes depend on nothing but
+    /// the values: sorted keys, no white space, shortest decimals that read back exactly.
+    pub fn canonical_json(&self) -> String {
+        canonical_json(self)
+    }
+}
