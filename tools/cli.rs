@@ -1,8 +1,5 @@
 //! The command line: subcommands, their groups in the help, and the flags all share.
 
-use std::path::Path;
-use std::path::PathBuf;
-
 use clap::Args;
 use clap::Parser;
 use clap::Subcommand;
@@ -23,6 +20,7 @@ use crate::run::RunCommand;
 use crate::scatter::ScatterCommand;
 use crate::shell::CompletionsCommand;
 use crate::shell::ManCommand;
+use crate::stages::Manner;
 
 /// Subcommands by group; the help prints this instead of one long list.
 const GROUPS: &str = "\
@@ -115,10 +113,11 @@ impl Common {
         }
     }
 
-    /// What to do with an output that exists.
+    /// How stages are run.
     #[must_use]
-    pub fn existing(&self) -> Existing {
-        if self.force { Existing::Replace } else { Existing::Refuse }
+    pub fn manner(&self) -> Manner {
+        let existing = if self.force { Existing::Replace } else { Existing::Refuse };
+        Manner { existing, verbosity: self.verbosity() }
     }
 }
 
@@ -187,10 +186,4 @@ pub fn numbers(text: &str) -> Result<Vec<f64>, String> {
             _ => Err(format!("found {entry:?}, expected a finite number")),
         })
         .collect()
-}
-
-/// The path of one output inside a folder.
-#[must_use]
-pub fn inside(folder: &Path, name: &str) -> PathBuf {
-    folder.join(name)
 }

@@ -11,12 +11,14 @@ mod drops;
 mod eval;
 mod failure;
 mod info;
+mod law_flags;
 mod output;
 mod plan;
 mod progress;
 mod render;
 mod run;
 mod scatter;
+mod scene_file;
 mod shell;
 mod stages;
 

@@ -34,8 +34,9 @@ const PRIMARY_REACH_RAD: f64 = 10.0 * PI / 180.0;
 const HIGHER_REACH_RAD: f64 = 4.0 * PI / 180.0;
 /// Part of the reach, on either side of it, over which the theory fades into rays.
 const BLEND: f64 = 0.2;
-/// Smallest sin θ in the factor sin i0/sin θ, which the blend has switched off long before.
-const SMALLEST_SIN: f64 = 1e-6;
+/// Smallest sin θ in the factor sin i0/sin θ: on the bright side the blend has switched the factor off
+/// long before; on the dark side it stops where a drop of 4 µm radius no longer focuses, 1/x.
+const SMALLEST_SIN: f64 = 0.02;
 
 /// Radius at which the published form has the brightness of the absolute one.
 const PUBLISHED_RADIUS_M: f64 = 100e-6;
@@ -55,16 +56,48 @@ pub struct AiryBow {
     reach_rad: f64,
 }
 
-/// The bow in one direction, ready for every size of drop and every wavelength of its index.
+/// Which of the two forms of the theory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AiryForm {
+    /// In 1/sr, drawn to the rays where the theory ends.
+    Absolute,
+    /// I = f² M² at every angle, scaled to the absolute form at one size and wavelength.
+    Published,
+}
+
+impl AiryForm {
+    /// The factor of a direction's strength that depends on size and wavelength: x^(1/3) with
+    /// x = 2π a/λ, or (a/λ)^(4/3)/a² in 1/m².
+    #[must_use]
+    pub fn size_factor(self, radius: Micrometers, wavelength: Nanometers) -> f64 {
+        let (radius_m, wavelength_m) = (Meters::from(radius).0, Meters::from(wavelength).0);
+        let relative = radius_m / wavelength_m;
+        match self {
+            Self::Absolute => (TAU * relative).cbrt(),
+            Self::Published => relative * relative.cbrt() / (radius_m * radius_m),
+        }
+    }
+
+    /// The power of the radius in [`Self::size_factor`].
+    #[must_use]
+    pub fn radius_exponent(self) -> f64 {
+        match self {
+            Self::Absolute => 1.0 / 3.0,
+            Self::Published => -2.0 / 3.0,
+        }
+    }
+}
+
+/// The bow in one direction, ready for every size of drop and every wavelength of its index:
+/// t_j = `size_factor` × `strength_j` × f²(`argument` x^(2/3)) + `rays_j`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AiryDirection {
-    beyond_rad: f64,
-    wavefront_h: f64,
-    /// (sin i0 / sin θ) ε_j², drawn to the mean of the rays.
-    strength: [f64; 2],
-    /// What geometric optics says, in 1/sr.
-    rays: [f64; 2],
-    rays_weight: f64,
+    /// z x^(−2/3).
+    pub argument: f64,
+    /// Factor of f² for each polarisation, drawn to the mean of the rays.
+    pub strength: [f64; 2],
+    /// What geometric optics adds, in 1/sr.
+    pub rays: [f64; 2],
 }
 
 impl AiryBow {
@@ -89,6 +122,13 @@ impl AiryBow {
         &self.ray
     }
 
+    /// z x^(−2/3) in the direction θ, [`AiryDirection::argument`] alone; 0 where the form ends.
+    #[must_use]
+    pub fn argument(&self, theta: Radians) -> f64 {
+        self.squared_amplitudes(self.ray.beyond_rad(theta.0))
+            .argument
+    }
+
     /// What does not depend on the size of the drop.
     #[must_use]
     pub fn direction(&self, theta: Radians) -> AiryDirection {
@@ -96,25 +136,61 @@ impl AiryBow {
         let rays_weight = self.ramp(beyond_rad, 1.0 - BLEND, 1.0 + BLEND);
         let mean_weight = self.ramp(beyond_rad, MEAN_FROM, MEAN_TO);
         let spread = self.ray.incidence_rad.sin() / theta.0.sin().max(SMALLEST_SIN);
-        let mut strength = self
-            .ray
-            .amplitudes
-            .map(|amplitude| spread * amplitude * amplitude);
-        let mut rays = [0.0; 2];
-        if mean_weight > 0.0 {
-            rays = self.rays.normalized_cross_section(theta);
-            let mean = fringe_mean(beyond_rad, self.ray.wavefront_h);
+        let mut bow = self.squared_amplitudes(beyond_rad);
+        // (4/π)(3/(4 h cos d))^(2/3) (a/λ)^(1/3) f², with a/λ = x/2π.
+        bow.strength = bow
+            .strength
+            .map(|strength| 4.0 / PI * TAU.cbrt().recip() * spread * strength);
+        if mean_weight <= 0.0 {
+            return bow;
+        }
+        let rays = self.rays.normalized_cross_section(theta);
+        if rays_weight >= 1.0 {
+            bow.strength = [0.0; 2];
+        } else {
+            let mean = spread * fringe_mean(beyond_rad, self.ray.wavefront_h);
             for j in 0..2 {
-                strength[j] *= (rays[j] / (mean * strength[j])).powf(mean_weight);
+                let own = mean * self.ray.amplitudes[j] * self.ray.amplitudes[j];
+                if own > 0.0 {
+                    bow.strength[j] *= (1.0 - rays_weight) * (rays[j] / own).powf(mean_weight);
+                }
             }
         }
-        let wavefront_h = self.ray.wavefront_h;
+        bow.rays = rays.map(|rays| rays_weight * rays);
+        bow
+    }
+
+    /// The same for the published form.
+    #[must_use]
+    pub fn published_direction(&self, theta: Radians) -> AiryDirection {
+        let mut bow = self.squared_amplitudes(self.ray.beyond_rad(theta.0));
+        // f² M² = 16π² (3/(4 h cos d))^(2/3) (a/λ)^(4/3) f², and a λ/4π² of the size it is scaled to.
+        let spread = self.ray.incidence_rad.sin() / self.ray.theta_rad().sin();
+        let scale = 4.0 / PI * PUBLISHED_RADIUS_M * PUBLISHED_WAVELENGTH_M * spread;
+        bow.strength = bow.strength.map(|strength| scale * strength);
+        bow
+    }
+
+    /// ε_j² (3/(4 h cos d))^(2/3) and z x^(−2/3) = 4 sin d (3/(4 h cos d))^(1/3) (2π)^(−2/3) for a
+    /// deviation `d` beyond the rainbow ray; nothing a quarter turn or more away from it, where the
+    /// form ends.
+    fn squared_amplitudes(&self, d: f64) -> AiryDirection {
+        let (sin_d, cos_d) = d.sin_cos();
+        if cos_d <= 0.0 {
+            return AiryDirection {
+                argument: 0.0,
+                strength: [0.0; 2],
+                rays: [0.0; 2],
+            };
+        }
+        let length = (3.0 / (4.0 * self.ray.wavefront_h * cos_d)).cbrt();
         AiryDirection {
-            beyond_rad,
-            wavefront_h,
-            strength,
-            rays,
-            rays_weight,
+            argument: 4.0 * sin_d * length / (TAU * TAU).cbrt(),
+            strength: self
+                .ray
+                .amplitudes
+                .map(|amplitude| amplitude * amplitude * length * length),
+            rays: [0.0; 2],
         }
     }
 
@@ -128,20 +204,8 @@ impl AiryBow {
         theta: Radians,
         f: impl Fn(f64) -> f64,
     ) -> [f64; 2] {
-        let (radius_m, wavelength_m) = (Meters::from(radius).0, Meters::from(wavelength).0);
-        let beyond_rad = self.ray.beyond_rad(theta.0);
-        let intensity = squared(
-            beyond_rad,
-            self.ray.wavefront_h,
-            [radius_m, wavelength_m],
-            f,
-        );
-        let scale = PUBLISHED_RADIUS_M * PUBLISHED_WAVELENGTH_M / (4.0 * PI * PI)
-            * (self.ray.incidence_rad.sin() / self.ray.theta_rad().sin())
-            / (PI * radius_m * radius_m);
-        self.ray
-            .amplitudes
-            .map(|amplitude| scale * amplitude * amplitude * intensity)
+        self.published_direction(theta)
+            .evaluate(AiryForm::Published, (radius, wavelength), f)
     }
 
     /// 0 up to `from` parts of the reach, 1 from `to` parts on, smooth between.
@@ -161,36 +225,20 @@ impl AiryDirection {
         wavelength: Nanometers,
         f: impl Fn(f64) -> f64,
     ) -> [f64; 2] {
-        if self.rays_weight >= 1.0 {
-            return self.rays;
-        }
-        let (radius_m, wavelength_m) = (Meters::from(radius).0, Meters::from(wavelength).0);
-        // dσ_j/dΩ = (a λ / 4π²) (sin i0 / sin θ) ε_j² f² M², over π a².
-        let common = radius_m * wavelength_m / (4.0 * PI * PI)
-            * squared(
-                self.beyond_rad,
-                self.wavefront_h,
-                [radius_m, wavelength_m],
-                f,
-            )
-            / (PI * radius_m * radius_m);
-        [0, 1].map(|j| {
-            (1.0 - self.rays_weight) * common * self.strength[j] + self.rays_weight * self.rays[j]
-        })
+        self.evaluate(AiryForm::Absolute, (radius, wavelength), f)
     }
-}
 
-/// f(z)² M² for a deviation `d` beyond the rainbow ray; 0 a quarter turn or more away from it, where
-/// nothing of the bow is left.
-fn squared(d: f64, h: f64, [a, lambda]: [f64; 2], f: impl Fn(f64) -> f64) -> f64 {
-    let (sin_d, cos_d) = d.sin_cos();
-    if cos_d <= 0.0 {
-        return 0.0;
+    fn evaluate(
+        &self,
+        form: AiryForm,
+        (radius, wavelength): (Micrometers, Nanometers),
+        f: impl Fn(f64) -> f64,
+    ) -> [f64; 2] {
+        let x = TAU * Meters::from(radius).0 / Meters::from(wavelength).0;
+        let integral = f(self.argument * (x * x).cbrt());
+        let common = form.size_factor(radius, wavelength) * integral * integral;
+        [0, 1].map(|j| common * self.strength[j] + self.rays[j])
     }
-    let length_m = (3.0 * a * a * lambda / (4.0 * h * cos_d)).cbrt();
-    let m = 2.0 * (TAU / lambda) * length_m;
-    let z = 4.0 / lambda * sin_d * length_m;
-    (f(z) * m).powi(2)
 }
 
 /// (a λ / 4π²) f² M² / (π a²) averaged over the fringes: Ai² has the mean 1/(2π sqrt(ζ)), and radius

@@ -20,13 +20,17 @@ const DERIVATIVE: f64 = VALUE * ARGUMENT;
 /// π²/12 of f'' = −(π²/12) z f.
 pub(crate) const SECOND_DERIVATIVE: f64 = 0.822_467_033_424_113_2;
 
+/// Beyond it the phase, z^(3/2), leaves the range of f64; the fringes have been noise for long, and the
+/// mean of f and of f' over them, 0, stands for both.
+const NO_PHASE_LEFT: f64 = 1e200;
+
 /// f(z) and f'(z); NaN for NaN, 0 at infinity.
 #[must_use]
 pub fn airy_integral_with_derivative(z: f64) -> (f64, f64) {
     if z.is_nan() {
         return (f64::NAN, f64::NAN);
     }
-    if z.is_infinite() {
+    if z.abs() > NO_PHASE_LEFT {
         return (0.0, 0.0);
     }
     let airy = (-ARGUMENT * z).airy();
@@ -85,9 +89,9 @@ mod tests {
         (1000.0, 0.033559175985303234875, 5.3949867341882526521),
     ];
 
-    /// Relative error on the dark side; measured worst 9.1e-14 at z = −100.
+    /// Relative error on the dark side; measured worst 1.9e-13 on 3000 z down to −110.
     const DARK_TOLERANCE: f64 = 1e-12;
-    /// Error over the envelope for 0 <= z <= 60; measured worst 4.4e-14.
+    /// Error over the envelope for 0 <= z <= 60; measured worst on 1600 z 6.9e-14 for f, 8.5e-14 for f'.
     const BRIGHT_TOLERANCE: f64 = 1e-13;
 
     /// Local amplitude of f for z > 0.
@@ -159,6 +163,9 @@ mod tests {
         assert_eq!(airy_integral(f64::INFINITY), 0.0);
         assert_eq!(airy_integral(f64::NEG_INFINITY), 0.0);
         assert_eq!(airy_integral(-1e9), 0.0);
-        assert!(airy_integral(1e9).is_finite());
+        for z in [1e9, 1e12, 1e200, 1e201, 1e300, f64::MAX] {
+            let (f, dfdz) = airy_integral_with_derivative(z);
+            assert!(f.abs() < 1e-2 && dfdz.is_finite(), "f({z:e}) = {f}");
+        }
     }
 }

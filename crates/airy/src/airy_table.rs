@@ -6,7 +6,6 @@
 //! is the quintic through f, f' and f'' = −(π²/12) z f at both.
 
 use crate::airy_integral::SECOND_DERIVATIVE;
-use crate::airy_integral::airy_integral;
 use crate::airy_integral::airy_integral_with_derivative;
 
 /// Lowest z of the usual table: f is below 1e-31 there, still normal in f32.
@@ -25,6 +24,8 @@ pub struct AiryTable {
     pub f: Vec<f64>,
     /// f' at the arguments.
     pub dfdz: Vec<f64>,
+    /// s at the first node and nodes for each unit of s.
+    place: (f64, f64),
 }
 
 /// What is wrong with a table from elsewhere.
@@ -54,25 +55,30 @@ pub enum TableError {
     },
 }
 
-fn phase(z: f64) -> f64 {
-    z.signum() * ((1.0 + z.abs()).powf(1.5) - 1.0) / 1.5
+/// s(z), the coordinate in which the fringes of f are equally wide far inside the bow.
+pub fn fringe_coordinate(z: f64) -> f64 {
+    let beyond = 1.0 + z.abs();
+    z.signum() * (beyond * beyond.sqrt() - 1.0) / 1.5
 }
 
-fn argument(phase: f64) -> f64 {
-    phase.signum() * ((1.0 + 1.5 * phase.abs()).powf(2.0 / 3.0) - 1.0)
+/// z(s), the inverse of [`fringe_coordinate`].
+pub fn from_fringe_coordinate(s: f64) -> f64 {
+    let root = (1.0 + 1.5 * s.abs()).cbrt();
+    s.signum() * (root * root - 1.0)
 }
 
 impl AiryTable {
     /// Tabulates f over the range that drops up to 2 mm radius need.
     #[must_use]
     pub fn compute() -> Self {
-        let (low, high) = (phase(LOWEST_Z), phase(HIGHEST_Z));
+        let (low, high) = (fringe_coordinate(LOWEST_Z), fringe_coordinate(HIGHEST_Z));
         let step = (high - low) / (N_NODES - 1) as f64;
         let z: Vec<f64> = (0..N_NODES)
-            .map(|index| argument(low + step * index as f64))
+            .map(|index| from_fringe_coordinate(low + step * index as f64))
             .collect();
         let (f, dfdz) = z.iter().map(|&z| airy_integral_with_derivative(z)).unzip();
-        Self { z, f, dfdz }
+        let place = (low, 1.0 / step);
+        Self { z, f, dfdz, place }
     }
 
     /// Takes a table from elsewhere, a file say.
@@ -88,10 +94,10 @@ impl AiryTable {
                 dfdz: dfdz.len(),
             });
         }
-        let low = phase(z[0]);
-        let step = (phase(z[n - 1]) - low) / (n - 1) as f64;
+        let low = fringe_coordinate(z[0]);
+        let step = (fringe_coordinate(z[n - 1]) - low) / (n - 1) as f64;
         for (index, &found) in z.iter().enumerate() {
-            let expected = argument(low + step * index as f64);
+            let expected = from_fringe_coordinate(low + step * index as f64);
             let tolerance = 1e-9 * (1.0 + expected.abs());
             if !((found - expected).abs() < tolerance && step > 0.0) {
                 return Err(TableError::Nodes {
@@ -101,46 +107,64 @@ impl AiryTable {
                 });
             }
         }
-        Ok(Self { z, f, dfdz })
+        let place = (low, 1.0 / step);
+        Ok(Self { z, f, dfdz, place })
     }
 
-    /// f(z) by look-up; outside of the table by [`airy_integral`].
+    /// f(z) by look-up; outside of the table by [`crate::airy_integral`].
     #[must_use]
     pub fn value(&self, z: f64) -> f64 {
-        let last = self.z.len() - 1;
-        if !(z >= self.z[0] && z <= self.z[last]) {
-            return airy_integral(z);
-        }
-        let (low, high) = (phase(self.z[0]), phase(self.z[last]));
-        let position = (phase(z) - low) / (high - low) * last as f64;
-        let index = (position as usize).min(last - 1);
-        self.quintic(index, z)
+        self.value_with_derivative(z).0
     }
 
-    fn quintic(&self, index: usize, z: f64) -> f64 {
-        let (z0, z1) = (self.z[index], self.z[index + 1]);
-        let (f0, f1) = (self.f[index], self.f[index + 1]);
-        let h = z1 - z0;
-        let t = (z - z0) / h;
-        let u = 1.0 - t;
-        let (d0, d1) = (h * self.dfdz[index], h * self.dfdz[index + 1]);
-        let (c0, c1) = (
-            -h * h * SECOND_DERIVATIVE * z0 * f0,
-            -h * h * SECOND_DERIVATIVE * z1 * f1,
-        );
-        // Quintic Hermite basis, written from both ends alike.
-        let (t3, u3) = (t * t * t, u * u * u);
-        let left =
-            u3 * (f0 * (1.0 + 3.0 * t + 6.0 * t * t) + d0 * t * (1.0 + 3.0 * t) + 0.5 * c0 * t * t);
-        let right =
-            t3 * (f1 * (1.0 + 3.0 * u + 6.0 * u * u) - d1 * u * (1.0 + 3.0 * u) + 0.5 * c1 * u * u);
-        left + right
+    /// f(z) and f'(z) by look-up; outside of the table by [`airy_integral_with_derivative`].
+    #[must_use]
+    pub fn value_with_derivative(&self, z: f64) -> (f64, f64) {
+        let last = self.z.len() - 1;
+        if !(z >= self.z[0] && z <= self.z[last]) {
+            return airy_integral_with_derivative(z);
+        }
+        let (low, per_unit) = self.place;
+        let position = (fringe_coordinate(z) - low) * per_unit;
+        let index = (position as usize).min(last - 1);
+        let end = |index: usize| {
+            let (z, f) = (self.z[index], self.f[index]);
+            [f, self.dfdz[index], -SECOND_DERIVATIVE * z * f]
+        };
+        quintic_hermite(
+            (self.z[index], end(index)),
+            (self.z[index + 1], end(index + 1)),
+            z,
+        )
     }
+}
+
+/// Value and slope at `z` of the quintic with given value, slope and curvature at both ends.
+pub fn quintic_hermite(
+    (z0, [f0, slope0, curvature0]): (f64, [f64; 3]),
+    (z1, [f1, slope1, curvature1]): (f64, [f64; 3]),
+    z: f64,
+) -> (f64, f64) {
+    let h = z1 - z0;
+    let t = (z - z0) / h;
+    // Left end and its deviation from the Taylor parabola there: c3 t^3 + c4 t^4 + c5 t^5.
+    let (d0, d1) = (h * slope0, h * slope1);
+    let (k0, k1) = (0.5 * h * h * curvature0, 0.5 * h * h * curvature1);
+    let rise = f1 - f0 - d0 - k0;
+    let tilt = d1 - d0 - 2.0 * k0;
+    let bend = k1 - k0;
+    let c3 = 10.0 * rise - 4.0 * tilt + bend;
+    let c4 = -15.0 * rise + 7.0 * tilt - 2.0 * bend;
+    let c5 = 6.0 * rise - 3.0 * tilt + bend;
+    let value = f0 + t * (d0 + t * (k0 + t * (c3 + t * (c4 + t * c5))));
+    let slope = d0 + t * (2.0 * k0 + t * (3.0 * c3 + t * (4.0 * c4 + t * 5.0 * c5)));
+    (value, slope / h)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::airy_integral::airy_integral;
 
     /// Error of the look-up over max(|f|, envelope); measured worst 6.5e-9.
     const LOOK_UP_TOLERANCE: f64 = 2e-8;

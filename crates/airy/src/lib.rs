@@ -10,11 +10,15 @@ mod rainbow_ray;
 
 pub use airy::AiryBow;
 pub use airy::AiryDirection;
+pub use airy::AiryForm;
 pub use airy_integral::airy_integral;
 pub use airy_integral::airy_integral_derivative;
 pub use airy_integral::airy_integral_with_derivative;
 pub use airy_table::AiryTable;
 pub use airy_table::TableError;
+pub use airy_table::fringe_coordinate;
+pub use airy_table::from_fringe_coordinate;
+pub use airy_table::quintic_hermite;
 pub use geometric::GeometricOrder;
 pub use rainbow_ray::RainbowRay;
 pub use rainbow_ray::rainbow_ray;

@@ -1,1 +1,85 @@
 //! Air: one file for each constituent, one for each method of solution.
+//!
+//! An [`AirModel`] says what the air is made of; [`AirModel::tabulate`] turns it into the table that
+//! renderers read. Constituents: `rayleigh_nishita`, `rayleigh_bodhaine`, `ozone`, `aerosol`.
+//! Methods: `optical_length` (midpoints, Gauss-Legendre, Chapman, table), `in_scattering`,
+//! `sky`, `sun_beam`.
+//!
+//! ```
+//! use niji_atmosphere::{AirComponent, AirModel, USUAL_TOP_M, sun_transmittance};
+//! use niji_geometry::EARTH;
+//! use niji_radiometry::{Radians, WavelengthGrid};
+//!
+//! let model = AirModel {
+//!     planet: EARTH,
+//!     top_height_m: USUAL_TOP_M,
+//!     wavelengths: WavelengthGrid::new(450.0, 200.0, 2)?,
+//!     sun_scale: 1.0,
+//!     ground_albedo: 0.2,
+//!     components: vec![AirComponent::STANDARD_RAYLEIGH],
+//! };
+//! let air = model.tabulate()?;
+//! let noon = sun_transmittance(&air, 0.0, 1.0, Radians(0.0));
+//! let evening = sun_transmittance(&air, 0.0, 0.05, Radians(0.0));
+//! assert!(evening[0] / noon[0] < evening[1] / noon[1], "the low sun is red");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod aerosol;
+mod air_model;
+mod chapman;
+mod constituent;
+mod cornette_shanks;
+mod density_profile;
+mod error;
+mod eval;
+mod gauss_legendre;
+mod henyey_greenstein;
+mod in_scattering;
+mod leg;
+mod optical_length;
+mod ozone;
+mod phase_function;
+mod rayleigh_bodhaine;
+mod rayleigh_nishita;
+mod rayleigh_phase;
+mod reach_table;
+mod sky;
+mod sun_beam;
+mod sun_disc;
+mod view_ray;
+
+pub use crate::aerosol::Aerosol;
+pub use crate::aerosol::AerosolKind;
+pub use crate::aerosol::AerosolLobe;
+pub use crate::air_model::AirComponent;
+pub use crate::air_model::AirModel;
+pub use crate::air_model::USUAL_TOP_M;
+pub use crate::chapman::chapman_erfcx;
+pub use crate::constituent::Constituent;
+pub use crate::cornette_shanks::cornette_shanks;
+pub use crate::density_profile::DensityProfile;
+pub use crate::error::Error;
+pub use crate::eval::AirSample;
+pub use crate::eval::evaluate_rays;
+pub use crate::eval::view_optical_depths;
+pub use crate::henyey_greenstein::henyey_greenstein;
+pub use crate::in_scattering::AirLight;
+pub use crate::in_scattering::InScattering;
+pub use crate::in_scattering::SingleScattering;
+pub use crate::optical_length::OpticalLength;
+pub use crate::optical_length::optical_length_m;
+pub use crate::ozone::ozone;
+pub use crate::phase_function::PhaseFunction;
+pub use crate::rayleigh_bodhaine::king_factor;
+pub use crate::rayleigh_bodhaine::rayleigh_bodhaine;
+pub use crate::rayleigh_bodhaine::rayleigh_bodhaine_m1;
+pub use crate::rayleigh_nishita::rayleigh_nishita;
+pub use crate::rayleigh_nishita::rayleigh_nishita_m1;
+pub use crate::rayleigh_phase::rayleigh_phase;
+pub use crate::sun_beam::sun_irradiance_at;
+pub use crate::sun_beam::sun_transmittance;
+pub use crate::sun_disc::SUN_RADIUS;
+pub use crate::sun_disc::elevation_above_horizon;
+pub use crate::sun_disc::visible_fraction;
+pub use crate::view_ray::ViewRay;

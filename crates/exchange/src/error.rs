@@ -9,19 +9,69 @@ pub enum Error {
     /// The bytes are no sound EXR file.
     #[error("not a sound EXR file ({0}): it is truncated or damaged, make it again")]
     Damaged(String),
-    /// The header promises more pixels than the file can hold.
+    /// The header promises more than the file can hold.
     #[error(
-        "the header promises {promised_bytes} bytes of pixels in a file of {file_bytes} bytes: it is \
-         damaged, make it again"
+        "the header promises pixels that need at least {needed_bytes} bytes, found a file of \
+         {file_bytes} bytes: it is truncated or damaged, make it again"
     )]
     TooLarge {
-        /// Bytes of pixels that the header describes.
-        promised_bytes: u128,
+        /// Fewest bytes that the promised pixels can take in a file.
+        needed_bytes: u128,
         /// Length of the file.
         file_bytes: u64,
     },
+    /// More pixels than this machine can hold.
+    #[error("found no memory for {needed_bytes} bytes of pixels")]
+    Memory {
+        /// Bytes of the pixels.
+        needed_bytes: u128,
+    },
+    /// A sound EXR file of a kind that is not read here.
+    #[error("found {found}, expected {expected}")]
+    Layout {
+        /// What the file holds.
+        found: &'static str,
+        /// What is read here.
+        expected: &'static str,
+    },
+    /// Pixels or header values that are not those that were written.
+    #[error(
+        "part {part:?} does not fit its checksum: it is damaged or was edited by another program; \
+         make it again, or remove the attribute niji:checksum to accept it"
+    )]
+    Checksum {
+        /// Part of the file.
+        part: String,
+    },
+    /// A name that EXR cannot hold.
+    #[error("found {name:?} as the name of a {kind}, expected 1 to 255 bytes without a zero")]
+    Name {
+        /// `part`, `channel` or `attribute`.
+        kind: &'static str,
+        /// The name.
+        name: String,
+    },
+    /// Two of one name.
+    #[error("found two {kind}s of the name {name:?}, expected different names")]
+    Duplicate {
+        /// `part`, `channel` or `axis`.
+        kind: &'static str,
+        /// The name.
+        name: String,
+    },
+    /// A part without pixels.
+    #[error("found no pixels in part {part:?}, expected at least one")]
+    Empty {
+        /// Part of the file.
+        part: String,
+    },
+    /// Something that EXR cannot hold.
+    #[error("this cannot be written as EXR: {0}")]
+    Unwritable(String),
     /// A value that may not enter a file.
-    #[error("found {value} in part {part:?}, channel {channel:?}, pixel ({x}, {y}), expected a finite number")]
+    #[error(
+        "found {value} in part {part:?}, channel {channel:?}, pixel ({x}, {y}), expected a finite number"
+    )]
     NotFinite {
         /// Part of the file.
         part: String,
@@ -34,8 +84,26 @@ pub enum Error {
         /// What was found.
         value: f32,
     },
+    /// A value below zero where there can be none.
+    #[error(
+        "found {value} in part {part:?}, channel {channel:?}, pixel ({x}, {y}), expected none below 0"
+    )]
+    Negative {
+        /// Part of the file.
+        part: String,
+        /// Channel of the part.
+        channel: String,
+        /// Column, from 0 at the left.
+        x: usize,
+        /// Row, from 0 at the top.
+        y: usize,
+        /// What was found.
+        value: f32,
+    },
     /// An attribute is missing or has another type.
-    #[error("found no {kind} attribute {name:?} in part {part:?}: this file was not written by niji, or by another version")]
+    #[error(
+        "found no {kind} attribute {name:?} in part {part:?}: this file was not written by niji, or by another version"
+    )]
     Attribute {
         /// Part of the file.
         part: String,
@@ -44,10 +112,10 @@ pub enum Error {
         /// `text` or `number`.
         kind: &'static str,
     },
-    /// A part or a channel is missing.
+    /// A part, a channel or an axis is missing.
     #[error("found no {kind} {name:?}")]
     Missing {
-        /// `part` or `channel`.
+        /// `part`, `channel` or `axis`.
         kind: &'static str,
         /// Its name.
         name: String,
@@ -77,6 +145,26 @@ pub enum Error {
         name: String,
         /// What is wrong.
         problem: String,
+    },
+    /// An axis that leaves its range.
+    #[error("found {found} on axis {axis:?}, expected values from 0 to {max}")]
+    Range {
+        /// Name of the axis.
+        axis: String,
+        /// A value on it.
+        found: f64,
+        /// Largest value that makes sense.
+        max: f64,
+    },
+    /// An axis in another unit.
+    #[error("found axis {axis:?} in {found:?}, expected {expected:?}")]
+    Unit {
+        /// Name of the axis.
+        axis: String,
+        /// Its unit.
+        found: String,
+        /// The unit that was asked for.
+        expected: &'static str,
     },
     /// The wavelengths of a file are not equidistant or lie outside 300..1000 nm.
     #[error("wavelengths: {0}")]

@@ -10,6 +10,7 @@ use ndarray::Array3;
 use niji_radiometry::srgb_encode;
 
 use crate::error::Error;
+use crate::provenance::Provenance;
 
 /// Where the shoulder of the tone curve begins.
 const SHOULDER: f64 = 0.8;
@@ -24,30 +25,61 @@ pub fn tone_curve(value: f64) -> f64 {
     1.0 - room * (-(value - SHOULDER) / room).exp()
 }
 
-/// Writes linear Rec.709 by channel, row and column as 8-bit sRGB.
+/// Writes linear Rec.709 by channel, row and column as 8-bit sRGB, with the provenance as text.
 ///
 /// # Errors
-/// If the encoder or the writer fails.
-pub fn write_png(rgb: &Array3<f32>, exposure_ev: f64, writer: impl Write) -> Result<(), Error> {
+/// A value that is not finite, no pixels, or an encoder or writer that fails.
+pub(crate) fn write_png(
+    rgb: &Array3<f32>,
+    exposure_ev: f64,
+    provenance: &Provenance,
+    writer: impl Write,
+) -> Result<(), Error> {
+    let (_, height, width) = rgb.dim();
+    let bytes = code_values(rgb, exposure_ev)?;
+    let mut encoder = png::Encoder::new(writer, width as u32, height as u32);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
+    for (name, text) in provenance.to_text_items() {
+        encoder.add_itxt_chunk(name, text).map_err(failed)?;
+    }
+    let mut writer = encoder.write_header().map_err(failed)?;
+    writer.write_image_data(&bytes).map_err(failed)?;
+    writer.finish().map_err(failed)
+}
+
+fn code_values(rgb: &Array3<f32>, exposure_ev: f64) -> Result<Vec<u8>, Error> {
     let (_, height, width) = rgb.dim();
     let gain = exposure_ev.exp2();
     let mut bytes = Vec::with_capacity(3 * width * height);
     for y in 0..height {
         for x in 0..width {
-            for channel in 0..3 {
-                let linear = tone_curve(gain * f64::from(rgb[[channel, y, x]]));
-                bytes.push((255.0 * srgb_encode(linear)).round().clamp(0.0, 255.0) as u8);
+            for (index, channel) in ["R", "G", "B"].into_iter().enumerate() {
+                let value = rgb[[index, y, x]];
+                if !value.is_finite() {
+                    let (part, channel) = ("preview".to_owned(), channel.to_owned());
+                    return Err(Error::NotFinite {
+                        part,
+                        channel,
+                        x,
+                        y,
+                        value,
+                    });
+                }
+                let encoded = srgb_encode(tone_curve(gain * f64::from(value)));
+                bytes.push((255.0 * encoded).round().clamp(0.0, 255.0) as u8);
             }
         }
     }
-    let failed = |error: png::EncodingError| Error::Png(error.to_string());
-    let mut encoder = png::Encoder::new(writer, width as u32, height as u32);
-    encoder.set_color(png::ColorType::Rgb);
-    encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
-    let mut writer = encoder.write_header().map_err(failed)?;
-    writer.write_image_data(&bytes).map_err(failed)?;
-    writer.finish().map_err(failed)
+    Ok(bytes)
+}
+
+fn failed(error: png::EncodingError) -> Error {
+    match error {
+        png::EncodingError::IoError(error) => Error::Io(error),
+        other => Error::Png(other.to_string()),
+    }
 }
 
 #[cfg(test)]

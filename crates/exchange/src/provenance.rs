@@ -4,7 +4,6 @@
 //! counts. The request hash covers all of them: a file whose request hash still fits is up to date.
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 use std::fs::File;
 use std::io;
 use std::io::Read;
@@ -12,6 +11,11 @@ use std::path::Path;
 
 use sha2::Digest;
 use sha2::Sha256;
+
+use crate::attributes;
+use crate::checksum::hexadecimal;
+use crate::error::Error;
+use crate::exr_read;
 
 /// Name of the item that holds the tool.
 const TOOL: &str = "niji:tool";
@@ -71,6 +75,11 @@ impl Provenance {
         items
     }
 
+    /// Whether a named text is one of a provenance.
+    pub(crate) fn owns(name: &str) -> bool {
+        [TOOL, VERSION, SETTINGS, REQUEST_HASH].contains(&name) || name.starts_with(INPUT)
+    }
+
     /// Reads the provenance back from named texts; `None` where a file carries none.
     #[must_use]
     pub fn from_text_items<'a>(
@@ -93,6 +102,15 @@ impl Provenance {
     }
 }
 
+/// The provenance of an EXR file, from its header alone; `None` where it carries none.
+///
+/// # Errors
+/// If the file is missing, its header is damaged, or it is shorter than the header promises.
+pub fn read_provenance(path: &Path) -> Result<Option<Provenance>, Error> {
+    let header = exr_read::read_first_attributes(path)?;
+    Ok(Provenance::from_text_items(attributes::texts(&header)))
+}
+
 /// SHA-256 of a file's content, in hexadecimal.
 ///
 /// # Errors
@@ -108,13 +126,6 @@ pub fn content_hash(path: &Path) -> io::Result<String> {
         }
         hasher.update(&buffer[..n_bytes]);
     }
-}
-
-fn hexadecimal(bytes: &[u8]) -> String {
-    bytes.iter().fold(String::new(), |mut text, byte| {
-        let _ = write!(text, "{byte:02x}");
-        text
-    })
 }
 
 #[cfg(test)]
@@ -133,7 +144,9 @@ mod tests {
     #[test]
     fn text_items_round_trip() {
         let items = example().to_text_items();
-        let borrowed = items.iter().map(|(name, text)| (name.as_str(), text.as_str()));
+        let borrowed = items
+            .iter()
+            .map(|(name, text)| (name.as_str(), text.as_str()));
         assert_eq!(Provenance::from_text_items(borrowed), Some(example()));
         assert_eq!(Provenance::from_text_items([("owner", "somebody")]), None);
     }
@@ -142,8 +155,22 @@ mod tests {
     fn every_part_of_a_request_changes_its_hash() {
         let hash = example().request_hash();
         assert_eq!(hash.len(), 64);
-        assert_ne!(hash, Provenance { version: "0.1.1".to_owned(), ..example() }.request_hash());
-        assert_ne!(hash, Provenance { inputs: BTreeMap::new(), ..example() }.request_hash());
+        assert_ne!(
+            hash,
+            Provenance {
+                version: "0.1.1".to_owned(),
+                ..example()
+            }
+            .request_hash()
+        );
+        assert_ne!(
+            hash,
+            Provenance {
+                inputs: BTreeMap::new(),
+                ..example()
+            }
+            .request_hash()
+        );
         // Length prefixes keep neighbors apart.
         let shifted = Provenance {
             tool: "niji scatter0".to_owned(),

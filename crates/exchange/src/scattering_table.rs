@@ -7,6 +7,8 @@
 //! table is never renormalised: its integral over the sphere is what the theory says, less the part
 //! of the forward lobe that is left out.
 
+use std::f64::consts::PI;
+
 use ndarray::Array2;
 use ndarray::Array5;
 use ndarray::s;
@@ -20,17 +22,27 @@ use crate::table::Axis;
 use crate::table::Channel;
 use crate::table::TableFile;
 use crate::table::TablePart;
-use crate::wavelength_names::grid;
+use crate::wavelength_names;
 use crate::wavelength_names::parse_wavelength;
-use crate::wavelength_names::wavelength_name;
+use crate::wavelength_names::short_name;
 
 /// What the file says it holds.
 const QUANTITY: &str = "scattering";
 /// Prefixes of the channels of the two polarisations.
 const POLARIZATIONS: [&str; 2] = ["s", "p"];
+/// Columns and rows with their units.
+const AXES: [(&str, &str); 3] = [
+    ("theta", "rad"),
+    ("effective_radius", "um"),
+    ("effective_variance", "-"),
+];
 /// Said in every header, because this is where people err.
 const ANGLE_CONVENTION: &str = "scattering angle between the directions of travel before and after: \
                                 0 = forward, pi = backward; bow angle = pi - theta";
+/// pi, give or take the rounding of 180 degrees.
+const MAX_THETA_RAD: f64 = PI + 1e-12;
+/// Gamma distributions of the area exist below this.
+const MAX_EFFECTIVE_VARIANCE: f64 = 0.5;
 /// Said in every header.
 const NORM: &str = "(dsigma/dOmega) / (pi <r^2>) in 1/sr for each polarization; natural light = \
                     (s + p) / 2; p11 (mean over the sphere 1) = 4 pi (s + p) / 2 / Q_sca; never \
@@ -67,9 +79,17 @@ pub struct ScatteringTable {
 impl ScatteringTable {
     /// The table as a file: width = θ, height = effective radius × effective variance, channels
     /// `s.550nm` and `p.550nm`.
+    ///
+    /// # Panics
+    /// If the shape of the values is not that of the axes.
     #[must_use]
     pub fn to_file(&self, provenance: Provenance) -> TableFile {
         let (_, n_radii, n_variances, _, n_theta) = self.values.dim();
+        assert_eq!(
+            self.values.dim(),
+            self.shape(),
+            "values have the shape of the axes"
+        );
         let mut channels = Vec::with_capacity(2 * self.wavelengths.len());
         for (polarization, prefix) in POLARIZATIONS.into_iter().enumerate() {
             for (index, wavelength) in self.wavelengths.centers().enumerate() {
@@ -77,21 +97,39 @@ impl ScatteringTable {
                 let flat: Vec<f32> = values.iter().copied().collect();
                 let values = Array2::from_shape_vec((n_radii * n_variances, n_theta), flat)
                     .expect("rows are radii times variances");
-                let name = format!("{prefix}.{}", wavelength_name(wavelength));
+                let name = format!("{prefix}.{}", short_name(wavelength));
                 channels.push(Channel { name, values });
             }
         }
         let part = TablePart {
             name: QUANTITY.to_owned(),
-            column_axis: Axis::new("theta", "rad", self.theta_rad.clone()),
+            column_axis: axis(0, &self.theta_rad),
             row_axes: vec![
-                Axis::new("effective_radius", "um", self.effective_radius_um.clone()),
-                Axis::new("effective_variance", "-", self.effective_variance.clone()),
+                axis(1, &self.effective_radius_um),
+                axis(2, &self.effective_variance),
             ],
             channels,
             attributes: self.attributes(),
         };
-        TableFile { quantity: QUANTITY.to_owned(), parts: vec![part], provenance }
+        TableFile {
+            quantity: QUANTITY.to_owned(),
+            parts: vec![part],
+            provenance,
+        }
+    }
+
+    fn shape(&self) -> (usize, usize, usize, usize, usize) {
+        let n_rows = (
+            self.effective_radius_um.len(),
+            self.effective_variance.len(),
+        );
+        (
+            2,
+            n_rows.0,
+            n_rows.1,
+            self.wavelengths.len(),
+            self.theta_rad.len(),
+        )
     }
 
     fn attributes(&self) -> Attributes {
@@ -102,14 +140,20 @@ impl ScatteringTable {
             ("niji:orders", text(&self.orders)),
             ("niji:angleConvention", text(ANGLE_CONVENTION)),
             ("niji:norm", text(NORM)),
-            ("niji:wavelengthStepNm", number(self.wavelengths.step_nm())),
-            ("niji:sunDiscDiameterRad", number(self.sun_disc_diameter_rad)),
+            (
+                "niji:sunDiscDiameterRad",
+                number(self.sun_disc_diameter_rad),
+            ),
             ("niji:splitThetaRad", number(self.split_theta_rad)),
-            ("niji:forwardFractionLeftOut", number(self.forward_fraction_left_out)),
+            (
+                "niji:forwardFractionLeftOut",
+                number(self.forward_fraction_left_out),
+            ),
             ("niji:waterTemperatureC", number(self.temperature_c)),
         ]
         .into_iter()
         .map(|(name, value)| (name.to_owned(), value))
+        .chain(wavelength_names::describe(&self.wavelengths))
         .collect()
     }
 
@@ -121,15 +165,18 @@ impl ScatteringTable {
     pub fn from_file(file: &TableFile) -> Result<Self, Error> {
         file.expect_quantity(QUANTITY)?;
         let part = file.part(QUANTITY)?;
-        let radii = &part.row_axis("effective_radius")?.values;
-        let variances = &part.row_axis("effective_variance")?.values;
+        part.expect_axes(&AXES)?;
+        let (radii, variances) = (&part.row_axes[0].values, &part.row_axes[1].values);
+        check_range(&part.column_axis, MAX_THETA_RAD)?;
+        check_range(&part.row_axes[0], f64::INFINITY)?;
+        check_range(&part.row_axes[1], MAX_EFFECTIVE_VARIANCE)?;
         let wavelengths = wavelengths(part)?;
         let n_theta = part.column_axis.values.len();
         let shape = (2, radii.len(), variances.len(), wavelengths.len(), n_theta);
         let mut values = Array5::zeros(shape);
         for (polarization, prefix) in POLARIZATIONS.into_iter().enumerate() {
             for (index, wavelength) in wavelengths.centers().enumerate() {
-                let name = format!("{prefix}.{}", wavelength_name(wavelength));
+                let name = format!("{prefix}.{}", short_name(wavelength));
                 let channel = part.channel(&name)?;
                 check_values(&name, channel)?;
                 let target = values.slice_mut(s![polarization, .., .., index, ..]);
@@ -154,19 +201,60 @@ impl ScatteringTable {
     }
 }
 
+fn axis(index: usize, values: &[f64]) -> Axis {
+    let (name, unit) = AXES[index];
+    Axis::new(name, unit, values.to_vec())
+}
+
 fn wavelengths(part: &TablePart) -> Result<WavelengthGrid, Error> {
-    let names = part.channels.iter().filter_map(|channel| channel.name.strip_prefix("s."));
-    let wavelengths_nm = names.filter_map(parse_wavelength).map(|wavelength| wavelength.0);
-    grid(wavelengths_nm.collect(), part.number("niji:wavelengthStepNm")?)
+    let names = part
+        .channels
+        .iter()
+        .filter_map(|channel| channel.name.strip_prefix("s."));
+    let wavelengths_nm = names
+        .filter_map(parse_wavelength)
+        .map(|wavelength| wavelength.0);
+    wavelength_names::described_grid(wavelengths_nm.collect(), &part.attributes)
+}
+
+/// Ascending values are within 0 and `max` if the first and the last are.
+fn check_range(axis: &Axis, max: f64) -> Result<(), Error> {
+    let outside = [axis.values.first(), axis.values.last()]
+        .into_iter()
+        .flatten();
+    match outside.copied().find(|value| !(0.0..=max).contains(value)) {
+        None => Ok(()),
+        Some(value) => Err(Error::Range {
+            axis: axis.name.clone(),
+            found: value,
+            max,
+        }),
+    }
 }
 
 fn check_values(name: &str, values: &Array2<f32>) -> Result<(), Error> {
-    let bad = values.indexed_iter().find(|(_, value)| !(value.is_finite() && **value >= 0.0));
-    match bad {
-        None => Ok(()),
-        Some(((y, x), &value)) => {
-            let (part, channel) = (QUANTITY.to_owned(), name.to_owned());
-            Err(Error::NotFinite { part, channel, x, y, value })
-        }
+    let bad = values
+        .indexed_iter()
+        .find(|(_, value)| !(value.is_finite() && **value >= 0.0));
+    let Some(((y, x), &value)) = bad else {
+        return Ok(());
+    };
+    let (part, channel) = (QUANTITY.to_owned(), name.to_owned());
+    if value.is_finite() {
+        Err(Error::Negative {
+            part,
+            channel,
+            x,
+            y,
+            value,
+        })
+    } else {
+        Err(Error::NotFinite {
+            part,
+            channel,
+            x,
+            y,
+            value,
+        })
     }
 }

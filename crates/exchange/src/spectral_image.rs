@@ -4,7 +4,8 @@
 //! that layout and ordinary ones both find something; further parts are AOVs. The layout wants the
 //! unit `W.m^-2.sr^-1`; the truth, bin means per nanometre, stands in `niji:spectralUnit`.
 //!
-//! R, G, B are linear Rec.709 relative to a white of `white_luminance_cd_m2`.
+//! R, G, B are linear Rec.709 relative to a white of `white_luminance_cd_m2`, so that
+//!   xyz [cd/m^2] = white * M rgb;  colors outside the gamut are mixed with grey (never clipped).
 //! [FPW21] A. Fichet, R. Pacanowski, A. Wilkie, J. Computer Graphics Techniques 10(3), 1-18 (2021).
 
 use std::io::Seek;
@@ -24,19 +25,33 @@ use niji_radiometry::xyz_to_linear_rec709;
 use crate::attributes;
 use crate::attributes::AttributeValue;
 use crate::attributes::Attributes;
-use crate::container;
-use crate::container::Codec;
-use crate::container::Part;
+use crate::checksum;
 use crate::error::Error;
+use crate::exr_read;
+use crate::exr_write;
+use crate::exr_write::Codec;
+use crate::part::Part;
+use crate::part::Samples;
 use crate::preview;
 use crate::provenance::Provenance;
-use crate::wavelength_names::grid;
+use crate::wavelength_names;
+use crate::wavelength_names::long_name;
 use crate::wavelength_names::parse_wavelength;
 
 /// Name of the spectral part.
 const SPECTRAL_PART: &str = "spectral";
 /// Prefix of the channels of unpolarised emission in the layout.
 const STOKES_0: &str = "S0.";
+/// Name of the attribute with the version of the layout.
+const LAYOUT_VERSION: &str = "spectralLayoutVersion";
+/// Name of the attribute with the unit that the layout wants.
+const EMISSIVE_UNITS: &str = "emissiveUnits";
+/// Name of the attribute with the true unit.
+const SPECTRAL_UNIT: &str = "niji:spectralUnit";
+/// Name of the attribute with the white in f64; the standard one is f32.
+const WHITE: &str = "niji:whiteLuminanceCdM2";
+/// Name of the attribute with the unit of an AOV.
+const AOV_UNIT: &str = "niji:unit";
 /// The AOV with the distances that become `Z`.
 const DEPTH: &str = "depth";
 /// The AOV that becomes `A` = 1 − its mean.
@@ -51,7 +66,7 @@ pub struct Aov {
     pub name: String,
     /// Unit of its values.
     pub unit: String,
-    /// Its channels by name.
+    /// Its channels by name; in the order of their names after reading.
     pub channels: Vec<(String, Array2<f32>)>,
 }
 
@@ -66,7 +81,8 @@ pub struct SpectralImage {
     pub aovs: Vec<Aov>,
     /// Luminance of R = G = B = 1 in cd/m^2.
     pub white_luminance_cd_m2: f64,
-    /// The matrix from world to camera, by rows.
+    /// The matrix from world to camera in the convention of OpenEXR: by rows, for row vectors
+    /// (p_camera = p_world M), so that the translation stands in the last row.
     pub world_to_camera: Option<[f32; 16]>,
     /// Further attributes of part 0.
     pub attributes: Attributes,
@@ -81,19 +97,24 @@ impl SpectralImage {
         let (n_wavelengths, height, width) = self.radiance.dim();
         let colorimetry = Colorimetry::new(&self.wavelengths);
         let mut rgb = Array3::zeros((height, width, 3));
-        rgb.axis_iter_mut(Dimension(0)).into_par_iter().enumerate().for_each(|(y, mut row)| {
-            let mut spectrum = vec![0.0; n_wavelengths];
-            for x in 0..width {
-                for (index, value) in spectrum.iter_mut().enumerate() {
-                    *value = f64::from(self.radiance[[index, y, x]]);
+        rgb.axis_iter_mut(Dimension(0))
+            .into_par_iter()
+            .enumerate()
+            .for_each(|(y, mut row)| {
+                let mut spectrum = vec![0.0; n_wavelengths];
+                for x in 0..width {
+                    for (index, value) in spectrum.iter_mut().enumerate() {
+                        *value = f64::from(self.radiance[[index, y, x]]);
+                    }
+                    let xyz = colorimetry
+                        .xyz(&spectrum)
+                        .map(|value| value / self.white_luminance_cd_m2);
+                    let color = into_gamut(xyz_to_linear_rec709(xyz), policy);
+                    for (channel, value) in color.into_iter().enumerate() {
+                        row[[x, channel]] = value as f32;
+                    }
                 }
-                let xyz = colorimetry.xyz(&spectrum).map(|value| value / self.white_luminance_cd_m2);
-                let color = into_gamut(xyz_to_linear_rec709(xyz), policy);
-                for (channel, value) in color.into_iter().enumerate() {
-                    row[[x, channel]] = value as f32;
-                }
-            }
-        });
+            });
         rgb.permuted_axes([2, 0, 1])
     }
 
@@ -102,69 +123,68 @@ impl SpectralImage {
     /// # Errors
     /// A value that is not finite, an AOV of another size, or a writer that fails.
     pub fn write_spectral(&self, writer: impl Write + Seek) -> Result<(), Error> {
-        let mut channels = rgb_channels(&self.rgb(GamutPolicy::Desaturate));
-        for (index, plane) in self.radiance.axis_iter(Dimension(0)).enumerate() {
-            let wavelength_nm = self.wavelengths.center(index).0;
-            // Six decimals and a decimal comma, as the authors of the layout write them.
-            let name = format!("{STOKES_0}{wavelength_nm:.6}nm").replacen('.', "\u{0}", 1);
-            let name = name.replace('.', ",").replace('\u{0}', ".");
-            channels.push((name, plane.to_owned()));
-        }
-        let mut main = self.described(Part::new(SPECTRAL_PART, channels));
-        main.attributes.extend(self.attributes.clone());
-        let text = |text: &str| AttributeValue::Text(text.to_owned());
-        for (name, value) in [
-            ("spectralLayoutVersion", text("1.0")),
-            ("emissiveUnits", text("W.m^-2.sr^-1")),
-            ("niji:spectralUnit", text("W.m^-2.sr^-1.nm^-1, means over bins")),
-            ("niji:wavelengthStepNm", AttributeValue::Number(self.wavelengths.step_nm())),
+        self.check_aovs()?;
+        let planes = self.radiance.axis_iter(Dimension(0));
+        let named = self.wavelengths.centers().zip(planes);
+        let mut channels: Vec<(String, Samples)> = named
+            .map(|(center, plane)| (format!("{STOKES_0}{}", long_name(center)), plane.into()))
+            .collect();
+        channels.extend(rgb_channels(&self.rgb(GamutPolicy::Desaturate)));
+        let mut main = Part::new(SPECTRAL_PART, channels);
+        main.attributes = self.attributes.clone();
+        self.describe(&mut main);
+        main.attributes
+            .extend(wavelength_names::describe(&self.wavelengths));
+        for (name, text) in [
+            (LAYOUT_VERSION, "1.0"),
+            (EMISSIVE_UNITS, "W.m^-2.sr^-1"),
+            (SPECTRAL_UNIT, "W.m^-2.sr^-1.nm^-1"),
         ] {
-            main.attributes.insert(name.to_owned(), value);
+            main.attributes
+                .insert(name.to_owned(), AttributeValue::Text(text.to_owned()));
         }
         let mut parts = vec![main];
         for aov in &self.aovs {
-            let mut part = Part::new(&aov.name, aov.channels.clone());
-            part.attributes.insert("niji:unit".to_owned(), text(&aov.unit));
+            let channels = aov.channels.iter();
+            let channels = channels.map(|(name, values)| (name.clone(), values.view().into()));
+            let mut part = Part::new(&aov.name, channels.collect());
+            let unit = AttributeValue::Text(aov.unit.clone());
+            part.attributes.insert(AOV_UNIT.to_owned(), unit);
             parts.push(part);
         }
-        container::write(parts, Codec::Piz, writer)
+        exr_write::write(&parts, Codec::Piz, writer)
     }
 
-    /// Reads a spectral image with its AOVs.
+    /// Reads a spectral image with its AOVs; one by another program too, if its wavelengths are
+    /// equidistant.
     ///
     /// # Errors
-    /// A missing, truncated or damaged file, or one without a spectral part.
+    /// A missing, truncated or damaged file, one without a spectral part, or values that are not
+    /// finite.
     pub fn read_spectral(path: &Path) -> Result<Self, Error> {
-        let mut parts = container::read_parts(path)?.into_iter();
-        let missing = || Error::Missing { kind: "part", name: SPECTRAL_PART.to_owned() };
+        let mut parts = exr_read::read_parts(path)?.into_iter();
+        let missing = || Error::Missing {
+            kind: "part",
+            name: SPECTRAL_PART.to_owned(),
+        };
         let mut main = parts.next().ok_or_else(missing)?;
-        let names = main.channels.iter().filter_map(|(name, _)| {
-            let wavelength = parse_wavelength(name.strip_prefix(STOKES_0)?)?;
-            Some((wavelength.0, name.clone()))
-        });
-        let mut names: Vec<(f64, String)> = names.collect();
-        names.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let step_nm = main.number("niji:wavelengthStepNm").unwrap_or(1.0);
-        let wavelengths = grid(names.iter().map(|(nm, _)| *nm).collect(), step_nm)?;
-        let (height, width) = main.channels[0].1.dim();
-        let mut radiance = Array3::zeros((names.len(), height, width));
-        for (index, (_, name)) in names.iter().enumerate() {
-            radiance.index_axis_mut(Dimension(0), index).assign(&main.take(name)?);
-        }
+        let (wavelengths, radiance) = radiance(&mut main)?;
         let provenance = Provenance::from_text_items(attributes::texts(&main.attributes));
-        let aovs = parts.map(|part| {
-            let unit = part.text("niji:unit").unwrap_or("-").to_owned();
-            Aov { name: part.name, unit, channels: part.channels }
-        });
-        Ok(Self {
+        let white = main.white_luminance_cd_m2.map_or(1.0, f64::from);
+        let image = Self {
             wavelengths,
             radiance,
-            aovs: aovs.collect(),
-            white_luminance_cd_m2: main.white_luminance_cd_m2.unwrap_or(1.0),
+            aovs: parts.map(aov).collect(),
+            white_luminance_cd_m2: main.number(WHITE).unwrap_or(white),
             world_to_camera: main.world_to_camera,
-            attributes: main.attributes,
+            attributes: {
+                main.attributes.retain(|name, _| !describes(name));
+                main.attributes
+            },
             provenance: provenance.unwrap_or_default(),
-        })
+        };
+        image.check_aovs()?;
+        Ok(image)
     }
 
     /// Writes a plain image with R, G, B, A and Z, for programs that know no layers. A bow is added
@@ -173,44 +193,143 @@ impl SpectralImage {
     /// # Errors
     /// A value that is not finite or a writer that fails.
     pub fn write_rgb_exr(&self, writer: impl Write + Seek) -> Result<(), Error> {
+        self.check_aovs()?;
         let (_, height, width) = self.radiance.dim();
-        let mut channels = rgb_channels(&self.rgb(GamutPolicy::Desaturate));
-        let mean = |aov: &Aov| {
-            let mut sum = Array2::<f32>::zeros((height, width));
-            for (_, values) in &aov.channels {
-                sum += values;
-            }
-            sum / aov.channels.len().max(1) as f32
-        };
         let find = |name| self.aovs.iter().find(|aov: &&Aov| aov.name == name);
-        let alpha = find(TRANSMITTANCE)
-            .map_or_else(|| Array2::zeros((height, width)), |aov| mean(aov).mapv(|t| 1.0 - t));
+        let alpha = find(TRANSMITTANCE).map_or_else(
+            || Array2::zeros((height, width)),
+            |aov| aov.mean().mapv(|t| 1.0 - t),
+        );
         let depth = find(DEPTH)
-            .map_or_else(|| Array2::from_elem((height, width), NO_DEPTH_M), mean)
+            .map_or_else(|| Array2::from_elem((height, width), NO_DEPTH_M), Aov::mean)
             .mapv(|z| if z > 0.0 { z } else { NO_DEPTH_M });
-        channels.push(("A".to_owned(), alpha));
-        channels.push(("Z".to_owned(), depth));
-        let part = self.described(Part::new("rgb", channels));
-        container::write(vec![part], Codec::Piz, writer)
+        let mut channels = rgb_channels(&self.rgb(GamutPolicy::Desaturate));
+        channels.push(("A".to_owned(), alpha.into()));
+        channels.push(("Z".to_owned(), depth.into()));
+        let mut part = Part::new("rgb", channels);
+        self.describe(&mut part);
+        exr_write::write(&[part], Codec::Piz, writer)
     }
 
     /// Writes a preview for people: 8-bit sRGB, see [`crate::tone_curve`].
     ///
     /// # Errors
-    /// A writer that fails.
+    /// A value that is not finite or a writer that fails.
     pub fn write_png(&self, writer: impl Write, exposure_ev: f64) -> Result<(), Error> {
-        preview::write_png(&self.rgb(GamutPolicy::Desaturate), exposure_ev, writer)
+        let rgb = self.rgb(GamutPolicy::Desaturate);
+        preview::write_png(&rgb, exposure_ev, &self.provenance, writer)
     }
 
-    fn described(&self, mut part: Part) -> Part {
-        part.white_luminance_cd_m2 = Some(self.white_luminance_cd_m2);
+    fn describe(&self, part: &mut Part) {
+        // f32: what the standard attribute holds; the exact number stands beside it.
+        part.white_luminance_cd_m2 = Some(self.white_luminance_cd_m2 as f32);
         part.world_to_camera = self.world_to_camera;
+        let white = AttributeValue::Number(self.white_luminance_cd_m2);
+        part.attributes.insert(WHITE.to_owned(), white);
         attributes::insert_texts(&mut part.attributes, self.provenance.to_text_items());
-        part
+    }
+
+    fn check_aovs(&self) -> Result<(), Error> {
+        let (n_planes, height, width) = self.radiance.dim();
+        if n_planes != self.wavelengths.len() {
+            let (what, expected) = ("planes of radiance".to_owned(), self.wavelengths.len());
+            return Err(Error::Shape {
+                what,
+                found: n_planes,
+                expected,
+            });
+        }
+        for aov in &self.aovs {
+            for (name, values) in &aov.channels {
+                if values.dim() != (height, width) {
+                    let what = format!("pixels in channel {name:?} of part {:?}", aov.name);
+                    let (found, expected) = (values.len(), height * width);
+                    return Err(Error::Shape {
+                        what,
+                        found,
+                        expected,
+                    });
+                }
+            }
+        }
+        Ok(())
     }
 }
 
-fn rgb_channels(rgb: &Array3<f32>) -> Vec<(String, Array2<f32>)> {
+impl Aov {
+    /// Mean of the channels.
+    fn mean(&self) -> Array2<f32> {
+        let size = self
+            .channels
+            .first()
+            .map_or((0, 0), |(_, values)| values.dim());
+        let mut sum = Array2::<f32>::zeros(size);
+        for (_, values) in &self.channels {
+            sum += values;
+        }
+        sum / self.channels.len().max(1) as f32
+    }
+}
+
+fn rgb_channels(rgb: &Array3<f32>) -> Vec<(String, Samples<'static>)> {
     let names = ["R", "G", "B"].into_iter().map(str::to_owned);
-    names.zip(rgb.axis_iter(Dimension(0)).map(|plane| plane.to_owned())).collect()
+    names
+        .zip(
+            rgb.axis_iter(Dimension(0))
+                .map(|plane| plane.to_owned().into()),
+        )
+        .collect()
+}
+
+/// Takes the spectral channels out of part 0.
+fn radiance(main: &mut Part) -> Result<(WavelengthGrid, Array3<f32>), Error> {
+    let names = main.channels.iter().filter_map(|(name, _)| {
+        let wavelength = parse_wavelength(name.strip_prefix(STOKES_0)?)?;
+        Some((wavelength.0, name.clone()))
+    });
+    let mut names: Vec<(f64, String)> = names.collect();
+    if names.is_empty() {
+        let name = format!("{STOKES_0}WAVELENGTHnm");
+        return Err(Error::Missing {
+            kind: "channel",
+            name,
+        });
+    }
+    // By number: as text, 1000 comes before 380.
+    names.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let wavelengths_nm = names.iter().map(|(nm, _)| *nm).collect();
+    let wavelengths = wavelength_names::described_grid(wavelengths_nm, &main.attributes)?;
+    let (height, width) = main.size();
+    let mut radiance = Array3::zeros((names.len(), height, width));
+    for (index, (_, name)) in names.iter().enumerate() {
+        radiance
+            .index_axis_mut(Dimension(0), index)
+            .assign(&main.take(name)?);
+    }
+    Ok((wavelengths, radiance))
+}
+
+fn aov(part: Part) -> Aov {
+    let unit = part.text(AOV_UNIT).unwrap_or("-").to_owned();
+    let channels = part.channels.into_iter();
+    let channels = channels.map(|(name, values)| (name, values.into_owned()));
+    Aov {
+        name: part.name,
+        unit,
+        channels: channels.collect(),
+    }
+}
+
+/// Whether an attribute is one that every spectral image has.
+fn describes(name: &str) -> bool {
+    let own = [
+        LAYOUT_VERSION,
+        EMISSIVE_UNITS,
+        SPECTRAL_UNIT,
+        WHITE,
+        checksum::NAME,
+    ];
+    own.contains(&name)
+        || [wavelength_names::FIRST, wavelength_names::STEP].contains(&name)
+        || Provenance::owns(name)
 }

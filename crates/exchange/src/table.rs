@@ -16,10 +16,12 @@ use ndarray::Array2;
 use crate::attributes;
 use crate::attributes::AttributeValue;
 use crate::attributes::Attributes;
-use crate::container;
-use crate::container::Codec;
-use crate::container::Part;
+use crate::checksum;
 use crate::error::Error;
+use crate::exr_read;
+use crate::exr_write;
+use crate::exr_write::Codec;
+use crate::part::Part;
 use crate::provenance::Provenance;
 
 /// Name of the attribute that says what a table holds.
@@ -28,6 +30,10 @@ const QUANTITY: &str = "niji:quantity";
 const COLUMNS: &str = "niji:columns";
 /// Name of the attribute that names the row axes.
 const ROWS: &str = "niji:rows";
+/// Start of the names of the attributes that hold the values of an axis.
+const AXIS: &str = "niji:axis.";
+/// Start of the names of the attributes that hold the unit of an axis.
+const UNIT: &str = "niji:unit.";
 
 /// An axis of a table.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,7 +64,7 @@ pub struct TablePart {
     pub column_axis: Axis,
     /// Axes flattened into the height, the last one fastest; none for a single row.
     pub row_axes: Vec<Axis>,
-    /// The values.
+    /// The values; in the order of their names after reading.
     pub channels: Vec<Channel>,
     /// Everything else in the header.
     pub attributes: Attributes,
@@ -79,20 +85,29 @@ impl Axis {
     /// An axis.
     #[must_use]
     pub fn new(name: &str, unit: &str, values: Vec<f64>) -> Self {
-        Self { name: name.to_owned(), unit: unit.to_owned(), values }
+        Self {
+            name: name.to_owned(),
+            unit: unit.to_owned(),
+            values,
+        }
     }
 
     fn check(&self) -> Result<(), Error> {
-        let problem = if self.values.is_empty() {
+        let problem = if self.name.is_empty() || self.name.contains(',') {
+            "found a name that is empty or holds a comma".to_owned()
+        } else if self.values.is_empty() {
             "found no values".to_owned()
         } else if let Some(value) = self.values.iter().find(|value| !value.is_finite()) {
             format!("found {value}")
-        } else if let Some(pair) = self.values.windows(2).find(|pair| pair[1] <= pair[0]) {
-            format!("found {} after {}", pair[1], pair[0])
+        } else if let Some(at) = self.values.windows(2).position(|pair| pair[1] <= pair[0]) {
+            format!("found {} after {}", self.values[at + 1], self.values[at])
         } else {
             return Ok(());
         };
-        Err(Error::Axis { name: self.name.clone(), problem })
+        Err(Error::Axis {
+            name: self.name.clone(),
+            problem,
+        })
     }
 }
 
@@ -103,7 +118,10 @@ impl TablePart {
     /// If the table has no such channel.
     pub fn channel(&self, name: &str) -> Result<&Array2<f32>, Error> {
         let channel = self.channels.iter().find(|channel| channel.name == name);
-        let missing = || Error::Missing { kind: "channel", name: name.to_owned() };
+        let missing = || Error::Missing {
+            kind: "channel",
+            name: name.to_owned(),
+        };
         channel.map(|channel| &channel.values).ok_or_else(missing)
     }
 
@@ -129,34 +147,105 @@ impl TablePart {
         }
     }
 
-    /// The values of the row axis `name`.
+    /// The row axis `name`.
     ///
     /// # Errors
     /// If the table has no such axis.
     pub fn row_axis(&self, name: &str) -> Result<&Axis, Error> {
-        let missing = || Error::Missing { kind: "axis", name: name.to_owned() };
-        self.row_axes.iter().find(|axis| axis.name == name).ok_or_else(missing)
+        let missing = || Error::Missing {
+            kind: "axis",
+            name: name.to_owned(),
+        };
+        self.row_axes
+            .iter()
+            .find(|axis| axis.name == name)
+            .ok_or_else(missing)
+    }
+
+    /// Refuses a table whose axes are others than these, given as name and unit: the column axis
+    /// first, then the row axes from the slowest to the fastest.
+    ///
+    /// # Errors
+    /// If an axis is missing, stands elsewhere, is in another unit, or is one too many.
+    pub fn expect_axes(&self, expected: &[(&'static str, &'static str)]) -> Result<(), Error> {
+        let axes: Vec<&Axis> = [&self.column_axis]
+            .into_iter()
+            .chain(&self.row_axes)
+            .collect();
+        for (index, &(name, unit)) in expected.iter().enumerate() {
+            let axis = axes.get(index).filter(|axis| axis.name == name);
+            let missing = || Error::Missing {
+                kind: "axis",
+                name: name.to_owned(),
+            };
+            let axis = axis.ok_or_else(missing)?;
+            if axis.unit != unit {
+                let (axis, found) = (name.to_owned(), axis.unit.clone());
+                return Err(Error::Unit {
+                    axis,
+                    found,
+                    expected: unit,
+                });
+            }
+        }
+        if axes.len() == expected.len() {
+            return Ok(());
+        }
+        let what = format!("axes in part {:?}", self.name);
+        Err(Error::Shape {
+            what,
+            found: axes.len(),
+            expected: expected.len(),
+        })
     }
 
     fn no_attribute(&self, name: &str, kind: &'static str) -> Error {
-        Error::Attribute { part: self.name.clone(), name: name.to_owned(), kind }
+        Error::Attribute {
+            part: self.name.clone(),
+            name: name.to_owned(),
+            kind,
+        }
     }
 
     fn check(&self) -> Result<(), Error> {
-        self.column_axis.check()?;
-        for axis in &self.row_axes {
+        let axes: Vec<&Axis> = self.row_axes.iter().chain([&self.column_axis]).collect();
+        for (index, axis) in axes.iter().enumerate() {
             axis.check()?;
+            if axes[..index]
+                .iter()
+                .any(|earlier| earlier.name == axis.name)
+            {
+                return Err(Error::Duplicate {
+                    kind: "axis",
+                    name: axis.name.clone(),
+                });
+            }
         }
-        let n_rows = self.row_axes.iter().map(|axis| axis.values.len()).product();
+        // A header may name axes whose product is beyond any number.
+        let lengths = self.row_axes.iter().map(|axis| axis.values.len());
+        let n_rows = lengths.fold(1, usize::saturating_mul);
         for channel in &self.channels {
             let (found_rows, found_columns) = channel.values.dim();
-            let what = |kind| format!("{kind} in channel {:?} of part {:?}", channel.name, self.name);
+            let what = |kind| {
+                format!(
+                    "{kind} in channel {:?} of part {:?}",
+                    channel.name, self.name
+                )
+            };
             if found_rows != n_rows {
-                return Err(Error::Shape { what: what("rows"), found: found_rows, expected: n_rows });
+                return Err(Error::Shape {
+                    what: what("rows"),
+                    found: found_rows,
+                    expected: n_rows,
+                });
             }
             let expected = self.column_axis.values.len();
             if found_columns != expected {
-                return Err(Error::Shape { what: what("columns"), found: found_columns, expected });
+                return Err(Error::Shape {
+                    what: what("columns"),
+                    found: found_columns,
+                    expected,
+                });
             }
         }
         Ok(())
@@ -173,27 +262,33 @@ impl TableFile {
         let mut parts = Vec::with_capacity(self.parts.len());
         for table in &self.parts {
             table.check()?;
-            let channels = table.channels.iter();
-            let channels = channels.map(|c| (c.name.clone(), c.values.clone())).collect();
-            let mut part = Part::new(&table.name, channels);
+            let channels = table
+                .channels
+                .iter()
+                .map(|c| (c.name.clone(), c.values.view().into()));
+            let mut part = Part::new(&table.name, channels.collect());
             part.attributes = table.attributes.clone();
             self.describe(table, &mut part.attributes);
             parts.push(part);
         }
-        container::write(parts, Codec::None, writer)
+        exr_write::write(&parts, Codec::None, writer)
     }
 
     fn describe(&self, table: &TablePart, header: &mut Attributes) {
         let mut texts = self.provenance.to_text_items();
-        let rows: Vec<&str> = table.row_axes.iter().map(|axis| axis.name.as_str()).collect();
+        let rows: Vec<&str> = table
+            .row_axes
+            .iter()
+            .map(|axis| axis.name.as_str())
+            .collect();
         texts.push((QUANTITY.to_owned(), self.quantity.clone()));
         texts.push((COLUMNS.to_owned(), table.column_axis.name.clone()));
         texts.push((ROWS.to_owned(), rows.join(",")));
         for axis in table.row_axes.iter().chain([&table.column_axis]) {
             // The shortest decimal that reads back as the same number.
             let values: Vec<String> = axis.values.iter().map(f64::to_string).collect();
-            texts.push((format!("niji:axis.{}", axis.name), values.join(",")));
-            texts.push((format!("niji:unit.{}", axis.name), axis.unit.clone()));
+            texts.push((format!("{AXIS}{}", axis.name), values.join(",")));
+            texts.push((format!("{UNIT}{}", axis.name), axis.unit.clone()));
         }
         attributes::insert_texts(header, texts);
     }
@@ -201,18 +296,31 @@ impl TableFile {
     /// Reads a file of tables.
     ///
     /// # Errors
-    /// A missing, truncated or damaged file, one that holds no tables of ours, or one whose axes and
-    /// sizes disagree.
+    /// A missing, truncated or damaged file, one that holds no tables of ours, one whose axes and
+    /// sizes disagree, or one with values that are not finite.
     pub fn read(path: &Path) -> Result<Self, Error> {
-        let parts = container::read_parts(path)?;
+        Self::from_parts(exr_read::read_parts(path)?)
+    }
+
+    fn from_parts(parts: Vec<Part>) -> Result<Self, Error> {
         let Some(first) = parts.first() else {
-            return Err(Error::Missing { kind: "part", name: "table".to_owned() });
+            return Err(Error::Missing {
+                kind: "part",
+                name: "table".to_owned(),
+            });
         };
         let quantity = first.text(QUANTITY)?.to_owned();
         let provenance =
             Provenance::from_text_items(attributes::texts(&first.attributes)).unwrap_or_default();
-        let parts = parts.into_iter().map(table_part).collect::<Result<_, _>>()?;
-        Ok(Self { quantity, parts, provenance })
+        let parts = parts
+            .into_iter()
+            .map(table_part)
+            .collect::<Result<_, _>>()?;
+        Ok(Self {
+            quantity,
+            parts,
+            provenance,
+        })
     }
 
     /// Refuses a file that holds something else.
@@ -223,7 +331,10 @@ impl TableFile {
         if self.quantity == expected {
             return Ok(());
         }
-        Err(Error::Quantity { found: self.quantity.clone(), expected })
+        Err(Error::Quantity {
+            found: self.quantity.clone(),
+            expected,
+        })
     }
 
     /// A part by its name.
@@ -231,16 +342,29 @@ impl TableFile {
     /// # Errors
     /// If the file has no such part.
     pub fn part(&self, name: &str) -> Result<&TablePart, Error> {
-        let missing = || Error::Missing { kind: "part", name: name.to_owned() };
-        self.parts.iter().find(|part| part.name == name).ok_or_else(missing)
+        let missing = || Error::Missing {
+            kind: "part",
+            name: name.to_owned(),
+        };
+        self.parts
+            .iter()
+            .find(|part| part.name == name)
+            .ok_or_else(missing)
     }
 }
 
-fn table_part(part: Part) -> Result<TablePart, Error> {
+fn table_part(mut part: Part) -> Result<TablePart, Error> {
     let column_axis = axis(&part, part.text(COLUMNS)?)?;
     let names = part.text(ROWS)?.split(',').filter(|name| !name.is_empty());
-    let row_axes = names.map(|name| axis(&part, name)).collect::<Result<_, _>>()?;
-    let channels = part.channels.into_iter().map(|(name, values)| Channel { name, values });
+    let row_axes = names
+        .map(|name| axis(&part, name))
+        .collect::<Result<_, _>>()?;
+    part.attributes.retain(|name, _| !describes(name));
+    let channels = part.channels.into_iter();
+    let channels = channels.map(|(name, values)| Channel {
+        name,
+        values: values.into_owned(),
+    });
     let table = TablePart {
         name: part.name,
         column_axis,
@@ -252,14 +376,29 @@ fn table_part(part: Part) -> Result<TablePart, Error> {
     Ok(table)
 }
 
+/// Whether an attribute is one that every table has.
+fn describes(name: &str) -> bool {
+    [QUANTITY, COLUMNS, ROWS, checksum::NAME].contains(&name)
+        || name.starts_with(AXIS)
+        || name.starts_with(UNIT)
+        || Provenance::owns(name)
+}
+
 fn axis(part: &Part, name: &str) -> Result<Axis, Error> {
-    let text = part.text(&format!("niji:axis.{name}"))?;
-    let unit = part.text(&format!("niji:unit.{name}"))?.to_owned();
+    let text = part.text(&format!("{AXIS}{name}"))?;
+    let unit = part.text(&format!("{UNIT}{name}"))?.to_owned();
     let values = text.split(',').map(|entry| {
         entry.parse::<f64>().map_err(|_| {
             let problem = format!("found {entry:?}");
-            Error::Axis { name: name.to_owned(), problem }
+            Error::Axis {
+                name: name.to_owned(),
+                problem,
+            }
         })
     });
-    Ok(Axis { name: name.to_owned(), unit, values: values.collect::<Result<_, _>>()? })
+    Ok(Axis {
+        name: name.to_owned(),
+        unit,
+        values: values.collect::<Result<_, _>>()?,
+    })
 }

@@ -37,7 +37,10 @@ use niji_render::render;
 
 fn main() {
     // A filter on the command line asks for single times.
-    if std::env::args().skip(1).all(|argument| argument.starts_with("--")) {
+    if std::env::args()
+        .skip(1)
+        .all(|argument| argument.starts_with("--"))
+    {
         print_errors();
     }
     divan::main();

@@ -12,8 +12,8 @@ use niji_geometry::Ray;
 use crate::air::Air;
 use crate::air::Lengths;
 use crate::air::MAX_CONSTITUENTS;
+use crate::deposits::Deposits;
 use crate::gauss_nodes::AirRay;
-use crate::piece_rule::Deposits;
 
 /// Change of the air's optical depth over a slab at the wavelength where it is largest.
 const SLAB_DEPTH: f64 = 0.25;

@@ -17,7 +17,7 @@ use niji_geometry::Ray;
 
 use crate::error::Error;
 use crate::levels::SunPath;
-use crate::piece_rule::EXTINCTION_PER_M2;
+use crate::piece::EXTINCTION_PER_M2;
 use crate::sun_sweep::SunSweep;
 
 /// More steps than this from a node to the sun are a mistake in the step's length.

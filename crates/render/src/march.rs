@@ -9,14 +9,14 @@ use niji_dropfield::Sample;
 use niji_dropfield::Segment;
 use niji_geometry::Ray;
 
+use crate::deposits::Deposits;
 use crate::exponential::transmittance;
 use crate::lane_cubic::LaneCubic;
 use crate::lane_cubic::SAMPLE_POSITIONS;
 use crate::levels::Integration;
-use crate::piece_rule::Deposits;
-use crate::piece_rule::EXTINCTION_PER_M2;
+use crate::piece::EXTINCTION_PER_M2;
+use crate::piece::Piece;
 use crate::piece_rule::OPAQUE;
-use crate::piece_rule::Piece;
 use crate::piece_rule::PieceRule;
 use crate::size_axes::SizeAxes;
 
@@ -254,11 +254,7 @@ fn cells<F: FnMut(&mut Deposits)>(mode: &Bricks, progress: &mut Progress<F>) {
             }
             let modes = [LaneCubic::through(samples)];
             if progress
-                .piece(&Piece {
-                    start_m,
-                    length_m,
-                    modes: &modes,
-                })
+                .piece(&Piece::new(start_m, length_m, &modes))
                 .is_break()
             {
                 return;
@@ -311,11 +307,7 @@ fn merged_cells<F: FnMut(&mut Deposits)>(modes: &[Bricks], progress: &mut Progre
             })));
         }
         if progress
-            .piece(&Piece {
-                start_m,
-                length_m,
-                modes: &cubics,
-            })
+            .piece(&Piece::new(start_m, length_m, &cubics))
             .is_break()
         {
             return;

@@ -18,44 +18,14 @@ use crate::air_glow::GlowNodes;
 use crate::air_glow::GlowRange;
 use crate::air_slabs::AirSlabs;
 use crate::air_slabs::DimmedBy;
+use crate::deposits::Deposits;
 use crate::march::March;
 use crate::march::Walk;
-use crate::piece_rule::Deposits;
 use crate::scattering_angle::scattering_angle_rad;
 use crate::scattering_rows::AngleStencil;
 use crate::scattering_rows::ScatteringRows;
 use crate::size_axes::SizeAxes;
 use crate::surround::skylit_radiance;
-
-/// What all rays of a picture share.
-pub(crate) struct Frame<'a> {
-    /// Direction towards the sun.
-    pub(crate) sun_direction: glam::DVec3,
-    /// E_sun [W m^-2 nm^-1].
-    pub(crate) irradiance: Vec<f32>,
-    /// The drops' box.
-    pub(crate) bounds: Option<Aabb>,
-    /// The way through the drops.
-    pub(crate) march: March<'a>,
-    /// How drops scatter; `None` where no bow is wanted.
-    pub(crate) rows: Option<ScatteringRows>,
-    /// Between secondary and primary bow.
-    pub(crate) split_theta_rad: f64,
-    /// Which side of the split is wanted: below, above.
-    pub(crate) bows: (bool, bool),
-    /// Whether what lies behind drops is dimmed.
-    pub(crate) drops_dim: bool,
-    /// The air, where any of its effects is on.
-    pub(crate) air: Option<Air<'a>>,
-    /// Air in front of and above the drops.
-    pub(crate) dimmed_by: DimmedBy,
-    /// Whether the air in front, and what lies beyond, send light.
-    pub(crate) glows: (bool, bool),
-    /// Nodes of the air's light.
-    pub(crate) glow: AirGlow,
-    /// Mean of the surroundings for unit irradiance [1/sr], where it lights the drops.
-    pub(crate) surround: Option<Vec<f32>>,
-}
 
 /// Spectra and figures of a ray, and room to work in.
 #[derive(Clone, Debug)]
@@ -66,6 +36,8 @@ pub(crate) struct RayLight {
     pub(crate) inscatter: Vec<f32>,
     /// What shines behind, dimmed, and the light of the surroundings from the drops.
     pub(crate) background: Vec<f32>,
+    /// Whether there is any light of the air in front or from behind.
+    pub(crate) glows: bool,
     /// Whether the ray looks at the primary side of the split.
     pub(crate) is_primary: bool,
     /// exp(-tau) of the drops, without diffraction.
@@ -95,6 +67,7 @@ impl RayLight {
             bow: dark.clone(),
             inscatter: dark.clone(),
             background: dark.clone(),
+            glows: false,
             is_primary: false,
             transmittance: 1.0,
             light: 0.0,
@@ -113,8 +86,12 @@ impl RayLight {
 
     fn clear(&mut self) {
         self.bow.fill(0.0);
-        self.inscatter.fill(0.0);
-        self.background.fill(0.0);
+        // Without a glow these two stay dark.
+        if self.glows {
+            self.inscatter.fill(0.0);
+            self.background.fill(0.0);
+            self.glows = false;
+        }
         self.slab_ends_m.clear();
         self.nodes.probes.clear();
         self.transmittance = 1.0;
@@ -243,6 +220,7 @@ impl Frame<'_> {
     }
 
     fn add_glow(&self, air: &Air, ray: &Ray, theta_rad: f64, out: &mut RayLight) {
+        out.glows = true;
         let RayLight {
             nodes,
             glow,
@@ -265,6 +243,7 @@ impl Frame<'_> {
         (enter_m, leave_m): (f64, f64),
         out: &mut RayLight,
     ) {
+        out.glows = true;
         out.transmitted.fill(1.0);
         if let (Some(air), true) = (&self.air, self.dimmed_by.view) {
             let middle_m = if out.light > 0.0 {

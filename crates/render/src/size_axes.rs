@@ -29,7 +29,12 @@ pub(crate) struct SizeAxes {
     /// Lower node at equal steps of ln r_e, so that a search takes a step or two.
     guide: Vec<u32>,
     guide_per_ln: f32,
+    /// Whether the nodes of the radius axis stand at equal ratios.
+    even: bool,
 }
+
+/// Part of a step that a node of an evenly divided axis may be off; f32 rounding alone makes 1e-4.
+const EVEN_WITHIN: f32 = 2e-3;
 
 /// Guide entries for each node of the radius axis.
 const GUIDE_DENSITY: usize = 4;
@@ -56,8 +61,25 @@ impl SizeAxes {
                     .min(ln_radius.len().saturating_sub(2)) as u32
             })
             .collect();
-        let per_step = ln_radius.windows(2).map(|step| 1.0 / (step[1] - step[0])).collect();
-        Self { ln_radius, per_step, variance, guide, guide_per_ln }
+        let step = (last - first) / (ln_radius.len().max(2) - 1) as f32;
+        let off = |(index, ln): (usize, &f32)| (ln - first - index as f32 * step).abs();
+        let even = ln_radius
+            .iter()
+            .enumerate()
+            .map(off)
+            .all(|off| off < EVEN_WITHIN * step);
+        let per_step = ln_radius
+            .windows(2)
+            .map(|ends| 1.0 / if even { step } else { ends[1] - ends[0] })
+            .collect();
+        Self {
+            ln_radius,
+            per_step,
+            variance,
+            guide,
+            guide_per_ln,
+            even,
+        }
     }
 
     /// Number of bins, radius by variance.
@@ -110,6 +132,12 @@ impl SizeAxes {
     fn radius_place(&self, radius_um: f32) -> (usize, f32) {
         let nodes = &self.ln_radius;
         let ln = radius_um.ln();
+        if self.even {
+            // Nodes at equal ratios, the usual axis: no search. A NaN (no drops) converts to 0.
+            let place = (ln - nodes[0]) * self.per_step[0];
+            let index = (place as usize).min(nodes.len() - 2);
+            return (index, unit_fraction(place - index as f32));
+        }
         // A NaN (no drops) converts to 0.
         let step = ((ln - nodes[0]) * self.guide_per_ln) as usize;
         let mut index = self.guide[step.min(self.guide.len() - 1)] as usize;
@@ -127,13 +155,20 @@ fn linear_place(nodes: &[f32], value: f32) -> (usize, f32) {
     while index + 2 < nodes.len() && value >= nodes[index + 1] {
         index += 1;
     }
-    (index, unit_fraction((value - nodes[index]) / (nodes[index + 1] - nodes[index])))
+    (
+        index,
+        unit_fraction((value - nodes[index]) / (nodes[index + 1] - nodes[index])),
+    )
 }
 
 /// A fraction held in 0..=1; 0 for NaN.
 #[inline]
 fn unit_fraction(fraction: f32) -> f32 {
-    if fraction > 0.0 { fraction.min(1.0) } else { 0.0 }
+    if fraction > 0.0 {
+        fraction.min(1.0)
+    } else {
+        0.0
+    }
 }
 
 /// Light by size bin, W_b.

@@ -20,8 +20,8 @@ const VALUE_SR1: f64 = 0.05;
 fn slab(n: u32) -> GridBox {
     let voxel_m = 8.0 / f64::from(n);
     GridBox {
-        min: DVec3::new(-1.0, -8.0, -28.0),
-        max: DVec3::new(1.0, 40.0, -20.0),
+        min: DVec3::new(-1.0, -2.0, -28.0),
+        max: DVec3::new(1.0, 8.0, -20.0),
         voxel_m,
     }
 }
@@ -103,11 +103,13 @@ fn extinction_on_both_paths_has_the_slabs_closed_form() {
     let (elevation_deg, n) = (30.0_f64, 64);
     let sun = sun_in_the_south(elevation_deg);
     let both = 1.0 + 1.0 / elevation_deg.to_radians().cos();
-    for (depth, tolerance) in [(0.01, 1e-5), (1.0, 2e-4), (12.0, 3e-2)] {
+    // Linear interpolation of the sun's depth between nodes; the march adds its steps' errors at the
+    // faces, where the density rises over a voxel.
+    for (depth, of_sweep, of_march) in [(0.01, 1e-6, 3e-5), (1.0, 2e-4, 3e-3), (12.0, 3e-2, 4e-2)] {
         let volume = bricks(&slab(n), |_| depth / 8.0);
-        for sun_path in [
-            SunPath::Volume { voxel_m: 0.125 },
-            SunPath::March { step_m: 0.05 },
+        for (sun_path, tolerance) in [
+            (SunPath::Volume { voxel_m: 0.125 }, of_sweep),
+            (SunPath::March { step_m: 0.1 }, of_march),
         ] {
             let drops = LitDrops::new(vec![volume.clone()], sun, sun_path).unwrap();
             for (model, q) in [

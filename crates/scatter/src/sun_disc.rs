@@ -90,7 +90,7 @@ pub(crate) fn disc_row(grid: &FineGrid, theta_rad: f64, radius_rad: f64) -> Aver
 }
 
 /// w(θ, θ') = 2 ψ sin θ'.
-fn kernel(theta_rad: f64, angle_rad: f64, radius_rad: f64) -> f64 {
+pub(crate) fn kernel(theta_rad: f64, angle_rad: f64, radius_rad: f64) -> f64 {
     if !(0.0..=PI).contains(&angle_rad) {
         return 0.0;
     }

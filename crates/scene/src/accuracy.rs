@@ -43,7 +43,7 @@ impl Preset {
     pub fn levels(self, voxel_m: f64) -> Levels {
         let standard = Levels {
             theory: Theory::Airy,
-            table_relative_error: 2e-3,
+            table_relative_error: 5e-3,
             integration: Integration::CellExact,
             interpolation: Interpolation::Moments,
             drop_extinction: DropExtinctionModel::WithoutDiffraction,
@@ -66,7 +66,7 @@ impl Preset {
             },
             Self::Standard => standard,
             Self::Reference => Levels {
-                table_relative_error: 2e-4,
+                table_relative_error: 5e-4,
                 integration: Integration::Adaptive {
                     relative_error: 1e-6,
                 },
@@ -112,6 +112,22 @@ pub struct Levels {
 }
 
 impl Levels {
+    /// Every decision with its level in words, as `("sun_path", "volume voxel_m=2")`: the names by
+    /// which measurements are kept.
+    pub fn named(&self) -> Vec<(String, String)> {
+        let serde_json::Value::Object(levels) =
+            serde_json::to_value(self).unwrap_or(serde_json::Value::Null)
+        else {
+            return Vec::new();
+        };
+        let mut named: Vec<_> = levels
+            .iter()
+            .map(|(key, level)| (key.clone(), in_words(level)))
+            .collect();
+        named.sort();
+        named
+    }
+
     /// The levels of the ray integral.
     pub fn render_levels(&self) -> RenderLevels {
         RenderLevels {
@@ -121,6 +137,27 @@ impl Levels {
             sky_model: self.sky,
             pixel_footprint: self.pixel_footprint,
         }
+    }
+}
+
+/// `"center"` as `center`, `{"grid": {"n": 4}}` as `grid n=4`.
+fn in_words(level: &serde_json::Value) -> String {
+    match level {
+        serde_json::Value::String(name) => name.clone(),
+        serde_json::Value::Object(variant) => {
+            let settings = |value: &serde_json::Value| match value {
+                serde_json::Value::Object(settings) => settings
+                    .iter()
+                    .map(|(key, value)| format!(" {key}={value}"))
+                    .collect(),
+                _ => format!(" {value}"),
+            };
+            let words = variant
+                .iter()
+                .map(|(name, value)| format!("{name}{}", settings(value)));
+            words.collect::<Vec<_>>().join(" ")
+        }
+        other => other.to_string(),
     }
 }
 

@@ -52,6 +52,7 @@ pub(crate) fn scene(scene: &Scene, lines: &BTreeMap<String, usize>) -> Result<()
         (-40.0, 40.0),
     )?;
     accuracy(&scene.accuracy, &check)?;
+    air(scene, &check)?;
     effects(scene, &check)
 }
 
@@ -265,17 +266,44 @@ fn effects(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {
             return Err(check.out_of_range(&key, "\"off\"".to_string(), expected));
         }
     }
-    let Some(air) = &scene.air else { return Ok(()) };
+    Ok(())
+}
+
+fn air(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {
+    let Some(air) = &scene.air else {
+        return Ok(());
+    };
+    let key = "air.constituents";
     if air.constituents.is_empty() {
         let expected = "at least one constituent, or no [air] section for a vacuum";
-        return Err(check.out_of_range("air.constituents", "empty".to_string(), expected));
+        return Err(check.out_of_range(key, "empty".to_string(), expected));
     }
     let mut sorted = air.constituents.clone();
     sorted.sort_unstable();
     sorted.dedup();
-    if sorted.len() == air.constituents.len() {
-        return Ok(());
+    if sorted.len() < air.constituents.len() {
+        let found = "a constituent twice".to_string();
+        return Err(check.out_of_range(key, found, "each constituent once"));
     }
-    let found = "a constituent twice".to_string();
-    Err(check.out_of_range("air.constituents", found, "each constituent once"))
+    if let Some((setting, constituent)) = air.idle_setting() {
+        let expected = format!(
+            "\"{}\" among them, as `{setting}` is given",
+            constituent.name()
+        );
+        return Err(check.out_of_range(key, format!("{:?}", air.constituents), &expected));
+    }
+    for (key, found, range) in [
+        ("air.pressure_hpa", air.pressure_hpa, (1.0, 2000.0)),
+        ("air.visibility_km", air.visibility_km, (0.01, 300.0)),
+        ("air.ozone_dobson", air.ozone_dobson, (0.0, 10_000.0)),
+    ] {
+        found.map_or(Ok(()), |found| check.number(key, found, range))?;
+    }
+    let refused = |error: &dyn std::fmt::Display| {
+        check.out_of_range("air", "refused".to_string(), &error.to_string())
+    };
+    let grid = scene.spectrum.grid().map_err(|error| refused(&error))?;
+    air.model(grid, scene.ground.albedo)
+        .map(|_| ())
+        .map_err(|error| refused(&error))
 }

@@ -4,13 +4,13 @@ use serde::Deserialize;
 use serde::Serialize;
 
 use crate::accuracy::Accuracy;
+use crate::air::Air;
 use crate::canonical_json::canonical_json;
 use crate::check;
 use crate::document;
 use crate::drops::Drops;
 use crate::effect::EffectSwitches;
 use crate::error::SceneError;
-use crate::sections::Air;
 use crate::sections::Camera;
 use crate::sections::Ground;
 use crate::sections::Picture;

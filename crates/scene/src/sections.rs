@@ -119,36 +119,6 @@ impl Default for Water {
     }
 }
 
-/// The section `[air]`; a scene without it lies in a vacuum.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Air {
-    /// What the air is made of.
-    pub constituents: Vec<Constituent>,
-    /// Whose constants the molecules have.
-    #[serde(default)]
-    pub rayleigh: RayleighModel,
-}
-
-/// Something that air is made of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Constituent {
-    /// Molecules, which scatter without absorbing.
-    Rayleigh,
-}
-
-/// Whose constants Rayleigh scattering has.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum RayleighModel {
-    /// Bodhaine, Wood, Dutton and Slusser, J. Atmos. Oceanic Technol. 16, 1854-1861 (1999).
-    #[default]
-    Bodhaine,
-    /// The constants of Nishita, Miyawaki and Nakamae (1987), 3 to 7 % stronger.
-    Nishita,
-}
-
 /// The section `[ground]`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -51,7 +51,9 @@ pub(crate) fn decode(chunk: &[u8], out: &mut [u8], scratch: &mut Vec<u8>) -> Res
     let shuffled = header.flags & FLAG_BYTE_SHUFFLE != 0 && header.element > 1;
     for (index, block) in out.chunks_mut(header.block).enumerate() {
         let start = number(chunk, HEADER_BYTES + 4 * index)?;
-        let streams = chunk.get(start..).ok_or("a blosc block starts behind the end of its chunk")?;
+        let streams = chunk
+            .get(start..)
+            .ok_or("a blosc block starts behind the end of its chunk")?;
         if shuffled {
             scratch.resize(block.len(), 0);
             decode_block(streams, scratch, &header)?;
@@ -78,9 +80,15 @@ impl From<&str> for Fault {
 }
 
 fn header(chunk: &[u8], n_bytes: usize) -> Result<Header, Fault> {
-    let [format, _, flags, element] = *chunk.first_chunk().ok_or("a blosc chunk of under 16 bytes")?;
+    let [format, _, flags, element] = *chunk
+        .first_chunk()
+        .ok_or("a blosc chunk of under 16 bytes")?;
     if format > NEWEST_FORMAT {
-        return Err(unsupported("blosc format", format!("version {format}"), "version 1 or 2"));
+        return Err(unsupported(
+            "blosc format",
+            format!("version {format}"),
+            "version 1 or 2",
+        ));
     }
     let decoded = number(chunk, 4)?;
     let block = number(chunk, 8)?;
@@ -94,7 +102,11 @@ fn header(chunk: &[u8], n_bytes: usize) -> Result<Header, Fault> {
     if n_bytes > 0 && (block == 0 || element == 0) {
         return Err("a blosc chunk with blocks or elements of 0 bytes".into());
     }
-    Ok(Header { flags, element: usize::from(element), block })
+    Ok(Header {
+        flags,
+        element: usize::from(element),
+        block,
+    })
 }
 
 fn check_codec(flags: u8) -> Result<(), Fault> {
@@ -104,13 +116,21 @@ fn check_codec(flags: u8) -> Result<(), Fault> {
         return Err(unsupported("blosc codec", name, "lz4"));
     }
     if flags & FLAG_BIT_SHUFFLE != 0 {
-        return Err(unsupported("blosc filter", "bit shuffle".to_owned(), "byte shuffle or none"));
+        return Err(unsupported(
+            "blosc filter",
+            "bit shuffle".to_owned(),
+            "byte shuffle or none",
+        ));
     }
     Ok(())
 }
 
 fn unsupported(what: &'static str, found: String, expected: &'static str) -> Fault {
-    Fault::Unsupported(Error::Unsupported { what, found, expected })
+    Fault::Unsupported(Error::Unsupported {
+        what,
+        found,
+        expected,
+    })
 }
 
 /// A number of 32 bits that is a length or an offset.
@@ -222,7 +242,10 @@ mod tests {
     #[test]
     fn several_blocks_with_a_shorter_last_one_are_joined() {
         let plain: Vec<u8> = (0..70).map(|byte| byte / 5).collect();
-        let streams = plain.chunks(32).map(lz4_flex::block::compress).collect::<Vec<_>>();
+        let streams = plain
+            .chunks(32)
+            .map(lz4_flex::block::compress)
+            .collect::<Vec<_>>();
         let streams = streams.iter().map(Vec::as_slice).collect::<Vec<_>>();
         let bytes = chunk(0x30, 1, 32, 70, &lz4_body(3, &streams));
         assert_eq!(decoded(&bytes, 70), Ok(plain));
@@ -245,7 +268,10 @@ mod tests {
         let error = decoded(&chunk(0x81, 4, 8, 8, &[0; 12]), 8).unwrap_err();
         assert_eq!(error, "blosc codec `zstd` is not supported, expected lz4");
         let error = decoded(&chunk(0x24, 4, 8, 8, &[0; 12]), 8).unwrap_err();
-        assert_eq!(error, "blosc filter `bit shuffle` is not supported, expected byte shuffle or none");
+        assert_eq!(
+            error,
+            "blosc filter `bit shuffle` is not supported, expected byte shuffle or none"
+        );
     }
 
     #[test]

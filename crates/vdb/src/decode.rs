@@ -96,11 +96,16 @@ impl Decoder {
     ) -> Result<(), Error> {
         let code = input.u8(VALUES)?;
         if code > code::ALL {
-            return Err(input.damaged(format!("a value block with the code {code}, expected 0 to 6")));
+            return Err(input.damaged(format!(
+                "a value block with the code {code}, expected 0 to 6"
+            )));
         }
         let inactive = self.inactive_values(input, code, mask.len(), background)?;
         let mask_compressed = self.flags & FLAG_ACTIVE_MASK != 0 && code != code::ALL;
-        let n_active = mask.iter().map(|word| word.count_ones() as usize).sum::<usize>();
+        let n_active = mask
+            .iter()
+            .map(|word| word.count_ones() as usize)
+            .sum::<usize>();
         let n_stored = if mask_compressed { n_active } else { out.len() };
         if n_stored < out.len() && code != code::BACKGROUND {
             let selection = matches!(code, code::BOTH_SIGNS..=code::TWO);
@@ -164,7 +169,8 @@ impl Decoder {
         }
         let length = length.unsigned_abs();
         if length > LARGEST_EXPANSION * n_bytes as u64 + LARGEST_OVERHEAD {
-            let what = format!("a compressed block of {length} bytes for {n_bytes} bytes of values");
+            let what =
+                format!("a compressed block of {length} bytes for {n_bytes} bytes of values");
             return Err(input.damaged(what));
         }
         let position = input.position();
@@ -188,7 +194,9 @@ fn inflate(state: &mut Decompress, chunk: &[u8], out: &mut [u8]) -> Result<(), F
     state.reset(true);
     let status = state.decompress(chunk, out, FlushDecompress::Finish);
     let complete = matches!(status, Ok(Status::StreamEnd)) && state.total_out() == out.len() as u64;
-    complete.then_some(()).ok_or_else(|| "a zlib stream is not sound".into())
+    complete
+        .then_some(())
+        .ok_or_else(|| "a zlib stream is not sound".into())
 }
 
 fn fill_inactive<T: Value>(selection: Option<&Vec<u64>>, inactive: [T; 2], out: &mut [T]) {

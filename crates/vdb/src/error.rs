@@ -54,7 +54,9 @@ pub enum Error {
         what: String,
     },
     /// The decoded volume would need more memory than a sound file of this length can describe.
-    #[error("decoding needs more than {limit} bytes, the most a sound file of this length can need")]
+    #[error(
+        "decoding needs more than {limit} bytes, the most a sound file of this length can need"
+    )]
     TooLarge {
         /// The limit in bytes.
         limit: u64,
@@ -98,7 +100,9 @@ pub enum Error {
         origin: [i32; 3],
     },
     /// A transform that cannot be inverted.
-    #[error("the transform has the determinant {determinant}, expected a finite number other than 0")]
+    #[error(
+        "the transform has the determinant {determinant}, expected a finite number other than 0"
+    )]
     SingularTransform {
         /// The determinant of the linear part.
         determinant: f64,
@@ -108,6 +112,9 @@ pub enum Error {
 impl Error {
     /// Put the name of a grid around an error.
     pub(crate) fn in_grid(self, grid: &str) -> Self {
-        Self::InGrid { grid: grid.to_owned(), reason: Box::new(self) }
+        Self::InGrid {
+            grid: grid.to_owned(),
+            reason: Box::new(self),
+        }
     }
 }

@@ -1,5 +1,6 @@
 //! A file, its grids, and the types of their trees.
 
+use std::fs::File;
 use std::io::Seek;
 use std::io::Write;
 use std::path::Path;
@@ -106,7 +107,13 @@ impl Grid {
         tree: impl Into<Tree>,
     ) -> Self {
         let metadata = Metadata::new();
-        Self { name: name.into(), class: class.into(), metadata, transform, tree: tree.into() }
+        Self {
+            name: name.into(),
+            class: class.into(),
+            metadata,
+            transform,
+            tree: tree.into(),
+        }
     }
 }
 
@@ -122,7 +129,10 @@ pub struct VdbFile {
 impl VdbFile {
     /// A file without metadata of its own.
     pub fn new(grids: Vec<Grid>) -> Self {
-        Self { metadata: Metadata::new(), grids }
+        Self {
+            metadata: Metadata::new(),
+            grids,
+        }
     }
 
     /// The first grid of that name.
@@ -130,14 +140,21 @@ impl VdbFile {
         self.grids.iter().find(|grid| grid.name == name)
     }
 
-    /// Read a file.
+    /// Read a file, in pieces: memory is needed for the voxels, not for the file beside them.
     ///
     /// # Errors
     /// [`Error::Open`] if the file cannot be read, else as for [`VdbFile::parse`].
     pub fn read(path: &Path) -> Result<Self, Error> {
-        let bytes = std::fs::read(path)
-            .map_err(|source| Error::Open { path: path.to_owned(), source })?;
-        Self::parse(&bytes)
+        let open = || {
+            let file = File::open(path)?;
+            let length = file.metadata()?.len();
+            Ok((file, length))
+        };
+        let (file, length) = open().map_err(|reason| Error::Open {
+            path: path.to_owned(),
+            reason,
+        })?;
+        crate::read::file(file, length)
     }
 
     /// Read a file that lies in memory.
@@ -145,7 +162,7 @@ impl VdbFile {
     /// # Errors
     /// Any [`Error`] that says why the bytes are not a VDB file of a supported kind.
     pub fn parse(bytes: &[u8]) -> Result<Self, Error> {
-        crate::read::parse(bytes)
+        crate::read::file(bytes, bytes.len() as u64)
     }
 
     /// Write a file of version 224. The same content always gives the same bytes.
@@ -153,6 +170,6 @@ impl VdbFile {
     /// # Errors
     /// [`Error::Io`] if the stream fails.
     pub fn write(&self, output: impl Write + Seek, compression: Compression) -> Result<(), Error> {
-        crate::write::write(self, output, compression)
+        crate::write::file(self, output, compression)
     }
 }

@@ -37,7 +37,15 @@ impl<R: Read> Input<R> {
     pub(crate) fn new(source: R, length: u64) -> Self {
         let buffer = Vec::new();
         let memory_left = memory_limit(length);
-        Self { source, buffer, start: 0, end: 0, position: 0, length, memory_left }
+        Self {
+            source,
+            buffer,
+            start: 0,
+            end: 0,
+            position: 0,
+            length,
+            memory_left,
+        }
     }
 
     /// Number of bytes before the next one.
@@ -55,7 +63,10 @@ impl<R: Read> Input<R> {
 
     /// An error at the present position.
     pub(crate) fn damaged(&self, what: impl Into<String>) -> Error {
-        Error::Damaged { position: self.position, what: what.into() }
+        Error::Damaged {
+            position: self.position,
+            what: what.into(),
+        }
     }
 
     /// The next `n` bytes.
@@ -94,12 +105,18 @@ impl<R: Read> Input<R> {
     }
 
     fn truncated(&self, needed: u64, what: &'static str) -> Error {
-        Error::Truncated { what, length: self.length, needed }
+        Error::Truncated {
+            what,
+            length: self.length,
+            needed,
+        }
     }
 
     /// Go forward to a position that the file names.
     pub(crate) fn skip_to(&mut self, target: i64, what: &'static str) -> Result<(), Error> {
-        let ahead = u64::try_from(target).ok().and_then(|at| at.checked_sub(self.position));
+        let ahead = u64::try_from(target)
+            .ok()
+            .and_then(|at| at.checked_sub(self.position));
         let Some(mut ahead) = ahead else {
             return Err(self.damaged(format!("{what} is to be at byte {target}, before this one")));
         };
@@ -172,5 +189,7 @@ impl<R: Read> Input<R> {
 }
 
 fn memory_limit(length: u64) -> u64 {
-    length.saturating_mul(MEMORY_FACTOR).saturating_add(MEMORY_BASE)
+    length
+        .saturating_mul(MEMORY_FACTOR)
+        .saturating_add(MEMORY_BASE)
 }

@@ -32,16 +32,22 @@
 //! ```
 
 mod blosc;
-mod cursor;
+mod decode;
+mod encode;
 mod error;
 mod grid;
+mod input;
+mod items;
+mod maps;
 mod metadata;
+mod output;
 mod read;
 mod read_tree;
 mod transform;
 mod tree;
 mod value;
 mod write;
+mod write_tree;
 
 pub use error::Error;
 pub use grid::Compression;

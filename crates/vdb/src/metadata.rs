@@ -70,7 +70,9 @@ impl Metadata {
 
     /// All items in the order of their names.
     pub fn iter(&self) -> impl Iterator<Item = (&str, &MetaValue)> {
-        self.items.iter().map(|(name, value)| (name.as_str(), value))
+        self.items
+            .iter()
+            .map(|(name, value)| (name.as_str(), value))
     }
 
     /// Number of items.

@@ -1,13 +1,11 @@
-//! Reading a tree: first the topology of all nodes, then the values of all leaves.
+//! Reading a tree: first the topology of all nodes with the tiles, then the values of all leaves.
 //!
-//! A value block is a code, up to two inactive values, a selection mask where the code says so, and
-//! the active values (all values without mask compression or with code 6). Codes: 0 inactive voxels
-//! hold the background, 1 its negative, 2 one other value; 3 to 5 a mask selects between negative and
-//! background, one value and background, two values; 6 everything is stored.
+//! The root holds tiles of 4096³ voxels and nodes of 32³ slots; a slot is a tile of 128³ voxels or a
+//! node of 16³ slots; a slot of these is a tile of 8³ voxels or a leaf. A node is a mask of its
+//! children, a mask of its active tiles, and a value block with a place for every slot.
+//! Sources: OpenVDB, tree/RootNode.h, tree/InternalNode.h, tree/LeafNode.h, tree/LeafNodeBool.h.
 
 use std::io::Read;
-
-use flate2::read::ZlibDecoder;
 
 use crate::Error;
 use crate::LEAF_VOXELS;
@@ -16,240 +14,207 @@ use crate::SparseTree;
 use crate::Tile;
 use crate::TileLevel;
 use crate::Value;
-use crate::blosc;
-use crate::cursor::Cursor;
-use crate::value::sealed::Bytes;
+use crate::decode::Decoder;
+use crate::input::Input;
+use crate::tree::NODE_SLOTS;
+use crate::tree::ROOT_NODE_SLOTS;
 
-/// Compression flag: deflate.
-pub(crate) const ZIP: u32 = 1;
-/// Compression flag: only active values are stored.
-pub(crate) const ACTIVE_MASK: u32 = 2;
-/// Compression flag: Blosc.
-pub(crate) const BLOSC: u32 = 4;
-
-/// How the values of a grid are stored.
-#[derive(Clone, Copy)]
+/// Reads one tree.
 pub(crate) struct TreeReader {
-    pub(crate) compression: u32,
-    pub(crate) is_half: bool,
+    /// How its values are stored.
+    pub(crate) decoder: Decoder,
+    /// Where its leaves start, if the file says so.
+    pub(crate) leaves_position: Option<i64>,
 }
 
-/// A node above the leaves: number of slots, level of its tiles, log2 of the slots on an axis.
-struct NodeKind {
-    n_slots: usize,
-    log2: u32,
-    tiles: TileLevel,
-}
-
-const UPPER: NodeKind = NodeKind { n_slots: 32_768, log2: 5, tiles: TileLevel::Lower };
-const LOWER: NodeKind = NodeKind { n_slots: 4096, log2: 4, tiles: TileLevel::Leaf };
-
-fn bit(mask: &[u8], index: usize) -> bool {
-    mask[index >> 3] >> (index & 7) & 1 == 1
-}
-
-/// The parts of a tree as they are gathered.
+/// What has been read of a tree.
 struct Parts<T> {
     background: T,
-    leaves: Vec<Leaf<T>>,
     tiles: Vec<Tile<T>>,
+    leaves: Vec<LeafPlace>,
+}
+
+/// A leaf before its values are known.
+struct LeafPlace {
+    origin: [i32; 3],
+    mask: [u64; 8],
+}
+
+/// The masks and values of a node, kept from node to node for their memory.
+struct Slots<T> {
+    children: Vec<u64>,
+    active: Vec<u64>,
+    values: Vec<T>,
+}
+
+impl<T: Value> Slots<T> {
+    fn new(n_slots: usize) -> Self {
+        let words = vec![0; n_slots / 64];
+        Self {
+            children: words.clone(),
+            active: words,
+            values: vec![T::ZERO; n_slots],
+        }
+    }
 }
 
 impl TreeReader {
-    pub(crate) fn read<T: Value + Bytes>(self, cursor: &mut Cursor) -> Result<SparseTree<T>, Error> {
-        cursor.i32("the number of buffers")?;
-        let background = T::decode(cursor.take(T::SIZE, "the background")?);
-        let n_tiles = cursor.u32("the number of root tiles")?;
-        let n_children = cursor.u32("the number of root children")?;
-        let mut parts = Parts { background, leaves: Vec::new(), tiles: Vec::new() };
+    /// Read the tree.
+    pub(crate) fn read<T: Value, R: Read>(
+        mut self,
+        input: &mut Input<R>,
+    ) -> Result<SparseTree<T>, Error> {
+        let mut parts = self.topology(input)?;
+        if let Some(position) = self.leaves_position {
+            input.skip_to(position, "the leaves of a grid")?;
+        }
+        let mut leaves = Vec::with_capacity(parts.leaves.len());
+        for place in std::mem::take(&mut parts.leaves) {
+            leaves.push(self.leaf(input, place, parts.background)?);
+        }
+        SparseTree::from_parts(parts.background, leaves, parts.tiles)
+    }
+
+    fn topology<T: Value, R: Read>(&mut self, input: &mut Input<R>) -> Result<Parts<T>, Error> {
+        const WHAT: &str = "the root of a tree";
+        let n_buffers = input.u32(WHAT)?;
+        if n_buffers != 1 {
+            return Err(input.damaged(format!("a tree with {n_buffers} buffers, expected 1")));
+        }
+        let background = T::decode(input.bytes(T::SIZE, WHAT)?);
+        let mut parts = Parts {
+            background,
+            tiles: Vec::new(),
+            leaves: Vec::new(),
+        };
+        let n_tiles = input.u32(WHAT)?;
+        let n_children = input.u32(WHAT)?;
         for _ in 0..n_tiles {
-            let origin = origin(cursor, TileLevel::Upper)?;
-            let value = T::decode(cursor.take(T::SIZE, "a root tile")?);
-            let active = cursor.u8("a root tile")? != 0;
-            parts.tiles.push(Tile { origin, level: TileLevel::Upper, active, value });
+            let origin = input.coordinates(WHAT)?;
+            let value = T::decode(input.bytes(T::SIZE, WHAT)?);
+            let active = input.u8(WHAT)? != 0;
+            input.charge(2 * size_of::<Tile<T>>() as u64)?;
+            parts.push_tile(Tile {
+                origin,
+                level: TileLevel::Upper,
+                active,
+                value,
+            });
         }
+        let mut upper = Slots::new(ROOT_NODE_SLOTS);
+        let mut lower = Slots::new(NODE_SLOTS);
         for _ in 0..n_children {
-            let origin = origin(cursor, TileLevel::Upper)?;
-            self.node(cursor, &UPPER, origin, &mut parts)?;
+            let origin = TileLevel::Upper.check(input.coordinates(WHAT)?)?;
+            self.node(input, &mut upper, background)?;
+            parts.push_tiles(input, &upper, origin, TileLevel::Lower)?;
+            for slot in set_bits(&upper.children) {
+                let origin = TileLevel::Lower.slot_origin(origin, slot);
+                self.node(input, &mut lower, background)?;
+                parts.push_tiles(input, &lower, origin, TileLevel::Leaf)?;
+                parts.push_leaves(input, &lower, origin)?;
+            }
         }
-        for leaf in &mut parts.leaves {
-            self.leaf_values(cursor, leaf, background)?;
-        }
-        SparseTree::from_parts(background, parts.leaves, parts.tiles)
+        Ok(parts)
     }
 
-    fn node<T: Value + Bytes>(
-        self,
-        cursor: &mut Cursor,
-        kind: &NodeKind,
-        origin: [i32; 3],
-        parts: &mut Parts<T>,
-    ) -> Result<(), Error> {
-        let child_mask = cursor.take(kind.n_slots / 8, "a child mask")?;
-        let value_mask = cursor.take(kind.n_slots / 8, "a value mask")?;
-        let mut values = vec![parts.background; kind.n_slots];
-        self.values(cursor, value_mask, parts.background, &mut values)?;
-        let dim = kind.tiles.dim();
-        let place = |slot: usize| {
-            let at = |shift: u32| (slot as i32 >> shift & ((1 << kind.log2) - 1)) * dim;
-            [
-                origin[0].wrapping_add(at(2 * kind.log2)),
-                origin[1].wrapping_add(at(kind.log2)),
-                origin[2].wrapping_add(at(0)),
-            ]
-        };
-        for (slot, &value) in values.iter().enumerate() {
-            if bit(child_mask, slot) {
-                continue;
-            }
-            let active = bit(value_mask, slot);
-            if active || !value.same_bytes(parts.background) {
-                parts.tiles.push(Tile { origin: place(slot), level: kind.tiles, active, value });
-            }
-        }
-        for slot in (0..kind.n_slots).filter(|&slot| bit(child_mask, slot)) {
-            match kind.tiles {
-                TileLevel::Lower | TileLevel::Upper => self.node(cursor, &LOWER, place(slot), parts)?,
-                TileLevel::Leaf => {
-                    let mut leaf = Leaf::new(place(slot), parts.background);
-                    leaf.mask = leaf_mask(cursor)?;
-                    parts.leaves.push(leaf);
-                }
-            }
-        }
-        Ok(())
-    }
-
-    fn leaf_values<T: Value + Bytes>(
-        self,
-        cursor: &mut Cursor,
-        leaf: &mut Leaf<T>,
+    /// Read the masks and values of a node.
+    fn node<T: Value, R: Read>(
+        &mut self,
+        input: &mut Input<R>,
+        slots: &mut Slots<T>,
         background: T,
     ) -> Result<(), Error> {
-        let mask = cursor.take(LEAF_VOXELS / 8, "the mask of a leaf")?;
-        for (word, bytes) in leaf.mask.iter().zip(mask.chunks_exact(8)) {
-            if word.to_le_bytes() != bytes {
-                return Err(cursor.damaged("a leaf whose two masks differ"));
-            }
+        input.mask(&mut slots.children, "a node")?;
+        input.mask(&mut slots.active, "a node")?;
+        slots.values.fill(background);
+        self.decoder
+            .block(input, &slots.active, background, &mut slots.values)
+    }
+
+    fn leaf<T: Value, R: Read>(
+        &mut self,
+        input: &mut Input<R>,
+        place: LeafPlace,
+        background: T,
+    ) -> Result<Leaf<T>, Error> {
+        const WHAT: &str = "a leaf";
+        let mut mask = [0; 8];
+        input.mask(&mut mask, WHAT)?;
+        if mask != place.mask {
+            return Err(input.damaged(format!("the two masks of leaf {:?} differ", place.origin)));
         }
+        let mut leaf = Leaf::new(place.origin, background);
+        leaf.mask = mask;
         if T::IS_BOOL {
-            cursor.take(12, "the origin of a leaf")?;
-            let bits = cursor.take(LEAF_VOXELS / 8, "the values of a leaf")?;
-            for (index, value) in leaf.values.iter_mut().enumerate() {
-                *value = T::decode(&[u8::from(bit(bits, index))]);
+            // Leaves of bool grids repeat their origin and hold their values as bits.
+            input.coordinates(WHAT)?;
+            let mut bits = [0; 8];
+            input.mask(&mut bits, WHAT)?;
+            for index in 0..LEAF_VOXELS {
+                leaf.values[index] = T::decode(&[(bits[index >> 6] >> (index & 63) & 1) as u8]);
             }
-            return Ok(());
+        } else {
+            self.decoder
+                .block(input, &mask, background, leaf.values.as_mut_slice())?;
         }
-        self.values(cursor, mask, background, leaf.values.as_mut_slice())
+        Ok(leaf)
+    }
+}
+
+impl<T: Value> Parts<T> {
+    /// Keep a tile, unless it says what is true without it.
+    fn push_tile(&mut self, tile: Tile<T>) {
+        if tile.active || !tile.value.same_bytes(self.background) {
+            self.tiles.push(tile);
+        }
     }
 
-    /// A value block into `out`, whose length is the number of slots.
-    fn values<T: Value + Bytes>(
-        self,
-        cursor: &mut Cursor,
-        value_mask: &[u8],
-        background: T,
-        out: &mut [T],
+    fn push_tiles<R: Read>(
+        &mut self,
+        input: &mut Input<R>,
+        slots: &Slots<T>,
+        origin: [i32; 3],
+        level: TileLevel,
     ) -> Result<(), Error> {
-        let code = cursor.u8("the code of a value block")?;
-        if code > 6 {
-            return Err(cursor.damaged(format!("a value block of code {code}, expected 0 to 6")));
-        }
-        let mut first = if code == 0 { background } else { background.negated() };
-        let mut second = background;
-        if matches!(code, 2 | 4 | 5) {
-            first = T::decode(cursor.take(T::SIZE, "an inactive value")?);
-        }
-        if code == 5 {
-            second = T::decode(cursor.take(T::SIZE, "an inactive value")?);
-        }
-        let selection = if matches!(code, 3..=5) {
-            Some(cursor.take(out.len() / 8, "a selection mask")?)
-        } else {
-            None
-        };
-        let only_active = self.compression & ACTIVE_MASK != 0 && code != 6;
-        let n_active = value_mask.iter().map(|byte| byte.count_ones() as usize).sum();
-        let n_stored = if only_active { n_active } else { out.len() };
-        let (stored, size) = self.stored::<T>(cursor, n_stored)?;
-        let decode = |bytes: &[u8]| if self.is_half_of::<T>() { T::decode_half(bytes) } else { T::decode(bytes) };
-        let mut stored = stored.chunks_exact(size).map(decode);
-        for (index, value) in out.iter_mut().enumerate() {
-            if !only_active || bit(value_mask, index) {
-                if let Some(found) = stored.next() {
-                    *value = found;
-                }
-            } else {
-                let picks_second = selection.is_some_and(|mask| bit(mask, index));
-                *value = if picks_second { second } else { first };
+        let before = self.tiles.len();
+        for (slot, &value) in slots.values.iter().enumerate() {
+            let is = |mask: &[u64]| mask[slot >> 6] >> (slot & 63) & 1 == 1;
+            if !is(&slots.children) {
+                let origin = level.slot_origin(origin, slot);
+                self.push_tile(Tile {
+                    origin,
+                    level,
+                    active: is(&slots.active),
+                    value,
+                });
             }
+        }
+        // Twice, as the vector may have grown by doubling.
+        input.charge(2 * ((self.tiles.len() - before) * size_of::<Tile<T>>()) as u64)
+    }
+
+    fn push_leaves<R: Read>(
+        &mut self,
+        input: &mut Input<R>,
+        slots: &Slots<T>,
+        origin: [i32; 3],
+    ) -> Result<(), Error> {
+        for slot in set_bits(&slots.children) {
+            let origin = TileLevel::Leaf.slot_origin(origin, slot);
+            let mut mask = [0; 8];
+            input.mask(&mut mask, "the mask of a leaf")?;
+            input.charge(Leaf::<T>::MEMORY + 2 * size_of::<LeafPlace>() as u64)?;
+            self.leaves.push(LeafPlace { origin, mask });
         }
         Ok(())
     }
-
-    fn is_half_of<T: Bytes>(self) -> bool {
-        self.is_half && T::HALF_SIZE > 0
-    }
-
-    /// The bytes of `n` stored values, and the size of each.
-    fn stored<'a, T: Bytes>(
-        self,
-        cursor: &mut Cursor<'a>,
-        n: usize,
-    ) -> Result<(std::borrow::Cow<'a, [u8]>, usize), Error> {
-        let size = if self.is_half_of::<T>() { T::HALF_SIZE } else { T::SIZE };
-        let n_bytes = n * size;
-        // The writer of half values writes nothing at all for none, not even a length.
-        if self.is_half_of::<T>() && n == 0 {
-            return Ok((std::borrow::Cow::Borrowed(&[]), size));
-        }
-        if self.compression & (ZIP | BLOSC) == 0 {
-            return Ok((cursor.take(n_bytes, "values")?.into(), size));
-        }
-        let length = cursor.i64("the length of compressed values")?;
-        if length <= 0 {
-            let stored = usize::try_from(length.unsigned_abs()).unwrap_or(usize::MAX);
-            if stored != n_bytes {
-                return Err(cursor.damaged(format!("{stored} stored bytes, expected {n_bytes}")));
-            }
-            return Ok((cursor.take(n_bytes, "values")?.into(), size));
-        }
-        let length = usize::try_from(length).unwrap_or(usize::MAX);
-        let packed = cursor.take(length, "compressed values")?;
-        let bytes = if self.compression & BLOSC != 0 {
-            blosc::decode(packed, n_bytes).map_err(|what| cursor.damaged(what))?
-        } else {
-            inflate(packed, n_bytes).map_err(|what| cursor.damaged(what))?
-        };
-        Ok((bytes.into(), size))
-    }
 }
 
-fn origin(cursor: &mut Cursor, level: TileLevel) -> Result<[i32; 3], Error> {
-    let what = "the origin of a node";
-    let origin = [cursor.i32(what)?, cursor.i32(what)?, cursor.i32(what)?];
-    if origin.iter().any(|axis| axis.rem_euclid(level.dim()) != 0) {
-        return Err(Error::Misaligned { origin, dim: level.dim() });
-    }
-    Ok(origin)
-}
-
-fn leaf_mask(cursor: &mut Cursor) -> Result<[u64; 8], Error> {
-    let mut mask = [0; 8];
-    for word in &mut mask {
-        *word = cursor.u64("the mask of a leaf")?;
-    }
-    Ok(mask)
-}
-
-fn inflate(packed: &[u8], n_bytes: usize) -> Result<Vec<u8>, String> {
-    let mut bytes = vec![0; n_bytes];
-    let mut decoder = ZlibDecoder::new(packed);
-    decoder.read_exact(&mut bytes).map_err(|error| format!("deflated values: {error}"))?;
-    // Reading on to the end checks the sum over the bytes.
-    match decoder.read(&mut [0]) {
-        Ok(0) => Ok(bytes),
-        Ok(_) => Err(format!("deflated values of more than the expected {n_bytes} bytes")),
-        Err(error) => Err(format!("deflated values: {error}")),
-    }
+/// Places of the bits that are set, in rising order.
+fn set_bits(mask: &[u64]) -> impl Iterator<Item = usize> {
+    mask.iter().enumerate().flat_map(|(index, &word)| {
+        let rest = std::iter::successors(Some(word), |&word| Some(word & word.wrapping_sub(1)));
+        let words = rest.take_while(|&word| word != 0);
+        words.map(move |word| 64 * index + word.trailing_zeros() as usize)
+    })
 }

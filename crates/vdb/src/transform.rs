@@ -22,10 +22,17 @@ impl Transform {
     /// If the voxel size is not a finite number above zero, or the translation is not finite.
     pub fn uniform_scale_translate(voxel_size: f64, translation: DVec3) -> Self {
         let sound = voxel_size.is_finite() && voxel_size > 0.0 && translation.is_finite();
-        assert!(sound, "a voxel size above zero and a finite translation are needed");
+        assert!(
+            sound,
+            "a voxel size above zero and a finite translation are needed"
+        );
         let linear = DMat3::from_diagonal(DVec3::splat(voxel_size));
         let inverse = DMat3::from_diagonal(DVec3::splat(1.0 / voxel_size));
-        Self { linear, inverse, translation }
+        Self {
+            linear,
+            inverse,
+            translation,
+        }
     }
 
     /// Any invertible affine map.
@@ -34,12 +41,21 @@ impl Transform {
     /// [`Error::SingularTransform`] if the linear part is not invertible or anything is not finite.
     pub fn affine(linear: DMat3, translation: DVec3) -> Result<Self, Error> {
         let determinant = linear.determinant();
-        let inverse = linear.inverse();
+        let scale = DVec3::new(linear.x_axis.x, linear.y_axis.y, linear.z_axis.z);
+        let inverse = if linear == DMat3::from_diagonal(scale) {
+            DMat3::from_diagonal(1.0 / scale)
+        } else {
+            linear.inverse()
+        };
         let sound = determinant != 0.0 && inverse.is_finite() && translation.is_finite();
         if !(sound && determinant.is_finite()) {
             return Err(Error::SingularTransform { determinant });
         }
-        Ok(Self { linear, inverse, translation })
+        Ok(Self {
+            linear,
+            inverse,
+            translation,
+        })
     }
 
     /// World position of a position in index space.
@@ -64,7 +80,18 @@ impl Transform {
 
     /// Lengths of the world steps of one voxel along each index axis.
     pub fn voxel_size(&self) -> DVec3 {
-        DVec3::from(self.linear.to_cols_array_2d().map(|axis| DVec3::from(axis).length()))
+        DVec3::from(
+            self.linear
+                .to_cols_array_2d()
+                .map(|axis| DVec3::from(axis).length()),
+        )
+    }
+
+    /// The scale along each axis, if the linear part does nothing but scale.
+    pub(crate) fn diagonal(&self) -> Option<DVec3> {
+        let linear = self.linear;
+        let scale = DVec3::new(linear.x_axis.x, linear.y_axis.y, linear.z_axis.z);
+        (linear == DMat3::from_diagonal(scale)).then_some(scale)
     }
 
     /// The edge length, if voxels are axis-parallel cubes with no mirrored axis.

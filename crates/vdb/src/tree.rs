@@ -3,8 +3,6 @@
 //! OpenVDB's tree of a root over nodes of 32³, 16³ and 8³ slots is flattened into two sorted
 //! lists; the internal nodes carry nothing that their leaves and tiles do not say.
 
-use std::collections::HashSet;
-
 use crate::Error;
 use crate::Value;
 
@@ -13,6 +11,12 @@ pub const LEAF_DIM: i32 = 8;
 
 /// Number of voxels of a leaf.
 pub const LEAF_VOXELS: usize = 512;
+
+/// Slots of a node right under the root: 32³, of 128³ voxels each.
+pub(crate) const ROOT_NODE_SLOTS: usize = 1 << 15;
+
+/// Slots of a node above the leaves: 16³, of 8³ voxels each.
+pub(crate) const NODE_SLOTS: usize = 1 << 12;
 
 /// A cube of 8³ voxels with a value each; a bit of the mask says which are active.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,9 +30,16 @@ pub struct Leaf<T = f32> {
 }
 
 impl<T: Value> Leaf<T> {
+    /// Bytes that a leaf takes in memory.
+    pub(crate) const MEMORY: u64 = (size_of::<Self>() + LEAF_VOXELS * size_of::<T>()) as u64;
+
     /// A leaf without active voxels.
     pub fn new(origin: [i32; 3], background: T) -> Self {
-        Self { origin, mask: [0; 8], values: Box::new([background; LEAF_VOXELS]) }
+        Self {
+            origin,
+            mask: [0; 8],
+            values: Box::new([background; LEAF_VOXELS]),
+        }
     }
 
     /// Index into `values` of a voxel, of which only the place inside the leaf counts.
@@ -63,7 +74,9 @@ impl<T: Value> Leaf<T> {
 
     /// Indices and values of the active voxels in the order of the indices.
     pub fn active(&self) -> impl Iterator<Item = (usize, T)> {
-        (0..LEAF_VOXELS).filter(|&index| self.is_active(index)).map(|index| (index, self.values[index]))
+        (0..LEAF_VOXELS)
+            .filter(|&index| self.is_active(index))
+            .map(|index| (index, self.values[index]))
     }
 }
 
@@ -87,6 +100,31 @@ impl TileLevel {
             Self::Upper => 4096,
         }
     }
+
+    /// The origin, if it lies on the lattice of this level.
+    pub(crate) fn check(self, origin: [i32; 3]) -> Result<[i32; 3], Error> {
+        let dim = self.dim();
+        let aligned = origin.iter().all(|axis| axis & (dim - 1) == 0);
+        aligned
+            .then_some(origin)
+            .ok_or(Error::Misaligned { origin, dim })
+    }
+
+    /// The origin of a slot, as large as this level, of the node that starts at `node`.
+    pub(crate) fn slot_origin(self, node: [i32; 3], slot: usize) -> [i32; 3] {
+        let log2_slots = match self {
+            Self::Leaf => 4,
+            Self::Lower | Self::Upper => 5,
+        };
+        let slot = slot as i32;
+        let along = |shift: u32| (slot >> shift & ((1 << log2_slots) - 1)) * self.dim();
+        let [x, y, z] = node;
+        [
+            x + along(2 * log2_slots),
+            y + along(log2_slots),
+            z + along(0),
+        ]
+    }
 }
 
 /// A cube of voxels that all have one value.
@@ -102,6 +140,14 @@ pub struct Tile<T = f32> {
     pub value: T,
 }
 
+impl<T> Tile<T> {
+    /// Whether a voxel lies inside.
+    pub fn covers(&self, voxel: [i32; 3]) -> bool {
+        let corner = voxel.map(|axis| axis & !(self.level.dim() - 1));
+        corner == self.origin
+    }
+}
+
 /// A sparse volume of values over a background.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SparseTree<T> {
@@ -115,27 +161,32 @@ pub struct SparseTree<T> {
 pub type FloatTree = SparseTree<f32>;
 
 /// Place in the order of a file: root entry, slot of the 32³ node, slot of the 16³ node.
-type TreeOrder = ([i32; 3], u32, u32);
+pub(crate) type TreeOrder = ([i32; 3], u32, u32);
 
 fn slot(origin: [i32; 3], shift: u32, log2_slots: u32) -> u32 {
     let mask = (1 << log2_slots) - 1;
-    origin.into_iter().fold(0, |slot, axis| slot << log2_slots | ((axis >> shift) as u32 & mask))
+    origin.into_iter().fold(0, |slot, axis| {
+        slot << log2_slots | ((axis >> shift) as u32 & mask)
+    })
 }
 
 /// The order in which a file holds leaves and tiles.
 pub(crate) fn tree_order(origin: [i32; 3]) -> TreeOrder {
-    (origin.map(|axis| axis >> 12), slot(origin, 7, 5), slot(origin, 3, 4))
-}
-
-/// The lowest voxel of the cube of a level that holds a voxel.
-fn lattice(voxel: [i32; 3], level: TileLevel) -> [i32; 3] {
-    voxel.map(|axis| axis & !(level.dim() - 1))
+    (
+        origin.map(|axis| axis >> 12),
+        slot(origin, 7, 5),
+        slot(origin, 3, 4),
+    )
 }
 
 impl<T: Value> SparseTree<T> {
     /// An empty volume.
     pub fn new(background: T) -> Self {
-        Self { background, leaves: Vec::new(), tiles: Vec::new() }
+        Self {
+            background,
+            leaves: Vec::new(),
+            tiles: Vec::new(),
+        }
     }
 
     /// A volume of leaves, in any order.
@@ -157,34 +208,48 @@ impl<T: Value> SparseTree<T> {
         mut leaves: Vec<Leaf<T>>,
         mut tiles: Vec<Tile<T>>,
     ) -> Result<Self, Error> {
-        leaves.sort_by_key(|leaf| tree_order(leaf.origin));
-        tiles.sort_by_key(|tile| tree_order(tile.origin));
-        let tree = Self { background, leaves, tiles };
+        // In place: a stable sort would need memory beside the leaves.
+        leaves.sort_unstable_by_key(|leaf| tree_order(leaf.origin));
+        // Of tiles that start at the same voxel the largest comes first, so that it covers the next.
+        tiles.sort_unstable_by_key(|tile| (tree_order(tile.origin), std::cmp::Reverse(tile.level)));
+        let tree = Self {
+            background,
+            leaves,
+            tiles,
+        };
         tree.check()?;
         Ok(tree)
     }
 
     fn check(&self) -> Result<(), Error> {
-        let cubes = self.leaves.iter().map(|leaf| (leaf.origin, TileLevel::Leaf));
-        let cubes = cubes.chain(self.tiles.iter().map(|tile| (tile.origin, tile.level)));
-        let mut taken = HashSet::new();
-        let mut inside = HashSet::new();
-        for (origin, level) in cubes {
-            let dim = level.dim();
-            if origin.iter().any(|axis| axis.rem_euclid(dim) != 0) {
-                return Err(Error::Misaligned { origin, dim });
-            }
-            if !taken.insert((origin, level)) {
-                return Err(Error::Overlap { origin });
-            }
-            for larger in [TileLevel::Lower, TileLevel::Upper] {
-                if larger > level {
-                    inside.insert((lattice(origin, larger), larger));
-                }
+        for leaf in &self.leaves {
+            TileLevel::Leaf.check(leaf.origin)?;
+        }
+        for tile in &self.tiles {
+            tile.level.check(tile.origin)?;
+            // What lies inside the tile stands right behind its first voxel in the order.
+            let before = |leaf: &Leaf<T>| tree_order(leaf.origin) < tree_order(tile.origin);
+            let next = self.leaves.get(self.leaves.partition_point(before));
+            if next.is_some_and(|leaf| tile.covers(leaf.origin)) {
+                return Err(Error::Overlap {
+                    origin: tile.origin,
+                });
             }
         }
-        let covered = self.tiles.iter().find(|tile| inside.contains(&(tile.origin, tile.level)));
-        covered.map_or(Ok(()), |tile| Err(Error::Overlap { origin: tile.origin }))
+        let twice = self
+            .leaves
+            .windows(2)
+            .find(|pair| pair[0].origin == pair[1].origin);
+        let twice = twice.map(|pair| pair[0].origin);
+        let covered = |pair: &&[Tile<T>]| pair[0].covers(pair[1].origin);
+        let covered = self
+            .tiles
+            .windows(2)
+            .find(covered)
+            .map(|pair| pair[1].origin);
+        twice
+            .or(covered)
+            .map_or(Ok(()), |origin| Err(Error::Overlap { origin }))
     }
 
     /// The leaves, in the order of a file: by root entry of 4096³ voxels, then by node of 128³,
@@ -206,7 +271,9 @@ impl<T: Value> SparseTree<T> {
     /// The leaf that covers a voxel.
     pub fn leaf(&self, voxel: [i32; 3]) -> Option<&Leaf<T>> {
         let key = tree_order(voxel);
-        let place = self.leaves.binary_search_by_key(&key, |leaf| tree_order(leaf.origin));
+        let place = self
+            .leaves
+            .binary_search_by_key(&key, |leaf| tree_order(leaf.origin));
         place.ok().map(|place| &self.leaves[place])
     }
 
@@ -215,23 +282,44 @@ impl<T: Value> SparseTree<T> {
         if let Some(leaf) = self.leaf(voxel) {
             return leaf.values[Leaf::<T>::index(voxel)];
         }
-        let levels = [TileLevel::Leaf, TileLevel::Lower, TileLevel::Upper];
-        let tile = levels.into_iter().find_map(|level| self.tile(voxel, level));
-        tile.map_or(self.background, |tile| tile.value)
+        self.tile(voxel).map_or(self.background, |tile| tile.value)
     }
 
-    fn tile(&self, voxel: [i32; 3], level: TileLevel) -> Option<&Tile<T>> {
-        let origin = lattice(voxel, level);
-        let key = tree_order(origin);
-        let place = self.tiles.binary_search_by_key(&key, |tile| tree_order(tile.origin)).ok()?;
-        Some(&self.tiles[place]).filter(|tile| tile.origin == origin && tile.level == level)
+    /// Whether a voxel is active.
+    pub fn is_active(&self, voxel: [i32; 3]) -> bool {
+        match self.leaf(voxel) {
+            Some(leaf) => leaf.is_active(Leaf::<T>::index(voxel)),
+            None => self.tile(voxel).is_some_and(|tile| tile.active),
+        }
+    }
+
+    /// The tile that covers a voxel: in the order of the tree, none stands between it and the voxel.
+    fn tile(&self, voxel: [i32; 3]) -> Option<&Tile<T>> {
+        let key = tree_order(voxel);
+        let end = self
+            .tiles
+            .partition_point(|tile| tree_order(tile.origin) <= key);
+        self.tiles[..end].last().filter(|tile| tile.covers(voxel))
+    }
+
+    /// Bytes that the leaves and tiles take in memory.
+    pub(crate) fn memory(&self) -> u64 {
+        let tiles = self.tiles.len() * size_of::<Tile<T>>();
+        self.leaves.len() as u64 * Leaf::<T>::MEMORY + tiles as u64
     }
 
     /// Number of active voxels, those of tiles included.
     pub fn active_voxel_count(&self) -> u64 {
-        let in_leaves: u64 = self.leaves.iter().map(|leaf| u64::from(leaf.active_count())).sum();
+        let in_leaves: u64 = self
+            .leaves
+            .iter()
+            .map(|leaf| u64::from(leaf.active_count()))
+            .sum();
         let active = self.tiles.iter().filter(|tile| tile.active);
-        in_leaves + active.map(|tile| (tile.level.dim() as u64).pow(3)).sum::<u64>()
+        in_leaves
+            + active
+                .map(|tile| (tile.level.dim() as u64).pow(3))
+                .sum::<u64>()
     }
 
     /// Lowest and highest active voxel on each axis; `None` if no voxel is active.
@@ -251,7 +339,10 @@ impl<T: Value> SparseTree<T> {
             }
         }
         for tile in self.tiles.iter().filter(|tile| tile.active) {
-            add(tile.origin, tile.origin.map(|axis| axis.saturating_add(tile.level.dim() - 1)));
+            add(
+                tile.origin,
+                tile.origin.map(|axis| axis + (tile.level.dim() - 1)),
+            );
         }
         bounds
     }

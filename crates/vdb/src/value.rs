@@ -5,7 +5,10 @@ use half::f16;
 /// A voxel value: `f32`, `f64`, `[f32; 3]`, `i32` or `bool`.
 ///
 /// Sealed: the tree types of a VDB file are a closed list.
-pub trait Value: Copy + PartialEq + std::fmt::Debug + Send + Sync + sealed::Bytes + 'static {}
+pub trait Value:
+    Copy + PartialEq + std::fmt::Debug + Send + Sync + sealed::Bytes + 'static
+{
+}
 
 pub(crate) mod sealed {
     /// How a value stands in a file, little-endian.
@@ -116,7 +119,8 @@ impl sealed::Bytes for [f32; 3] {
     }
 
     fn encode(self, bytes: &mut Vec<u8>) {
-        self.into_iter().for_each(|component| component.encode(bytes));
+        self.into_iter()
+            .for_each(|component| component.encode(bytes));
     }
 
     fn negated(self) -> Self {

@@ -31,23 +31,23 @@ use niji_render::Toggle;
 use niji_render::render;
 
 /// Radius of all drops of homogeneous volumes [m].
-pub const RADIUS_M: f64 = 1e-4;
+pub(crate) const RADIUS_M: f64 = 1e-4;
 
 /// Three wavelengths.
-pub fn wavelengths() -> WavelengthGrid {
+pub(crate) fn wavelengths() -> WavelengthGrid {
     WavelengthGrid::new(450.0, 100.0, 3).unwrap()
 }
 
 /// Irradiance of the sun in every test [W m^-2 nm^-1].
-pub const SUN: [f64; 3] = [2.0, 1.5, 1.0];
+pub(crate) const SUN: [f64; 3] = [2.0, 1.5, 1.0];
 
 /// Number density with an extinction of 1/m at Q = 1.
-pub fn number_density_m3(extinction_m1_q1: f64) -> f32 {
+pub(crate) fn number_density_m3(extinction_m1_q1: f64) -> f32 {
     (extinction_m1_q1 / (std::f64::consts::PI * RADIUS_M * RADIUS_M)) as f32
 }
 
 /// Drops of one size.
-pub fn drops(extinction_m1_q1: f64) -> Drops {
+pub(crate) fn drops(extinction_m1_q1: f64) -> Drops {
     let number_density_m3 = number_density_m3(extinction_m1_q1);
     Drops {
         number_density_m3,
@@ -57,13 +57,13 @@ pub fn drops(extinction_m1_q1: f64) -> Drops {
 }
 
 /// Drops in a box, by their extinction at Q = 1 at a point.
-pub fn bricks(grid: &GridBox, extinction_m1_q1: impl Fn(DVec3) -> f64 + Sync) -> Bricks {
+pub(crate) fn bricks(grid: &GridBox, extinction_m1_q1: impl Fn(DVec3) -> f64 + Sync) -> Bricks {
     let mode = DropMode::from_fn("", grid, |point| drops(extinction_m1_q1(point))).unwrap();
     Bricks::build(&mode, Interpolation::Moments).unwrap()
 }
 
 /// A camera at `position` that looks towards `azimuth`, `elevation` [deg].
-pub fn camera(
+pub(crate) fn camera(
     position: DVec3,
     look_deg: (f64, f64),
     fov_deg: f64,
@@ -82,25 +82,28 @@ pub fn camera(
 }
 
 /// One ray to the north.
-pub fn one_ray(position: DVec3) -> PinholeCamera {
+pub(crate) fn one_ray(position: DVec3) -> PinholeCamera {
     camera(position, (0.0, 0.0), 1e-3, (1, 1))
 }
 
 /// Towards a sun in the south at `elevation_deg`.
-pub fn sun_in_the_south(elevation_deg: f64) -> DVec3 {
+pub(crate) fn sun_in_the_south(elevation_deg: f64) -> DVec3 {
     let (sin, cos) = elevation_deg.to_radians().sin_cos();
     DVec3::new(0.0, sin, cos)
 }
 
 /// A table of one size by a function of wavelength and angle [1/sr].
-pub fn table(value: impl Fn(usize, f64) -> f64) -> ScatteringTable {
+pub(crate) fn table(value: impl Fn(usize, f64) -> f64) -> ScatteringTable {
     sized_table(&[1e6 * RADIUS_M], |_, wavelength, theta| {
         value(wavelength, theta)
     })
 }
 
 /// A table by a function of radius [um], wavelength index and angle.
-pub fn sized_table(radii_um: &[f64], value: impl Fn(f64, usize, f64) -> f64) -> ScatteringTable {
+pub(crate) fn sized_table(
+    radii_um: &[f64],
+    value: impl Fn(f64, usize, f64) -> f64,
+) -> ScatteringTable {
     let theta_rad: Vec<f64> = (0..=1800)
         .map(|step| (f64::from(step) / 10.0).to_radians())
         .collect();
@@ -124,12 +127,12 @@ pub fn sized_table(radii_um: &[f64], value: impl Fn(f64, usize, f64) -> f64) -> 
 }
 
 /// The same in all directions and at all wavelengths [1/sr].
-pub fn isotropic(value_sr1: f64) -> ScatteringTable {
+pub(crate) fn isotropic(value_sr1: f64) -> ScatteringTable {
     table(|_, _| value_sr1)
 }
 
 /// Air of constant density up to 100 km over a planet like the Earth.
-pub fn air(extinction_m1: [f64; 3], scattering_m1: [f64; 3]) -> AtmosphereTable {
+pub(crate) fn air(extinction_m1: [f64; 3], scattering_m1: [f64; 3]) -> AtmosphereTable {
     AtmosphereTable {
         planet_radius_m: 6_371_000.0,
         top_height_m: 100_000.0,
@@ -153,7 +156,7 @@ pub fn air(extinction_m1: [f64; 3], scattering_m1: [f64; 3]) -> AtmosphereTable 
 }
 
 /// Cell-exact, no air to speak of, pixel centers.
-pub fn levels() -> RenderLevels {
+pub(crate) fn levels() -> RenderLevels {
     RenderLevels {
         integration: Integration::CellExact,
         drop_extinction_model: DropExtinctionModel::WithoutDiffraction,
@@ -164,7 +167,7 @@ pub fn levels() -> RenderLevels {
 }
 
 /// Bows and drop extinction.
-pub fn with_extinction() -> RenderEffects {
+pub(crate) fn with_extinction() -> RenderEffects {
     RenderEffects {
         drop_extinction: Toggle::On,
         ..RenderEffects::BOWS_ONLY
@@ -172,7 +175,7 @@ pub fn with_extinction() -> RenderEffects {
 }
 
 /// Bows, drop extinction and shadow.
-pub fn with_shadow() -> RenderEffects {
+pub(crate) fn with_shadow() -> RenderEffects {
     RenderEffects {
         drop_shadow: Toggle::On,
         ..with_extinction()
@@ -180,7 +183,7 @@ pub fn with_shadow() -> RenderEffects {
 }
 
 /// A request of bows in a vacuum.
-pub fn request<'a>(
+pub(crate) fn request<'a>(
     camera: &'a PinholeCamera,
     sun_direction: DVec3,
     drops: &'a LitDrops,
@@ -200,7 +203,7 @@ pub fn request<'a>(
 }
 
 /// The picture, which never holds NaN, infinities or negative light.
-pub fn rendered(request: &RenderRequest) -> Rendered {
+pub(crate) fn rendered(request: &RenderRequest) -> Rendered {
     let picture = render(request, &|_| ()).unwrap();
     let planes = [
         &picture.bow_primary,
@@ -222,6 +225,6 @@ pub fn rendered(request: &RenderRequest) -> Rendered {
 }
 
 /// Relative difference.
-pub fn relative(found: f64, expected: f64) -> f64 {
+pub(crate) fn relative(found: f64, expected: f64) -> f64 {
     (found / expected - 1.0).abs()
 }

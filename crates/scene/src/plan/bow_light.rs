@@ -66,15 +66,21 @@ impl BowLight {
     pub(super) fn new(request: &LightRequest<'_>) -> Self {
         let (low, high) = request.theta_rad;
         let n_steps = ((high - low).max(0.0) / STEP_RAD).ceil() as usize + 1;
-        let angles: Vec<Radians> =
-            (0..=n_steps).map(|index| Radians(low + STEP_RAD * index as f64)).collect();
-        let line = |size: (f64, f64), line: &Line| row(request, size, line.wavelength, &angles);
-        let values = request
-            .sizes
-            .iter()
-            .map(|size| request.lines.iter().map(|wavelength| line(*size, wavelength)).collect())
+        let angles: Vec<Radians> = (0..=n_steps)
+            .map(|index| Radians(low + STEP_RAD * index as f64))
             .collect();
-        Self { first_rad: low, values }
+        let gammas: Vec<Vec<(f64, f64)>> = request.sizes.iter().map(|size| gamma(*size)).collect();
+        let mut values = vec![Vec::with_capacity(request.lines.len()); gammas.len()];
+        for line in request.lines {
+            let rows = rows(request, &gammas, line.wavelength, &angles);
+            for (values, row) in values.iter_mut().zip(rows) {
+                values.push(row);
+            }
+        }
+        Self {
+            first_rad: low,
+            values,
+        }
     }
 
     /// The same light from a sun of `diameter_rad`: the mean over the disc, which across the bow is
@@ -99,9 +105,15 @@ impl BowLight {
                 })
                 .collect()
         };
-        let values =
-            self.values.iter().map(|lines| lines.iter().map(average).collect()).collect();
-        Self { first_rad: self.first_rad, values }
+        let values = self
+            .values
+            .iter()
+            .map(|lines| lines.iter().map(average).collect())
+            .collect();
+        Self {
+            first_rad: self.first_rad,
+            values,
+        }
     }
 
     /// Relative luminance by angle, with a factor for each line: largest over the sizes.
@@ -114,13 +126,18 @@ impl BowLight {
     pub(super) fn difference(&self, other: &Self, lines: &[Line], factor: &[f64]) -> Curve {
         let rows = self.values.iter().zip(&other.values).map(|(mine, others)| {
             let others = weighted(others, lines, factor);
-            pointwise(&weighted(mine, lines, factor), &others, |a, b| (a - b).abs())
+            pointwise(&weighted(mine, lines, factor), &others, |a, b| {
+                (a - b).abs()
+            })
         });
         self.curve(rows.reduce(|a, b| pointwise(&a, &b, f64::max)))
     }
 
     fn curve(&self, values: Option<Vec<f64>>) -> Curve {
-        Curve { first_rad: self.first_rad, values: values.unwrap_or_default() }
+        Curve {
+            first_rad: self.first_rad,
+            values: values.unwrap_or_default(),
+        }
     }
 }
 
@@ -138,38 +155,65 @@ fn pointwise(a: &[f64], b: &[f64], combine: impl Fn(f64, f64) -> f64) -> Vec<f64
     a.iter().zip(b).map(|(a, b)| combine(*a, *b)).collect()
 }
 
-/// t of one law at one wavelength for all angles, natural light, 1/sr.
-fn row(
+/// Radii [um] and weights that stand for a gamma law.
+fn gamma((radius_um, variance): (f64, f64)) -> Vec<(f64, f64)> {
+    gamma_area_quadrature(Micrometers(radius_um), variance, N_SIZES)
+        .unwrap_or_else(|_| vec![(radius_um, 1.0)])
+}
+
+/// t of every law at one wavelength for all angles, natural light, 1/sr.
+fn rows(
     request: &LightRequest<'_>,
-    (radius_um, variance): (f64, f64),
+    gammas: &[Vec<(f64, f64)>],
     wavelength: Nanometers,
     angles: &[Radians],
-) -> Vec<f64> {
+) -> Vec<Vec<f64>> {
     let index = water_refractive_index(wavelength, request.temperature_c);
-    let (Some(rays), Some(bow)) =
-        (GeometricOrder::new(index, request.order), AiryBow::new(index, request.order))
-    else {
-        return vec![0.0; angles.len()];
+    let (Some(rays), Some(bow)) = (
+        GeometricOrder::new(index, request.order),
+        AiryBow::new(index, request.order),
+    ) else {
+        return vec![vec![0.0; angles.len()]; gammas.len()];
     };
-    let natural = |[s, p]: [f64; 2]| 0.5 * (s + p);
     let f = |z| request.airy.value(z);
-    let sizes = gamma_area_quadrature(Micrometers(radius_um), variance, N_SIZES)
-        .unwrap_or_else(|_| vec![(radius_um, 1.0)]);
-    let average = |theta: Radians, of: &dyn Fn(Micrometers) -> [f64; 2]| -> f64 {
-        debug_assert!(theta.0.is_finite());
-        sizes.iter().map(|(radius, weight)| weight * natural(of(Micrometers(*radius)))).sum()
-    };
-    let one = |theta: &Radians| match request.theory {
-        Theory::Geometric => natural(rays.normalized_cross_section(*theta)),
-        Theory::AiryPublished => {
-            average(*theta, &|radius| bow.published(radius, wavelength, *theta, f))
-        }
-        Theory::Airy | Theory::Debye { .. } | Theory::Mie => {
-            let direction = bow.direction(*theta);
-            average(*theta, &|radius| direction.normalized_cross_section(radius, wavelength, f))
+    let mut rows = vec![Vec::with_capacity(angles.len()); gammas.len()];
+    let mut extend = |one: &dyn Fn(Micrometers) -> [f64; 2]| {
+        for (row, sizes) in rows.iter_mut().zip(gammas) {
+            let light = |(radius, weight): &(f64, f64)| weight * natural(one(Micrometers(*radius)));
+            row.push(sizes.iter().map(light).sum());
         }
     };
-    angles.iter().map(one).collect()
+    for theta in angles {
+        match request.theory {
+            Theory::Geometric => {
+                let light = near_caustic(&rays, bow.ray().theta_rad(), *theta);
+                extend(&|_| light);
+            }
+            Theory::AiryPublished => extend(&|radius| bow.published(radius, wavelength, *theta, f)),
+            Theory::Airy | Theory::Debye { .. } | Theory::Mie => {
+                let direction = bow.direction(*theta);
+                extend(&|radius| direction.normalized_cross_section(radius, wavelength, f));
+            }
+        }
+    }
+    rows
+}
+
+/// Light of rays; within steps of the caustic the largest around the angle, which even steps would
+/// miss.
+fn near_caustic(rays: &GeometricOrder, caustic_rad: f64, theta: Radians) -> [f64; 2] {
+    let at = |theta_rad: f64| rays.normalized_cross_section(Radians(theta_rad));
+    if (theta.0 - caustic_rad).abs() > 3.0 * STEP_RAD {
+        return at(theta.0);
+    }
+    let offsets = (-4..=4).map(|offset| f64::from(offset) * STEP_RAD / 8.0);
+    let larger = |a: [f64; 2], b: [f64; 2]| [a[0].max(b[0]), a[1].max(b[1])];
+    offsets.map(|offset| at(theta.0 + offset)).fold([0.0; 2], larger)
+}
+
+/// Unpolarized light of both polarizations.
+fn natural([s, p]: [f64; 2]) -> f64 {
+    0.5 * (s + p)
 }
 
 /// A quantity by scattering angle.
@@ -180,6 +224,14 @@ pub(super) struct Curve {
 }
 
 impl Curve {
+    /// No light at any angle.
+    pub(super) fn empty() -> Self {
+        Self {
+            first_rad: 0.0,
+            values: Vec::new(),
+        }
+    }
+
     /// Largest value within a range of angles, the neighbors of its ends included, times
     /// [`MARGIN`]; 0 beyond the curve.
     pub(super) fn max_within(&self, (low_rad, high_rad): (f64, f64)) -> f64 {
@@ -205,11 +257,28 @@ impl Curve {
         sum
     }
 
+    /// Pointwise larger of two curves over the same angles.
+    pub(super) fn or_larger(&self, other: &Self) -> Self {
+        if self.values.is_empty() {
+            return other.clone();
+        }
+        let mut larger = self.clone();
+        for (larger, value) in larger.values.iter_mut().zip(&other.values) {
+            *larger = larger.max(*value);
+        }
+        larger
+    }
+
     /// The curve with zeros where `keep` does not hold.
     pub(super) fn only(&self, keep: impl Fn(f64) -> bool) -> Self {
         let angle = |index: usize| self.first_rad + STEP_RAD * index as f64;
         let values = self.values.iter().enumerate();
-        let values = values.map(|(i, value)| if keep(angle(i)) { *value } else { 0.0 }).collect();
-        Self { first_rad: self.first_rad, values }
+        let values = values
+            .map(|(i, value)| if keep(angle(i)) { *value } else { 0.0 })
+            .collect();
+        Self {
+            first_rad: self.first_rad,
+            values,
+        }
     }
 }

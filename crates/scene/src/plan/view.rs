@@ -17,7 +17,7 @@ use niji_geometry::Aabb;
 use niji_geometry::PinholeCamera;
 
 /// Most blocks along the width and the height of the picture.
-const MAX_BLOCKS: (u32, u32) = (64, 48);
+const MAX_BLOCKS: (u32, u32) = (48, 36);
 
 /// A rectangle of pixels, with bounds that hold for each of its rays.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,6 +30,8 @@ pub(super) struct Block {
     pub(super) rise: (f64, f64),
     /// What the rays may meet of the drops; `None` where all of them miss.
     pub(super) drops: Option<Chord>,
+    /// Largest optical depth of the drops on any ray, Q = 1.
+    pub(super) depth: f64,
 }
 
 /// Bounds on the way of rays through the drops' box.
@@ -43,8 +45,18 @@ pub(super) struct Chord {
     pub(super) length_m: f64,
 }
 
-/// Cuts the picture into blocks.
-pub(super) fn blocks(camera: &PinholeCamera, sun: DVec3, drops: Option<&Aabb>) -> Vec<Block> {
+/// A part of the drops' box and the largest extinction in it at Q = 1 [1/m].
+pub(super) type Part = (Aabb, f64);
+
+/// Cuts the picture into blocks. The optical depth of a ray is at most the sum over the parts of
+/// their extinction times its way inside, and at most the largest extinction times its way through
+/// the whole.
+pub(super) fn blocks(
+    camera: &PinholeCamera,
+    sun: DVec3,
+    (whole, parts): (&Aabb, &[Part]),
+) -> Vec<Block> {
+    let drops = (whole, parts);
     let (width, height) = (camera.width_px(), camera.height_px());
     let (n_x, n_y) = (width.min(MAX_BLOCKS.0), height.min(MAX_BLOCKS.1));
     let edge = |index: u32, n: u32, size: u32| {
@@ -68,22 +80,46 @@ struct Rectangle {
 }
 
 impl Rectangle {
-    fn block(&self, camera: &PinholeCamera, sun: DVec3, drops: Option<&Aabb>) -> Block {
+    fn block(
+        &self,
+        camera: &PinholeCamera,
+        sun: DVec3,
+        (whole, parts): (&Aabb, &[Part]),
+    ) -> Block {
         let ((x0, x1), (y0, y1)) = (self.x_px, self.y_px);
         let ray = |x, y| camera.ray(x, y).direction;
         let middle = ray(0.5 * (x0 + x1), 0.5 * (y0 + y1));
         let corners = [ray(x0, y0), ray(x1, y0), ray(x0, y1), ray(x1, y1)];
-        let radius_rad =
-            corners.iter().map(|corner| angle_rad(middle, *corner)).fold(0.0, f64::max);
+        let radius_rad = corners
+            .iter()
+            .map(|corner| angle_rad(middle, *corner))
+            .fold(0.0, f64::max);
         let theta_rad = angle_rad(middle, sun);
         let elevation_rad = angle_rad(middle, DVec3::NEG_Y) - 0.5 * PI;
         let sine = |rad: f64| rad.clamp(-0.5 * PI, 0.5 * PI).sin();
+        let whole_chord = chord(camera, &corners, whole);
+        let depth = whole_chord.map_or(0.0, |whole| {
+            let largest = parts.iter().map(|(_, extinction)| *extinction).fold(0.0, f64::max);
+            let in_part = |(bounds, extinction_m1): &Part| {
+                chord(camera, &corners, bounds).map_or(0.0, |c| extinction_m1 * c.length_m)
+            };
+            // Parts of several modes overlap, so that only the sum of parts bounds them.
+            let sum: f64 = parts.iter().map(in_part).sum();
+            sum.min(largest * whole.length_m * f64::from(modes(parts)))
+        });
         let pixels = f64::from(camera.width_px()) * f64::from(camera.height_px());
         Block {
             share: (x1 - x0) * (y1 - y0) / pixels,
-            theta_rad: ((theta_rad - radius_rad).max(0.0), (theta_rad + radius_rad).min(PI)),
-            rise: (sine(elevation_rad - radius_rad), sine(elevation_rad + radius_rad)),
-            drops: drops.and_then(|bounds| chord(camera, &corners, bounds)),
+            theta_rad: (
+                (theta_rad - radius_rad).max(0.0),
+                (theta_rad + radius_rad).min(PI),
+            ),
+            rise: (
+                sine(elevation_rad - radius_rad),
+                sine(elevation_rad + radius_rad),
+            ),
+            drops: whole_chord,
+            depth,
         }
     }
 }
@@ -104,8 +140,10 @@ fn chord(camera: &PinholeCamera, corners: &[DVec3; 4], bounds: &Aabb) -> Option<
         let components = rays.map(|ray| ray[axis]);
         let low = components.into_iter().fold(f64::INFINITY, f64::min);
         let high = components.into_iter().fold(f64::NEG_INFINITY, f64::max);
-        let (axis_enter, axis_leave) =
-            slab((bounds.min[axis] - eye[axis], bounds.max[axis] - eye[axis]), (low, high))?;
+        let (axis_enter, axis_leave) = slab(
+            (bounds.min[axis] - eye[axis], bounds.max[axis] - eye[axis]),
+            (low, high),
+        )?;
         enter = enter.max(axis_enter);
         leave = leave.min(axis_leave);
     }
@@ -115,17 +153,21 @@ fn chord(camera: &PinholeCamera, corners: &[DVec3; 4], bounds: &Aabb) -> Option<
     let longest = rays.iter().map(|ray| ray.length()).fold(0.0, f64::max);
     let farthest_m = farthest_corner_m(eye, bounds);
     let leave_m = (leave * longest).min(farthest_m);
-    let length_m = ((leave - enter) * longest).min(bounds.size().length()).min(leave_m);
-    Some(Chord { enter_m: enter.min(leave_m), leave_m, length_m })
+    let length_m = ((leave - enter) * longest)
+        .min(bounds.size().length())
+        .min(leave_m);
+    Some(Chord {
+        enter_m: enter.min(leave_m),
+        leave_m,
+        length_m,
+    })
 }
 
 /// Earliest entry into and latest exit from a slab at `near..far` relative to the eye, for all
 /// components `low..high` of the direction; `None` if every ray leads away from it.
 fn slab((near, far): (f64, f64), (low, high): (f64, f64)) -> Option<(f64, f64)> {
     if near <= 0.0 && far >= 0.0 {
-        let up = if high > 0.0 { far / high } else { f64::INFINITY };
-        let down = if low < 0.0 { near / low } else { f64::INFINITY };
-        // A ray of component 0 among them never leaves; one side alone bounds the exit.
+        // A ray of component 0 never leaves, and there is one among components of both signs.
         let leave = if low > 0.0 {
             far / low
         } else if high < 0.0 {
@@ -133,11 +175,14 @@ fn slab((near, far): (f64, f64), (low, high): (f64, f64)) -> Option<(f64, f64)> 
         } else {
             f64::INFINITY
         };
-        return Some((0.0, leave.max(up.min(down))));
+        return Some((0.0, leave));
     }
     // Mirror a slab on the negative side.
-    let (near, far, low, high) =
-        if near > 0.0 { (near, far, low, high) } else { (-far, -near, -high, -low) };
+    let (near, far, low, high) = if near > 0.0 {
+        (near, far, low, high)
+    } else {
+        (-far, -near, -high, -low)
+    };
     if high <= 0.0 {
         return None;
     }
@@ -146,7 +191,10 @@ fn slab((near, far): (f64, f64), (low, high): (f64, f64)) -> Option<(f64, f64)> 
 }
 
 fn farthest_corner_m(eye: DVec3, bounds: &Aabb) -> f64 {
-    (bounds.min - eye).abs().max((bounds.max - eye).abs()).length()
+    (bounds.min - eye)
+        .abs()
+        .max((bounds.max - eye).abs())
+        .length()
 }
 
 /// Longest way through the box along a direction, m.
@@ -185,7 +233,9 @@ mod tests {
     /// The block that holds a pixel.
     fn block_of(blocks: &[Block], x: u32, y: u32) -> &Block {
         let find = |p: u32, size: u32, n: u32| {
-            (0..n).find(|i| u64::from(p) < u64::from(i + 1) * u64::from(size) / u64::from(n)).unwrap()
+            (0..n)
+                .find(|i| u64::from(p) < u64::from(i + 1) * u64::from(size) / u64::from(n))
+                .unwrap()
         };
         let row = find(y, HEIGHT, MAX_BLOCKS.1) * MAX_BLOCKS.0;
         &blocks[(row + find(x, WIDTH, MAX_BLOCKS.0)) as usize]
@@ -193,7 +243,10 @@ mod tests {
 
     #[test]
     fn bounds_hold_for_every_ray_of_every_pixel() {
-        let bounds = Aabb { min: DVec3::new(-60.0, -5.0, -90.0), max: DVec3::new(30.0, 40.0, -20.0) };
+        let bounds = Aabb {
+            min: DVec3::new(-60.0, -5.0, -90.0),
+            max: DVec3::new(30.0, 40.0, -20.0),
+        };
         let sun = direction_from_azimuth_elevation(Radians(3.0), Radians(0.4));
         for (position, azimuth_deg, elevation_deg) in [
             (DVec3::new(0.0, 1.6, 0.0), 0.0, 10.0),
@@ -226,7 +279,10 @@ mod tests {
 
     #[test]
     fn bounds_are_tight_in_the_middle_of_a_distant_box() {
-        let bounds = Aabb { min: DVec3::new(-90.0, -90.0, -120.0), max: DVec3::new(90.0, 90.0, -100.0) };
+        let bounds = Aabb {
+            min: DVec3::new(-90.0, -90.0, -120.0),
+            max: DVec3::new(90.0, 90.0, -100.0),
+        };
         let camera = camera(DVec3::ZERO, 0.0, 0.0);
         let blocks = blocks(&camera, DVec3::Y, Some(&bounds));
         let chord = block_of(&blocks, WIDTH / 2, HEIGHT / 2).drops.unwrap();
@@ -236,14 +292,20 @@ mod tests {
 
     #[test]
     fn a_camera_that_looks_away_sees_no_drops() {
-        let bounds = Aabb { min: DVec3::new(-9.0, 0.0, -30.0), max: DVec3::new(9.0, 9.0, -20.0) };
+        let bounds = Aabb {
+            min: DVec3::new(-9.0, 0.0, -30.0),
+            max: DVec3::new(9.0, 9.0, -20.0),
+        };
         let blocks = blocks(&camera(DVec3::ZERO, 180.0, 0.0), DVec3::Y, Some(&bounds));
         assert!(blocks.iter().all(|block| block.drops.is_none()));
     }
 
     #[test]
     fn the_longest_chord_of_a_cube_is_its_diagonal() {
-        let cube = Aabb { min: DVec3::ZERO, max: DVec3::ONE };
+        let cube = Aabb {
+            min: DVec3::ZERO,
+            max: DVec3::ONE,
+        };
         let diagonal = longest_chord_m(&cube, DVec3::ONE.normalize());
         assert!((diagonal - 3.0_f64.sqrt()).abs() < 1e-15);
         assert!((longest_chord_m(&cube, DVec3::Y) - 1.0).abs() < 1e-15);

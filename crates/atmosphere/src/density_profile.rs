@@ -1,0 +1,163 @@
+//! How the density of a constituent runs with height.
+//!
+//! exponential  rho = exp(-h/H)                         H scale height
+//! tent         rho rises linearly from 0 at the bottom to 1 at the peak and falls to 0 at the top
+//! tabulated    nodes, with either law between them
+//! Densities are relative: 1 is where the coefficients of the constituent hold.
+
+use niji_exchange::DensityLaw;
+
+use crate::error::Error;
+use crate::error::positive;
+
+/// Depth below sea level down to which profiles reach, m: deeper than any land under open air.
+const BOTTOM_M: f64 = -1000.0;
+/// Scale heights above which an exponential profile ends: e^-22 = 3e-10 of it is cut off.
+const SCALE_HEIGHTS: f64 = 22.0;
+
+/// Relative density by height.
+#[derive(Debug, Clone, PartialEq)]
+pub enum DensityProfile {
+    /// exp(-h/H), 1 at sea level.
+    Exponential {
+        /// Height over which the density falls to 1/e, m.
+        scale_height_m: f64,
+    },
+    /// Rises linearly to 1 and falls linearly.
+    Tent {
+        /// Where it begins, m.
+        bottom_m: f64,
+        /// Where it is 1, m.
+        peak_m: f64,
+        /// Where it ends, m.
+        top_m: f64,
+    },
+    /// Nodes with a law between them.
+    Tabulated {
+        /// Law between the nodes.
+        law: DensityLaw,
+        /// Rising heights, m, and relative densities.
+        nodes: Vec<[f64; 2]>,
+    },
+}
+
+/// A profile as nodes with a law between them.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Nodes {
+    pub(crate) law: DensityLaw,
+    pub(crate) height_m: Vec<f64>,
+    pub(crate) density: Vec<f64>,
+}
+
+impl DensityProfile {
+    /// Integral of the relative density over all heights from sea level, m, without an upper end.
+    pub fn vertical_length_m(&self) -> f64 {
+        match self {
+            Self::Exponential { scale_height_m } => *scale_height_m,
+            Self::Tent { bottom_m, top_m, .. } => 0.5 * (top_m - bottom_m),
+            Self::Tabulated { law, nodes } => {
+                nodes.windows(2).map(|pair| layer_m(*law, pair)).sum()
+            }
+        }
+    }
+
+    /// The profile as nodes that end at or below `top_m`.
+    pub(crate) fn nodes(&self, top_m: f64) -> Result<Nodes, Error> {
+        let nodes = match self {
+            Self::Exponential { scale_height_m } => {
+                let scale_height_m = positive("scale height", *scale_height_m, "m")?;
+                let end_m = top_m.min(SCALE_HEIGHTS * scale_height_m);
+                let density = |height_m: f64| (-height_m / scale_height_m).exp();
+                Nodes {
+                    law: DensityLaw::Exponential,
+                    height_m: vec![BOTTOM_M, 0.0, end_m],
+                    density: vec![density(BOTTOM_M), 1.0, density(end_m)],
+                }
+            }
+            Self::Tent { bottom_m, peak_m, top_m: end_m } => Nodes {
+                law: DensityLaw::Linear,
+                height_m: vec![*bottom_m, *peak_m, *end_m],
+                density: vec![0.0, 1.0, 0.0],
+            },
+            Self::Tabulated { law, nodes } => Nodes {
+                law: *law,
+                height_m: nodes.iter().map(|node| node[0]).collect(),
+                density: nodes.iter().map(|node| node[1]).collect(),
+            },
+        };
+        nodes.check(top_m)?;
+        Ok(nodes)
+    }
+}
+
+impl Nodes {
+    fn check(&self, top_m: f64) -> Result<(), Error> {
+        let bad = |problem: String| Err(Error::Profile { problem });
+        if self.height_m.len() < 2 {
+            return bad(format!("{} nodes found, expected at least 2", self.height_m.len()));
+        }
+        // Also where a height is NaN.
+        if let Some(pair) = self.height_m.windows(2).find(|pair| pair[1].is_nan() || pair[0].is_nan() || pair[1] <= pair[0]) {
+            return bad(format!("height {} m found after {} m, expected rising", pair[1], pair[0]));
+        }
+        let last_m = self.height_m[self.height_m.len() - 1];
+        if last_m > top_m {
+            return bad(format!("it ends at {last_m} m, expected below the top of the air, {top_m} m"));
+        }
+        let is_bad = |density: f64| match self.law {
+            DensityLaw::Exponential => !(density > 0.0 && density.is_finite()),
+            DensityLaw::Linear => !(density >= 0.0 && density.is_finite()),
+        };
+        match self.density.iter().find(|&&density| is_bad(density)) {
+            Some(density) => bad(format!("density {density} found, expected a positive number")),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Integral over one layer, above sea level, m.
+fn layer_m(law: DensityLaw, pair: &[[f64; 2]]) -> f64 {
+    let [[low_m, low], [high_m, high]] = [pair[0], pair[1]];
+    let thickness_m = high_m - low_m;
+    match law {
+        DensityLaw::Linear => 0.5 * (low + high) * thickness_m,
+        DensityLaw::Exponential => {
+            let log_ratio = (low / high).ln();
+            // (1 - e^-x)/x without cancellation for nearly constant density.
+            let mean = if log_ratio.abs() < 1e-8 { 1.0 } else { -(-log_ratio).exp_m1() / log_ratio };
+            low * mean * thickness_m
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tabulated_exponential_has_the_length_of_its_scale_height() {
+        let nodes = (0..=40).map(|i| 5e3 * f64::from(i)).map(|h| [h, (-h / 8e3).exp()]).collect();
+        let profile = DensityProfile::Tabulated { law: DensityLaw::Exponential, nodes };
+        assert!((profile.vertical_length_m() / 8e3 - 1.0).abs() < 1e-10);
+    }
+
+    #[test]
+    fn constant_layers_are_no_division_of_0_by_0() {
+        let nodes = vec![[0.0, 1.0], [1e3, 1.0]];
+        let profile = DensityProfile::Tabulated { law: DensityLaw::Exponential, nodes };
+        assert!((profile.vertical_length_m() - 1e3).abs() < 1e-9);
+    }
+
+    #[test]
+    fn profiles_that_no_air_can_have_are_refused() {
+        let nodes_of = |nodes: Vec<[f64; 2]>| {
+            DensityProfile::Tabulated { law: DensityLaw::Exponential, nodes }.nodes(1e5)
+        };
+        assert!(nodes_of(vec![[0.0, 1.0]]).is_err());
+        assert!(nodes_of(vec![[0.0, 1.0], [0.0, 0.5]]).is_err());
+        assert!(nodes_of(vec![[0.0, 1.0], [1e3, 0.0]]).is_err());
+        assert!(nodes_of(vec![[0.0, 1.0], [f64::NAN, 0.5]]).is_err());
+        assert!(nodes_of(vec![[0.0, 1.0], [2e5, 0.5]]).is_err());
+        assert!(DensityProfile::Exponential { scale_height_m: 0.0 }.nodes(1e5).is_err());
+    }
+}

@@ -1,0 +1,99 @@
+//! References for the tests: adaptive quadrature that shares no formula with the crate.
+
+#![allow(dead_code, reason = "every test target uses a part of it")]
+
+use niji_atmosphere::AirComponent;
+use niji_atmosphere::AirModel;
+use niji_atmosphere::USUAL_TOP_M;
+use niji_exchange::AtmosphereTable;
+use niji_geometry::EARTH;
+use niji_radiometry::WavelengthGrid;
+
+/// Radius of the planet in all tests, m.
+pub const RADIUS_M: f64 = 6_371_000.0;
+/// Scale height of the papers' air, m.
+pub const NISHITA_HEIGHT_M: f64 = 7994.0;
+
+/// Air of the given components at 450, 550 and 650 nm under a sun of irradiance 1.
+pub fn unit_sun_air(components: Vec<AirComponent>) -> AtmosphereTable {
+    let model = AirModel {
+        planet: EARTH,
+        top_height_m: USUAL_TOP_M,
+        wavelengths: WavelengthGrid::new(450.0, 100.0, 3).unwrap(),
+        sun_scale: 1.0,
+        ground_albedo: 0.0,
+        components,
+    };
+    let mut air = model.tabulate().unwrap();
+    air.sun_irradiance = vec![1.0; 3];
+    air
+}
+
+/// The papers' air.
+pub fn nishita() -> AtmosphereTable {
+    unit_sun_air(vec![AirComponent::RayleighNishita])
+}
+
+/// Integral by adaptive Simpson quadrature, relative to `scale`.
+pub fn adaptive(f: &dyn Fn(f64) -> f64, [from, to]: [f64; 2], tolerance: f64) -> f64 {
+    // Panels first, so that a narrow peak is not missed.
+    let n_panels = 32;
+    let width = (to - from) / f64::from(n_panels);
+    let panel = |i: i32| {
+        let a = from + f64::from(i) * width;
+        let b = a + width;
+        let (fa, fm, fb) = (f(a), f(0.5 * (a + b)), f(b));
+        let whole = (b - a) / 6.0 * (fa + 4.0 * fm + fb);
+        refine(f, [a, b], [fa, fm, fb], whole, tolerance / f64::from(n_panels), 40)
+    };
+    (0..n_panels).map(panel).sum()
+}
+
+#[allow(clippy::too_many_arguments, reason = "a recursion carries its state")]
+fn refine(
+    f: &dyn Fn(f64) -> f64,
+    [a, b]: [f64; 2],
+    [fa, fm, fb]: [f64; 3],
+    whole: f64,
+    tolerance: f64,
+    depth: u32,
+) -> f64 {
+    let m = 0.5 * (a + b);
+    let (fl, fr) = (f(0.5 * (a + m)), f(0.5 * (m + b)));
+    let left = (m - a) / 6.0 * (fa + 4.0 * fl + fm);
+    let right = (b - m) / 6.0 * (fm + 4.0 * fr + fb);
+    let change = left + right - whole;
+    if depth == 0 || change.abs() <= 15.0 * tolerance {
+        return left + right + change / 15.0;
+    }
+    refine(f, [a, m], [fa, fl, fm], left, 0.5 * tolerance, depth - 1)
+        + refine(f, [m, b], [fm, fr, fb], right, 0.5 * tolerance, depth - 1)
+}
+
+/// Height on a ray by the difference of two radii: 1e-9 m of rounding in f64.
+pub fn height(height_m: f64, mu: f64, s: f64) -> f64 {
+    let r0 = RADIUS_M + height_m;
+    (r0 * r0 + 2.0 * r0 * mu * s + s * s).sqrt() - RADIUS_M
+}
+
+/// Distance to a shell from below, by the quadratic formula.
+pub fn exit(height_m: f64, mu: f64, shell_m: f64) -> f64 {
+    let r0 = RADIUS_M + height_m;
+    let rt = RADIUS_M + shell_m;
+    -r0 * mu + (r0 * r0 * (mu * mu - 1.0) + rt * rt).sqrt()
+}
+
+/// Integral of a density over `from..to` of a ray, by adaptive quadrature in pieces of the ray that
+/// grow away from its lowest point.
+pub fn length(density: &dyn Fn(f64) -> f64, [h, mu]: [f64; 2], [from, to]: [f64; 2]) -> f64 {
+    let lowest = (-(RADIUS_M + h) * mu).clamp(from, to);
+    let value = |s: f64| density(height(h, mu, s));
+    // Substitution s = lowest +- t^2.
+    let outwards = |end: f64, sign: f64| {
+        let f = |t: f64| 2.0 * t * value(lowest + sign * t * t);
+        let last = (end - lowest).abs().sqrt();
+        let scale = value(lowest) * (end - lowest).abs().min(3e5);
+        adaptive(&f, [0.0, last], 1e-10 * scale.max(1e-30))
+    };
+    outwards(to, 1.0) + outwards(from, -1.0)
+}

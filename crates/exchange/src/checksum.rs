@@ -1,0 +1,92 @@
+//! Notices damage that the format cannot see.
+//!
+//! checksum = SHA-256(name, header values this crate uses, SHA-256 of every channel)
+//! EXR itself protects only deflated blocks; a flipped bit in an uncompressed table would pass as
+//! another number. Channels are hashed in parallel and combined in the order of their names.
+//! [FIPS180] NIST FIPS 180-4, Secure Hash Standard (2015).
+
+use std::fmt::Write as _;
+
+use rayon::prelude::*;
+use sha2::Digest;
+use sha2::Sha256;
+
+use crate::attributes::AttributeValue;
+use crate::error::Error;
+use crate::part::Part;
+use crate::part::Samples;
+
+/// Name of the attribute.
+pub(crate) const NAME: &str = "niji:checksum";
+/// Attributes that other programs add or change are not covered.
+const COVERED: &str = "niji:";
+
+/// The checksum of a part in hexadecimal.
+pub(crate) fn of(part: &Part) -> String {
+    let mut channels: Vec<&(String, Samples)> = part.channels.iter().collect();
+    channels.sort_by(|a, b| a.0.cmp(&b.0));
+    let hashes: Vec<[u8; 32]> = channels
+        .par_iter()
+        .map(|(_, samples)| of_samples(samples))
+        .collect();
+    let mut hasher = Sha256::new();
+    let mut add = |bytes: &[u8]| {
+        // Lengths keep neighbors apart.
+        hasher.update((bytes.len() as u64).to_le_bytes());
+        hasher.update(bytes);
+    };
+    add(part.name.as_bytes());
+    for (name, value) in &part.attributes {
+        if name.starts_with(COVERED) && name != NAME {
+            add(name.as_bytes());
+            match value {
+                AttributeValue::Text(text) => add(text.as_bytes()),
+                AttributeValue::Number(number) => add(&number.to_le_bytes()),
+            }
+        }
+    }
+    let standard = part
+        .white_luminance_cd_m2
+        .iter()
+        .chain(part.world_to_camera.iter().flatten());
+    for number in standard {
+        add(&number.to_le_bytes());
+    }
+    for ((name, samples), hash) in channels.into_iter().zip(hashes) {
+        let (height, width) = samples.dim();
+        add(name.as_bytes());
+        add(&(height as u64).to_le_bytes());
+        add(&(width as u64).to_le_bytes());
+        add(&hash);
+    }
+    hexadecimal(&hasher.finalize())
+}
+
+/// Compares a part with the checksum in its header, if there is one.
+pub(crate) fn verify(part: &Part) -> Result<(), Error> {
+    match part.attributes.get(NAME) {
+        Some(AttributeValue::Text(stated)) if *stated != of(part) => Err(Error::Checksum {
+            part: part.name.clone(),
+        }),
+        Some(_) | None => Ok(()),
+    }
+}
+
+/// Bytes in hexadecimal.
+pub(crate) fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().fold(String::new(), |mut text, byte| {
+        let _ = write!(text, "{byte:02x}");
+        text
+    })
+}
+
+fn of_samples(samples: &Samples) -> [u8; 32] {
+    let mut hasher = Sha256::new();
+    let mut bytes = Vec::with_capacity(4 * samples.ncols());
+    for row in samples.rows() {
+        bytes.clear();
+        bytes.extend(row.iter().flat_map(|value| value.to_le_bytes()));
+        hasher.update(&bytes);
+    }
+    hasher.finalize().into()
+}

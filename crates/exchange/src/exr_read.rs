@@ -1,0 +1,302 @@
+//! Reads EXR files that may be damaged.
+//!
+//! A header can promise anything. So what it promises is compared with the length of the file before
+//! memory is asked for, memory is asked for in a way that may fail, and it is touched only as blocks
+//! arrive that really unpack to what the header says. Every block must come exactly once.
+
+use std::fs::File;
+use std::io::BufReader;
+use std::io::Read;
+use std::io::Seek;
+use std::path::Path;
+
+use exr::block::UncompressedBlock;
+use exr::block::chunk::Chunk;
+use exr::block::chunk::CompressedBlock;
+use exr::block::lines::LineIndex;
+use exr::compression::Compression;
+use exr::meta::BlockDescription;
+use exr::meta::MetaData;
+use exr::meta::attribute::AttributeValue as ExrValue;
+use exr::meta::attribute::SampleType;
+use exr::meta::attribute::Text;
+use exr::meta::header::Header;
+use exr::prelude::f16;
+use ndarray::Array2;
+use rayon::prelude::*;
+
+use crate::attributes::AttributeValue;
+use crate::attributes::Attributes;
+use crate::checksum;
+use crate::error::Error;
+use crate::part::Part;
+
+/// Best that a codec can do: deflate packs at most 1032 bytes into one, the others less.
+const MAX_EXPANSION: u128 = 1032;
+/// Bytes that a chunk takes besides its pixels: its offset, row and length.
+const CHUNK_BYTES: u128 = 16;
+/// Pixels that are unpacked at a time.
+const BATCH_BYTES: usize = 32 << 20;
+
+/// Reads all parts of a file.
+///
+/// # Errors
+/// A missing, truncated or damaged file, a header that promises more than the file can hold, a part
+/// that does not fit its checksum, or a value that is not finite.
+pub(crate) fn read_parts(path: &Path) -> Result<Vec<Part<'static>>, Error> {
+    let file = File::open(path)?;
+    let file_bytes = file.metadata()?.len();
+    read_from(BufReader::with_capacity(1 << 18, file), file_bytes)
+}
+
+/// Reads the attributes of the first part and no pixel.
+///
+/// # Errors
+/// As for [`read_parts`], as far as headers show it.
+pub(crate) fn read_first_attributes(path: &Path) -> Result<Attributes, Error> {
+    let file = File::open(path)?;
+    let file_bytes = file.metadata()?.len();
+    let reader = exr::block::read(BufReader::new(file), false)?;
+    check_sizes(reader.headers(), file_bytes)?;
+    Ok(reader.headers().first().map(attributes).unwrap_or_default())
+}
+
+/// Reads all parts from a source of `file_bytes` bytes.
+pub(crate) fn read_from(
+    source: impl Read + Seek,
+    file_bytes: u64,
+) -> Result<Vec<Part<'static>>, Error> {
+    let reader = exr::block::read(source, false)?;
+    check_sizes(reader.headers(), file_bytes)?;
+    let meta_data = reader.meta_data().clone();
+    let mut pages = meta_data
+        .headers
+        .iter()
+        .map(Page::new)
+        .collect::<Result<Vec<_>, _>>()?;
+    let n_per_batch = batch_length(&meta_data.headers);
+    let mut chunks = reader.all_chunks(false)?;
+    loop {
+        let batch = chunks
+            .by_ref()
+            .take(n_per_batch)
+            .collect::<Result<Vec<Chunk>, _>>()?;
+        if batch.is_empty() {
+            break;
+        }
+        let blocks: Vec<UncompressedBlock> = batch
+            .into_par_iter()
+            .map(|chunk| unpack(chunk, &meta_data))
+            .collect::<Result<_, _>>()?;
+        for block in blocks {
+            let layer = block.index.layer;
+            pages[layer].insert(&meta_data.headers[layer], &block)?;
+        }
+    }
+    let parts = meta_data
+        .headers
+        .iter()
+        .zip(pages)
+        .map(|(header, page)| page.finish(header));
+    parts.collect()
+}
+
+/// Compares the promises of all headers with the length of the file.
+fn check_sizes(headers: &[Header], file_bytes: u64) -> Result<(), Error> {
+    let mut needed_bytes = 0_u128;
+    for header in headers {
+        if header.blocks != BlockDescription::ScanLines {
+            return Err(Error::Layout {
+                found: "tiles",
+                expected: "scan lines",
+            });
+        }
+        if header.layer_size.area() == 0 {
+            return Err(Error::Damaged("found a part without pixels".to_owned()));
+        }
+        needed_bytes += CHUNK_BYTES * header.chunk_count as u128;
+        needed_bytes += pixel_bytes(header).div_ceil(max_expansion(header));
+    }
+    if needed_bytes > u128::from(file_bytes) {
+        return Err(Error::TooLarge {
+            needed_bytes,
+            file_bytes,
+        });
+    }
+    Ok(())
+}
+
+fn pixel_bytes(header: &Header) -> u128 {
+    let pixel_bytes = header.channels.bytes_per_pixel as u128;
+    let (width, height) = (
+        header.layer_size.width() as u128,
+        header.layer_size.height() as u128,
+    );
+    pixel_bytes.saturating_mul(width).saturating_mul(height)
+}
+
+fn max_expansion(header: &Header) -> u128 {
+    if header.compression == Compression::Uncompressed {
+        1
+    } else {
+        MAX_EXPANSION
+    }
+}
+
+fn batch_length(headers: &[Header]) -> usize {
+    let longest = headers.iter().map(Header::max_block_byte_size).max();
+    (BATCH_BYTES / longest.unwrap_or(BATCH_BYTES).max(1)).clamp(1, 4096)
+}
+
+/// Decompresses a chunk, unless it is too short for what it should become.
+fn unpack(chunk: Chunk, meta_data: &MetaData) -> Result<UncompressedBlock, Error> {
+    // Chunk::read has checked the index of the part.
+    let header = &meta_data.headers[chunk.layer_index];
+    let CompressedBlock::ScanLine(block) = &chunk.compressed_block else {
+        return Err(Error::Layout {
+            found: "tiles or deep data",
+            expected: "scan lines",
+        });
+    };
+    let location = header.get_block_data_indices(&chunk.compressed_block)?;
+    let height = header
+        .get_absolute_block_pixel_coordinates(location)?
+        .size
+        .height();
+    let expected_bytes =
+        (header.channels.bytes_per_pixel * header.layer_size.width() * height) as u128;
+    let packed_bytes = block.compressed_pixels_le.len() as u128;
+    let is_raw = packed_bytes == expected_bytes;
+    let is_possible = header.compression != Compression::Uncompressed
+        && packed_bytes < expected_bytes
+        && expected_bytes <= MAX_EXPANSION * packed_bytes;
+    if !is_raw && !is_possible {
+        let message = format!("found {packed_bytes} bytes for {expected_bytes} bytes of pixels");
+        return Err(Error::Damaged(message));
+    }
+    Ok(UncompressedBlock::decompress_chunk(
+        chunk, meta_data, false,
+    )?)
+}
+
+/// The pixels of a part while its blocks arrive.
+struct Page {
+    channels: Vec<Vec<f32>>,
+    /// Whether the block of this index has come.
+    seen: Vec<bool>,
+}
+
+impl Page {
+    /// Reserves memory without touching it.
+    fn new(header: &Header) -> Result<Self, Error> {
+        let n_samples = header.layer_size.area();
+        let n_channels = header.channels.list.len();
+        let needed_bytes = 4 * n_samples as u128 * n_channels as u128;
+        let mut channels = Vec::new();
+        for _ in 0..n_channels {
+            let mut samples = Vec::new();
+            samples
+                .try_reserve_exact(n_samples)
+                .map_err(|_| Error::Memory { needed_bytes })?;
+            channels.push(samples);
+        }
+        Ok(Self {
+            channels,
+            seen: vec![false; header.chunk_count],
+        })
+    }
+
+    fn insert(&mut self, header: &Header, block: &UncompressedBlock) -> Result<(), Error> {
+        let index = block.index.pixel_position.y() / header.compression.scan_lines_per_block();
+        match self.seen.get_mut(index) {
+            Some(seen) if !*seen => *seen = true,
+            Some(_) | None => return Err(Error::Damaged(format!("found block {index} twice"))),
+        }
+        let width = header.layer_size.width();
+        for (bytes, line) in LineIndex::lines_in_block(block.index, &header.channels) {
+            let samples = &mut self.channels[line.channel];
+            let start = line.position.y() * width;
+            if samples.len() < start + width {
+                samples.resize(start + width, 0.0);
+            }
+            let sample_type = header.channels.list[line.channel].sample_type;
+            decode(
+                sample_type,
+                &block.data[bytes],
+                &mut samples[start..start + width],
+            );
+        }
+        Ok(())
+    }
+
+    fn finish(self, header: &Header) -> Result<Part<'static>, Error> {
+        let size = (header.layer_size.height(), header.layer_size.width());
+        let own = &header.own_attributes;
+        let name = own.layer_name.as_ref().map(text).unwrap_or_default();
+        let mut channels = Vec::with_capacity(self.channels.len());
+        for (description, samples) in header.channels.list.iter().zip(self.channels) {
+            let channel = text(&description.name);
+            let found = samples.len();
+            let what = || format!("pixels in channel {channel:?} of part {name:?}");
+            let shape = |_| Error::Shape {
+                what: what(),
+                found,
+                expected: size.0 * size.1,
+            };
+            let samples = Array2::from_shape_vec(size, samples).map_err(shape)?;
+            channels.push((channel, samples.into()));
+        }
+        let part = Part {
+            name,
+            channels,
+            attributes: attributes(header),
+            white_luminance_cd_m2: own.white_luminance,
+            world_to_camera: own.world_to_camera,
+        };
+        checksum::verify(&part)?;
+        part.check_values()?;
+        Ok(part)
+    }
+}
+
+/// Samples from bytes in the order of this machine, as `exr` hands them out.
+fn decode(sample_type: SampleType, bytes: &[u8], target: &mut [f32]) {
+    match sample_type {
+        SampleType::F32 => {
+            for (target, bytes) in target.iter_mut().zip(bytes.as_chunks::<4>().0) {
+                *target = f32::from_ne_bytes(*bytes);
+            }
+        }
+        SampleType::F16 => {
+            for (target, bytes) in target.iter_mut().zip(bytes.as_chunks::<2>().0) {
+                *target = f16::from_ne_bytes(*bytes).to_f32();
+            }
+        }
+        SampleType::U32 => {
+            for (target, bytes) in target.iter_mut().zip(bytes.as_chunks::<4>().0) {
+                // Integers above 2^24 lose digits; no file of ours holds any.
+                *target = u32::from_ne_bytes(*bytes) as f32;
+            }
+        }
+    }
+}
+
+/// The texts and numbers of a header; other kinds belong to other programs.
+fn attributes(header: &Header) -> Attributes {
+    let mut attributes = Attributes::new();
+    for (name, value) in &header.own_attributes.other {
+        let value = match value {
+            ExrValue::Text(value) => AttributeValue::Text(text(value)),
+            ExrValue::F64(number) => AttributeValue::Number(*number),
+            ExrValue::F32(number) => AttributeValue::Number(f64::from(*number)),
+            _ => continue,
+        };
+        attributes.insert(text(name), value);
+    }
+    attributes
+}
+
+/// UTF-8, or Latin-1 where it is none.
+fn text(text: &Text) -> String {
+    std::str::from_utf8(text.as_slice()).map_or_else(|_| text.to_string(), str::to_owned)
+}

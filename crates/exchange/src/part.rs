@@ -1,0 +1,143 @@
+//! One part of an EXR file as this crate sees it: named f32 channels of one size and attributes.
+
+use ndarray::Array2;
+use ndarray::CowArray;
+use ndarray::Ix2;
+
+use crate::attributes::AttributeValue;
+use crate::attributes::Attributes;
+use crate::error::Error;
+
+/// Longest name of a part, channel or attribute that the format holds, in bytes.
+const MAX_NAME_BYTES: usize = 255;
+
+/// Samples by row and column, borrowed for writing, owned after reading.
+pub(crate) type Samples<'a> = CowArray<'a, f32, Ix2>;
+
+/// One part of a file.
+#[derive(Clone, Debug)]
+pub(crate) struct Part<'a> {
+    pub(crate) name: String,
+    pub(crate) channels: Vec<(String, Samples<'a>)>,
+    pub(crate) attributes: Attributes,
+    pub(crate) white_luminance_cd_m2: Option<f32>,
+    pub(crate) world_to_camera: Option<[f32; 16]>,
+}
+
+impl<'a> Part<'a> {
+    pub(crate) fn new(name: &str, channels: Vec<(String, Samples<'a>)>) -> Self {
+        Self {
+            name: name.to_owned(),
+            channels,
+            attributes: Attributes::new(),
+            white_luminance_cd_m2: None,
+            world_to_camera: None,
+        }
+    }
+
+    /// Rows and columns; 0 and 0 without channels.
+    pub(crate) fn size(&self) -> (usize, usize) {
+        self.channels
+            .first()
+            .map_or((0, 0), |(_, samples)| samples.dim())
+    }
+
+    /// Takes a channel out of the part.
+    pub(crate) fn take(&mut self, name: &str) -> Result<Array2<f32>, Error> {
+        let missing = || Error::Missing {
+            kind: "channel",
+            name: name.to_owned(),
+        };
+        let index = self.channels.iter().position(|channel| channel.0 == name);
+        Ok(self
+            .channels
+            .swap_remove(index.ok_or_else(missing)?)
+            .1
+            .into_owned())
+    }
+
+    pub(crate) fn text(&self, name: &str) -> Result<&str, Error> {
+        match self.attributes.get(name) {
+            Some(AttributeValue::Text(text)) => Ok(text),
+            Some(AttributeValue::Number(_)) | None => Err(self.no_attribute(name, "text")),
+        }
+    }
+
+    pub(crate) fn number(&self, name: &str) -> Result<f64, Error> {
+        match self.attributes.get(name) {
+            Some(AttributeValue::Number(number)) => Ok(*number),
+            Some(AttributeValue::Text(_)) | None => Err(self.no_attribute(name, "number")),
+        }
+    }
+
+    fn no_attribute(&self, name: &str, kind: &'static str) -> Error {
+        Error::Attribute {
+            part: self.name.clone(),
+            name: name.to_owned(),
+            kind,
+        }
+    }
+
+    /// Everything that the format or this crate asks of a part before it is written.
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        check_name("part", &self.name)?;
+        for name in self.attributes.keys() {
+            check_name("attribute", name)?;
+        }
+        let (height, width) = self.size();
+        if height * width == 0 {
+            return Err(Error::Empty {
+                part: self.name.clone(),
+            });
+        }
+        for (index, (name, samples)) in self.channels.iter().enumerate() {
+            check_name("channel", name)?;
+            if self.channels[..index]
+                .iter()
+                .any(|(earlier, _)| earlier == name)
+            {
+                return Err(Error::Duplicate {
+                    kind: "channel",
+                    name: name.clone(),
+                });
+            }
+            if samples.dim() != (height, width) {
+                let what = format!("pixels in channel {name:?} of part {:?}", self.name);
+                return Err(Error::Shape {
+                    what,
+                    found: samples.len(),
+                    expected: height * width,
+                });
+            }
+        }
+        self.check_values()
+    }
+
+    /// Refuses NaN and infinity.
+    pub(crate) fn check_values(&self) -> Result<(), Error> {
+        for (name, samples) in &self.channels {
+            let not_finite = samples.indexed_iter().find(|(_, value)| !value.is_finite());
+            if let Some(((y, x), &value)) = not_finite {
+                let (part, channel) = (self.name.clone(), name.clone());
+                return Err(Error::NotFinite {
+                    part,
+                    channel,
+                    x,
+                    y,
+                    value,
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+fn check_name(kind: &'static str, name: &str) -> Result<(), Error> {
+    if name.is_empty() || name.len() > MAX_NAME_BYTES || name.contains('\0') {
+        return Err(Error::Name {
+            kind,
+            name: name.to_owned(),
+        });
+    }
+    Ok(())
+}

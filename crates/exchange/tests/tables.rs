@@ -1,0 +1,376 @@
+//! Tables survive the way through a file, and what is no table is refused by name.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::Cursor;
+use std::path::Path;
+
+use ndarray::Array2;
+use ndarray::Array5;
+use niji_exchange::AttributeValue;
+use niji_exchange::Attributes;
+use niji_exchange::Axis;
+use niji_exchange::Channel;
+use niji_exchange::Error;
+use niji_exchange::Provenance;
+use niji_exchange::ScatteringTable;
+use niji_exchange::TableFile;
+use niji_exchange::TablePart;
+use niji_exchange::contents;
+use niji_exchange::read_provenance;
+use niji_radiometry::WavelengthGrid;
+
+fn provenance() -> Provenance {
+    Provenance {
+        tool: "niji scatter".to_owned(),
+        version: "0.1.0".to_owned(),
+        // Beyond Latin-1.
+        settings: r#"{"scene":"虹","theory":"airy"}"#.to_owned(),
+        inputs: BTreeMap::from([("airy".to_owned(), "0f".repeat(32))]),
+    }
+}
+
+/// Values of many magnitudes, none of them round.
+fn sample(index: usize) -> f32 {
+    let phase = index as f32 * 0.7231;
+    phase.sin() * 10.0_f32.powf(8.0 * (0.31 * phase).cos())
+}
+
+fn small_part(name: &str) -> TablePart {
+    TablePart {
+        name: name.to_owned(),
+        column_axis: Axis::new("z", "-", vec![-3.0, 0.1, 1.0 / 3.0, 2e300, f64::MAX]),
+        row_axes: vec![
+            Axis::new("height", "m", vec![-0.0, f64::MIN_POSITIVE, 1e5]),
+            Axis::new("mu", "-", vec![-1.0, 0.5]),
+        ],
+        channels: ["f", "f.prime"]
+            .map(|name| Channel {
+                name: name.to_owned(),
+                values: Array2::from_shape_fn((6, 5), |(y, x)| sample(5 * y + x)),
+            })
+            .into(),
+        attributes: Attributes::from([
+            (
+                "niji:meaning".to_owned(),
+                AttributeValue::Text("Süßwasser, a=b".to_owned()),
+            ),
+            (
+                "niji:temperatureC".to_owned(),
+                AttributeValue::Number(0.1 + 0.2),
+            ),
+        ]),
+    }
+}
+
+fn small_file() -> TableFile {
+    let quantity = "airy".to_owned();
+    let parts = vec![small_part("first"), small_part("second")];
+    TableFile {
+        quantity,
+        parts,
+        provenance: provenance(),
+    }
+}
+
+fn scattering_table() -> ScatteringTable {
+    let wavelengths = WavelengthGrid::new(381.0 / 0.97, 10.0 / 3.0, 4).unwrap();
+    let theta_rad: Vec<f64> = (0..=30)
+        .map(|i| f64::from(i) * std::f64::consts::PI / 30.0)
+        .collect();
+    ScatteringTable {
+        theory: "airy".to_owned(),
+        orders: "2,3".to_owned(),
+        wavelengths,
+        values: Array5::from_shape_fn((2, 3, 2, 4, 31), |(j, r, v, l, t)| {
+            sample(((((j * 3 + r) * 2 + v) * 4) + l) * 31 + t).abs()
+        }),
+        theta_rad,
+        effective_radius_um: vec![10.0, 100.0, 1000.0],
+        effective_variance: vec![0.0, 0.1],
+        sun_disc_diameter_rad: 0.533_f64.to_radians(),
+        split_theta_rad: 2.2,
+        forward_fraction_left_out: 0.5,
+        temperature_c: 20.0,
+    }
+}
+
+fn bytes(file: &TableFile) -> Vec<u8> {
+    let mut cursor = Cursor::new(Vec::new());
+    file.write(&mut cursor).unwrap();
+    cursor.into_inner()
+}
+
+fn read(bytes: &[u8]) -> Result<TableFile, Error> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("table.exr");
+    fs::write(&path, bytes).unwrap();
+    TableFile::read(&path)
+}
+
+/// Writes a file after a change, or reads it back where the change can be written.
+fn changed(change: impl Fn(&mut TableFile)) -> Result<TableFile, Error> {
+    let mut file = small_file();
+    change(&mut file);
+    let mut cursor = Cursor::new(Vec::new());
+    file.write(&mut cursor)?;
+    read(&cursor.into_inner())
+}
+
+#[test]
+fn tables_come_back_bit_for_bit_with_axes_units_attributes_and_provenance() {
+    let file = small_file();
+    let found = read(&bytes(&file)).unwrap();
+    assert_eq!(found, file);
+    assert_eq!(
+        bytes(&found),
+        bytes(&file),
+        "writing again gives the same bytes"
+    );
+    for (found, expected) in found.parts.iter().zip(&file.parts) {
+        let bits = |part: &TablePart| part.channels[1].values.mapv(f32::to_bits);
+        assert_eq!(bits(found), bits(expected));
+        // -0 too.
+        assert_eq!(found.row_axes[0].values[0].to_bits(), (-0.0_f64).to_bits());
+    }
+}
+
+#[test]
+fn a_scattering_table_comes_back_exactly_even_on_an_odd_wavelength_grid() {
+    let table = scattering_table();
+    let file = read(&bytes(&table.to_file(provenance()))).unwrap();
+    assert_eq!(ScatteringTable::from_file(&file).unwrap(), table);
+    assert_eq!(file.parts[0].channels.len(), 8);
+    assert_eq!(file.provenance, provenance());
+}
+
+#[test]
+fn a_scattering_table_is_never_renormalised() {
+    let mut table = scattering_table();
+    table.values *= 7.0;
+    let file = read(&bytes(&table.to_file(provenance()))).unwrap();
+    assert_eq!(
+        ScatteringTable::from_file(&file).unwrap().values,
+        table.values
+    );
+}
+
+#[test]
+fn channels_are_named_by_polarization_and_wavelength() {
+    let mut table = scattering_table();
+    table.wavelengths = WavelengthGrid::new(547.5, 2.5, 4).unwrap();
+    let file = table.to_file(provenance());
+    let names: Vec<&str> = file.parts[0]
+        .channels
+        .iter()
+        .map(|c| c.name.as_str())
+        .collect();
+    assert_eq!(names[..4], ["s.547,5nm", "s.550nm", "s.552,5nm", "s.555nm"]);
+    assert_eq!(names[4], "p.547,5nm");
+}
+
+#[test]
+fn another_quantity_is_refused_by_both_names() {
+    let error = ScatteringTable::from_file(&small_file()).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        r#"found a table of "airy", expected "scattering""#
+    );
+}
+
+#[test]
+fn scattering_tables_with_other_axes_units_ranges_or_signs_are_refused() {
+    type Change = fn(&mut TablePart);
+    let refused = |change: Change| {
+        let mut file = scattering_table().to_file(provenance());
+        change(&mut file.parts[0]);
+        ScatteringTable::from_file(&file).unwrap_err()
+    };
+    let error = refused(|part| part.row_axes.reverse());
+    assert!(
+        matches!(error, Error::Missing { kind: "axis", .. }),
+        "{error}"
+    );
+    let error = refused(|part| part.row_axes[0].unit = "m".to_owned());
+    assert!(
+        matches!(error, Error::Unit { expected: "um", .. }),
+        "{error}"
+    );
+    let error = refused(|part| part.column_axis.values[30] = 180.0);
+    assert!(
+        matches!(error, Error::Range { found: 180.0, .. }),
+        "{error}"
+    );
+    let error = refused(|part| part.row_axes[1].values[1] = 0.6);
+    assert!(matches!(error, Error::Range { .. }), "{error}");
+    let error = refused(|part| part.channels[3].values[[1, 2]] = -1e-9);
+    assert!(
+        matches!(error, Error::Negative { x: 2, y: 1, .. }),
+        "{error}"
+    );
+    let error = refused(|part| part.channels[5].values[[0, 7]] = f32::NAN);
+    assert!(
+        matches!(error, Error::NotFinite { x: 7, y: 0, .. }),
+        "{error}"
+    );
+    let error = refused(|part| drop(part.channels.pop()));
+    assert!(
+        matches!(
+            error,
+            Error::Missing {
+                kind: "channel",
+                ..
+            }
+        ),
+        "{error}"
+    );
+    let error = refused(|part| drop(part.attributes.remove("niji:theory")));
+    assert!(
+        matches!(error, Error::Attribute { kind: "text", .. }),
+        "{error}"
+    );
+}
+
+#[test]
+fn values_that_are_not_finite_are_rejected_with_part_channel_and_pixel() {
+    for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        let error = changed(|file| file.parts[1].channels[1].values[[4, 3]] = value).unwrap_err();
+        let Error::NotFinite {
+            part,
+            channel,
+            x: 3,
+            y: 4,
+            value: found,
+        } = error
+        else {
+            panic!("{error}");
+        };
+        assert_eq!((part.as_str(), channel.as_str()), ("second", "f.prime"));
+        assert_eq!(found.to_bits(), value.to_bits());
+    }
+}
+
+#[test]
+fn axes_that_are_not_ascending_numbers_are_refused() {
+    for values in [
+        vec![1.0, 1.0],
+        vec![2.0, 1.0],
+        vec![0.0, f64::NAN],
+        vec![0.0, f64::INFINITY],
+    ] {
+        let error = changed(|file| file.parts[0].row_axes[1].values.clone_from(&values));
+        assert!(matches!(error, Err(Error::Axis { .. })), "{values:?}");
+    }
+    let error = changed(|file| file.parts[0].row_axes[1].values.clear());
+    assert!(matches!(error, Err(Error::Axis { .. })));
+    let error = changed(|file| file.parts[0].row_axes[1].name = "height".to_owned());
+    assert!(matches!(error, Err(Error::Duplicate { kind: "axis", .. })));
+    let error = changed(|file| file.parts[0].row_axes[1].name = "a,b".to_owned());
+    assert!(matches!(error, Err(Error::Axis { .. })));
+}
+
+#[test]
+fn axes_and_pixels_of_different_sizes_are_refused_with_both_sizes() {
+    let error = changed(|file| _ = file.parts[0].row_axes[0].values.pop()).unwrap_err();
+    assert!(
+        matches!(
+            error,
+            Error::Shape {
+                found: 6,
+                expected: 4,
+                ..
+            }
+        ),
+        "{error}"
+    );
+    let error = changed(|file| _ = file.parts[0].column_axis.values.pop()).unwrap_err();
+    assert!(
+        matches!(
+            error,
+            Error::Shape {
+                found: 5,
+                expected: 4,
+                ..
+            }
+        ),
+        "{error}"
+    );
+}
+
+#[test]
+fn names_that_the_format_cannot_hold_are_refused() {
+    for name in [String::new(), "a\0b".to_owned(), "x".repeat(256)] {
+        let error = changed(|file| file.parts[0].name.clone_from(&name));
+        assert!(matches!(error, Err(Error::Name { kind: "part", .. })));
+        let error = changed(|file| file.parts[0].channels[0].name.clone_from(&name));
+        assert!(matches!(
+            error,
+            Err(Error::Name {
+                kind: "channel",
+                ..
+            })
+        ));
+    }
+    let error = changed(|file| file.parts[0].name = "second".to_owned());
+    assert!(matches!(error, Err(Error::Duplicate { kind: "part", .. })));
+    let error = changed(|file| file.parts[0].channels[0].name = "f.prime".to_owned());
+    assert!(matches!(
+        error,
+        Err(Error::Duplicate {
+            kind: "channel",
+            ..
+        })
+    ));
+    let error = changed(|file| file.parts[0].channels.clear());
+    assert!(matches!(error, Err(Error::Empty { .. })));
+    // Names that belong to the format itself.
+    let standard = ("compression".to_owned(), AttributeValue::Number(1.0));
+    let error = changed(|file| file.parts[0].attributes.extend([standard.clone()]));
+    assert!(matches!(error, Err(Error::Unwritable(_))));
+    // Up to 255 bytes in any alphabet are fine.
+    let long = "虹".repeat(80);
+    let found = changed(|file| file.parts[0].name.clone_from(&long)).unwrap();
+    assert_eq!(found.parts[0].name, long);
+}
+
+#[test]
+fn missing_files_folders_and_other_files_are_errors() {
+    let folder = tempfile::tempdir().unwrap();
+    let missing = TableFile::read(&folder.path().join("none.exr")).unwrap_err();
+    assert!(matches!(missing, Error::Io(error) if error.kind() == std::io::ErrorKind::NotFound));
+    assert!(TableFile::read(folder.path()).is_err());
+    assert!(matches!(read(b""), Err(Error::Damaged(_))));
+    assert!(matches!(read(b"P6 1 1 255 abc"), Err(Error::Damaged(_))));
+}
+
+#[test]
+fn the_header_alone_gives_the_provenance_and_a_short_file_is_noticed() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("table.exr");
+    let bytes = bytes(&small_file());
+    fs::write(&path, &bytes).unwrap();
+    assert_eq!(read_provenance(&path).unwrap(), Some(provenance()));
+    fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
+    assert!(matches!(
+        read_provenance(&path),
+        Err(Error::TooLarge { .. })
+    ));
+}
+
+#[test]
+fn contents_name_parts_channels_and_their_ranges() {
+    let folder = tempfile::tempdir().unwrap();
+    let path: &Path = &folder.path().join("table.exr");
+    let mut file = small_file();
+    file.parts[0].channels[0].values.fill(2.5);
+    file.parts[0].channels[0].values[[0, 0]] = -1.0;
+    fs::write(path, bytes(&file)).unwrap();
+    let found = contents(path).unwrap();
+    assert_eq!((found.len(), found[0].width, found[0].height), (2, 5, 6));
+    let channel = &found[0].channels[0];
+    assert_eq!(
+        (channel.name.as_str(), channel.min, channel.max),
+        ("f", -1.0, 2.5)
+    );
+    assert!((channel.mean - (29.0 * 2.5 - 1.0) / 30.0).abs() < 1e-12);
+}

@@ -1,0 +1,173 @@
+//! What all rays of a picture share, decided once before the first ray.
+
+use glam::DVec3;
+use niji_geometry::Aabb;
+use niji_radiometry::Colorimetry;
+use rayon::prelude::*;
+
+use crate::air::Air;
+use crate::air_glow::AirGlow;
+use crate::air_slabs::DimmedBy;
+use crate::error::Error;
+use crate::footprint::offsets;
+use crate::footprint::rays_along;
+use crate::levels::PixelFootprint;
+use crate::march::March;
+use crate::piece_rule::PieceRule;
+use crate::request::RenderRequest;
+use crate::scattering_angle::scattering_angle_rad;
+use crate::scattering_rows::ScatteringRows;
+use crate::surround::mean_surround;
+
+/// What all rays of a picture share.
+pub(crate) struct Frame<'a> {
+    /// Direction towards the sun.
+    pub(crate) sun_direction: DVec3,
+    /// E_sun [W m^-2 nm^-1].
+    pub(crate) irradiance: Vec<f32>,
+    /// The drops' box.
+    pub(crate) bounds: Option<Aabb>,
+    /// The way through the drops.
+    pub(crate) march: March<'a>,
+    /// How drops scatter; `None` where no bow is wanted.
+    pub(crate) rows: Option<ScatteringRows>,
+    /// Between secondary and primary bow.
+    pub(crate) split_theta_rad: f64,
+    /// Which side of the split is wanted: below, above.
+    pub(crate) bows: (bool, bool),
+    /// Whether what lies behind drops is dimmed.
+    pub(crate) drops_dim: bool,
+    /// The air, where any of its effects is on.
+    pub(crate) air: Option<Air<'a>>,
+    /// Air in front of and above the drops.
+    pub(crate) dimmed_by: DimmedBy,
+    /// Whether the air in front, and what lies beyond, send light.
+    pub(crate) glows: (bool, bool),
+    /// Nodes of the air's light.
+    pub(crate) glow: AirGlow,
+    /// Mean of the surroundings for unit irradiance [1/sr], where it lights the drops.
+    pub(crate) surround: Option<Vec<f32>>,
+}
+
+/// Everything that rays share.
+pub(crate) fn frame<'a>(
+    request: &RenderRequest<'a>,
+    colorimetry: &Colorimetry,
+) -> Result<Frame<'a>, Error> {
+    let (effects, levels) = (request.effects, request.levels);
+    let efficiency = levels.drop_extinction_model.efficiency();
+    let when = |on: bool| if on { efficiency } else { 0.0 };
+    let rule = PieceRule::new(
+        when(effects.drop_extinction.is_on()),
+        when(effects.drop_shadow.is_on()),
+        levels.integration,
+    );
+    let glows = (effects.air_inscatter.is_on(), request.wants_sky());
+    let dimmed_by = DimmedBy {
+        sunlight: effects.sunlight_through_air.is_on(),
+        view: effects.air_extinction.is_on(),
+    };
+    let needs_air = glows.0 || glows.1 || !dimmed_by.nothing();
+    let eye = request.camera.position();
+    let air = request
+        .air
+        .filter(|_| needs_air)
+        .map(|table| Air::new(table, levels.air_path, request.sun_direction, eye));
+    let glow = AirGlow::new();
+    let bounds = request.drops.bounds();
+    let surround = match (&air, bounds) {
+        (Some(air), Some(bounds)) if request.wants_skylit_drops() => {
+            let middle = 0.5 * (bounds.min + bounds.max);
+            Some(mean_surround(air, &glow, middle, request.wavelengths.len()))
+        }
+        (Some(_) | None, _) => None,
+    };
+    let bricks = request.drops.bricks();
+    let split_theta_rad = request.table.map_or(0.0, |table| table.split_theta_rad);
+    let mut frame = Frame {
+        sun_direction: request.sun_direction,
+        irradiance: request
+            .sun_irradiance
+            .iter()
+            .map(|value| *value as f32)
+            .collect(),
+        bounds,
+        march: March {
+            bricks,
+            rule,
+            integration: levels.integration,
+        },
+        rows: None,
+        split_theta_rad,
+        bows: (effects.secondary_bow.is_on(), effects.primary_bow.is_on()),
+        drops_dim: effects.drop_extinction.is_on(),
+        air,
+        dimmed_by,
+        glows,
+        glow,
+        surround,
+    };
+    frame.rows = rows(request, &frame, colorimetry)?;
+    Ok(frame)
+}
+
+/// The part of the scattering table that the picture sees; `None` where it sees none.
+fn rows(
+    request: &RenderRequest,
+    frame: &Frame,
+    colorimetry: &Colorimetry,
+) -> Result<Option<ScatteringRows>, Error> {
+    let Some(table) = request.table.filter(|_| request.wants_bow()) else {
+        return Ok(None);
+    };
+    let Some(needed_rad) = angles_seen(request, frame) else {
+        return Ok(None);
+    };
+    let covered_rad = (
+        table.theta_rad[0],
+        table.theta_rad[table.theta_rad.len() - 1],
+    );
+    // Rounding of angles that were computed in two ways.
+    let slack = 1e-7;
+    if needed_rad.0 < covered_rad.0 - slack || needed_rad.1 > covered_rad.1 + slack {
+        let degrees = |(low, high): (f64, f64)| (low.to_degrees(), high.to_degrees());
+        let (found_deg, expected_deg) = (degrees(covered_rad), degrees(needed_rad));
+        return Err(Error::AngleRange {
+            found_deg,
+            expected_deg,
+        });
+    }
+    let luminance_weights: Vec<f64> = colorimetry
+        .weights()
+        .iter()
+        .zip(request.sun_irradiance)
+        .map(|([_, y, _], irradiance)| y * irradiance)
+        .collect();
+    // The footprint of a pixel reaches beyond its center.
+    let margin_rad = match request.levels.pixel_footprint {
+        PixelFootprint::Prefiltered => request.camera.pixel_angle().0,
+        PixelFootprint::Center | PixelFootprint::Grid { .. } => 0.0,
+    };
+    let range_rad = (needed_rad.0 - margin_rad, needed_rad.1 + margin_rad);
+    ScatteringRows::new(table, range_rad, &luminance_weights).map(Some)
+}
+
+/// Smallest and largest scattering angle of the rays that cross the drops' box and want a bow.
+fn angles_seen(request: &RenderRequest, frame: &Frame) -> Option<(f64, f64)> {
+    let n = rays_along(request.levels.pixel_footprint);
+    let union = |a: (f64, f64), b: (f64, f64)| (a.0.min(b.0), a.1.max(b.1));
+    (0..request.camera.height_px())
+        .into_par_iter()
+        .filter_map(|y| {
+            let pixels =
+                (0..request.camera.width_px()).flat_map(|x| offsets(n).map(move |o| (x, o)));
+            pixels
+                .map(|(x, (dx, dy))| request.camera.ray(f64::from(x) + dx, f64::from(y) + dy))
+                .filter(|ray| frame.range_m(ray).is_some())
+                .map(|ray| scattering_angle_rad(ray.direction, request.sun_direction))
+                .filter(|theta| frame.wants(*theta))
+                .map(|theta| (theta, theta))
+                .reduce(union)
+        })
+        .reduce_with(union)
+}

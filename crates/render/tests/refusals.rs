@@ -1,0 +1,217 @@
+//! Inputs that contradict each other are refused with what was found and what was expected.
+
+mod common;
+
+use common::*;
+use glam::DVec3;
+use niji_dropfield::GridBox;
+use niji_radiometry::WavelengthGrid;
+use niji_render::AirPath;
+use niji_render::Error;
+use niji_render::Integration;
+use niji_render::LitDrops;
+use niji_render::PixelFootprint;
+use niji_render::RenderRequest;
+use niji_render::SunPath;
+use niji_render::Toggle;
+use niji_render::render;
+
+fn drops(sun_path: SunPath) -> LitDrops {
+    let grid = GridBox {
+        min: DVec3::new(-2.0, -2.0, -22.0),
+        max: DVec3::new(2.0, 2.0, -18.0),
+        voxel_m: 1.0,
+    };
+    LitDrops::new(
+        vec![bricks(&grid, |_| 0.1)],
+        sun_in_the_south(30.0),
+        sun_path,
+    )
+    .unwrap()
+}
+
+/// What the renderer says to a request that `spoil` has changed.
+fn refusal(spoil: impl Fn(&mut RenderRequest)) -> Error {
+    let drops = drops(SunPath::Volume { voxel_m: 1.0 });
+    let camera = camera(DVec3::ZERO, (0.0, 0.0), 30.0, (4, 3));
+    let table = isotropic(0.1);
+    let mut request = request(&camera, sun_in_the_south(30.0), &drops, &table);
+    render(&request, &|_| ()).unwrap();
+    spoil(&mut request);
+    render(&request, &|_| ()).unwrap_err()
+}
+
+#[test]
+fn wavelengths_must_agree() {
+    let air = air([0.0; 3], [0.0; 3]);
+    let mut other = isotropic(0.1);
+    other.wavelengths = WavelengthGrid::new(400.0, 100.0, 3).unwrap();
+    let found = refusal(|request| {
+        // Lifetimes: the table outlives the closure, not the request.
+        request.wavelengths = WavelengthGrid::new(400.0, 100.0, 3).unwrap();
+    });
+    assert!(matches!(
+        found,
+        Error::Wavelengths {
+            input: "scattering table",
+            ..
+        }
+    ));
+    let text = found.to_string();
+    assert!(text.contains("3 x 100 nm from 450 nm"), "{text}");
+    drop((air, other));
+}
+
+#[test]
+fn angles_of_the_rays_must_be_in_the_table() {
+    let drops = drops(SunPath::Ignore);
+    let camera = camera(DVec3::ZERO, (0.0, 0.0), 5.0, (4, 3));
+    let mut table = isotropic(0.1);
+    table.theta_rad = (0..1801).map(|step| 2.7 + 1e-4 * f64::from(step)).collect();
+    let mut request = request(&camera, sun_in_the_south(30.0), &drops, &table);
+    match render(&request, &|_| ()) {
+        Err(Error::AngleRange {
+            found_deg,
+            expected_deg,
+        }) => {
+            assert!((found_deg.0 - 2.7_f64.to_degrees()).abs() < 1e-9);
+            assert!(expected_deg.0 > 145.0 && expected_deg.1 < 155.0);
+        }
+        other => panic!("{other:?}"),
+    }
+    // All of them are on the primary side; a secondary bow alone needs none of them.
+    request.effects.primary_bow = Toggle::Off;
+    render(&request, &|_| ()).unwrap();
+}
+
+#[test]
+fn sizes_of_the_drops_must_be_in_the_table() {
+    let drops = drops(SunPath::Ignore);
+    let camera = camera(DVec3::ZERO, (0.0, 0.0), 30.0, (4, 3));
+    let table = sized_table(&[10.0, 99.0], |_, _, _| 0.1);
+    let request = request(&camera, sun_in_the_south(30.0), &drops, &table);
+    let found = render(&request, &|_| ()).unwrap_err();
+    assert!(
+        matches!(
+            found,
+            Error::SizeRange {
+                found_um: (10.0, 99.0),
+                ..
+            }
+        ),
+        "{found}"
+    );
+}
+
+#[test]
+fn shadows_must_be_those_of_the_sun() {
+    let other_sun = refusal(|request| {
+        request.effects = with_shadow();
+        request.sun_direction = sun_in_the_south(31.0);
+    });
+    assert!(matches!(other_sun, Error::ShadowOfAnotherSun { .. }));
+    let unlit = drops(SunPath::Ignore);
+    let camera = camera(DVec3::ZERO, (0.0, 0.0), 30.0, (4, 3));
+    let table = isotropic(0.1);
+    let mut request = request(&camera, sun_in_the_south(30.0), &unlit, &table);
+    request.effects = with_shadow();
+    assert_eq!(render(&request, &|_| ()), Err(Error::NoShadow));
+}
+
+#[test]
+fn inputs_of_effects_must_be_there() {
+    let no_table = refusal(|request| request.table = None);
+    assert!(matches!(
+        no_table,
+        Error::MissingInput {
+            input: "scattering table",
+            ..
+        }
+    ));
+    for spoil in [
+        |request: &mut RenderRequest| request.effects.air_extinction = Toggle::On,
+        |request: &mut RenderRequest| request.effects.sunlight_through_air = Toggle::On,
+        |request: &mut RenderRequest| request.effects.air_inscatter = Toggle::On,
+        |request: &mut RenderRequest| request.effects.sky = Toggle::On,
+    ] {
+        let found = refusal(spoil);
+        assert!(matches!(
+            found,
+            Error::MissingInput {
+                input: "atmosphere table",
+                ..
+            }
+        ));
+    }
+}
+
+#[test]
+fn numbers_out_of_range_are_refused() {
+    for sun in [DVec3::ZERO, DVec3::NAN, DVec3::new(0.0, 2.0, 0.0)] {
+        assert!(matches!(
+            refusal(|request| request.sun_direction = sun),
+            Error::SunDirection { .. }
+        ));
+    }
+    for irradiance in [&[1.0, 2.0][..], &[1.0, f64::NAN, 1.0], &[1.0, -1.0, 1.0]] {
+        let irradiance: &'static [f64] = irradiance.to_vec().leak();
+        assert!(matches!(
+            refusal(|request| request.sun_irradiance = irradiance),
+            Error::SunIrradiance { .. }
+        ));
+    }
+    for integration in [
+        Integration::FixedStep { step_m: 0.0 },
+        Integration::FixedStep { step_m: 1e-9 },
+        Integration::FixedStep { step_m: f64::NAN },
+        Integration::Adaptive {
+            relative_error: 0.0,
+        },
+    ] {
+        let found = refusal(|request| request.levels.integration = integration);
+        assert!(matches!(found, Error::Level { .. }), "{found}");
+    }
+    let found = refusal(|request| request.levels.pixel_footprint = PixelFootprint::Grid { n: 0 });
+    assert!(matches!(found, Error::Level { .. }));
+    let found = refusal(|request| request.levels.air_path = AirPath::Midpoint { n_steps: 0 });
+    assert!(matches!(found, Error::Level { .. }));
+}
+
+#[test]
+fn a_sun_volume_that_does_not_fit_says_which_would() {
+    let grid = GridBox {
+        min: DVec3::ZERO,
+        max: DVec3::splat(100.0),
+        voxel_m: 10.0,
+    };
+    let volume = bricks(&grid, |_| 0.1);
+    let sun = sun_in_the_south(30.0);
+    let path = SunPath::Volume { voxel_m: 0.01 };
+    let found = LitDrops::new(vec![volume.clone()], sun, path).unwrap_err();
+    assert!(matches!(found, Error::SunVolumeTooLarge { smallest_m, .. } if smallest_m > 0.1));
+    for path in [
+        SunPath::Volume { voxel_m: -1.0 },
+        SunPath::March {
+            step_m: f64::INFINITY,
+        },
+        SunPath::March { step_m: 1e-9 },
+    ] {
+        let found = LitDrops::new(vec![volume.clone()], sun, path).unwrap_err();
+        assert!(matches!(found, Error::Level { .. }), "{path:?}");
+    }
+}
+
+#[test]
+fn no_light_at_all_is_a_black_picture() {
+    let drops = drops(SunPath::Ignore);
+    let camera = camera(DVec3::ZERO, (0.0, 0.0), 30.0, (4, 3));
+    let table = isotropic(0.1);
+    let mut request = request(&camera, sun_in_the_south(30.0), &drops, &table);
+    request.sun_irradiance = &[0.0, 0.0, 0.0];
+    assert!(
+        rendered(&request)
+            .radiance
+            .iter()
+            .all(|value| *value == 0.0)
+    );
+}

@@ -1,0 +1,155 @@
+//! The average over the sun's disc of light that is known as means over rings of scattering angle.
+//!
+//! t̄(θ) = Σ_rings Σ_k m_k a_k,   m_k = ∫_ring s^k w(θ, θ') dθ' / ∫ w dθ',   s = (θ' − middle)/step
+//! `w` is the kernel of [`crate::sun_disc`], a_0 + a_1 s + a_2 s² the parabola whose means over the ring
+//! and its two neighbours are the given ones. A mean over a ring holds all its fringes, so rings may be
+//! wider than a fringe without aliasing: the fringes that the disc does not resolve are gone already.
+//! At the poles the neighbour is the ring itself (t is even there).
+
+use std::f64::consts::PI;
+
+use crate::sun_disc::AverageRow;
+use crate::sun_disc::kernel;
+
+/// Parts of a ring in which the kernel is sampled.
+const N_PARTS: usize = 16;
+
+/// Even rings of scattering angle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Rings {
+    pub(crate) first_rad: f64,
+    pub(crate) step_rad: f64,
+    pub(crate) n: usize,
+}
+
+impl Rings {
+    /// Rings of about `step_rad` over a range and as far around it as a disc and a neighbour need.
+    pub(crate) fn over((low, high): (f64, f64), step_rad: f64, radius_rad: f64) -> Self {
+        let margin_rad = radius_rad + 2.0 * step_rad;
+        let first_rad = (low - margin_rad).max(0.0);
+        let last_rad = (high + margin_rad).min(PI);
+        let n = ((last_rad - first_rad) / step_rad).ceil().max(3.0);
+        Self {
+            first_rad,
+            step_rad: (last_rad - first_rad) / n,
+            n: n as usize,
+        }
+    }
+
+    /// Lower edge of a ring, or the upper one of the last ring for `index` = n.
+    pub(crate) fn edge_rad(&self, index: usize) -> f64 {
+        (self.first_rad + self.step_rad * index as f64).min(PI)
+    }
+
+    pub(crate) fn middle_rad(&self, index: usize) -> f64 {
+        self.first_rad + self.step_rad * (index as f64 + 0.5)
+    }
+
+    /// Weights of the rings for a disc of radius `radius_rad` around θ; they sum to 1.
+    pub(crate) fn disc_row(&self, theta_rad: f64, radius_rad: f64) -> AverageRow {
+        let ring = |angle: f64| {
+            let position = (angle - self.first_rad) / self.step_rad;
+            (position.max(0.0) as usize).min(self.n - 1)
+        };
+        let (first, last) = (ring(theta_rad - radius_rad), ring(theta_rad + radius_rad));
+        let start = first.saturating_sub(1);
+        let end = (last + 1).min(self.n - 1);
+        let mut weights = vec![0.0; end - start + 1];
+        for ring in first..=last {
+            let [m0, m1, m2] = self.moments(ring, theta_rad, radius_rad);
+            // a_0 = t − (t_+ − 2 t + t_−)/24, a_1 = (t_+ − t_−)/2, a_2 = (t_+ − 2 t + t_−)/2.
+            let bend = 0.5 * m2 - m0 / 24.0;
+            weights[ring.saturating_sub(1) - start] += bend - 0.5 * m1;
+            weights[ring - start] += m0 - 2.0 * bend;
+            weights[(ring + 1).min(self.n - 1) - start] += bend + 0.5 * m1;
+        }
+        let total: f64 = weights.iter().sum();
+        for weight in &mut weights {
+            *weight /= total;
+        }
+        AverageRow { start, weights }
+    }
+
+    /// ∫ s^k w dθ' over a ring, k = 0, 1, 2, by midpoints of the part of it that lies on the disc.
+    fn moments(&self, ring: usize, theta_rad: f64, radius_rad: f64) -> [f64; 3] {
+        let low = self.edge_rad(ring).max(theta_rad - radius_rad);
+        let high = self.edge_rad(ring + 1).min(theta_rad + radius_rad);
+        let part_rad = (high - low) / N_PARTS as f64;
+        let mut sums = [0.0; 3];
+        for part in 0..N_PARTS {
+            let angle = low + part_rad * (part as f64 + 0.5);
+            let s = (angle - self.middle_rad(ring)) / self.step_rad;
+            let weight = kernel(theta_rad, angle, radius_rad) * part_rad;
+            sums[0] += weight;
+            sums[1] += weight * s;
+            sums[2] += weight * s * s;
+        }
+        sums
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RADIUS: f64 = 0.2665 * PI / 180.0;
+
+    fn rings() -> Rings {
+        Rings::over((0.0, PI), RADIUS / 6.0, RADIUS)
+    }
+
+    /// Means over the rings of a function with the primitive given.
+    fn means(rings: &Rings, primitive: impl Fn(f64) -> f64) -> Vec<[f64; 2]> {
+        let mean = |ring| {
+            let (low, high) = (rings.edge_rad(ring), rings.edge_rad(ring + 1));
+            [(primitive(high) - primitive(low)) / (high - low); 2]
+        };
+        (0..rings.n).map(mean).collect()
+    }
+
+    #[test]
+    fn a_parabola_is_averaged_exactly() {
+        // Over a disc of radius R far from the poles ⟨u²⟩ = R²/4 and ⟨u⟩ = R² cot θ/8.
+        let rings = rings();
+        let theta = 2.3_f64;
+        let values = means(&rings, |x| (x - theta).powi(3) / 3.0);
+        let mean = rings.disc_row(theta, RADIUS).apply(&values)[0];
+        assert!((mean / (RADIUS * RADIUS / 4.0) - 1.0).abs() < 2e-3);
+        let values = means(&rings, |x| (x - theta).powi(2) / 2.0);
+        let mean = rings.disc_row(theta, RADIUS).apply(&values)[0];
+        assert!((mean / (RADIUS * RADIUS / (8.0 * theta.tan())) - 1.0).abs() < 2e-2);
+    }
+
+    #[test]
+    fn a_constant_stays_everywhere() {
+        let rings = rings();
+        let values = vec![[1.0; 2]; rings.n];
+        for theta in [0.0, 0.5 * RADIUS, 1.0, PI - 0.2 * RADIUS, PI] {
+            let mean = rings.disc_row(theta, RADIUS).apply(&values)[0];
+            assert!((mean - 1.0).abs() < 1e-12, "{mean} at {theta}");
+        }
+    }
+
+    #[test]
+    fn a_cone_around_the_antisolar_point_is_averaged_in_two_dimensions() {
+        let rings = rings();
+        let values = means(&rings, |x| PI * x - 0.5 * x * x);
+        let mean = rings.disc_row(PI, RADIUS).apply(&values)[0];
+        assert!((mean / (2.0 * RADIUS / 3.0) - 1.0).abs() < 5e-3);
+    }
+
+    #[test]
+    fn fringes_narrower_than_a_ring_do_not_alias() {
+        // The disc leaves 2 J1(ω R)/(ω R) of a fringe, at most 1.6 (ω R)^(−3/2).
+        let rings = rings();
+        for period in [0.93, 1.0, 1.07, 2.0] {
+            let frequency = 2.0 * PI / (period * rings.step_rad);
+            let values = means(&rings, |x| (frequency * x).sin() / frequency);
+            let bound = 1.6 * (frequency * RADIUS).powf(-1.5);
+            for theta in [2.0, 2.001, 2.0021] {
+                let left = rings.disc_row(theta, RADIUS).apply(&values)[0].abs();
+                assert!(left < 2.0 * bound, "{left} of a fringe at period {period}");
+            }
+        }
+    }
+}

@@ -1,0 +1,264 @@
+//! What a scene calls for: which effects are simulated and why, what leaving the others out can
+//! cost, which stages run with which tables, and what that takes.
+//!
+//! A pure function of the scene and of figures that others have read or measured. Bounds are derived
+//! in `bounds`, the choice of what is left out in `decide`.
+
+mod air_light;
+mod bounds;
+mod bow_light;
+mod decide;
+mod display;
+mod drop_summary;
+mod estimates;
+mod facts;
+mod light_curves;
+mod reasons;
+mod stages;
+mod view;
+
+pub use bounds::Bound;
+pub use bounds::BoundKind;
+pub use drop_summary::DropSummary;
+pub use stages::Estimate;
+pub use stages::ScatteringNeed;
+pub use stages::Stage;
+pub use stages::StagePlan;
+
+use niji_render::RenderEffects;
+use niji_render::SunPath;
+use niji_render::Toggle;
+use serde::Serialize;
+use thiserror::Error;
+
+use crate::accuracy::Levels;
+use crate::effect::Effect;
+use crate::effect::Switch;
+use crate::measured::MeasuredLevels;
+use crate::scene::Scene;
+
+use bounds::Assumed;
+use facts::Situation;
+
+/// What a plan is made from besides the scene.
+#[derive(Debug, Clone, Copy)]
+pub struct PlanInputs<'a> {
+    /// What levels cost; estimates are `None` where nothing was measured.
+    pub measured: &'a MeasuredLevels,
+    /// Figures of the drop file that the scene names; not needed for a shape.
+    pub drops: Option<DropSummary>,
+}
+
+/// Why there is no plan.
+#[derive(Debug, Error)]
+pub enum PlanError {
+    /// The drops are in a file whose figures were not given, or which has no drops.
+    #[error("the drop volume {file} holds no drops, or was not read")]
+    NoDrops {
+        /// The file, or the shape.
+        file: String,
+    },
+    /// The camera of a scene that was not read from a file.
+    #[error("camera")]
+    Camera(#[from] niji_geometry::Error),
+    /// The spectrum of a scene that was not read from a file.
+    #[error("spectrum")]
+    Spectrum(#[from] niji_radiometry::Error),
+    /// The air of a scene that was not read from a file.
+    #[error("air")]
+    Air(#[from] niji_atmosphere::Error),
+    /// Axes of the scattering table.
+    #[error("scattering table")]
+    Scatter(#[from] niji_scatter::Error),
+}
+
+/// One effect, decided.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct EffectDecision {
+    /// The effect.
+    pub effect: Effect,
+    /// What the scene asks.
+    pub asked: Switch,
+    /// Whether it is simulated.
+    pub on: bool,
+    /// Why.
+    pub reason: String,
+    /// What it contributes at most; `None` where that is not known.
+    pub bound: Option<Bound>,
+}
+
+/// What the camera sees of the drops.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct View {
+    /// Smallest and largest scattering angle of rays that may meet drops, degrees.
+    pub theta_deg: Option<(f64, f64)>,
+    /// Nearest and farthest drops in view, m.
+    pub distance_m: Option<(f64, f64)>,
+    /// Largest optical depth of the drops on a ray, without diffraction.
+    pub max_optical_depth: f64,
+    /// Largest optical depth of the drops towards the sun, without diffraction.
+    pub max_sun_optical_depth: f64,
+}
+
+/// A plan.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Plan {
+    /// Name of the scene.
+    pub scene: String,
+    /// Largest RMS error of luminance over the picture, relative to `reference_luminance_cd_m2`.
+    pub tolerance: f64,
+    /// A gray card (albedo 0.18) that faces the sun above the air: 0.18 E_sun/pi.
+    pub reference_luminance_cd_m2: f64,
+    /// What the camera sees of the drops.
+    pub view: View,
+    /// Every effect.
+    pub effects: Vec<EffectDecision>,
+    /// Sum of the bounds of the effects that the plan left out by itself.
+    pub left_out: f64,
+    /// The level of every stage.
+    pub levels: Levels,
+    /// The scattering table that is needed; `None` where no bow is in view.
+    pub scattering: Option<ScatteringNeed>,
+    /// The stages to run, in order.
+    pub stages: Vec<StagePlan>,
+    /// What a person should know before running.
+    pub warnings: Vec<String>,
+}
+
+/// Plans a scene. Pure: equal arguments give equal plans.
+///
+/// # Errors
+/// If figures of a drop file are missing or the volume is empty, or parts of a scene that was not
+/// read from a file are out of range.
+pub fn plan(scene: &Scene, inputs: &PlanInputs<'_>) -> Result<Plan, PlanError> {
+    let situation = Situation::new(scene, inputs)?;
+    let table = situation.air_table(scene)?;
+    let air = situation.air_light(table.as_ref());
+    let curves = situation.curves(scene);
+    let bound_scene = situation.bound_scene(&curves, air.as_ref());
+    let bound = |effect: Effect, assumed: &Assumed| bound_scene.bound(effect, assumed);
+    let on = decide::decide(&scene.effects, scene.accuracy.tolerance, &bound).on;
+
+    let assumed = Assumed {
+        may_be_on: on.clone(),
+        is_on: on.clone(),
+    };
+    let facts = situation.facts(scene, air.as_ref());
+    let decision = |effect: Effect| {
+        let (asked, is_on) = (scene.effects.of(effect), on.contains(&effect));
+        let bound = estimates::bound(effect, &bound_scene, &facts)
+            .or_else(|| bound(effect, &with(&assumed, effect)));
+        let reason = reasons::reason(effect, (asked, is_on), bound.as_ref(), &facts);
+        EffectDecision {
+            effect,
+            asked,
+            on: is_on,
+            reason,
+            bound,
+        }
+    };
+    let effects: Vec<EffectDecision> = Effect::ALL.into_iter().map(decision).collect();
+    let left_out = effects
+        .iter()
+        .filter(|decision| !decision.on && decision.asked == Switch::Auto)
+        .filter(|decision| decision.effect.is_available())
+        .filter_map(|decision| decision.bound)
+        .map(|bound| bound.value)
+        .sum();
+    let scattering = stages::scattering_need(scene, &situation, &on)?;
+    let stages = stages::stages(
+        scene,
+        &situation,
+        (&on, scattering.as_ref()),
+        inputs.measured,
+    );
+    Ok(Plan {
+        scene: scene.name.clone(),
+        tolerance: scene.accuracy.tolerance,
+        reference_luminance_cd_m2: situation.reference_luminance_cd_m2,
+        view: situation.view,
+        warnings: facts::warnings(scene, &situation, &effects),
+        effects,
+        left_out,
+        levels: situation.levels,
+        scattering,
+        stages,
+    })
+}
+
+/// The final state, with the light of `effect` itself: what forcing it on would add.
+fn with(assumed: &Assumed, effect: Effect) -> Assumed {
+    let mut with = assumed.clone();
+    with.may_be_on.insert(effect);
+    with.is_on.remove(&effect);
+    with
+}
+
+impl Plan {
+    /// Whether an effect is simulated.
+    pub fn is_on(&self, effect: Effect) -> bool {
+        self.effects
+            .iter()
+            .any(|decision| decision.effect == effect && decision.on)
+    }
+
+    /// What an effect contributes at most.
+    pub fn bound(&self, effect: Effect) -> Option<Bound> {
+        let decision = self
+            .effects
+            .iter()
+            .find(|decision| decision.effect == effect);
+        decision.and_then(|decision| decision.bound)
+    }
+
+    /// Whether a stage runs.
+    pub fn runs(&self, stage: Stage) -> bool {
+        self.stages.iter().any(|planned| planned.stage == stage)
+    }
+
+    /// The effects as the renderer takes them.
+    pub fn render_effects(&self) -> RenderEffects {
+        let toggle = |effect| {
+            if self.is_on(effect) {
+                Toggle::On
+            } else {
+                Toggle::Off
+            }
+        };
+        RenderEffects {
+            primary_bow: toggle(Effect::PrimaryBow),
+            secondary_bow: toggle(Effect::SecondaryBow),
+            drop_extinction: toggle(Effect::DropExtinction),
+            drop_shadow: toggle(Effect::DropShadow),
+            skylit_drops: toggle(Effect::SkylitDrops),
+            sunlight_through_air: toggle(Effect::SunlightThroughAir),
+            air_extinction: toggle(Effect::AirExtinction),
+            air_inscatter: toggle(Effect::AirInscatter),
+            sky: toggle(Effect::Sky),
+        }
+    }
+
+    /// How the drops are lit: not at all if their shadow is off.
+    pub fn sun_path(&self) -> SunPath {
+        if self.is_on(Effect::DropShadow) {
+            self.levels.sun_path
+        } else {
+            SunPath::Ignore
+        }
+    }
+
+    /// Whether no enabled effect sends any light: a request that cannot be met.
+    pub fn is_dark(&self) -> bool {
+        let lights = [
+            Effect::PrimaryBow,
+            Effect::SecondaryBow,
+            Effect::AirInscatter,
+            Effect::Sky,
+        ];
+        let sends = |effect: &Effect| {
+            // An unknown size may be light; a bound of 0 is exactly 0.
+            self.is_on(*effect) && self.bound(*effect).is_none_or(|bound| bound.value > 0.0)
+        };
+        !lights.iter().any(sends)
+    }
+}

@@ -1,0 +1,296 @@
+//! What leaving an effect out can change, block by block of the picture.
+//!
+//! In units of a gray card in the sun, with tau the optical depth of the drops on a ray (Q = 1),
+//! q the efficiency of the extinction level, P(theta) the light of a unit of optical depth:
+//! * a bow adds at most P tau, with extinction P (1 - exp(-q tau))/q, because
+//!   int_0^tau exp(-q t) dt is that;
+//! * extinction of drops takes at most P int_0^tau (1 - exp(-q t)) dt = P (tau - (1 - exp(-q tau))/q)
+//!   from the bow and (1 - exp(-q tau)) from what shines behind the drops or around them;
+//! * their shadow takes at most 1 - exp(-q tau_s) of the bow, tau_s the largest optical depth
+//!   towards the sun;
+//! * the air takes at most 1 - exp(-tau_air) of each wavelength of the bow, on either path;
+//! * light scattered by the air is bounded by its own integral (see `air_light`);
+//! * sun's disc, spread of sizes and supernumeraries change P by a difference of two curves.
+//!
+//! tau <= sigma_max times the longest way of a block through the box. All are monotone: they grow
+//! when light is added and fall when attenuation is. So bounds computed with every light that may be
+//! on and only the attenuation that must be on may be added up, in whatever order effects are left
+//! out.
+
+use std::collections::BTreeSet;
+
+use crate::effect::Effect;
+
+use super::air_light::AirLight;
+use super::air_light::Dimmed;
+use super::bow_light::Curve;
+use super::bow_light::Line;
+use super::light_curves::LightCurves;
+use super::light_curves::Variant;
+use super::light_curves::variants;
+use super::view::Block;
+
+/// A bound on the contribution of an effect.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Bound {
+    /// Largest change of luminance of any pixel, relative to a gray card (albedo 0.18) that faces
+    /// the sun above the air.
+    pub value: f64,
+    /// RMS of that change over the picture; never above `value`.
+    pub rms: f64,
+    /// How sure it is.
+    pub kind: BoundKind,
+}
+
+/// How sure a bound is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum BoundKind {
+    /// It follows from the equations that are rendered; the change is never larger.
+    Proved,
+    /// It follows from a simpler model of what is left out.
+    Estimated,
+    /// It is the difference of two coarse tables.
+    TableDifference,
+}
+
+impl BoundKind {
+    /// The kind in words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Proved => "proved",
+            Self::Estimated => "estimated",
+            Self::TableDifference => "table difference",
+        }
+    }
+}
+
+/// Which effects count while a bound is computed.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Assumed {
+    /// Effects whose light may be there.
+    pub(super) may_be_on: BTreeSet<Effect>,
+    /// Effects whose attenuation is there for sure.
+    pub(super) is_on: BTreeSet<Effect>,
+}
+
+impl Assumed {
+    /// The ways in which the bows may be shaped.
+    fn variants(&self) -> Vec<Variant> {
+        variants(|effect| match (self.may_be_on.contains(&effect), self.is_on.contains(&effect)) {
+            (true, true) => Some(true),
+            (true, false) => None,
+            (false, _) => Some(false),
+        })
+    }
+}
+
+/// A scene as bounds see it.
+pub(super) struct BoundScene<'a> {
+    pub(super) blocks: &'a [Block],
+    pub(super) lines: &'a [Line],
+    pub(super) light: &'a LightCurves<'a>,
+    pub(super) air: Option<&'a AirLight<'a>>,
+    /// Largest optical depth of the drops towards the sun at Q = 1.
+    pub(super) sun_depth: f64,
+    /// Extinction efficiency of the level.
+    pub(super) efficiency: f64,
+    /// Farthest distance at which a ray in view can leave the drops [m].
+    pub(super) farthest_m: f64,
+}
+
+/// -expm1(-x): the share that an optical depth takes.
+fn taken(depth: f64) -> f64 {
+    -(-depth).exp_m1()
+}
+
+impl BoundScene<'_> {
+    /// Largest optical depth of the drops on any ray of a block, Q = 1.
+    pub(super) fn depth(&self, block: &Block) -> f64 {
+        block
+            .drops
+            .map_or(0.0, |chord| self.extinction_m1 * chord.length_m)
+    }
+
+    /// Bound on an effect; `None` where nothing is known.
+    pub(super) fn bound(&self, effect: Effect, assumed: &Assumed) -> Option<Bound> {
+        let proved = |change: &dyn Fn(&Block) -> f64| Some(self.over(BoundKind::Proved, change));
+        match effect {
+            Effect::PrimaryBow | Effect::SecondaryBow => {
+                let curve = self.light.bow(effect, &self.sunlight(assumed), &assumed.variants());
+                proved(&|block| curve.max_within(block.theta_rad) * self.column(block, assumed))
+            }
+            Effect::Supernumeraries | Effect::SunDisc | Effect::SizeSpread => {
+                let curve = self.light.difference(effect, &self.sunlight(assumed), &assumed.variants());
+                let change =
+                    |block: &Block| curve.max_within(block.theta_rad) * self.column(block, assumed);
+                Some(self.over(BoundKind::TableDifference, &change))
+            }
+            Effect::DropExtinction => {
+                let curve = self.bows(assumed, &self.sunlight(assumed));
+                proved(&|block| self.extinction_change(block, &curve, assumed))
+            }
+            Effect::DropShadow => {
+                let curve = self.bows(assumed, &self.sunlight(assumed));
+                let shadow = taken(self.efficiency * self.sun_depth);
+                proved(&|block| {
+                    shadow * curve.max_within(block.theta_rad) * self.column(block, assumed)
+                })
+            }
+            Effect::SkylitDrops => {
+                let surround = self.surround(assumed);
+                let change = |block: &Block| taken(self.depth(block)) * surround;
+                Some(self.over(BoundKind::Estimated, &change))
+            }
+            Effect::SunlightThroughAir | Effect::AirExtinction => {
+                let through_air = self.through_air(effect, assumed);
+                proved(&|block| through_air(block))
+            }
+            Effect::AirInscatter => proved(&|block| self.inscatter(block, self.dimmed(assumed))),
+            Effect::Sky => {
+                let dimmed = self.dimmed(assumed);
+                proved(&|block| self.air.map_or(0.0, |air| air.sky(block, dimmed)))
+            }
+            Effect::Occluders => proved(&|_| 0.0),
+            Effect::HigherOrders
+            | Effect::Glory
+            | Effect::Corona
+            | Effect::DropFlattening
+            | Effect::MultipleScattering => None,
+        }
+    }
+
+    /// Maximum and RMS over the picture of a change by block.
+    pub(super) fn over(&self, kind: BoundKind, change: &dyn Fn(&Block) -> f64) -> Bound {
+        let (mut value, mut square) = (0.0_f64, 0.0);
+        for block in self.blocks {
+            let change = change(block);
+            value = value.max(change);
+            square += block.share * change * change;
+        }
+        // Shares sum to 1 but for roundoff.
+        Bound {
+            value,
+            rms: square.sqrt().min(value),
+            kind,
+        }
+    }
+
+    /// Effective column of the drops that scatters into the view.
+    fn column(&self, block: &Block, assumed: &Assumed) -> f64 {
+        let depth = self.depth(block);
+        if assumed.is_on.contains(&Effect::DropExtinction) {
+            taken(self.efficiency * depth) / self.efficiency
+        } else {
+            depth
+        }
+    }
+
+    /// Largest share of sunlight at the drops, by line.
+    fn sunlight(&self, assumed: &Assumed) -> Vec<f64> {
+        match self.air {
+            Some(air) if assumed.is_on.contains(&Effect::SunlightThroughAir) => air.sunlight(),
+            Some(_) | None => vec![1.0; self.lines.len()],
+        }
+    }
+
+    /// Light of all bows that may be on.
+    fn bows(&self, assumed: &Assumed, factor: &[f64]) -> Curve {
+        [Effect::PrimaryBow, Effect::SecondaryBow]
+            .into_iter()
+            .filter(|bow| assumed.may_be_on.contains(bow))
+            .map(|bow| self.light.bow(bow, factor, &assumed.variants()))
+            .reduce(|a, b| a.plus(&b))
+            .unwrap_or_else(Curve::empty)
+    }
+
+    fn dimmed(&self, assumed: &Assumed) -> Dimmed {
+        Dimmed {
+            sunlight: assumed.is_on.contains(&Effect::SunlightThroughAir),
+            view: assumed.is_on.contains(&Effect::AirExtinction),
+        }
+    }
+
+    fn inscatter(&self, block: &Block, dimmed: Dimmed) -> f64 {
+        match (self.air, block.drops) {
+            (Some(air), Some(chord)) => air.inscatter(block, chord.leave_m, dimmed),
+            (Some(_) | None, _) => 0.0,
+        }
+    }
+
+    /// Air's light that may be in a block.
+    fn glow(&self, block: &Block, assumed: &Assumed, dimmed: Dimmed) -> f64 {
+        let front = if assumed.may_be_on.contains(&Effect::AirInscatter) {
+            self.inscatter(block, dimmed)
+        } else {
+            0.0
+        };
+        let behind = match self.air {
+            Some(air) if assumed.may_be_on.contains(&Effect::Sky) => air.sky(block, dimmed),
+            Some(_) | None => 0.0,
+        };
+        front + behind
+    }
+
+    fn surround(&self, assumed: &Assumed) -> f64 {
+        match self.air {
+            Some(air) if assumed.may_be_on.contains(&Effect::Sky) => {
+                air.mean_surround(self.dimmed(assumed))
+            }
+            Some(_) | None => 0.0,
+        }
+    }
+
+    fn extinction_change(&self, block: &Block, curve: &Curve, assumed: &Assumed) -> f64 {
+        let depth = self.depth(block);
+        let taken_away = taken(self.efficiency * depth);
+        let from_bow = curve.max_within(block.theta_rad) * (depth - taken_away / self.efficiency);
+        let skylit = if assumed.may_be_on.contains(&Effect::SkylitDrops) {
+            self.surround(assumed)
+        } else {
+            0.0
+        };
+        let from_behind = (self.glow(block, assumed, self.dimmed(assumed)) + skylit) * taken_away;
+        from_bow.max(0.0) + from_behind
+    }
+
+    /// Change by dimming sunlight or the view by air.
+    fn through_air(&self, effect: Effect, assumed: &Assumed) -> impl Fn(&Block) -> f64 {
+        let without = {
+            let mut is_on = assumed.is_on.clone();
+            is_on.remove(&effect);
+            Assumed {
+                is_on,
+                may_be_on: assumed.may_be_on.clone(),
+            }
+        };
+        let lost = match self.air {
+            None => vec![0.0; self.lines.len()],
+            Some(air) if effect == Effect::SunlightThroughAir => air.sunlight_lost(),
+            Some(air) => air.view_lost(self.farthest_m),
+        };
+        let sunlight = self.sunlight(&without);
+        let factor: Vec<f64> = lost.iter().zip(&sunlight).map(|(a, b)| a * b).collect();
+        let curve = self.bows(&without, &factor);
+        let skylit = if without.may_be_on.contains(&Effect::SkylitDrops) {
+            self.surround(&without)
+        } else {
+            0.0
+        };
+        let largest_loss = lost.into_iter().fold(0.0, f64::max);
+        move |block: &Block| {
+            let dimmed = self.dimmed(&without);
+            let bow = curve.max_within(block.theta_rad) * self.column(block, &without);
+            let front = if without.may_be_on.contains(&Effect::AirInscatter) {
+                self.inscatter(block, dimmed) * largest_loss
+            } else {
+                0.0
+            };
+            let behind = match self.air {
+                Some(air) if without.may_be_on.contains(&Effect::Sky) => air.sky(block, dimmed),
+                Some(_) | None => 0.0,
+            };
+            bow + front + behind + skylit * taken(self.depth(block))
+        }
+    }
+}

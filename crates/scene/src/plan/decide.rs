@@ -1,0 +1,142 @@
+//! Which effects are simulated.
+//!
+//! What a scene says `on` or `off` stays so. Of the rest, the smallest bounds are left out first, as
+//! long as the sum of all that are left out stays within half of the tolerance. The bounds of this
+//! sum hold in whatever order effects are left out (see `bounds`); those that are shown afterwards
+//! take account of the attenuation that stays on, and are never larger.
+
+use std::collections::BTreeSet;
+
+use crate::effect::Effect;
+use crate::effect::EffectSwitches;
+use crate::effect::Switch;
+
+use super::bounds::Assumed;
+use super::bounds::Bound;
+
+/// Share of the tolerance that is for effects left out; the rest is for levels.
+const SHARE_FOR_EFFECTS: f64 = 0.5;
+
+/// The effects that are on.
+pub(super) struct Decision {
+    pub(super) on: BTreeSet<Effect>,
+}
+
+/// Decides every effect; `bound` says what an effect may contribute.
+pub(super) fn decide(
+    switches: &EffectSwitches,
+    tolerance: f64,
+    bound: &dyn Fn(Effect, &Assumed) -> Option<Bound>,
+) -> Decision {
+    let available = |effect: &Effect| effect.is_available();
+    let asked = |switch: Switch| {
+        let effects = Effect::ALL.into_iter().filter(available);
+        effects.filter(move |effect| switches.of(*effect) == switch)
+    };
+    let mut on: BTreeSet<Effect> = asked(Switch::On).collect();
+    on.insert(Effect::Occluders);
+    let open: Vec<Effect> = asked(Switch::Auto)
+        .filter(|effect| *effect != Effect::Occluders)
+        .collect();
+    let assumed = Assumed {
+        may_be_on: on.iter().chain(&open).copied().collect(),
+        is_on: on.clone(),
+    };
+    let mut sized: Vec<(f64, Effect)> = open
+        .into_iter()
+        .map(|effect| {
+            (
+                bound(effect, &assumed).map_or(f64::INFINITY, |b| b.value),
+                effect,
+            )
+        })
+        .collect();
+    sized.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let budget = SHARE_FOR_EFFECTS * tolerance;
+    let mut left_out = 0.0;
+    for (value, effect) in sized {
+        left_out += value;
+        if left_out > budget {
+            on.insert(effect);
+        }
+    }
+    drop_dependents(switches, &mut on);
+    Decision { on }
+}
+
+/// Effects that have nothing to act on, once what they need was left out.
+fn drop_dependents(switches: &EffectSwitches, on: &mut BTreeSet<Effect>) {
+    let bow = on.contains(&Effect::PrimaryBow) || on.contains(&Effect::SecondaryBow);
+    let is_open = |effect: &Effect| switches.of(*effect) == Switch::Auto;
+    if !bow {
+        let of_bows = [Effect::Supernumeraries, Effect::SunDisc, Effect::SizeSpread];
+        on.retain(|effect| !(of_bows.contains(effect) && is_open(effect)));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::bounds::BoundKind;
+    use super::*;
+
+    fn decide_with(bounds: &[(Effect, f64)], switches: &EffectSwitches) -> BTreeSet<Effect> {
+        let bound = |effect: Effect, _: &Assumed| {
+            let value = bounds
+                .iter()
+                .find(|(of, _)| *of == effect)
+                .map_or(1.0, |(_, value)| *value);
+            Some(Bound {
+                value,
+                rms: value,
+                kind: BoundKind::Proved,
+            })
+        };
+        decide(switches, 0.01, &bound).on
+    }
+
+    #[test]
+    fn the_sum_of_what_is_left_out_stays_within_half_of_the_tolerance() {
+        let bounds = [
+            (Effect::SunDisc, 0.002),
+            (Effect::DropShadow, 0.0025),
+            (Effect::DropExtinction, 0.003),
+            (Effect::SecondaryBow, 0.0),
+        ];
+        let on = decide_with(&bounds, &EffectSwitches::default());
+        // 0 + 0.002 + 0.0025 fit into 0.005; the next would not.
+        for effect in [Effect::SunDisc, Effect::DropShadow, Effect::SecondaryBow] {
+            assert!(!on.contains(&effect), "{effect}");
+        }
+        assert!(on.contains(&Effect::DropExtinction) && on.contains(&Effect::PrimaryBow));
+    }
+
+    #[test]
+    fn what_is_not_asked_about_stays_as_it_was_said() {
+        let mut switches = EffectSwitches::default();
+        switches.set(Effect::SunDisc, Switch::On);
+        switches.set(Effect::PrimaryBow, Switch::Off);
+        let on = decide_with(
+            &[(Effect::SunDisc, 0.0), (Effect::PrimaryBow, 9.0)],
+            &switches,
+        );
+        assert!(on.contains(&Effect::SunDisc) && !on.contains(&Effect::PrimaryBow));
+        assert!(on.contains(&Effect::Occluders), "surfaces always hide");
+    }
+
+    #[test]
+    fn effects_that_cannot_be_computed_are_off() {
+        let on = decide_with(&[], &EffectSwitches::default());
+        assert!(
+            Effect::ALL
+                .iter()
+                .all(|effect| effect.is_available() == on.contains(effect))
+        );
+    }
+
+    #[test]
+    fn without_bows_nothing_shapes_them() {
+        let bounds = [(Effect::PrimaryBow, 0.0), (Effect::SecondaryBow, 0.0)];
+        let on = decide_with(&bounds, &EffectSwitches::default());
+        assert!(!on.contains(&Effect::SunDisc) && !on.contains(&Effect::Supernumeraries));
+    }
+}

@@ -1,0 +1,92 @@
+//! A plan for people to read.
+
+use std::fmt;
+
+use super::Plan;
+use super::reasons::brief;
+use super::reasons::length;
+use super::stages::Estimate;
+
+impl fmt::Display for Plan {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(out, "{}", self.scene)?;
+        self.write_view(out)?;
+        writeln!(
+            out,
+            "\neffects (bounds in gray cards in the sun, {} cd/m2 each)",
+            brief(self.reference_luminance_cd_m2)
+        )?;
+        for decision in &self.effects {
+            let state = if decision.on { "on" } else { "off" };
+            let bound = match decision.bound {
+                Some(bound) => format!("<= {} {}", brief(bound.value), bound.kind.name()),
+                None => "?".to_string(),
+            };
+            writeln!(
+                out,
+                "  {:<21} {state:<4} {bound:<27} {}",
+                decision.effect, decision.reason
+            )?;
+        }
+        writeln!(
+            out,
+            "  left out by the plan: {} of {} allowed (half of the tolerance {})",
+            brief(self.left_out),
+            brief(0.5 * self.tolerance),
+            brief(self.tolerance)
+        )?;
+        writeln!(out, "\nlevels")?;
+        for (key, level) in self.levels.named() {
+            writeln!(out, "  {key:<21} {level}")?;
+        }
+        writeln!(out, "\nstages")?;
+        for stage in &self.stages {
+            let name = stage.stage.name();
+            writeln!(
+                out,
+                "  {name:<11} {:<36} {}",
+                in_words(&stage.estimate),
+                stage.makes
+            )?;
+        }
+        for warning in &self.warnings {
+            writeln!(out, "\nwarning: {warning}")?;
+        }
+        Ok(())
+    }
+}
+
+impl Plan {
+    fn write_view(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (Some((low, high)), Some((near_m, far_m))) =
+            (self.view.theta_deg, self.view.distance_m)
+        else {
+            return writeln!(out, "no drops in view");
+        };
+        writeln!(
+            out,
+            "drops {} to {} away, scattering angles {low:.1} to {high:.1} degrees, optical depth up \
+             to {} in view and {} towards the sun",
+            length(near_m),
+            length(far_m),
+            brief(self.view.max_optical_depth),
+            brief(self.view.max_sun_optical_depth)
+        )
+    }
+}
+
+fn in_words(estimate: &Estimate) -> String {
+    let seconds = estimate
+        .seconds
+        .map_or_else(|| "? s".to_string(), |s| format!("{} s", brief(s)));
+    let bytes = |count: Option<u64>| count.map_or_else(|| "?".to_string(), mebibytes);
+    format!(
+        "{seconds}, {} memory, {} file",
+        bytes(estimate.memory_bytes),
+        bytes(estimate.file_bytes)
+    )
+}
+
+fn mebibytes(count: u64) -> String {
+    format!("{} MiB", brief(count as f64 / (1u64 << 20) as f64))
+}

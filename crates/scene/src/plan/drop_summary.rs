@@ -1,0 +1,187 @@
+//! What a plan needs to know of the drops: their box, extinction and sizes.
+
+use glam::DVec3;
+use niji_dropfield::DropVolume;
+use niji_droplets::Axis;
+use niji_droplets::Shape;
+use niji_geometry::Aabb;
+
+/// Figures of a drop volume, of a shape before it is laid out or of a file after it was read.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DropSummary {
+    /// Lowest corner of the box outside of which there are no drops [m].
+    pub min_m: DVec3,
+    /// Highest corner [m].
+    pub max_m: DVec3,
+    /// Edge length of a voxel, of several modes the smallest [m].
+    pub voxel_m: f64,
+    /// Nodes with drops, at most.
+    pub n_nodes: u64,
+    /// Largest extinction without diffraction [1/m].
+    pub max_extinction_m1_q1: f64,
+    /// Smallest and largest effective radius [um].
+    pub effective_radius_um: (f64, f64),
+    /// Smallest and largest effective variance, mixtures between nodes included.
+    pub effective_variance: (f64, f64),
+}
+
+/// Largest effective variance that the moments of a mixture of neighboring nodes are given in files,
+/// of which only the nodes are known.
+const MIXTURE_VARIANCE: f64 = 0.05;
+
+impl DropSummary {
+    /// Figures of a shape, in closed form; `None` if the shape is not valid.
+    pub fn of_shape(shape: &Shape) -> Option<Self> {
+        let grid = shape.grid();
+        let counts = grid.n_nodes().ok()?;
+        let n = DVec3::from(counts.map(f64::from));
+        // Trilinear drops fade out over the voxel beyond the outermost nodes.
+        let half = DVec3::splat(0.5 * grid.voxel_m);
+        let (low_variance, high_variance) = shape.effective_variance_range();
+        let mixed = mixture_variance(shape, counts);
+        Some(Self {
+            min_m: grid.min - half,
+            max_m: grid.min + n * grid.voxel_m + half,
+            voxel_m: grid.voxel_m,
+            n_nodes: counts
+                .iter()
+                .map(|count| u64::from(count.unsigned_abs()))
+                .product(),
+            max_extinction_m1_q1: shape.max_extinction_m1_q1(),
+            effective_radius_um: shape.effective_radius_range_um(),
+            effective_variance: (low_variance, high_variance.max(mixed)),
+        })
+    }
+
+    /// Figures of a volume; `None` if it has no drops.
+    pub fn of_volume(volume: &DropVolume) -> Option<Self> {
+        let summary = volume.summary();
+        if summary.n_nodes == 0 {
+            return None;
+        }
+        let voxels = volume.modes.iter().map(niji_dropfield::DropMode::voxel_m);
+        let (low_um, high_um) = summary.effective_radius_um;
+        let (low, high) = summary.effective_variance;
+        let mixed = if high_um > low_um {
+            MIXTURE_VARIANCE
+        } else {
+            0.0
+        };
+        Some(Self {
+            min_m: summary.min_m,
+            max_m: summary.max_m,
+            voxel_m: voxels.fold(f64::INFINITY, f64::min),
+            n_nodes: summary.n_nodes,
+            max_extinction_m1_q1: summary.max_extinction_m1_q1,
+            effective_radius_um: (low_um, high_um),
+            effective_variance: (low, high.max(mixed)),
+        })
+    }
+
+    /// The box outside of which there are no drops.
+    pub fn bounds(&self) -> Aabb {
+        Aabb {
+            min: self.min_m,
+            max: self.max_m,
+        }
+    }
+}
+
+/// Mixtures of neighboring nodes that are looked at, from one to the other.
+const N_MIXTURES: usize = 16;
+
+/// Largest effective variance between neighboring nodes of a gradient: moments interpolate, and a
+/// mixture of two sizes has a spread of its own. The other shapes have one size law everywhere.
+fn mixture_variance(shape: &Shape, counts: [i32; 3]) -> f64 {
+    let Shape::Gradient(gradient) = shape else {
+        return 0.0;
+    };
+    let (_, own) = shape.effective_variance_range();
+    let count = match gradient.axis {
+        Axis::X => counts[0],
+        Axis::Y => counts[1],
+        Axis::Z => counts[2],
+    };
+    let n_nodes = count.max(1) as usize;
+    let n = n_nodes as f64;
+    let mut largest = own;
+    for index in 1..n_nodes {
+        // Nodes lie half a voxel inside the box.
+        let at = |index: usize| gradient.at((index as f64 + 0.5) / n);
+        let (low, high) = (moments(at(index - 1), own), moments(at(index), own));
+        for step in 0..=N_MIXTURES {
+            let t = step as f64 / N_MIXTURES as f64;
+            let [m2, m3, m4] = [0, 1, 2].map(|i| low[i] * (1.0 - t) + high[i] * t);
+            if m3 > 0.0 {
+                largest = largest.max((m4 / m3) * (m2 / m3) - 1.0);
+            }
+        }
+    }
+    largest.min(f64::from(niji_dropfield::MAX_EFFECTIVE_VARIANCE))
+}
+
+/// M2, M3, M4 of a gamma law.
+fn moments((radius_um, number_density_m3): (f64, f64), variance: f64) -> [f64; 3] {
+    let m2 = number_density_m3 * radius_um * radius_um * (1.0 - variance) * (1.0 - 2.0 * variance);
+    [
+        m2,
+        m2 * radius_um,
+        m2 * radius_um * radius_um * (1.0 + variance),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use niji_droplets::Gradient;
+
+    use super::*;
+
+    fn gradient(voxel_m: f64) -> Shape {
+        Shape::Gradient(Gradient {
+            box_min_m: [0.0; 3],
+            box_max_m: [20.0, 64.0, 20.0],
+            voxel_m,
+            axis: Axis::Y,
+            radius_at_min_um: 1500.0,
+            radius_at_max_um: 10.0,
+            number_density_at_min_m3: 1000.0,
+            number_density_at_max_m3: 1000.0,
+            effective_variance: 0.0,
+        })
+    }
+
+    #[test]
+    fn a_shape_and_its_volume_have_the_same_figures() {
+        let shape = gradient(2.0);
+        let before = DropSummary::of_shape(&shape).unwrap();
+        let after = DropSummary::of_volume(&shape.volume().unwrap()).unwrap();
+        assert_eq!((before.min_m, before.max_m), (after.min_m, after.max_m));
+        assert_eq!(
+            (before.n_nodes, before.voxel_m),
+            (after.n_nodes, after.voxel_m)
+        );
+        assert!(before.max_extinction_m1_q1 >= after.max_extinction_m1_q1);
+        assert!(before.effective_radius_um.0 <= after.effective_radius_um.0);
+        assert!(before.effective_radius_um.1 >= after.effective_radius_um.1);
+    }
+
+    #[test]
+    fn mixtures_of_a_gradient_spread_more_on_coarser_lattices() {
+        let spread = |voxel_m| {
+            DropSummary::of_shape(&gradient(voxel_m))
+                .unwrap()
+                .effective_variance
+                .1
+        };
+        assert!(spread(8.0) > 2.0 * spread(2.0) && spread(8.0) < 0.49);
+        assert!(spread(0.25) > 0.0);
+    }
+
+    #[test]
+    fn an_empty_volume_has_no_figures() {
+        assert_eq!(
+            DropSummary::of_volume(&DropVolume { modes: Vec::new() }),
+            None
+        );
+    }
+}

@@ -1,0 +1,274 @@
+//! The scene as a plan sees it: geometry, drops, light, and what to warn of.
+
+use glam::DVec3;
+use niji_airy::rainbow_ray;
+use niji_exchange::AtmosphereTable;
+use niji_geometry::PinholeCamera;
+use niji_radiometry::Colorimetry;
+use niji_radiometry::Nanometers;
+use niji_radiometry::WavelengthGrid;
+use niji_radiometry::solar_irradiance;
+use niji_radiometry::water_refractive_index;
+
+use crate::accuracy::Levels;
+use crate::effect::Effect;
+use crate::scene::Scene;
+
+use super::DropSummary;
+use super::EffectDecision;
+use super::PlanError;
+use super::PlanInputs;
+use super::View;
+use super::air_light::AirLight;
+use super::bounds::BoundScene;
+use super::bow_light::Line;
+use super::light_curves::CurvesRequest;
+use super::light_curves::LightCurves;
+use super::reasons::Facts;
+use super::view;
+use super::view::Block;
+
+/// Albedo of the card that luminances are compared with.
+const REFERENCE_ALBEDO: f64 = 0.18;
+
+/// Most wavelengths that bounds are computed with.
+const MAX_LINES: usize = 14;
+
+/// Effective radii between the smallest and the largest that bounds are computed with.
+const N_RADII: usize = 4;
+
+/// The wavelength that decides where the bows are split.
+const SPLIT_WAVELENGTH: Nanometers = Nanometers(560.0);
+
+/// A scene, measured.
+pub(super) struct Situation {
+    pub(super) camera: PinholeCamera,
+    pub(super) sun: DVec3,
+    pub(super) grid: WavelengthGrid,
+    pub(super) drops: DropSummary,
+    pub(super) levels: Levels,
+    pub(super) view: View,
+    pub(super) reference_luminance_cd_m2: f64,
+    /// Scattering angle of the rainbow rays of order 2 and 3, rad.
+    pub(super) bows_rad: (f64, f64),
+    lines: Vec<Line>,
+    blocks: Vec<Block>,
+}
+
+impl Situation {
+    pub(super) fn new(scene: &Scene, inputs: &PlanInputs<'_>) -> Result<Self, PlanError> {
+        let drops = summary(scene, inputs)?;
+        let camera = scene.camera.pinhole()?;
+        let grid = scene.spectrum.grid()?;
+        let sun = scene.sun.direction();
+        let blocks = view::blocks(&camera, sun, Some(&drops.bounds()));
+        let sun_chord_m = view::longest_chord_m(&drops.bounds(), sun);
+        let bow = |order| {
+            let index = water_refractive_index(SPLIT_WAVELENGTH, scene.water.temperature_c);
+            rainbow_ray(index, order).map_or(0.0, |ray| ray.theta_rad())
+        };
+        let (lines, sun_luminance) = lines(&grid);
+        Ok(Self {
+            view: seen(&blocks, &drops, sun_chord_m),
+            camera,
+            sun,
+            levels: scene.accuracy.levels(drops.voxel_m),
+            drops,
+            reference_luminance_cd_m2: REFERENCE_ALBEDO * sun_luminance / std::f64::consts::PI,
+            bows_rad: (bow(2), bow(3)),
+            lines,
+            grid,
+            blocks,
+        })
+    }
+
+    /// The air; `None` is a vacuum.
+    pub(super) fn air_table(&self, scene: &Scene) -> Result<Option<AtmosphereTable>, PlanError> {
+        let Some(air) = &scene.air else {
+            return Ok(None);
+        };
+        Ok(Some(air.model(self.grid, scene.ground.albedo)?.tabulate()?))
+    }
+
+    pub(super) fn air_light<'a>(
+        &'a self,
+        table: Option<&'a AtmosphereTable>,
+    ) -> Option<AirLight<'a>> {
+        let bounds = self.drops.bounds();
+        let air = |table| {
+            AirLight::new(
+                (table, &self.lines),
+                self.camera.position(),
+                self.sun,
+                Some(&bounds),
+            )
+        };
+        table.map(air)
+    }
+
+    pub(super) fn curves(&self, scene: &Scene) -> LightCurves {
+        LightCurves::new(&CurvesRequest {
+            theory: self.levels.theory,
+            lines: &self.lines,
+            sizes: &self.sizes(),
+            theta_rad: self
+                .view
+                .theta_deg
+                .map(|(a, b)| (a.to_radians(), b.to_radians())),
+            split_rad: 0.5 * (self.bows_rad.0 + self.bows_rad.1),
+            temperature_c: scene.water.temperature_c,
+        })
+    }
+
+    pub(super) fn bound_scene<'a>(
+        &'a self,
+        light: &'a LightCurves,
+        air: Option<&'a AirLight<'a>>,
+    ) -> BoundScene<'a> {
+        BoundScene {
+            blocks: &self.blocks,
+            lines: &self.lines,
+            light,
+            air,
+            extinction_m1: self.drops.max_extinction_m1_q1,
+            sun_depth: self.view.max_sun_optical_depth,
+            efficiency: self.levels.drop_extinction.efficiency(),
+            farthest_m: self.view.distance_m.map_or(0.0, |(_, far_m)| far_m),
+        }
+    }
+
+    /// Sizes between the smallest and the largest, narrow and broad.
+    fn sizes(&self) -> Vec<(f64, f64)> {
+        let ((low_um, high_um), (low, high)) = (
+            self.drops.effective_radius_um,
+            self.drops.effective_variance,
+        );
+        let n = if high_um > low_um { N_RADII } else { 1 };
+        let step = (high_um / low_um).ln() / (n as f64 - 1.0).max(1.0);
+        let radii = (0..n).map(|i| low_um * (step * i as f64).exp());
+        let variances: &[f64] = if high > low { &[low, high] } else { &[low] };
+        radii
+            .flat_map(|radius| variances.iter().map(move |variance| (radius, *variance)))
+            .collect()
+    }
+
+    pub(super) fn facts(&self, scene: &Scene, air: Option<&AirLight<'_>>) -> Facts {
+        let lost = air.map(AirLight::sunlight_lost).unwrap_or_default();
+        Facts {
+            has_air: scene.air.is_some(),
+            sun_elevation_deg: scene.sun.elevation_deg,
+            theta_deg: self.view.theta_deg,
+            distance_m: self.view.distance_m,
+            depth: self.view.max_optical_depth,
+            sun_depth: self.view.max_sun_optical_depth,
+            sunlight_lost: lost.into_iter().fold(0.0, f64::max),
+            effective_variance: self.drops.effective_variance.1,
+            largest_radius_um: self.drops.effective_radius_um.1,
+            smallest_radius_um: self.drops.effective_radius_um.0,
+        }
+    }
+}
+
+fn summary(scene: &Scene, inputs: &PlanInputs<'_>) -> Result<DropSummary, PlanError> {
+    let summary = match scene.drops.shape() {
+        Some(shape) => DropSummary::of_shape(&shape),
+        None => inputs.drops,
+    };
+    let file = || match scene.drops.shape() {
+        Some(shape) => format!("of the shape {}", shape.name()),
+        None => scene.drops.file().unwrap_or_default().to_string(),
+    };
+    summary.ok_or_else(|| PlanError::NoDrops { file: file() })
+}
+
+/// Representative wavelengths with their weights, and the sun's illuminance [lx].
+fn lines(grid: &WavelengthGrid) -> (Vec<Line>, f64) {
+    let irradiance = solar_irradiance(grid);
+    let observer = Colorimetry::new(grid);
+    let luminance: Vec<f64> = observer
+        .weights()
+        .iter()
+        .zip(&irradiance)
+        .map(|([_, y, _], e)| y * e)
+        .collect();
+    let total: f64 = luminance.iter().sum();
+    let group = grid.len().div_ceil(MAX_LINES);
+    let scale = std::f64::consts::PI / REFERENCE_ALBEDO / total.max(f64::MIN_POSITIVE);
+    let line = |(number, bins): (usize, &[f64])| {
+        let first = number * group;
+        let index = first + (bins.len() - 1) / 2;
+        let weight = bins.iter().sum::<f64>() * scale;
+        Line {
+            index,
+            wavelength: grid.center(index),
+            weight,
+        }
+    };
+    (
+        luminance.chunks(group).enumerate().map(line).collect(),
+        total,
+    )
+}
+
+fn seen(blocks: &[Block], drops: &DropSummary, sun_chord_m: f64) -> View {
+    let (mut theta_deg, mut distance_m) = (None, None);
+    let mut longest_m = 0.0_f64;
+    let widen = |range: &mut Option<(f64, f64)>, (low, high): (f64, f64)| {
+        let (a, b) = range.unwrap_or((low, high));
+        *range = Some((a.min(low), b.max(high)));
+    };
+    for block in blocks {
+        let Some(chord) = block.drops else { continue };
+        let (low, high) = block.theta_rad;
+        widen(&mut theta_deg, (low.to_degrees(), high.to_degrees()));
+        widen(&mut distance_m, (chord.enter_m, chord.leave_m));
+        longest_m = longest_m.max(chord.length_m);
+    }
+    View {
+        theta_deg,
+        distance_m,
+        max_optical_depth: drops.max_extinction_m1_q1 * longest_m,
+        max_sun_optical_depth: drops.max_extinction_m1_q1 * sun_chord_m,
+    }
+}
+
+/// What a person should know before running.
+pub(super) fn warnings(
+    scene: &Scene,
+    situation: &Situation,
+    effects: &[EffectDecision],
+) -> Vec<String> {
+    let mut warnings = Vec::new();
+    let (primary_deg, _) = (situation.bows_rad.0.to_degrees(), ());
+    match situation.view.theta_deg {
+        None => warnings.push("no drops are in view of the camera".to_string()),
+        Some((low, high)) if !(low..=high).contains(&primary_deg) => warnings.push(format!(
+            "the primary bow, near a scattering angle of {primary_deg:.0} degrees, is not in view: \
+             rays through the drops scatter by {low:.0} to {high:.0} degrees"
+        )),
+        Some(_) => (),
+    }
+    let highest_deg = 180.0 - primary_deg;
+    if scene.sun.elevation_deg > highest_deg {
+        warnings.push(format!(
+            "with the sun above {highest_deg:.0} degrees the primary bow lies below the horizon"
+        ));
+    }
+    if scene.sun.elevation_deg < 0.0 {
+        warnings.push("the sun is below the horizon".to_string());
+    }
+    let flattening = effects
+        .iter()
+        .find(|decision| decision.effect == Effect::DropFlattening);
+    let bound = flattening
+        .and_then(|decision| decision.bound)
+        .map_or(0.0, |bound| bound.value);
+    if bound > scene.accuracy.tolerance {
+        warnings.push(
+            "drops as large as these are not round, which moves the top of the bow; they are taken \
+             as spheres"
+                .to_string(),
+        );
+    }
+    warnings
+}

@@ -1,0 +1,264 @@
+//! The stages that run, with only the tables and angles that are needed, and what they take.
+
+use std::collections::BTreeSet;
+
+use niji_airy::AiryTable;
+use niji_radiometry::WavelengthGrid;
+use niji_scatter::TableRequest;
+use niji_scatter::Theory;
+use niji_scatter::radius_axis;
+use niji_scatter::variance_axis;
+use serde::Serialize;
+
+use crate::effect::Effect;
+use crate::measured::MeasuredLevels;
+use crate::scene::Scene;
+
+use super::PlanError;
+use super::facts::Situation;
+use super::light_curves::SUN_DISC_DIAMETER_RAD;
+
+/// Beyond the angles in view, so that pixel footprints and rounding stay inside the table, degrees.
+const ANGLE_MARGIN_DEG: f64 = 0.05;
+
+/// A stage of the program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Stage {
+    /// The shape becomes a drop volume.
+    Drops,
+    /// Airy's integral is tabulated.
+    Airy,
+    /// The scattering table is made.
+    Scatter,
+    /// The air's table is made.
+    Atmosphere,
+    /// The picture is rendered.
+    Render,
+}
+
+impl Stage {
+    /// The subcommand that runs it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Drops => "drops",
+            Self::Airy => "airy",
+            Self::Scatter => "scatter",
+            Self::Atmosphere => "atmosphere",
+            Self::Render => "render",
+        }
+    }
+}
+
+/// What a stage takes; `None` where nothing was measured or can be counted.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct Estimate {
+    /// Time, s.
+    pub seconds: Option<f64>,
+    /// Memory, bytes.
+    pub memory_bytes: Option<u64>,
+    /// Size of its file, bytes.
+    pub file_bytes: Option<u64>,
+}
+
+/// A stage that runs.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct StagePlan {
+    /// The stage.
+    pub stage: Stage,
+    /// What it makes, in words.
+    pub makes: String,
+    /// What it takes.
+    pub estimate: Estimate,
+}
+
+/// The scattering table that a picture needs, and no more.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ScatteringNeed {
+    /// How a drop scatters.
+    pub theory: Theory,
+    /// Orders that take part.
+    pub orders: Vec<u32>,
+    /// Smallest and largest scattering angle, rad.
+    pub theta_range_rad: (f64, f64),
+    /// Largest error of interpolation, relative to the peak of the bow.
+    pub relative_error: f64,
+    /// Effective radii, um.
+    pub effective_radius_um: Vec<f64>,
+    /// Effective variances.
+    pub effective_variance: Vec<f64>,
+    /// Diameter of the sun's disc, rad; 0 for a point.
+    pub sun_disc_diameter_rad: f64,
+    /// Temperature of the water, degrees Celsius.
+    pub temperature_c: f64,
+}
+
+impl ScatteringNeed {
+    /// The table as the stage takes it.
+    pub fn request<'a>(
+        &self,
+        wavelengths: WavelengthGrid,
+        airy_table: Option<&'a AiryTable>,
+    ) -> TableRequest<'a> {
+        TableRequest {
+            theory: self.theory,
+            orders: self.orders.clone(),
+            theta_range_rad: self.theta_range_rad,
+            theta_tolerance: self.relative_error,
+            wavelengths,
+            effective_radius_um: self.effective_radius_um.clone(),
+            effective_variance: self.effective_variance.clone(),
+            sun_disc_diameter_rad: self.sun_disc_diameter_rad,
+            temperature_c: self.temperature_c,
+            airy_table,
+        }
+    }
+}
+
+/// The table that the bows in view need; `None` if there are none.
+pub(super) fn scattering_need(
+    scene: &Scene,
+    situation: &Situation,
+    on: &BTreeSet<Effect>,
+) -> Result<Option<ScatteringNeed>, PlanError> {
+    let Some((low_deg, high_deg)) = situation.view.theta_deg else {
+        return Ok(None);
+    };
+    let orders: Vec<u32> = [(Effect::PrimaryBow, 2), (Effect::SecondaryBow, 3)]
+        .into_iter()
+        .filter_map(|(bow, order)| on.contains(&bow).then_some(order))
+        .collect();
+    if orders.is_empty() {
+        return Ok(None);
+    }
+    let margin_rad = ANGLE_MARGIN_DEG.to_radians() + situation.camera.pixel_angle().0;
+    let mut low_rad = (low_deg.to_radians() - margin_rad).max(0.0);
+    let mut high_rad = (high_deg.to_radians() + margin_rad).min(std::f64::consts::PI);
+    // The renderer leaves out the side of a bow that is off; its split lies between both bows.
+    let (primary_rad, secondary_rad) = situation.bows_rad;
+    if orders == [2] {
+        low_rad = low_rad.max(secondary_rad);
+    } else if orders == [3] {
+        high_rad = high_rad.min(primary_rad);
+    }
+    if low_rad >= high_rad {
+        return Ok(None);
+    }
+    let levels = &situation.levels;
+    let (narrowest, broadest) = situation.drops.effective_variance;
+    let variances = if on.contains(&Effect::SizeSpread) {
+        (narrowest, broadest)
+    } else {
+        (0.0, 0.0)
+    };
+    let radii = situation.drops.effective_radius_um;
+    let with_disc = on.contains(&Effect::SunDisc);
+    Ok(Some(ScatteringNeed {
+        theory: if on.contains(&Effect::Supernumeraries) {
+            levels.theory
+        } else {
+            Theory::Geometric
+        },
+        orders,
+        theta_range_rad: (low_rad, high_rad),
+        relative_error: levels.table_relative_error,
+        effective_radius_um: radius_axis(radii, variances.0, levels.table_relative_error)?,
+        effective_variance: variance_axis(variances)?,
+        sun_disc_diameter_rad: if with_disc {
+            SUN_DISC_DIAMETER_RAD
+        } else {
+            0.0
+        },
+        temperature_c: scene.water.temperature_c,
+    }))
+}
+
+/// Bytes of a node of a drop volume: density, radius and variance in f32, in the file with the
+/// display grid; four lanes and an apron of one voxel around eight in memory.
+const FILE_BYTES_PER_NODE: f64 = 16.0;
+const MEMORY_BYTES_PER_NODE: f64 = 12.0 + 16.0 * 1.424;
+
+/// Planes of a picture besides the spectrum: RGB, three bows of XYZ, four scalars.
+const EXTRA_PLANES: u64 = 16;
+
+/// The stages to run, in order.
+pub(super) fn stages(
+    scene: &Scene,
+    situation: &Situation,
+    (on, scattering): (&BTreeSet<Effect>, Option<&ScatteringNeed>),
+    measured: &MeasuredLevels,
+) -> Vec<StagePlan> {
+    let mut stages = Vec::new();
+    let seconds = |stage: Stage| {
+        measured
+            .find(stage.name(), "total", &scene.name)
+            .and_then(|measured| measured.seconds)
+    };
+    let mut add = |stage: Stage, makes: String, memory: Option<u64>, file: Option<u64>| {
+        let estimate = Estimate {
+            seconds: seconds(stage),
+            memory_bytes: memory,
+            file_bytes: file,
+        };
+        stages.push(StagePlan {
+            stage,
+            makes,
+            estimate,
+        });
+    };
+    let nodes = situation.drops.n_nodes as f64;
+    if let Some(shape) = scene.drops.shape() {
+        let makes = format!(
+            "{} voxels of {} m ({})",
+            nodes,
+            situation.drops.voxel_m,
+            shape.name()
+        );
+        let (memory, file) = (nodes * MEMORY_BYTES_PER_NODE, nodes * FILE_BYTES_PER_NODE);
+        add(Stage::Drops, makes, Some(memory as u64), Some(file as u64));
+    }
+    let n_wavelengths = situation.grid.len() as u64;
+    if let Some(need) = scattering {
+        if need.theory.uses_airy_table() {
+            add(
+                Stage::Airy,
+                "Airy's integral f(z) and its derivative".to_string(),
+                None,
+                None,
+            );
+        }
+        let makes = format!(
+            "{}, orders {:?}, theta {:.1} to {:.1} degrees, {} radii x {} variances x {} wavelengths, \
+             {}",
+            need.theory.name(),
+            need.orders,
+            need.theta_range_rad.0.to_degrees(),
+            need.theta_range_rad.1.to_degrees(),
+            need.effective_radius_um.len(),
+            need.effective_variance.len(),
+            n_wavelengths,
+            if need.sun_disc_diameter_rad > 0.0 {
+                "sun's disc"
+            } else {
+                "point sun"
+            },
+        );
+        add(Stage::Scatter, makes, None, None);
+    }
+    if needs_air(on) {
+        let constituents = scene.air.iter().flat_map(|air| &air.constituents);
+        let names: Vec<&str> = constituents.map(|constituent| constituent.name()).collect();
+        add(Stage::Atmosphere, names.join(", "), None, None);
+    }
+    let pixels = u64::from(situation.camera.width_px()) * u64::from(situation.camera.height_px());
+    let bytes = 4 * pixels * (n_wavelengths + EXTRA_PLANES);
+    let (width, height) = (situation.camera.width_px(), situation.camera.height_px());
+    let makes = format!("{width} x {height} pixels, {n_wavelengths} wavelengths");
+    add(Stage::Render, makes, Some(bytes), Some(bytes));
+    stages
+}
+
+/// Whether any effect needs the air's table.
+fn needs_air(on: &BTreeSet<Effect>) -> bool {
+    on.iter().any(|effect| effect.needs_air())
+}

@@ -1,0 +1,241 @@
+//! Proved bounds against rendered pictures: an effect that is forced on never changes more than its
+//! bound says, and not less than a twentieth of it where the change can be seen.
+
+use std::collections::BTreeMap;
+
+use ndarray::Array2;
+use niji_airy::AiryTable;
+use niji_dropfield::Bricks;
+use niji_exchange::ScatteringTable;
+use niji_radiometry::Colorimetry;
+use niji_radiometry::solar_irradiance;
+use niji_render::LitDrops;
+use niji_render::RenderRequest;
+use niji_render::render;
+use niji_scatter::scattering_table;
+use niji_scene::BoundKind;
+use niji_scene::Effect;
+use niji_scene::MeasuredLevels;
+use niji_scene::Plan;
+use niji_scene::PlanInputs;
+use niji_scene::Scene;
+use niji_scene::Switch;
+use niji_scene::plan;
+
+/// How many times a proved bound may be the change, where that exceeds [`SEEN`].
+const LOOSEST: f64 = 20.0;
+
+/// Changes that must be bounded tightly.
+const SEEN: f64 = 1e-4;
+
+/// A box of spray before the camera; `{…}` are filled in by the tests.
+const SCENE: &str = r#"format = 1
+name = "bounds"
+[sun]
+elevation_deg = SUN
+azimuth_deg = 180.0
+[camera]
+position_m = [0.0, 1.6, 0.0]
+azimuth_deg = 0.0
+elevation_deg = ELEVATION
+horizontal_fov_deg = 80.0
+width_px = 48
+height_px = 36
+[spectrum]
+first_nm = 420
+step_nm = 40
+n_wavelengths = 8
+[drops]
+DROPS
+[air]
+constituents = ["rayleigh", "aerosol"]
+[effects]
+[accuracy]
+preset = "draft"
+"#;
+
+const NEAR: &str = r#"shape = "uniform"
+box_min_m = [-20.0, 0.0, -40.0]
+box_max_m = [20.0, 20.0, -10.0]
+voxel_m = 2.0
+law = { monodisperse = { radius_um = 200.0 } }
+number_density_m3 = 1.5e5
+"#;
+
+const GRADIENT: &str = r#"shape = "gradient"
+box_min_m = [-200.0, 0.0, -300.0]
+box_max_m = [200.0, 150.0, -100.0]
+voxel_m = 10.0
+axis = "y"
+radius_at_min_um = 300.0
+radius_at_max_um = 100.0
+number_density_at_min_m3 = 1000.0
+number_density_at_max_m3 = 3000.0
+effective_variance = 0.05
+"#;
+
+const FAR: &str = r#"shape = "rain-shaft"
+rain_rate_mm_h = 5.0
+footprint = { column = { radius_m = 3000.0 } }
+center_xz_m = [0.0, -9000.0]
+base_y_m = 0.0
+top_y_m = 5000.0
+edge_m = 1000.0
+voxel_m = 250.0
+"#;
+
+fn scene(drops: &str, sun: f64, elevation: f64) -> Scene {
+    let text = SCENE
+        .replace("DROPS", drops)
+        .replace("SUN", &sun.to_string())
+        .replace("ELEVATION", &elevation.to_string());
+    Scene::from_toml(&text).unwrap()
+}
+
+fn planned(scene: &Scene) -> Plan {
+    let measured = MeasuredLevels::default();
+    plan(
+        scene,
+        &PlanInputs {
+            measured: &measured,
+            drops: None,
+        },
+    )
+    .unwrap()
+}
+
+/// Renders what a plan says; tables are kept.
+#[derive(Default)]
+struct Studio {
+    tables: BTreeMap<String, ScatteringTable>,
+    airy: Option<AiryTable>,
+}
+
+impl Studio {
+    /// Luminance over the reference.
+    fn picture(&mut self, scene: &Scene, plan: &Plan) -> Array2<f64> {
+        let grid = scene.spectrum.grid().unwrap();
+        let sun = scene.sun.direction();
+        let volume = scene.drops.shape().unwrap().volume().unwrap();
+        let build = |mode| Bricks::build(mode, plan.levels.interpolation).unwrap();
+        let bricks = volume.modes.iter().map(build).collect();
+        let drops = LitDrops::new(bricks, sun, plan.sun_path()).unwrap();
+        let airy = self.airy.get_or_insert_with(AiryTable::compute);
+        let table = plan.scattering.as_ref().map(|need| {
+            let make = || scattering_table(&need.request(grid, Some(airy)), &|_| {}).unwrap();
+            &*self.tables.entry(format!("{need:?}")).or_insert_with(make)
+        });
+        let air = scene
+            .air
+            .as_ref()
+            .unwrap()
+            .model(grid, scene.ground.albedo)
+            .unwrap();
+        let air = air.tabulate().unwrap();
+        let request = RenderRequest {
+            camera: &scene.camera.pinhole().unwrap(),
+            sun_direction: sun,
+            wavelengths: grid,
+            sun_irradiance: &solar_irradiance(&grid),
+            drops: &drops,
+            table,
+            air: Some(&air),
+            effects: plan.render_effects(),
+            levels: plan.levels.render_levels(),
+        };
+        let rendered = render(&request, &|_| {}).unwrap();
+        let weights = Colorimetry::new(&grid);
+        let (n, height, width) = rendered.radiance.dim();
+        Array2::from_shape_fn((height, width), |(y, x)| {
+            let luminance: f64 = (0..n)
+                .map(|i| weights.weights()[i][1] * f64::from(rendered.radiance[[i, y, x]]))
+                .sum();
+            luminance / plan.reference_luminance_cd_m2
+        })
+    }
+}
+
+const TESTED: [Effect; 12] = [
+    Effect::PrimaryBow,
+    Effect::SecondaryBow,
+    Effect::Supernumeraries,
+    Effect::SunDisc,
+    Effect::SizeSpread,
+    Effect::DropExtinction,
+    Effect::DropShadow,
+    Effect::SkylitDrops,
+    Effect::SunlightThroughAir,
+    Effect::AirExtinction,
+    Effect::AirInscatter,
+    Effect::Sky,
+];
+
+/// Checks every effect of a scene in which all others are as `others` says.
+fn check(label: &str, scene: &Scene, others: &dyn Fn(Effect) -> Switch) {
+    let mut studio = Studio::default();
+    for effect in TESTED {
+        let with = |switch: Switch| {
+            let mut scene = scene.clone();
+            for other in TESTED {
+                scene.effects.set(other, others(other));
+            }
+            scene.effects.set(effect, switch);
+            scene
+        };
+        let (on, off) = (with(Switch::On), with(Switch::Off));
+        let (plan_on, plan_off) = (planned(&on), planned(&off));
+        let (a, b) = (
+            studio.picture(&on, &plan_on),
+            studio.picture(&off, &plan_off),
+        );
+        let change = (&a - &b).mapv(f64::abs);
+        let largest = change.iter().copied().fold(0.0, f64::max);
+        let rms = change.mapv(|c| c * c).mean().unwrap().sqrt();
+        for plan in [&plan_on, &plan_off] {
+            let bound = plan.bound(effect).unwrap();
+            println!(
+                "{label:<20} {effect:<21} {largest:.2e} <= {:.2e} ({:.1}x)  rms {rms:.2e} <= {:.2e}  {:?}",
+                bound.value,
+                bound.value / largest,
+                bound.rms,
+                bound.kind
+            );
+            let is_proved = bound.kind == BoundKind::Proved;
+            assert!(!is_proved || largest <= bound.value, "{label}: {effect}");
+            assert!(!is_proved || rms <= bound.rms, "{label}: {effect}");
+            let is_tight = bound.value <= LOOSEST * largest || largest <= SEEN;
+            assert!(!is_proved || is_tight, "{label}: {effect}");
+        }
+    }
+}
+
+#[test]
+fn proved_bounds_hold_for_spray_near_by() {
+    let scene = scene(NEAR, 20.0, 10.0);
+    check("near, others on", &scene, &|_| Switch::On);
+}
+
+#[test]
+fn proved_bounds_hold_where_nothing_dims() {
+    let scene = scene(NEAR, 35.0, 0.0);
+    let bows = [Effect::PrimaryBow, Effect::SecondaryBow];
+    check("near, others off", &scene, &|e| {
+        if bows.contains(&e) {
+            Switch::On
+        } else {
+            Switch::Off
+        }
+    });
+}
+
+#[test]
+fn proved_bounds_hold_for_a_gradient() {
+    check("gradient, others on", &scene(GRADIENT, 20.0, 10.0), &|_| {
+        Switch::On
+    });
+}
+
+#[test]
+fn proved_bounds_hold_for_rain_far_away_under_a_low_sun() {
+    check("far, others on", &scene(FAR, 6.0, 20.0), &|_| Switch::On);
+}

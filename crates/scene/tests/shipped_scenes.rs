@@ -1,0 +1,53 @@
+//! The scenes that come with the project.
+
+use std::fs;
+use std::path::PathBuf;
+
+use niji_scene::MeasuredLevels;
+use niji_scene::PlanInputs;
+use niji_scene::Scene;
+use niji_scene::plan;
+
+fn shipped() -> Vec<(PathBuf, Scene)> {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/scenes");
+    let mut paths: Vec<PathBuf> = fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| {
+            path.extension()
+                .is_some_and(|extension| extension == "toml")
+        })
+        .collect();
+    paths.sort();
+    let read = |path: &PathBuf| {
+        let scene = Scene::from_toml(&fs::read_to_string(path).unwrap());
+        scene.unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+    };
+    paths
+        .iter()
+        .map(|path| (path.clone(), read(path)))
+        .collect()
+}
+
+#[test]
+fn every_scene_parses_and_plans_and_is_named_after_its_file() {
+    let scenes = shipped();
+    assert!(scenes.len() >= 12, "{} scenes", scenes.len());
+    let measured = MeasuredLevels::default();
+    for (path, scene) in scenes {
+        assert_eq!(
+            path.file_stem().unwrap().to_str(),
+            Some(scene.name.as_str())
+        );
+        let inputs = PlanInputs {
+            measured: &measured,
+            drops: None,
+        };
+        let plan = plan(&scene, &inputs).unwrap();
+        println!("{plan}");
+        assert!(!plan.is_dark(), "{}", scene.name);
+        let scattering = plan.scattering.as_ref().expect("every scene shows a bow");
+        assert_eq!(scattering.orders.first(), Some(&2));
+        assert_eq!(Scene::from_json(&scene.canonical_json()).unwrap(), scene);
+    }
+}

@@ -1,0 +1,56 @@
+//! `niji eval`: physics as CSV on standard output, one header line, full precision.
+
+mod airy;
+mod index;
+mod scatter;
+mod sizes;
+
+use clap::Args;
+use clap::Subcommand;
+
+use crate::cli::Common;
+use crate::failure::Failure;
+
+/// Print physics as CSV: airy, scatter, sizes, index, air.
+#[derive(Debug, Args)]
+pub struct EvalCommand {
+    #[command(subcommand)]
+    quantity: Quantity,
+}
+
+#[derive(Debug, Subcommand)]
+enum Quantity {
+    Airy(airy::AiryArguments),
+    Scatter(scatter::ScatterArguments),
+    Sizes(sizes::SizesArguments),
+    Index(index::IndexArguments),
+}
+
+/// Prints the table that was asked for.
+///
+/// # Errors
+/// Arguments out of range, or a file of arguments that cannot be read.
+pub fn execute(command: &EvalCommand, _common: &Common) -> Result<(), Failure> {
+    let csv = match &command.quantity {
+        Quantity::Airy(arguments) => airy::csv(arguments)?,
+        Quantity::Scatter(arguments) => scatter::csv(arguments)?,
+        Quantity::Sizes(arguments) => sizes::csv(arguments)?,
+        Quantity::Index(arguments) => index::csv(arguments)?,
+    };
+    print!("{csv}");
+    Ok(())
+}
+
+/// A line of CSV in full precision.
+fn line(values: &[f64]) -> String {
+    // Display of f64 is the shortest decimal that reads back as the same number; tiny and huge ones
+    // are clearer with an exponent.
+    let fields: Vec<String> = values
+        .iter()
+        .map(|value| {
+            let plain = *value == 0.0 || (1e-4..1e15).contains(&value.abs());
+            if plain { format!("{value}") } else { format!("{value:e}") }
+        })
+        .collect();
+    fields.join(",") + "\n"
+}

@@ -1,0 +1,108 @@
+//! `niji plan`: what a scene calls for, before anything runs.
+
+use std::path::Path;
+use std::path::PathBuf;
+
+use clap::Args;
+use niji_scene::Stage;
+
+use crate::cli::Common;
+use crate::failure::Failure;
+use crate::scene_file;
+use crate::scene_file::Planned;
+use crate::stages;
+
+/// Say which effects and stages a scene calls for, and why.
+///
+/// Nothing is run. Every effect has a bound on what it can contribute; those that are off say what
+/// leaving them out can cost.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  niji plan data/scenes/garden-fountain.toml
+  niji plan scene.toml --script -o out > chain.sh && sh chain.sh")]
+pub struct PlanCommand {
+    /// The scene.
+    scene: PathBuf,
+    /// Print the chain of stage commands instead; it gives the bytes of `niji run`.
+    #[arg(long, conflicts_with = "json")]
+    script: bool,
+    /// The folder that the chain writes to.
+    #[arg(short, long, value_name = "DIR", default_value = "out")]
+    output: PathBuf,
+}
+
+/// Prints the plan.
+///
+/// # Errors
+/// A scene that is missing or wrong.
+pub fn execute(command: &PlanCommand, common: &Common) -> Result<(), Failure> {
+    let planned = scene_file::load(&command.scene, common)?;
+    if command.script {
+        print!("{}", script(&planned, &command.scene, &command.output, common));
+    } else if common.json {
+        let json = serde_json::to_string_pretty(&planned.plan);
+        println!("{}", json.map_err(|error| Failure::Failed(error.to_string()))?);
+    } else {
+        print!("{}", planned.plan);
+    }
+    Ok(())
+}
+
+fn script(planned: &Planned, scene: &Path, folder: &Path, common: &Common) -> String {
+    let scene = quoted(scene);
+    let inside = |name: &str| quoted(&folder.join(name));
+    let drops = planned.drop_file.as_deref().map_or_else(|| inside(stages::drops::FILE), quoted);
+    let flags = accuracy_flags(common);
+    let plan = &planned.plan;
+    let mut script = String::from("#!/bin/sh\nset -e\n");
+    for stage in &plan.stages {
+        let line = match stage.stage {
+            Stage::Drops => format!("drops --scene {scene} -o {drops}"),
+            Stage::Airy => format!("airy -o {}", inside(stages::airy::FILE)),
+            Stage::Scatter => {
+                let uses_airy = plan.runs(Stage::Airy);
+                let airy = uses_airy.then(|| format!(" --airy {}", inside(stages::airy::FILE)));
+                let to = inside(stages::scatter::FILE);
+                format!("scatter --scene {scene}{} -o {to}", airy.unwrap_or_default())
+            }
+            Stage::Atmosphere => {
+                format!("atmosphere --scene {scene} -o {}", inside(stages::atmosphere::FILE))
+            }
+            Stage::Render => {
+                let table = plan.runs(Stage::Scatter);
+                let table = table.then(|| format!(" --table {}", inside(stages::scatter::FILE)));
+                let air = plan.runs(Stage::Atmosphere);
+                let air = air.then(|| format!(" --air {}", inside(stages::atmosphere::FILE)));
+                format!(
+                    "render --scene {scene} --drops {drops}{}{} -o {}",
+                    table.unwrap_or_default(),
+                    air.unwrap_or_default(),
+                    inside(stages::render::FILE)
+                )
+            }
+        };
+        script += &format!("niji {line}{flags}\n");
+    }
+    script
+}
+
+fn accuracy_flags(common: &Common) -> String {
+    let mut flags = String::new();
+    if let Some(preset) = common.accuracy {
+        flags += &format!(" --accuracy {}", niji_scene::Preset::from(preset).name());
+    }
+    if let Some(tolerance) = common.tolerance {
+        flags += &format!(" --tolerance {tolerance}");
+    }
+    flags
+}
+
+/// A path as a shell reads it back.
+fn quoted(path: &Path) -> String {
+    let text = path.display().to_string();
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "/._-+".contains(c);
+    if !text.is_empty() && text.chars().all(is_plain) {
+        return text;
+    }
+    format!("'{}'", text.replace('\'', r"'\''"))
+}

@@ -1,0 +1,67 @@
+//! The table at the end of a run: what each level of accuracy costs, and what its neighbors would.
+
+use niji_scene::MeasuredLevel;
+use niji_scene::Plan;
+
+use crate::failure::Failure;
+use crate::scene_file;
+use crate::stages::Done;
+
+/// Prints times of stages, levels with their price, and the effects that are off.
+pub(super) fn print(plan: &Plan, done: &[Done]) -> Result<(), Failure> {
+    let measured = scene_file::measured_levels()?;
+    eprintln!("\n{:<11} {:>9}", "stage", "time");
+    for stage in done {
+        let note = if stage.up_to_date { "  up to date" } else { "" };
+        eprintln!("{:<11} {:>7.2} s{note}", stage.stage, stage.seconds);
+    }
+    eprintln!(
+        "\n{:<21} {:<34} {:>9} {:>7}  {:<40} next dearer",
+        "accuracy", "level", "error", "time", "next cheaper"
+    );
+    for (key, level) in plan.levels.named() {
+        let here = measured.find(&key, &level, &plan.scene);
+        let cheaper = measured.next_cheaper(&key, &level, &plan.scene);
+        let dearer = measured.next_dearer(&key, &level, &plan.scene);
+        eprintln!(
+            "{key:<21} {level:<34} {:>9} {:>7}  {:<40} {}",
+            error(here),
+            time(here),
+            neighbor(cheaper),
+            neighbor(dearer)
+        );
+    }
+    eprintln!(
+        "error: relative RMSE of radiance against the best level of that row; time: over the \
+         standard level; ? not measured (niji calibrate)"
+    );
+    let off: Vec<String> = plan
+        .effects
+        .iter()
+        .filter(|decision| !decision.on && decision.effect.is_available())
+        .map(|decision| match decision.bound {
+            Some(bound) => {
+                format!("{} (<= {:.1e} {})", decision.effect, bound.value, bound.kind.name())
+            }
+            None => format!("{} (?)", decision.effect),
+        })
+        .collect();
+    let off = if off.is_empty() { "nothing".to_owned() } else { off.join(", ") };
+    eprintln!("off: {off}");
+    Ok(())
+}
+
+fn error(level: Option<&MeasuredLevel>) -> String {
+    let error = level.and_then(|level| level.error);
+    error.map_or_else(|| "?".to_owned(), |error| format!("{error:.1e}"))
+}
+
+fn time(level: Option<&MeasuredLevel>) -> String {
+    let time = level.and_then(|level| level.relative_time);
+    time.map_or_else(|| "?".to_owned(), |time| format!("x {time:.2}"))
+}
+
+fn neighbor(level: Option<&MeasuredLevel>) -> String {
+    let Some(found) = level else { return "-".to_owned() };
+    format!("{}: {}, {}", found.level, error(level), time(level))
+}

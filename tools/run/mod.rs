@@ -1,0 +1,114 @@
+//! `niji run`: a whole scene, stage by stage, with every intermediate file left in a folder.
+
+mod closing;
+mod report;
+
+use std::path::Path;
+use std::path::PathBuf;
+
+use clap::Args;
+use niji_scene::Stage;
+
+use crate::cli::Common;
+use crate::failure::Failure;
+use crate::progress::Verbosity;
+use crate::scene_file;
+use crate::scene_file::Planned;
+use crate::stages;
+use crate::stages::Done;
+use crate::stages::Manner;
+use crate::stages::render::Inputs;
+
+/// Make the picture of a scene, leaving every intermediate file.
+///
+/// Runs the stages that the plan calls for. A file whose request still fits is kept, so that a second
+/// run says "up to date" and an interrupted one goes on; anything else that exists is refused
+/// without --force.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  niji run data/scenes/paper-c-figure-3.toml -o out
+  niji run scene.toml -o draft --accuracy draft
+
+Leaves drops.vdb, airy.exr, scatter.exr, atmosphere.exr (where the plan needs them), image.exr,
+image.rgb.exr, image.png and report.json.")]
+pub struct RunCommand {
+    /// The scene.
+    scene: PathBuf,
+    /// The folder to write to.
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+}
+
+/// Runs a scene.
+///
+/// # Errors
+/// A scene that is missing, wrong or without light, an output that exists, or whatever a stage
+/// reports.
+pub fn execute(command: &RunCommand, common: &Common) -> Result<(), Failure> {
+    let planned = scene_file::load(&command.scene, common)?;
+    planned.check_light()?;
+    let folder = &command.output;
+    if folder.exists() && !folder.is_dir() {
+        let message = format!("{} is a file, expected the name of a folder", folder.display());
+        return Err(Failure::Usage(message));
+    }
+    let manner = common.manner();
+    let done = run_stages(&planned, folder, manner)?;
+    report::write(&planned, &done, folder)?;
+    if manner.verbosity > Verbosity::Quiet {
+        for warning in &planned.plan.warnings {
+            eprintln!("    warning  {warning}");
+        }
+        closing::print(&planned.plan, &done)?;
+        if done.iter().all(|done| done.up_to_date) {
+            eprintln!("{}: everything is up to date", folder.display());
+        }
+    }
+    if common.json {
+        println!("{:#}", report::json(&planned, &done));
+    } else {
+        println!("{}", folder.join(stages::render::FILE).display());
+    }
+    Ok(())
+}
+
+/// Runs the stages of a plan in order.
+///
+/// # Errors
+/// Whatever a stage reports.
+pub fn run_stages(planned: &Planned, folder: &Path, manner: Manner) -> Result<Vec<Done>, Failure> {
+    let (scene, plan) = (&planned.scene, &planned.plan);
+    let inside = |name: &str| folder.join(name);
+    let drops = planned.drop_file.clone().unwrap_or_else(|| inside(stages::drops::FILE));
+    let airy = inside(stages::airy::FILE);
+    let table = inside(stages::scatter::FILE);
+    let air = inside(stages::atmosphere::FILE);
+    let mut done = Vec::new();
+    for stage in &plan.stages {
+        let outcome = match stage.stage {
+            Stage::Drops => {
+                let Some(shape) = scene.drops.shape() else { continue };
+                stages::drops::make(&shape, niji_vdb::Compression::None, &drops, manner)
+            }
+            Stage::Airy => stages::airy::make(&airy, manner),
+            Stage::Scatter => {
+                let Some(need) = &plan.scattering else { continue };
+                let wavelengths = scene.spectrum.grid();
+                let wavelengths = wavelengths.map_err(|e| Failure::Failed(e.to_string()))?;
+                stages::scatter::make(need, wavelengths, Some(&airy), &table, manner)
+            }
+            Stage::Atmosphere => stages::atmosphere::make(scene, &air, manner),
+            Stage::Render => {
+                let inputs = Inputs {
+                    drops: &drops,
+                    table: plan.runs(Stage::Scatter).then_some(table.as_path()),
+                    air: plan.runs(Stage::Atmosphere).then_some(air.as_path()),
+                };
+                let settings = stages::render::Settings::of(planned);
+                stages::render::make(&settings, inputs, &inside(stages::render::FILE), manner)
+            }
+        };
+        done.push(outcome?);
+    }
+    Ok(done)
+}

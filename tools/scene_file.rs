@@ -1,0 +1,110 @@
+//! Scene files and their plans, as every command reads them.
+
+use std::fs;
+use std::path::Path;
+use std::path::PathBuf;
+
+use niji_scene::DropSummary;
+use niji_scene::MeasuredLevels;
+use niji_scene::Plan;
+use niji_scene::PlanInputs;
+use niji_scene::Scene;
+use niji_scene::plan;
+
+use crate::cli::Common;
+use crate::failure::Failure;
+use crate::stages;
+
+/// What was measured by `niji calibrate`, as it was when the program was built.
+const MEASURED: &str = include_str!("../data/measurements/levels.csv");
+
+/// A scene and what it calls for.
+pub struct Planned {
+    /// The scene, with the accuracy asked for on the command line.
+    pub scene: Scene,
+    /// What it calls for.
+    pub plan: Plan,
+    /// Its drop volume, where it names one.
+    pub drop_file: Option<PathBuf>,
+}
+
+/// What was measured about levels of accuracy.
+///
+/// # Errors
+/// Never for a program that was built from sound sources.
+pub fn measured_levels() -> Result<MeasuredLevels, Failure> {
+    MeasuredLevels::from_csv(MEASURED).map_err(|error| Failure::Failed(error.to_string()))
+}
+
+/// Reads a scene and makes its plan.
+///
+/// # Errors
+/// A scene or a drop volume that is missing or wrong, or a scene without any light.
+pub fn load(path: &Path, common: &Common) -> Result<Planned, Failure> {
+    planned(read(path, common)?, path)
+}
+
+/// Makes the plan of a scene that stands in the file `path`.
+///
+/// # Errors
+/// A drop volume that is missing or wrong, or a scene that cannot be planned.
+pub fn planned(scene: Scene, path: &Path) -> Result<Planned, Failure> {
+    let bad = |error: &dyn std::fmt::Display| Failure::bad_input(path, error);
+    let drop_file = scene.drops.file().map(|file| path.parent().unwrap_or(Path::new("")).join(file));
+    let drops = match &drop_file {
+        Some(file) => {
+            let volume = stages::drops::read(file)?;
+            DropSummary::of_volume(&volume)
+        }
+        None => None,
+    };
+    let measured = measured_levels()?;
+    let inputs = PlanInputs { measured: &measured, drops };
+    let plan = plan(&scene, &inputs).map_err(|error| bad(&with_causes(&error)))?;
+    Ok(Planned { scene, plan, drop_file })
+}
+
+/// Reads a scene.
+///
+/// # Errors
+/// A scene that is missing or wrong.
+pub fn read(path: &Path, common: &Common) -> Result<Scene, Failure> {
+    let text = fs::read_to_string(path).map_err(|error| Failure::bad_input(path, error))?;
+    let mut scene = Scene::from_toml(&text).map_err(|error| Failure::bad_input(path, error))?;
+    if let Some(preset) = common.accuracy {
+        scene.accuracy.preset = preset.into();
+    }
+    if let Some(tolerance) = common.tolerance {
+        scene.accuracy.tolerance = tolerance;
+    }
+    Ok(scene)
+}
+
+/// An error and its causes in one line.
+pub fn with_causes(error: &dyn std::error::Error) -> String {
+    let mut text = error.to_string();
+    let mut cause = error.source();
+    while let Some(error) = cause {
+        text += &format!(": {error}");
+        cause = error.source();
+    }
+    text
+}
+
+impl Planned {
+    /// Refuses a scene that sends no light at all.
+    ///
+    /// # Errors
+    /// [`Failure::Impossible`] if no effect that is on sends light into the picture.
+    pub fn check_light(&self) -> Result<(), Failure> {
+        if !self.plan.is_dark() {
+            return Ok(());
+        }
+        Err(Failure::Impossible(format!(
+            "{}: no effect that is on sends any light into the picture: a bow needs drops in view at \
+             its angle and the sun above the horizon, a sky needs air; `niji plan` says what each \
+             effect contributes",
+            self.scene.name
+        )))
+    }
+}

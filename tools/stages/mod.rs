@@ -1,0 +1,123 @@
+//! The stages, as `niji run` and the stage commands share them.
+//!
+//! A stage is a function from settings and input files to output files. What it makes depends on
+//! nothing else, so a chain by hand gives the bytes of a run, and a file whose request hash still fits
+//! is kept.
+
+pub mod airy;
+pub mod atmosphere;
+pub mod drops;
+pub mod render;
+pub mod scatter;
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::time::Instant;
+
+use niji_exchange::Provenance;
+use niji_exchange::content_hash;
+use niji_exchange::read_provenance;
+use niji_vdb::VdbFile;
+use serde::Serialize;
+
+use crate::failure::Failure;
+use crate::output;
+use crate::output::Existing;
+use crate::progress::Verbosity;
+
+/// How a stage is run.
+#[derive(Clone, Copy, Debug)]
+pub struct Manner {
+    /// What to do with outputs that exist.
+    pub existing: Existing,
+    /// How much to say.
+    pub verbosity: Verbosity,
+}
+
+/// What a stage did.
+#[derive(Clone, Debug, Serialize)]
+pub struct Done {
+    /// Name of the stage.
+    pub stage: &'static str,
+    /// The files it stands for, the main one first.
+    pub files: Vec<String>,
+    /// Did its files fit already?
+    pub up_to_date: bool,
+    /// Time it took in seconds.
+    pub seconds: f64,
+}
+
+/// What a stage is asked for.
+pub(crate) struct Request<'a> {
+    pub(crate) stage: &'static str,
+    /// Effective settings as canonical JSON.
+    pub(crate) settings: String,
+    /// Input files by role.
+    pub(crate) inputs: Vec<(&'static str, &'a Path)>,
+    /// Output files; the first carries the provenance and is written last.
+    pub(crate) outputs: Vec<&'a Path>,
+}
+
+/// Runs `make` with the provenance of its request, unless the outputs fit the request already.
+///
+/// # Errors
+/// A missing input, an output that exists and is another one, or whatever `make` reports.
+pub(crate) fn perform(
+    request: &Request,
+    manner: Manner,
+    make: impl FnOnce(Provenance) -> Result<(), Failure>,
+) -> Result<Done, Failure> {
+    let start = Instant::now();
+    let provenance = provenance(request)?;
+    let up_to_date = fits(request, &provenance);
+    if !up_to_date {
+        for path in &request.outputs {
+            output::check_free(path, manner.existing)?;
+        }
+        make(provenance)?;
+    }
+    let files = request.outputs.iter().map(|path| path.display().to_string()).collect();
+    let seconds = start.elapsed().as_secs_f64();
+    if manner.verbosity > Verbosity::Quiet && up_to_date {
+        eprintln!("{:>11}  {} is up to date", request.stage, request.outputs[0].display());
+    }
+    Ok(Done { stage: request.stage, files, up_to_date, seconds })
+}
+
+fn provenance(request: &Request) -> Result<Provenance, Failure> {
+    let mut inputs = BTreeMap::new();
+    for (role, path) in &request.inputs {
+        let hash = content_hash(path).map_err(|error| Failure::bad_input(path, error))?;
+        inputs.insert((*role).to_owned(), hash);
+    }
+    Ok(Provenance {
+        tool: format!("niji {}", request.stage),
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        settings: request.settings.clone(),
+        inputs,
+    })
+}
+
+/// Are all outputs there, the main one made for this very request?
+fn fits(request: &Request, provenance: &Provenance) -> bool {
+    request.outputs.iter().all(|path| path.is_file())
+        && stored_provenance(request.outputs[0]).as_ref() == Some(provenance)
+}
+
+/// The provenance of a VDB or EXR file; `None` where it has none or cannot be read.
+pub(crate) fn stored_provenance(path: &Path) -> Option<Provenance> {
+    if is_vdb(path) {
+        let file = VdbFile::read(path).ok()?;
+        let texts = file.metadata.iter().filter_map(|(name, value)| match value {
+            niji_vdb::MetaValue::String(text) => Some((name, text.as_str())),
+            _ => None,
+        });
+        return Provenance::from_text_items(texts);
+    }
+    read_provenance(path).ok().flatten()
+}
+
+/// Is it a VDB file by its name?
+pub(crate) fn is_vdb(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("vdb"))
+}

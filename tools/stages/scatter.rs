@@ -1,0 +1,69 @@
+//! The stage `scatter`: a theory, drop sizes and the sun's disc become a scattering table.
+
+use std::path::Path;
+use std::sync::atomic::AtomicU64;
+use std::sync::atomic::Ordering;
+
+use niji_exchange::ScatteringTable;
+use niji_exchange::TableFile;
+use niji_radiometry::WavelengthGrid;
+use niji_scatter::scattering_table;
+use niji_scene::ScatteringNeed;
+use niji_scene::canonical_json;
+
+use crate::failure::Failure;
+use crate::output;
+use crate::progress;
+use crate::stages;
+use crate::stages::Done;
+use crate::stages::Manner;
+use crate::stages::Request;
+use crate::stages::perform;
+
+/// Name of the file in the folder of a run.
+pub const FILE: &str = "scatter.exr";
+/// Steps of the progress bar.
+const N_PROGRESS_STEPS: f64 = 1000.0;
+
+/// Writes the scattering table that is needed; `airy` is the table of f(z), where the theory uses it.
+///
+/// # Errors
+/// A need that cannot be met, an input that is missing or damaged, an output that exists, or a file
+/// that cannot be written.
+pub fn make(
+    need: &ScatteringNeed,
+    wavelengths: WavelengthGrid,
+    airy: Option<&Path>,
+    to: &Path,
+    manner: Manner,
+) -> Result<Done, Failure> {
+    let airy = airy.filter(|_| need.theory.uses_airy_table());
+    let inputs = airy.map(|path| ("airy", path)).into_iter().collect();
+    let spectrum = (wavelengths.first_nm(), wavelengths.step_nm(), wavelengths.len());
+    let settings = canonical_json(&(need, spectrum));
+    let request = Request { stage: "scatter", settings, inputs, outputs: vec![to] };
+    perform(&request, manner, |provenance| {
+        let airy_table = airy.map(stages::airy::read).transpose()?;
+        let bar = progress::bar("scatter", N_PROGRESS_STEPS as u64, manner.verbosity);
+        let shown = AtomicU64::new(0);
+        let table = scattering_table(&need.request(wavelengths, airy_table.as_ref()), &|part| {
+            let step = (part * N_PROGRESS_STEPS) as u64;
+            if shown.fetch_max(step, Ordering::Relaxed) < step {
+                bar.set_position(step);
+            }
+        });
+        bar.finish_and_clear();
+        let table = table.map_err(|error| Failure::Usage(error.to_string()))?;
+        let file = table.to_file(provenance);
+        output::write_file(to, |writer| file.write(writer))
+    })
+}
+
+/// Reads a scattering table.
+///
+/// # Errors
+/// A missing or damaged file, or one that holds something else.
+pub fn read(path: &Path) -> Result<ScatteringTable, Failure> {
+    let file = TableFile::read(path).map_err(|error| Failure::bad_input(path, error))?;
+    ScatteringTable::from_file(&file).map_err(|error| Failure::bad_input(path, error))
+}
