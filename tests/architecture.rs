@@ -23,8 +23,16 @@ const ARROWS: [(&str, &[&str]); 13] = [
     (
         "scene",
         &[
-            "geometry", "exchange", "sizes", "dropfield", "droplets", "airy", "mie", "scatter",
-            "atmosphere", "render",
+            "geometry",
+            "exchange",
+            "sizes",
+            "dropfield",
+            "droplets",
+            "airy",
+            "mie",
+            "scatter",
+            "atmosphere",
+            "render",
         ],
     ),
 ];
@@ -37,7 +45,9 @@ fn dependencies(manifest: &Path) -> BTreeSet<String> {
     let text = fs::read_to_string(manifest).expect("every crate has a manifest");
     let manifest: toml::Table = text.parse().expect("manifests are valid TOML");
     let table = manifest.get("dependencies").and_then(toml::Value::as_table);
-    table.map(|table| table.keys().cloned().collect()).unwrap_or_default()
+    table
+        .map(|table| table.keys().cloned().collect())
+        .unwrap_or_default()
 }
 
 fn crates() -> BTreeMap<String, BTreeSet<String>> {
@@ -46,7 +56,10 @@ fn crates() -> BTreeMap<String, BTreeSet<String>> {
     entries
         .map(|entry| {
             let entry = entry.expect("the folder can be read");
-            let name = entry.file_name().into_string().expect("crate names are ASCII");
+            let name = entry
+                .file_name()
+                .into_string()
+                .expect("crate names are ASCII");
             (name, dependencies(&entry.path().join("Cargo.toml")))
         })
         .collect()
@@ -60,7 +73,9 @@ fn only_the_arrows_of_the_architecture_exist() {
             panic!("crate {name} is not in the table of arrows: add it here and to ARCHITECTURE.md")
         });
         for dependency in &dependencies {
-            let Some(ours) = dependency.strip_prefix("niji-") else { continue };
+            let Some(ours) = dependency.strip_prefix("niji-") else {
+                continue;
+            };
             let is_radiometry = ours == "radiometry" && !["vdb", "radiometry"].contains(&&*name);
             assert!(
                 is_radiometry || seen.contains(&ours),
@@ -74,12 +89,24 @@ fn only_the_arrows_of_the_architecture_exist() {
 fn libraries_know_nothing_of_the_program() {
     for (name, dependencies) in crates() {
         for forbidden in PROGRAM_ONLY {
-            assert!(!dependencies.contains(forbidden), "crate {name} must not link {forbidden}");
+            assert!(
+                !dependencies.contains(forbidden),
+                "crate {name} must not link {forbidden}"
+            );
         }
-        let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("crates").join(&name).join("src");
+        let source = Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("crates")
+            .join(&name)
+            .join("src");
         for file in rust_files(&source) {
             let text = fs::read_to_string(&file).expect("sources are UTF-8");
-            for word in ["println!", "eprintln!", "std::env::", "Instant::now", "SystemTime"] {
+            for word in [
+                "println!",
+                "eprintln!",
+                "std::env::",
+                "Instant::now",
+                "SystemTime",
+            ] {
                 assert!(!text.contains(word), "{} uses {word}", file.display());
             }
         }

@@ -13,7 +13,7 @@ use crate::stages;
 /// One table serves every drop up to 2 mm radius, every wavelength and every order.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  niji airy -o airy.exr")]
-pub struct AiryCommand {
+pub(crate) struct AiryCommand {
     /// The scene it is for; every scene needs the same table.
     #[arg(long, value_name = "TOML")]
     scene: Option<PathBuf>,
@@ -26,6 +26,6 @@ pub struct AiryCommand {
 ///
 /// # Errors
 /// As [`stages::airy::make`].
-pub fn execute(command: &AiryCommand, common: &Common) -> Result<(), Failure> {
+pub(crate) fn execute(command: &AiryCommand, common: &Common) -> Result<(), Failure> {
     stages::airy::make(&command.output, common.manner()).map(|_| ())
 }

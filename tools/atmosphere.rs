@@ -15,7 +15,7 @@ use crate::stages;
 #[derive(Debug, Args)]
 #[command(after_help = "Example:
   niji atmosphere --scene data/scenes/paper-b-sun-10-inscatter.toml -o atmosphere.exr")]
-pub struct AtmosphereCommand {
+pub(crate) struct AtmosphereCommand {
     /// The scene whose section [air] is meant.
     #[arg(long, value_name = "TOML")]
     scene: PathBuf,
@@ -28,7 +28,7 @@ pub struct AtmosphereCommand {
 ///
 /// # Errors
 /// As [`stages::atmosphere::make`]; a scene in a vacuum.
-pub fn execute(command: &AtmosphereCommand, common: &Common) -> Result<(), Failure> {
+pub(crate) fn execute(command: &AtmosphereCommand, common: &Common) -> Result<(), Failure> {
     let scene = scene_file::read(&command.scene, common)?;
     stages::atmosphere::make(&scene, &command.output, common.manner()).map(|_| ())
 }

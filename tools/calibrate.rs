@@ -46,7 +46,7 @@ const N_REPEATS: usize = 3;
 #[command(after_help = "Example:
   niji calibrate data/scenes/paper-c-figure-3.toml data/scenes/paper-b-sun-10-inscatter.toml \\
       --date 2026-11-21 -o data/measurements/levels.csv --force")]
-pub struct CalibrateCommand {
+pub(crate) struct CalibrateCommand {
     /// The scenes to measure on.
     #[arg(required = true)]
     scenes: Vec<PathBuf>,
@@ -98,11 +98,27 @@ const DECISIONS: [Decision; 9] = [
         stage: Stage::Render,
         needs_air: false,
         levels: &[
-            |a, voxel_m| a.integration = Some(Integration::FixedStep { step_m: 2.0 * voxel_m }),
-            |a, voxel_m| a.integration = Some(Integration::FixedStep { step_m: 0.25 * voxel_m }),
-            |a, _| a.integration = Some(Integration::Adaptive { relative_error: 1e-2 }),
+            |a, voxel_m| {
+                a.integration = Some(Integration::FixedStep {
+                    step_m: 2.0 * voxel_m,
+                })
+            },
+            |a, voxel_m| {
+                a.integration = Some(Integration::FixedStep {
+                    step_m: 0.25 * voxel_m,
+                })
+            },
+            |a, _| {
+                a.integration = Some(Integration::Adaptive {
+                    relative_error: 1e-2,
+                })
+            },
             |a, _| a.integration = Some(Integration::CellExact),
-            |a, _| a.integration = Some(Integration::Adaptive { relative_error: 1e-6 }),
+            |a, _| {
+                a.integration = Some(Integration::Adaptive {
+                    relative_error: 1e-6,
+                })
+            },
         ],
     },
     Decision {
@@ -129,9 +145,17 @@ const DECISIONS: [Decision; 9] = [
         needs_air: false,
         levels: &[
             |a, _| a.sun_path = Some(SunPath::Ignore),
-            |a, voxel_m| a.sun_path = Some(SunPath::Volume { voxel_m: 2.0 * voxel_m }),
+            |a, voxel_m| {
+                a.sun_path = Some(SunPath::Volume {
+                    voxel_m: 2.0 * voxel_m,
+                })
+            },
             |a, voxel_m| a.sun_path = Some(SunPath::Volume { voxel_m }),
-            |a, voxel_m| a.sun_path = Some(SunPath::March { step_m: 0.5 * voxel_m }),
+            |a, voxel_m| {
+                a.sun_path = Some(SunPath::March {
+                    step_m: 0.5 * voxel_m,
+                })
+            },
         ],
     },
     Decision {
@@ -171,7 +195,7 @@ const DECISIONS: [Decision; 9] = [
 ///
 /// # Errors
 /// A scene that cannot be run, or an output that exists or cannot be written.
-pub fn execute(command: &CalibrateCommand, common: &Common) -> Result<(), Failure> {
+pub(crate) fn execute(command: &CalibrateCommand, common: &Common) -> Result<(), Failure> {
     let manner = common.manner();
     output::check_free(&command.output, manner.existing)?;
     let n_levels: usize = DECISIONS.iter().map(|decision| decision.levels.len()).sum();
@@ -179,7 +203,11 @@ pub fn execute(command: &CalibrateCommand, common: &Common) -> Result<(), Failur
     let bar = progress::bar("calibrate", n_steps as u64, manner.verbosity);
     let mut rows = Vec::new();
     for path in &command.scenes {
-        let scene = Calibration { path, common, date: &command.date };
+        let scene = Calibration {
+            path,
+            common,
+            date: &command.date,
+        };
         rows.extend(scene.totals()?);
         bar.inc(1);
         for decision in &DECISIONS {
@@ -251,9 +279,13 @@ impl Calibration<'_> {
         for change in decision.levels {
             measured.push(self.level(decision, *change)?);
         }
-        let Some(best) = measured.last() else { return Ok(Vec::new()) };
-        let standard_seconds =
-            measured.iter().find(|level| level.level == standard).map(|level| level.seconds);
+        let Some(best) = measured.last() else {
+            return Ok(Vec::new());
+        };
+        let standard_seconds = measured
+            .iter()
+            .find(|level| level.level == standard)
+            .map(|level| level.seconds);
         let rows = measured.iter().map(|level| MeasuredLevel {
             error: Some(rounded(relative_rmse(&level.image, &best.image))),
             relative_time: standard_seconds.map(|standard| rounded(level.seconds / standard)),
@@ -265,7 +297,10 @@ impl Calibration<'_> {
 
     fn level(&self, decision: &Decision, change: Change) -> Result<Measured, Failure> {
         let mut scene = scene_file::read(self.path, self.common)?;
-        let voxel_m = scene.drops.shape().map_or(1.0, |shape| shape.grid().voxel_m);
+        let voxel_m = scene
+            .drops
+            .shape()
+            .map_or(1.0, |shape| shape.grid().voxel_m);
         change(&mut scene.accuracy, voxel_m);
         let planned = scene_file::planned(scene, self.path)?;
         let named = planned.plan.levels.named();
@@ -282,7 +317,10 @@ impl Calibration<'_> {
 
 /// Runs a plan from nothing several times: the fastest time of each stage, and the picture.
 fn run(planned: &Planned, n_repeats: usize) -> Result<(Vec<Done>, SpectralImage), Failure> {
-    let manner = Manner { existing: Existing::Refuse, verbosity: Verbosity::Quiet };
+    let manner = Manner {
+        existing: Existing::Refuse,
+        verbosity: Verbosity::Quiet,
+    };
     let mut fastest: Vec<Done> = Vec::new();
     let mut image = None;
     let start = Instant::now();
@@ -316,7 +354,11 @@ fn relative_rmse(image: &SpectralImage, reference: &SpectralImage) -> f64 {
         squares += f64::from(value - expected).powi(2);
         total += f64::from(expected).powi(2);
     }
-    if total > 0.0 { (squares / total).sqrt() } else { 0.0 }
+    if total > 0.0 {
+        (squares / total).sqrt()
+    } else {
+        0.0
+    }
 }
 
 /// Three digits: more would be noise.

@@ -66,7 +66,7 @@ Exit codes: 0 done, 1 failed, 2 usage (also an output that exists), 3 bad input,
 #[derive(Debug, Parser)]
 #[command(name = "niji", version, help_template = TEMPLATE, before_help = GROUPS)]
 #[command(after_help = EXAMPLES, disable_help_subcommand = true)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// What to do.
     #[command(subcommand)]
     pub command: Command,
@@ -78,7 +78,7 @@ pub struct Arguments {
 /// Flags of every subcommand.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Common options")]
-pub struct Common {
+pub(crate) struct Common {
     /// Replace files that exist.
     #[arg(long, global = true)]
     pub force: bool,
@@ -105,7 +105,7 @@ pub struct Common {
 impl Common {
     /// How much to print on standard error.
     #[must_use]
-    pub fn verbosity(&self) -> Verbosity {
+    pub(crate) fn verbosity(&self) -> Verbosity {
         match (self.quiet, self.verbose) {
             (true, _) => Verbosity::Quiet,
             (false, true) => Verbosity::Verbose,
@@ -115,9 +115,16 @@ impl Common {
 
     /// How stages are run.
     #[must_use]
-    pub fn manner(&self) -> Manner {
-        let existing = if self.force { Existing::Replace } else { Existing::Refuse };
-        Manner { existing, verbosity: self.verbosity() }
+    pub(crate) fn manner(&self) -> Manner {
+        let existing = if self.force {
+            Existing::Replace
+        } else {
+            Existing::Refuse
+        };
+        Manner {
+            existing,
+            verbosity: self.verbosity(),
+        }
     }
 }
 
@@ -145,7 +152,7 @@ impl From<PresetName> for Preset {
 /// The subcommands.
 #[derive(Debug, Subcommand)]
 #[allow(missing_docs, reason = "the text of each stands with its struct")]
-pub enum Command {
+pub(crate) enum Command {
     Run(RunCommand),
     Plan(PlanCommand),
     Calibrate(CalibrateCommand),
@@ -163,14 +170,18 @@ pub enum Command {
 fn thread_count(text: &str) -> Result<usize, String> {
     match text.parse() {
         Ok(n_threads) if (1..=1024).contains(&n_threads) => Ok(n_threads),
-        _ => Err(format!("found {text}, expected a number of threads from 1 to 1024")),
+        _ => Err(format!(
+            "found {text}, expected a number of threads from 1 to 1024"
+        )),
     }
 }
 
 fn tolerance(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(value) if value > 0.0 && value <= 1.0 => Ok(value),
-        _ => Err(format!("found {text}, expected a tolerance above 0 and at most 1, say 0.01")),
+        _ => Err(format!(
+            "found {text}, expected a tolerance above 0 and at most 1, say 0.01"
+        )),
     }
 }
 
@@ -178,7 +189,7 @@ fn tolerance(text: &str) -> Result<f64, String> {
 ///
 /// # Errors
 /// The entry that is not a finite number.
-pub fn numbers(text: &str) -> Result<Vec<f64>, String> {
+pub(crate) fn numbers(text: &str) -> Result<Vec<f64>, String> {
     text.split([',', ' ', '\n', '\t', '\r'])
         .filter(|entry| !entry.is_empty())
         .map(|entry| match entry.parse::<f64>() {

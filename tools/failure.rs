@@ -9,7 +9,7 @@ use std::process::ExitCode;
 
 /// A failure of the program: one message, one exit code.
 #[derive(Debug, thiserror::Error)]
-pub enum Failure {
+pub(crate) enum Failure {
     /// Something outside the input failed: a full disk, a folder that cannot be written.
     #[error("{0}")]
     Failed(String),
@@ -37,17 +37,20 @@ pub enum Failure {
 
 impl Failure {
     /// A damaged, missing or impossible input file.
-    pub fn bad_input(path: &Path, error: impl std::fmt::Display) -> Self {
+    pub(crate) fn bad_input(path: &Path, error: impl std::fmt::Display) -> Self {
         let message = error.to_string();
         // Libraries name the path themselves where they open the file: say it once.
         let prefix = format!("{}: ", path.display());
         let message = message.strip_prefix(&prefix).unwrap_or(&message).to_owned();
-        Self::BadInput { path: path.to_owned(), message }
+        Self::BadInput {
+            path: path.to_owned(),
+            message,
+        }
     }
 
     /// The code with which the program ends.
     #[must_use]
-    pub fn exit_code(&self) -> ExitCode {
+    pub(crate) fn exit_code(&self) -> ExitCode {
         match self {
             Self::Failed(_) => ExitCode::from(1),
             Self::Usage(_) => ExitCode::from(2),

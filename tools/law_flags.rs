@@ -12,7 +12,7 @@ use crate::failure::Failure;
 
 /// The laws by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum LawName {
+pub(crate) enum LawName {
     /// One radius: --radius-um.
     Monodisperse,
     /// A range of radii: --radius-min-um, --radius-max-um.
@@ -26,7 +26,7 @@ pub enum LawName {
 /// A size law and its parameters.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Drop sizes")]
-pub struct LawFlags {
+pub(crate) struct LawFlags {
     /// Law of the drop sizes.
     #[arg(long, value_name = "NAME")]
     pub law: LawName,
@@ -64,7 +64,7 @@ impl LawFlags {
     ///
     /// # Errors
     /// A parameter that is missing, belongs to another law, or is out of range.
-    pub fn size_law(&self) -> Result<SizeLaw, Failure> {
+    pub(crate) fn size_law(&self) -> Result<SizeLaw, Failure> {
         let own: &[&str] = match self.law {
             LawName::Monodisperse => &["radius-um"],
             LawName::Uniform => &["radius-min-um", "radius-max-um"],
@@ -76,7 +76,10 @@ impl LawFlags {
             ("radius-min-um", self.radius_min_um),
             ("radius-max-um", self.radius_max_um),
             ("radius-mean-um", self.radius_mean_um),
-            ("radius-standard-deviation-um", self.radius_standard_deviation_um),
+            (
+                "radius-standard-deviation-um",
+                self.radius_standard_deviation_um,
+            ),
             ("rain-rate-mm-h", self.rain_rate_mm_h),
             ("d-min-mm", self.d_min_mm),
             ("d-max-mm", self.d_max_mm),
@@ -84,16 +87,18 @@ impl LawFlags {
         for (name, value) in given {
             if value.is_some() && !own.contains(&name) {
                 let list = own.join(" --");
-                return Err(Failure::Usage(format!("--{name} is of another law, expected --{list}")));
+                return Err(Failure::Usage(format!(
+                    "--{name} is of another law, expected --{list}"
+                )));
             }
         }
         let need = |name: &str, value: Option<f64>| {
             value.ok_or_else(|| Failure::Usage(format!("this law needs --{name}")))
         };
         let law = match self.law {
-            LawName::Monodisperse => {
-                SizeLaw::Monodisperse(Monodisperse { radius_um: need("radius-um", self.radius_um)? })
-            }
+            LawName::Monodisperse => SizeLaw::Monodisperse(Monodisperse {
+                radius_um: need("radius-um", self.radius_um)?,
+            }),
             LawName::Uniform => SizeLaw::Uniform(Uniform {
                 radius_min_um: need("radius-min-um", self.radius_min_um)?,
                 radius_max_um: need("radius-max-um", self.radius_max_um)?,
@@ -111,7 +116,8 @@ impl LawFlags {
                 d_max_mm: self.d_max_mm,
             }),
         };
-        law.validate().map_err(|error| Failure::Usage(error.to_string()))?;
+        law.validate()
+            .map_err(|error| Failure::Usage(error.to_string()))?;
         Ok(law)
     }
 }

@@ -27,10 +27,9 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
-pub use cli::Arguments;
-pub use failure::Failure;
-
+use crate::cli::Arguments;
 use crate::cli::Command;
+use crate::failure::Failure;
 
 /// Runs the program with a command line (its own name first) and returns its exit code.
 pub fn main_with(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
@@ -55,7 +54,9 @@ fn dispatch(arguments: &Arguments) -> Result<(), Failure> {
     let common = &arguments.common;
     if let Some(n_threads) = common.threads {
         // A pool that exists already (in tests) has taken its size; results do not depend on it.
-        let _ = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build_global();
+        let _ = rayon::ThreadPoolBuilder::new()
+            .num_threads(n_threads)
+            .build_global();
     }
     match &arguments.command {
         Command::Run(command) => run::execute(command, common),

@@ -23,7 +23,7 @@ static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
 /// May a file that exists be replaced?
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Existing {
+pub(crate) enum Existing {
     /// Refuse with exit code 2.
     Refuse,
     /// Replace it (`--force`).
@@ -34,7 +34,7 @@ pub enum Existing {
 ///
 /// # Errors
 /// [`Failure::Usage`] if something is there and may not be replaced.
-pub fn check_free(path: &Path, existing: Existing) -> Result<(), Failure> {
+pub(crate) fn check_free(path: &Path, existing: Existing) -> Result<(), Failure> {
     if path.is_dir() {
         return Err(Failure::Usage(format!(
             "{} is a folder, expected the name of a file to write",
@@ -55,7 +55,7 @@ pub fn check_free(path: &Path, existing: Existing) -> Result<(), Failure> {
 /// # Errors
 /// [`Failure::Failed`] if the folder cannot be made or the file cannot be written; whatever stood
 /// under that name before is untouched then.
-pub fn write_file<E: std::fmt::Display>(
+pub(crate) fn write_file<E: std::fmt::Display>(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<File>) -> Result<(), E>,
 ) -> Result<(), Failure> {
@@ -96,13 +96,18 @@ fn fill<E: std::fmt::Display>(
     let mut writer = BufWriter::with_capacity(1 << 20, file);
     write(&mut writer).map_err(|error| error.to_string())?;
     writer.flush().map_err(|error| error.to_string())?;
-    writer.get_ref().sync_data().map_err(|error| error.to_string())?;
+    writer
+        .get_ref()
+        .sync_data()
+        .map_err(|error| error.to_string())?;
     temporary.persist(path).map_err(|error| error.to_string())?;
     Ok(())
 }
 
 fn unfinished() -> std::sync::MutexGuard<'static, BTreeSet<PathBuf>> {
-    UNFINISHED.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+    UNFINISHED
+        .lock()
+        .unwrap_or_else(std::sync::PoisonError::into_inner)
 }
 
 fn remember(name: &Path) {
@@ -114,7 +119,7 @@ fn forget(name: &Path) {
 }
 
 /// On Ctrl-C or a termination signal, removes unfinished files and ends with exit code 130.
-pub fn remove_unfinished_on_interrupt() {
+pub(crate) fn remove_unfinished_on_interrupt() {
     // A second handler in one process (tests) is refused by the crate; the first one serves.
     let _ = ctrlc::set_handler(|| {
         for name in unfinished().iter() {
@@ -134,7 +139,9 @@ mod tests {
         let path = folder.path().join("table.exr");
         fs::write(&path, "old").unwrap();
         let outcome = write_file(&path, |writer| {
-            writer.write_all(b"half of the new").map_err(|error| error.to_string())?;
+            writer
+                .write_all(b"half of the new")
+                .map_err(|error| error.to_string())?;
             Err("disk full".to_owned())
         });
         assert!(matches!(outcome, Err(Failure::Failed(message)) if message.contains("disk full")));
@@ -148,8 +155,14 @@ mod tests {
         let path = folder.path().join("table.exr");
         assert!(check_free(&path, Existing::Refuse).is_ok());
         fs::write(&path, "old").unwrap();
-        assert!(matches!(check_free(&path, Existing::Refuse), Err(Failure::Usage(_))));
+        assert!(matches!(
+            check_free(&path, Existing::Refuse),
+            Err(Failure::Usage(_))
+        ));
         assert!(check_free(&path, Existing::Replace).is_ok());
-        assert!(matches!(check_free(folder.path(), Existing::Replace), Err(Failure::Usage(_))));
+        assert!(matches!(
+            check_free(folder.path(), Existing::Replace),
+            Err(Failure::Usage(_))
+        ));
     }
 }

@@ -20,7 +20,7 @@ use crate::stages;
 #[command(after_help = "Examples:
   niji plan data/scenes/garden-fountain.toml
   niji plan scene.toml --script -o out > chain.sh && sh chain.sh")]
-pub struct PlanCommand {
+pub(crate) struct PlanCommand {
     /// The scene.
     scene: PathBuf,
     /// Print the chain of stage commands instead; it gives the bytes of `niji run`.
@@ -35,13 +35,19 @@ pub struct PlanCommand {
 ///
 /// # Errors
 /// A scene that is missing or wrong.
-pub fn execute(command: &PlanCommand, common: &Common) -> Result<(), Failure> {
+pub(crate) fn execute(command: &PlanCommand, common: &Common) -> Result<(), Failure> {
     let planned = scene_file::load(&command.scene, common)?;
     if command.script {
-        print!("{}", script(&planned, &command.scene, &command.output, common));
+        print!(
+            "{}",
+            script(&planned, &command.scene, &command.output, common)
+        );
     } else if common.json {
         let json = serde_json::to_string_pretty(&planned.plan);
-        println!("{}", json.map_err(|error| Failure::Failed(error.to_string()))?);
+        println!(
+            "{}",
+            json.map_err(|error| Failure::Failed(error.to_string()))?
+        );
     } else {
         print!("{}", planned.plan);
     }
@@ -51,7 +57,10 @@ pub fn execute(command: &PlanCommand, common: &Common) -> Result<(), Failure> {
 fn script(planned: &Planned, scene: &Path, folder: &Path, common: &Common) -> String {
     let scene = quoted(scene);
     let inside = |name: &str| quoted(&folder.join(name));
-    let drops = planned.drop_file.as_deref().map_or_else(|| inside(stages::drops::FILE), quoted);
+    let drops = planned
+        .drop_file
+        .as_deref()
+        .map_or_else(|| inside(stages::drops::FILE), quoted);
     let flags = accuracy_flags(common);
     let plan = &planned.plan;
     let mut script = String::from("#!/bin/sh\nset -e\n");
@@ -63,10 +72,16 @@ fn script(planned: &Planned, scene: &Path, folder: &Path, common: &Common) -> St
                 let uses_airy = plan.runs(Stage::Airy);
                 let airy = uses_airy.then(|| format!(" --airy {}", inside(stages::airy::FILE)));
                 let to = inside(stages::scatter::FILE);
-                format!("scatter --scene {scene}{} -o {to}", airy.unwrap_or_default())
+                format!(
+                    "scatter --scene {scene}{} -o {to}",
+                    airy.unwrap_or_default()
+                )
             }
             Stage::Atmosphere => {
-                format!("atmosphere --scene {scene} -o {}", inside(stages::atmosphere::FILE))
+                format!(
+                    "atmosphere --scene {scene} -o {}",
+                    inside(stages::atmosphere::FILE)
+                )
             }
             Stage::Render => {
                 let table = plan.runs(Stage::Scatter);

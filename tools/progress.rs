@@ -8,7 +8,7 @@ use indicatif::ProgressStyle;
 
 /// How much the program says on standard error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Verbosity {
+pub(crate) enum Verbosity {
     /// Only errors.
     Quiet,
     /// Messages, tables and progress.
@@ -19,7 +19,7 @@ pub enum Verbosity {
 
 /// A bar over `n_steps` steps; hidden when quiet or when standard error is not a terminal.
 #[must_use]
-pub fn bar(stage: &str, n_steps: u64, verbosity: Verbosity) -> ProgressBar {
+pub(crate) fn bar(stage: &str, n_steps: u64, verbosity: Verbosity) -> ProgressBar {
     if verbosity == Verbosity::Quiet {
         return ProgressBar::hidden();
     }

@@ -16,7 +16,7 @@ use crate::stages::render::Inputs;
 #[derive(Debug, Args)]
 #[command(after_help = "Example:
   niji render --scene scene.toml --drops drops.vdb --table scatter.exr -o image.exr")]
-pub struct RenderCommand {
+pub(crate) struct RenderCommand {
     /// The scene: camera, sun, effects and levels.
     #[arg(long, value_name = "TOML")]
     scene: PathBuf,
@@ -38,7 +38,7 @@ pub struct RenderCommand {
 ///
 /// # Errors
 /// As [`stages::render::make`]; a file that the scene's plan needs and that is not named.
-pub fn execute(command: &RenderCommand, common: &Common) -> Result<(), Failure> {
+pub(crate) fn execute(command: &RenderCommand, common: &Common) -> Result<(), Failure> {
     let planned = scene_file::load(&command.scene, common)?;
     planned.check_light()?;
     let need = |name, is_needed: bool, given: &Option<PathBuf>| match (is_needed, given) {
@@ -49,8 +49,11 @@ pub fn execute(command: &RenderCommand, common: &Common) -> Result<(), Failure> 
     let table = need("table", planned.plan.scattering.is_some(), &command.table)?;
     let runs_air = planned.plan.runs(niji_scene::Stage::Atmosphere);
     let air = need("air", runs_air, &command.air)?;
-    let inputs =
-        Inputs { drops: &command.drops, table: table.as_deref(), air: air.as_deref() };
+    let inputs = Inputs {
+        drops: &command.drops,
+        table: table.as_deref(),
+        air: air.as_deref(),
+    };
     let settings = stages::render::Settings::of(&planned);
     stages::render::make(&settings, inputs, &command.output, common.manner()).map(|_| ())
 }

@@ -25,7 +25,7 @@ use crate::stages;
   niji airy -o airy.exr && niji scatter --scene scene.toml --airy airy.exr -o scatter.exr
   niji scatter --theory mie --effective-radius-um 10 --effective-variance 0.1 -o fog.exr
   niji scatter --theory airy --effective-radius-um 100,1000 --theta-deg 120,180 -o rain.exr")]
-pub struct ScatterCommand {
+pub(crate) struct ScatterCommand {
     /// The scene whose plan says what is needed.
     #[arg(long, value_name = "TOML", conflicts_with_all = ["theory", "effective_radius_um"])]
     scene: Option<PathBuf>,
@@ -57,7 +57,12 @@ pub struct ScatterCommand {
     #[arg(long, value_name = "DEG", default_value_t = 0.533)]
     sun_disc_deg: f64,
     /// Temperature of the water.
-    #[arg(long, value_name = "C", default_value_t = 20.0, allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "C",
+        default_value_t = 20.0,
+        allow_negative_numbers = true
+    )]
     temperature_c: f64,
     /// The file to write.
     #[arg(short, long, value_name = "EXR")]
@@ -95,14 +100,16 @@ impl From<TheoryName> for Theory {
 ///
 /// # Errors
 /// As [`stages::scatter::make`]; a scene that needs no table.
-pub fn execute(command: &ScatterCommand, common: &Common) -> Result<(), Failure> {
+pub(crate) fn execute(command: &ScatterCommand, common: &Common) -> Result<(), Failure> {
     let (need, wavelengths) = match &command.scene {
         Some(path) => of_scene(path, common)?,
         None => of_flags(command)?,
     };
     let airy = command.airy.as_deref();
     if command.scene.is_some() && need.theory.uses_airy_table() && airy.is_none() {
-        return Err(Failure::Usage("this scene needs --airy, made by `niji airy`".to_owned()));
+        return Err(Failure::Usage(
+            "this scene needs --airy, made by `niji airy`".to_owned(),
+        ));
     }
     stages::scatter::make(&need, wavelengths, airy, &command.output, common.manner()).map(|_| ())
 }
@@ -115,17 +122,25 @@ fn of_scene(
     let unneeded = || Failure::Usage("the plan of this scene needs no scattering table".to_owned());
     let need = planned.plan.scattering.clone().ok_or_else(unneeded)?;
     let wavelengths = planned.scene.spectrum.grid();
-    Ok((need, wavelengths.map_err(|error| Failure::bad_input(path, error))?))
+    Ok((
+        need,
+        wavelengths.map_err(|error| Failure::bad_input(path, error))?,
+    ))
 }
 
 fn of_flags(command: &ScatterCommand) -> Result<(ScatteringNeed, WavelengthGrid), Failure> {
     let usage = |error: &dyn std::fmt::Display| Failure::Usage(error.to_string());
-    let radii = range("effective-radius-um", command.effective_radius_um.as_deref().unwrap_or(""))?;
+    let radii = range(
+        "effective-radius-um",
+        command.effective_radius_um.as_deref().unwrap_or(""),
+    )?;
     let variances = range("effective-variance", &command.effective_variance)?;
     let theta_deg = range("theta-deg", &command.theta_deg)?;
     let spectrum = numbers(&command.spectrum).map_err(Failure::Usage)?;
     let [first_nm, step_nm, n] = spectrum[..] else {
-        return Err(Failure::Usage("--spectrum: expected first,step,number as 380,10,41".to_owned()));
+        return Err(Failure::Usage(
+            "--spectrum: expected first,step,number as 380,10,41".to_owned(),
+        ));
     };
     let wavelengths = WavelengthGrid::new(first_nm, step_nm, n as usize);
     let orders = numbers(&command.orders).map_err(Failure::Usage)?;
@@ -148,6 +163,8 @@ fn range(name: &str, text: &str) -> Result<(f64, f64), Failure> {
     match numbers(text).map_err(|error| Failure::Usage(format!("--{name}: {error}")))?[..] {
         [value] => Ok((value, value)),
         [low, high] => Ok((low, high)),
-        _ => Err(Failure::Usage(format!("--{name}: found {text:?}, expected one number or two"))),
+        _ => Err(Failure::Usage(format!(
+            "--{name}: found {text:?}, expected one number or two"
+        ))),
     }
 }

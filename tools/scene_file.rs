@@ -19,7 +19,7 @@ use crate::stages;
 const MEASURED: &str = include_str!("../data/measurements/levels.csv");
 
 /// A scene and what it calls for.
-pub struct Planned {
+pub(crate) struct Planned {
     /// The scene, with the accuracy asked for on the command line.
     pub scene: Scene,
     /// What it calls for.
@@ -32,7 +32,7 @@ pub struct Planned {
 ///
 /// # Errors
 /// Never for a program that was built from sound sources.
-pub fn measured_levels() -> Result<MeasuredLevels, Failure> {
+pub(crate) fn measured_levels() -> Result<MeasuredLevels, Failure> {
     MeasuredLevels::from_csv(MEASURED).map_err(|error| Failure::Failed(error.to_string()))
 }
 
@@ -40,7 +40,7 @@ pub fn measured_levels() -> Result<MeasuredLevels, Failure> {
 ///
 /// # Errors
 /// A scene or a drop volume that is missing or wrong, or a scene without any light.
-pub fn load(path: &Path, common: &Common) -> Result<Planned, Failure> {
+pub(crate) fn load(path: &Path, common: &Common) -> Result<Planned, Failure> {
     planned(read(path, common)?, path)
 }
 
@@ -48,9 +48,12 @@ pub fn load(path: &Path, common: &Common) -> Result<Planned, Failure> {
 ///
 /// # Errors
 /// A drop volume that is missing or wrong, or a scene that cannot be planned.
-pub fn planned(scene: Scene, path: &Path) -> Result<Planned, Failure> {
+pub(crate) fn planned(scene: Scene, path: &Path) -> Result<Planned, Failure> {
     let bad = |error: &dyn std::fmt::Display| Failure::bad_input(path, error);
-    let drop_file = scene.drops.file().map(|file| path.parent().unwrap_or(Path::new("")).join(file));
+    let drop_file = scene
+        .drops
+        .file()
+        .map(|file| path.parent().unwrap_or(Path::new("")).join(file));
     let drops = match &drop_file {
         Some(file) => {
             let volume = stages::drops::read(file)?;
@@ -59,16 +62,23 @@ pub fn planned(scene: Scene, path: &Path) -> Result<Planned, Failure> {
         None => None,
     };
     let measured = measured_levels()?;
-    let inputs = PlanInputs { measured: &measured, drops };
+    let inputs = PlanInputs {
+        measured: &measured,
+        drops,
+    };
     let plan = plan(&scene, &inputs).map_err(|error| bad(&with_causes(&error)))?;
-    Ok(Planned { scene, plan, drop_file })
+    Ok(Planned {
+        scene,
+        plan,
+        drop_file,
+    })
 }
 
 /// Reads a scene.
 ///
 /// # Errors
 /// A scene that is missing or wrong.
-pub fn read(path: &Path, common: &Common) -> Result<Scene, Failure> {
+pub(crate) fn read(path: &Path, common: &Common) -> Result<Scene, Failure> {
     let text = fs::read_to_string(path).map_err(|error| Failure::bad_input(path, error))?;
     let mut scene = Scene::from_toml(&text).map_err(|error| Failure::bad_input(path, error))?;
     if let Some(preset) = common.accuracy {
@@ -81,7 +91,7 @@ pub fn read(path: &Path, common: &Common) -> Result<Scene, Failure> {
 }
 
 /// An error and its causes in one line.
-pub fn with_causes(error: &dyn std::error::Error) -> String {
+pub(crate) fn with_causes(error: &dyn std::error::Error) -> String {
     let mut text = error.to_string();
     let mut cause = error.source();
     while let Some(error) = cause {
@@ -96,7 +106,7 @@ impl Planned {
     ///
     /// # Errors
     /// [`Failure::Impossible`] if no effect that is on sends light into the picture.
-    pub fn check_light(&self) -> Result<(), Failure> {
+    pub(crate) fn check_light(&self) -> Result<(), Failure> {
         if !self.plan.is_dark() {
             return Ok(());
         }

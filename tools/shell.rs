@@ -14,8 +14,10 @@ use crate::output::Existing;
 
 /// Completions for a shell, on standard output.
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  niji completions bash > ~/.local/share/bash-completion/completions/niji")]
-pub struct CompletionsCommand {
+#[command(
+    after_help = "Example:\n  niji completions bash > ~/.local/share/bash-completion/completions/niji"
+)]
+pub(crate) struct CompletionsCommand {
     /// The shell.
     shell: Shell,
 }
@@ -23,7 +25,7 @@ pub struct CompletionsCommand {
 /// Manual pages, one for each subcommand, into a folder.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  niji man -o man1 && man -l man1/niji-run.1")]
-pub struct ManCommand {
+pub(crate) struct ManCommand {
     /// The folder to write to.
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
@@ -33,8 +35,13 @@ pub struct ManCommand {
 ///
 /// # Errors
 /// None today; the signature is that of every subcommand.
-pub fn completions(command: &CompletionsCommand) -> Result<(), Failure> {
-    clap_complete::generate(command.shell, &mut Arguments::command(), "niji", &mut io::stdout());
+pub(crate) fn completions(command: &CompletionsCommand) -> Result<(), Failure> {
+    clap_complete::generate(
+        command.shell,
+        &mut Arguments::command(),
+        "niji",
+        &mut io::stdout(),
+    );
     Ok(())
 }
 
@@ -42,14 +49,16 @@ pub fn completions(command: &CompletionsCommand) -> Result<(), Failure> {
 ///
 /// # Errors
 /// [`Failure::Failed`] if the folder cannot be written.
-pub fn man(command: &ManCommand) -> Result<(), Failure> {
+pub(crate) fn man(command: &ManCommand) -> Result<(), Failure> {
     let mut program = Arguments::command();
     program.build();
     let subcommands = program.get_subcommands().map(clap::Command::get_name);
     let names: Vec<String> = subcommands.map(str::to_owned).collect();
     write_page(command, &program, "niji")?;
     for name in names {
-        let Some(subcommand) = program.find_subcommand(&name) else { continue };
+        let Some(subcommand) = program.find_subcommand(&name) else {
+            continue;
+        };
         write_page(command, subcommand, &format!("niji-{name}"))?;
     }
     Ok(())
@@ -58,5 +67,7 @@ pub fn man(command: &ManCommand) -> Result<(), Failure> {
 fn write_page(command: &ManCommand, page: &clap::Command, name: &str) -> Result<(), Failure> {
     let path = command.output.join(format!("{name}.1"));
     output::check_free(&path, Existing::Replace)?;
-    output::write_file(&path, |writer| clap_mangen::Man::new(page.clone()).render(writer))
+    output::write_file(&path, |writer| {
+        clap_mangen::Man::new(page.clone()).render(writer)
+    })
 }

@@ -14,7 +14,10 @@ use niji_scene::Scene;
 
 /// Runs the program and returns what it printed.
 pub fn niji(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_niji")).args(arguments).output().expect("the program starts")
+    Command::new(env!("CARGO_BIN_EXE_niji"))
+        .args(arguments)
+        .output()
+        .expect("the program starts")
 }
 
 /// Runs the program and panics with its messages unless it ends with `code`.
@@ -36,29 +39,27 @@ pub fn repository(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
 }
 
-/// Writes a copy of a shipped scene with other values for some of its keys (`"width_px", "160"`);
-/// every key must stand in the scene already.
+/// Writes a copy of a shipped scene with other values: `("camera.width_px", "160")`.
 pub fn variant(name: &str, folder: &Path, changes: &[(&str, &str)]) -> PathBuf {
     let text = fs::read_to_string(repository("data/scenes").join(name)).expect("the scene ships");
-    let mut changed = changes.iter().map(|_| false).collect::<Vec<_>>();
-    let lines: Vec<String> = text
-        .lines()
-        .map(|line| {
-            let key = line.split('=').next().unwrap_or_default().trim();
-            match changes.iter().position(|(name, _)| *name == key) {
-                Some(index) => {
-                    changed[index] = true;
-                    format!("{key} = {}", changes[index].1)
-                }
-                None => line.to_owned(),
-            }
-        })
-        .collect();
-    for (index, (key, _)) in changes.iter().enumerate() {
-        assert!(changed[index], "{name} has no key {key}");
+    let mut scene: toml::Table = text.parse().expect("shipped scenes are TOML");
+    for (path, value) in changes {
+        let document: toml::Table = format!("v = {value}").parse().expect("the value is TOML");
+        let mut table = &mut scene;
+        let mut keys: Vec<&str> = path.split('.').collect();
+        let last = keys.pop().expect("the path is not empty");
+        for key in keys {
+            let entry = table
+                .entry(key)
+                .or_insert_with(|| toml::Table::new().into());
+            table = entry
+                .as_table_mut()
+                .expect("the path leads through sections");
+        }
+        table.insert(last.to_owned(), document["v"].clone());
     }
     let path = folder.join(name);
-    fs::write(&path, lines.join("\n") + "\n").expect("the folder can be written");
+    fs::write(&path, scene.to_string()).expect("the folder can be written");
     path
 }
 
@@ -101,7 +102,11 @@ impl Profile {
             .expect("the range holds pixels");
         let [left, mid, right] = [best - 1, best, best + 1].map(|index| self.values[index]);
         let curvature = left - 2.0 * mid + right;
-        let shift = if curvature < 0.0 { 0.5 * (left - right) / curvature } else { 0.0 };
+        let shift = if curvature < 0.0 {
+            0.5 * (left - right) / curvature
+        } else {
+            0.0
+        };
         self.angle_deg(best) + shift * self.step_deg
     }
 
@@ -129,8 +134,11 @@ pub fn profile(
     wavelength_nm: f64,
     keep: impl Fn(usize, usize) -> bool,
 ) -> Profile {
-    let camera: PinholeCamera = scene.camera().expect("shipped scenes have a sound camera");
-    let antisolar = -scene.sun_direction();
+    let camera: PinholeCamera = scene
+        .camera
+        .pinhole()
+        .expect("shipped scenes have a camera");
+    let antisolar = -scene.sun.direction();
     let wavelength = (0..image.wavelengths.len())
         .find(|&index| (image.wavelengths.center(index).0 - wavelength_nm).abs() < 1e-6)
         .expect("the wavelength is in the grid");
@@ -149,7 +157,11 @@ pub fn profile(
             }
         }
     }
-    let values = sum.iter().zip(&count).map(|(sum, count)| sum / count).collect();
+    let values = sum
+        .iter()
+        .zip(&count)
+        .map(|(sum, count)| sum / count)
+        .collect();
     Profile { step_deg, values }
 }
 

@@ -142,9 +142,14 @@ impl RainShaftFlags {
     pub(super) fn shape(&self) -> Result<Shape, Failure> {
         let footprint = match (self.radius_m, self.width_m) {
             (Some(radius_m), _) => Footprint::Column { radius_m },
-            (None, Some([width_x_m, width_z_m])) => Footprint::Box { width_x_m, width_z_m },
+            (None, Some([width_x_m, width_z_m])) => Footprint::Box {
+                width_x_m,
+                width_z_m,
+            },
             (None, None) => {
-                return Err(Failure::Usage("expected --radius-m or --width-m".to_owned()));
+                return Err(Failure::Usage(
+                    "expected --radius-m or --width-m".to_owned(),
+                ));
             }
         };
         Ok(Shape::RainShaft(RainShaft {
@@ -172,5 +177,7 @@ fn pair(text: &str) -> Result<[f64; 2], String> {
 
 fn list<const N: usize>(text: &str) -> Result<[f64; N], String> {
     let values = numbers(text)?;
-    values.try_into().map_err(|_| format!("found {text:?}, expected {N} numbers as 1,2,3"))
+    values
+        .try_into()
+        .map_err(|_| format!("found {text:?}, expected {N} numbers as 1,2,3"))
 }

@@ -29,7 +29,7 @@ use flags::UniformFlags;
       --law monodisperse --radius-um 100 --number-density-m3 1000 -o spray.vdb
   niji drops rain-shaft --rain-rate-mm-h 5 --radius-m 300 --top-m 800 --voxel-m 20 -o rain.vdb
   niji drops --scene data/scenes/paper-c-figure-4.toml -o drops.vdb")]
-pub struct DropsCommand {
+pub(crate) struct DropsCommand {
     /// The scene whose section [drops] is meant, instead of a shape.
     #[arg(long, value_name = "TOML")]
     scene: Option<PathBuf>,
@@ -54,25 +54,35 @@ enum ShapeCommand {
 ///
 /// # Errors
 /// As [`stages::drops::make`]; neither or both of a shape and a scene.
-pub fn execute(command: &DropsCommand, common: &Common) -> Result<(), Failure> {
+pub(crate) fn execute(command: &DropsCommand, common: &Common) -> Result<(), Failure> {
     let shape = match (&command.shape, &command.scene) {
         (Some(_), Some(_)) => {
-            return Err(Failure::Usage("found a shape and --scene, expected one of them".to_owned()));
+            return Err(Failure::Usage(
+                "found a shape and --scene, expected one of them".to_owned(),
+            ));
         }
         (None, None) => {
             let shapes = "uniform, gradient, rain-shaft";
-            return Err(Failure::Usage(format!("expected a shape ({shapes}) or --scene")));
+            return Err(Failure::Usage(format!(
+                "expected a shape ({shapes}) or --scene"
+            )));
         }
         (Some(shape), None) => of_flags(shape)?,
         (None, Some(path)) => {
             let scene = scene_file::read(path, common)?;
-            let is_file = || Failure::Usage("the scene names a drop volume, there is nothing to make".to_owned());
+            let is_file = || {
+                Failure::Usage("the scene names a drop volume, there is nothing to make".to_owned())
+            };
             scene.drops.shape().ok_or_else(is_file)?
         }
     };
     let no_output = || Failure::Usage("expected -o FILE.vdb".to_owned());
     let output = command.output.as_deref().ok_or_else(no_output)?;
-    let compression = if command.zip { Compression::Zip } else { Compression::None };
+    let compression = if command.zip {
+        Compression::Zip
+    } else {
+        Compression::None
+    };
     stages::drops::make(&shape, compression, output, common.manner()).map(|_| ())
 }
 

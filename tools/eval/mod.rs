@@ -13,7 +13,7 @@ use crate::failure::Failure;
 
 /// Print physics as CSV: airy, scatter, sizes, index, air.
 #[derive(Debug, Args)]
-pub struct EvalCommand {
+pub(crate) struct EvalCommand {
     #[command(subcommand)]
     quantity: Quantity,
 }
@@ -30,7 +30,7 @@ enum Quantity {
 ///
 /// # Errors
 /// Arguments out of range, or a file of arguments that cannot be read.
-pub fn execute(command: &EvalCommand, _common: &Common) -> Result<(), Failure> {
+pub(crate) fn execute(command: &EvalCommand, _common: &Common) -> Result<(), Failure> {
     let csv = match &command.quantity {
         Quantity::Airy(arguments) => airy::csv(arguments)?,
         Quantity::Scatter(arguments) => scatter::csv(arguments)?,
@@ -49,7 +49,11 @@ fn line(values: &[f64]) -> String {
         .iter()
         .map(|value| {
             let plain = *value == 0.0 || (1e-4..1e15).contains(&value.abs());
-            if plain { format!("{value}") } else { format!("{value:e}") }
+            if plain {
+                format!("{value}")
+            } else {
+                format!("{value:e}")
+            }
         })
         .collect();
     fields.join(",") + "\n"

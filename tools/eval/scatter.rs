@@ -53,7 +53,12 @@ pub(super) struct ScatterArguments {
     #[arg(long, value_name = "NM", requires = "radius_um")]
     wavelength_nm: Option<f64>,
     /// Temperature of the water, where no index is given.
-    #[arg(long, value_name = "C", default_value_t = 20.0, allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "C",
+        default_value_t = 20.0,
+        allow_negative_numbers = true
+    )]
     temperature_c: f64,
     /// Scattering angles, 0 = forward.
     #[arg(long, value_name = "A,B,…")]
@@ -94,7 +99,11 @@ pub(super) fn csv(arguments: &ScatterArguments) -> Result<String, Failure> {
         TheoryName::Mie => Vec::new(),
         TheoryName::Debye => {
             let sphere = Sphere::new(x, index).map_err(|error| usage(&error))?;
-            sphere.debye(order).amplitudes(&angles).intensities().collect()
+            sphere
+                .debye(order)
+                .amplitudes(&angles)
+                .intensities()
+                .collect()
         }
         TheoryName::Airy | TheoryName::Geometric => {
             by_rays(arguments.theory, [x, index.n], order, &angles_deg)?
@@ -114,7 +123,15 @@ fn mie(sphere: &Sphere, angles_deg: &[f64], angles: &ScatteringAngles) -> String
     let mut csv = "angle_deg,s1_re,s1_im,s2_re,s2_im,p11,dop\n".to_owned();
     for (index, &angle_deg) in angles_deg.iter().enumerate() {
         let (s1, s2) = (amplitudes.s1[index], amplitudes.s2[index]);
-        csv += &line(&[angle_deg, s1.re, s1.im, s2.re, s2.im, p11[index], polarization[index]]);
+        csv += &line(&[
+            angle_deg,
+            s1.re,
+            s1.im,
+            s2.re,
+            s2.im,
+            p11[index],
+            polarization[index],
+        ]);
     }
     csv
 }
@@ -136,7 +153,8 @@ fn by_rays(
         let theta = Radians::from_degrees(*angle_deg);
         let t = match theory {
             TheoryName::Airy => {
-                bow.direction(theta).normalized_cross_section(radius, wavelength, airy_integral)
+                bow.direction(theta)
+                    .normalized_cross_section(radius, wavelength, airy_integral)
             }
             TheoryName::Geometric | TheoryName::Mie | TheoryName::Debye => {
                 rays.normalized_cross_section(theta)
@@ -151,7 +169,9 @@ fn drop(arguments: &ScatterArguments) -> Result<(f64, RefractiveIndex), Failure>
     let given = arguments.index.as_deref().map(parse_index).transpose()?;
     if let (Some(radius_um), Some(nm)) = (arguments.radius_um, arguments.wavelength_nm) {
         if !(300.0..=1000.0).contains(&nm) && given.is_none() {
-            return Err(Failure::Usage(format!("found {nm} nm, expected 300 to 1000 nm")));
+            return Err(Failure::Usage(format!(
+                "found {nm} nm, expected 300 to 1000 nm"
+            )));
         }
         let n = || water_refractive_index(Nanometers(nm), arguments.temperature_c);
         let index = given.unwrap_or_else(|| RefractiveIndex { n: n(), k: 0.0 });
@@ -177,7 +197,12 @@ fn parse_index(text: &str) -> Result<RefractiveIndex, Failure> {
         let after_exponent = compact[..*at].ends_with(['e', 'E']);
         *at > 0 && ['+', '-'].contains(c) && !after_exponent
     };
-    let split = complex.char_indices().filter(is_split).last().ok_or_else(wrong)?.0;
+    let split = complex
+        .char_indices()
+        .filter(is_split)
+        .last()
+        .ok_or_else(wrong)?
+        .0;
     let n = complex[..split].parse().map_err(|_| wrong())?;
     let k = complex[split..].parse().map_err(|_| wrong())?;
     Ok(RefractiveIndex { n, k })

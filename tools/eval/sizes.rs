@@ -21,17 +21,27 @@ pub(super) struct SizesArguments {
 
 pub(super) fn csv(arguments: &SizesArguments) -> Result<String, Failure> {
     let law = arguments.law.size_law()?;
-    let number_density_m3 = match (law.natural_number_density_m3(), arguments.law.number_density_m3) {
+    let number_density_m3 = match (
+        law.natural_number_density_m3(),
+        arguments.law.number_density_m3,
+    ) {
         (Some(_), Some(_)) => {
-            let message = "marshall-palmer has a number density of its own: leave out --number-density-m3";
+            let message =
+                "marshall-palmer has a number density of its own: leave out --number-density-m3";
             return Err(Failure::Usage(message.to_owned()));
         }
         (Some(natural), None) => natural,
         (None, Some(given)) if given >= 0.0 && given.is_finite() => given,
         (None, Some(given)) => {
-            return Err(Failure::Usage(format!("found {given} drops per m3, expected at least 0")));
+            return Err(Failure::Usage(format!(
+                "found {given} drops per m3, expected at least 0"
+            )));
         }
-        (None, None) => return Err(Failure::Usage("this law needs --number-density-m3".to_owned())),
+        (None, None) => {
+            return Err(Failure::Usage(
+                "this law needs --number-density-m3".to_owned(),
+            ));
+        }
     };
     let bulk = law.moments().bulk_properties(number_density_m3);
     let header = "number_density_m3,lwc_g_m3,extinction_m1,effective_radius_m,effective_variance\n";

@@ -29,14 +29,23 @@ impl FromStr for Assertion {
     fn from_str(text: &str) -> Result<Self, String> {
         let wrong = || format!("found {text:?}, expected min|max|mean(NAME) <|<=|>|>= NUMBER");
         let found = COMPARISONS.into_iter().find_map(|comparison| {
-            text.split_once(comparison).map(|(left, right)| (comparison, left, right))
+            text.split_once(comparison)
+                .map(|(left, right)| (comparison, left, right))
         });
         let (comparison, left, right) = found.ok_or_else(wrong)?;
         let limit: f64 = right.trim().parse().map_err(|_| wrong())?;
         let (figure, rest) = left.trim().split_once('(').ok_or_else(wrong)?;
         let name = rest.strip_suffix(')').ok_or_else(wrong)?.trim().to_owned();
-        let figure = FIGURES.iter().position(|known| *known == figure.trim()).ok_or_else(wrong)?;
-        Ok(Self { figure, name, comparison, limit })
+        let figure = FIGURES
+            .iter()
+            .position(|known| *known == figure.trim())
+            .ok_or_else(wrong)?;
+        Ok(Self {
+            figure,
+            name,
+            comparison,
+            limit,
+        })
     }
 }
 
@@ -44,7 +53,11 @@ impl Assertion {
     pub(super) fn check(&self, ranges: &Ranges, path: &Path) -> Result<(), Failure> {
         let Some(range) = ranges.get(&self.name) else {
             let known: Vec<&str> = ranges.keys().map(String::as_str).take(12).collect();
-            let message = format!("found nothing called {:?}, there is {}", self.name, known.join(", "));
+            let message = format!(
+                "found nothing called {:?}, there is {}",
+                self.name,
+                known.join(", ")
+            );
             return Err(Failure::bad_input(path, message));
         };
         let value = range[self.figure];
@@ -75,9 +88,19 @@ mod tests {
     #[test]
     fn conditions_are_read_as_they_are_written() {
         let assertion: Assertion = " max( effective_radius )<=2e-3".parse().unwrap();
-        assert_eq!((assertion.figure, assertion.comparison, assertion.limit), (1, "<=", 2e-3));
+        assert_eq!(
+            (assertion.figure, assertion.comparison, assertion.limit),
+            (1, "<=", 2e-3)
+        );
         assert_eq!(assertion.name, "effective_radius");
-        for wrong in ["max(a)", "max a < 2", "top(a) < 2", "max(a) < b", "", "max(a < 2"] {
+        for wrong in [
+            "max(a)",
+            "max a < 2",
+            "top(a) < 2",
+            "max(a) < b",
+            "",
+            "max(a < 2",
+        ] {
             assert!(wrong.parse::<Assertion>().is_err(), "{wrong}");
         }
     }
@@ -85,9 +108,16 @@ mod tests {
     #[test]
     fn conditions_hold_or_fail_with_the_code_for_comparisons() {
         let ranges = Ranges::from([("a".to_owned(), [0.0, 2.0, 1.0])]);
-        let check = |text: &str| text.parse::<Assertion>().unwrap().check(&ranges, Path::new("f"));
+        let check = |text: &str| {
+            text.parse::<Assertion>()
+                .unwrap()
+                .check(&ranges, Path::new("f"))
+        };
         assert!(check("max(a) <= 2").is_ok());
-        assert!(matches!(check("max(a) < 2"), Err(Failure::ComparisonFailed(_))));
+        assert!(matches!(
+            check("max(a) < 2"),
+            Err(Failure::ComparisonFailed(_))
+        ));
         assert!(check("mean(a) > 0.5").is_ok());
         assert!(matches!(check("min(b) > 0"), Err(Failure::BadInput { .. })));
     }

@@ -40,7 +40,11 @@ fn describe(part: &PartContents, text: &mut String) {
     let _ = writeln!(text, "{}  {width} x {height}, {n} channels", part.name);
     for channel in part.channels.iter().take(MOST_CHANNELS) {
         let (min, max, mean) = (channel.min, channel.max, channel.mean);
-        let _ = writeln!(text, "  {:<18} {min:.6e} .. {max:.6e}, mean {mean:.6e}", channel.name);
+        let _ = writeln!(
+            text,
+            "  {:<18} {min:.6e} .. {max:.6e}, mean {mean:.6e}",
+            channel.name
+        );
     }
     if n > MOST_CHANNELS {
         let _ = writeln!(text, "  … and {} more", n - MOST_CHANNELS);
@@ -51,7 +55,11 @@ fn describe(part: &PartContents, text: &mut String) {
             AttributeValue::Number(number) => number.to_string(),
         };
         let shown: String = value.chars().take(MOST_CHARACTERS).collect();
-        let rest = if shown.len() < value.len() { " …" } else { "" };
+        let rest = if shown.len() < value.len() {
+            " …"
+        } else {
+            ""
+        };
         let _ = writeln!(text, "  {name} = {shown}{rest}");
     }
 }

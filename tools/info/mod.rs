@@ -25,7 +25,7 @@ use assertion::Ranges;
 
 NAME in an assertion is a grid of a VDB file (values of active voxels) or a channel of an EXR
 file, PART:CHANNEL where several parts have it. A failed assertion ends with exit code 6.")]
-pub struct InfoCommand {
+pub(crate) struct InfoCommand {
     /// The file.
     file: PathBuf,
     /// A condition that must hold: min|max|mean(NAME) < | <= | > | >= NUMBER; may be repeated.
@@ -47,9 +47,13 @@ struct Report {
 ///
 /// # Errors
 /// A missing or damaged file, a name that the file has not, or an assertion that does not hold.
-pub fn execute(command: &InfoCommand, common: &Common) -> Result<(), Failure> {
+pub(crate) fn execute(command: &InfoCommand, common: &Common) -> Result<(), Failure> {
     let path = &command.file;
-    let report = if is_vdb(path) { vdb::report(path)? } else { exr::report(path)? };
+    let report = if is_vdb(path) {
+        vdb::report(path)?
+    } else {
+        exr::report(path)?
+    };
     if common.json {
         println!("{:#}", report.json);
     } else if !common.quiet {

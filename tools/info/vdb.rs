@@ -123,13 +123,20 @@ fn describe_metadata(metadata: &niji_vdb::Metadata, text: &mut String) {
     for (name, value) in metadata.iter() {
         let value = value_json(value).to_string();
         let shown: String = value.chars().take(MOST_CHARACTERS).collect();
-        let rest = if shown.len() < value.len() { " …" } else { "" };
+        let rest = if shown.len() < value.len() {
+            " …"
+        } else {
+            ""
+        };
         let _ = writeln!(text, "  {name} = {shown}{rest}");
     }
 }
 
 fn metadata_json(metadata: &niji_vdb::Metadata) -> Map<String, Value> {
-    metadata.iter().map(|(name, value)| (name.to_owned(), value_json(value))).collect()
+    metadata
+        .iter()
+        .map(|(name, value)| (name.to_owned(), value_json(value)))
+        .collect()
 }
 
 fn value_json(value: &MetaValue) -> Value {

@@ -2,10 +2,14 @@
 
 use niji_scene::MeasuredLevel;
 use niji_scene::Plan;
+use niji_scene::Stage;
 
 use crate::failure::Failure;
 use crate::scene_file;
 use crate::stages::Done;
+
+/// Decisions that cost nothing in a vacuum.
+const AIR_KEYS: [&str; 2] = ["air_path", "sky"];
 
 /// Prints times of stages, levels with their price, and the effects that are off.
 pub(super) fn print(plan: &Plan, done: &[Done]) -> Result<(), Failure> {
@@ -19,7 +23,11 @@ pub(super) fn print(plan: &Plan, done: &[Done]) -> Result<(), Failure> {
         "\n{:<21} {:<34} {:>9} {:>7}  {:<40} next dearer",
         "accuracy", "level", "error", "time", "next cheaper"
     );
+    let in_air = plan.runs(Stage::Atmosphere);
     for (key, level) in plan.levels.named() {
+        if !in_air && AIR_KEYS.contains(&key.as_str()) {
+            continue;
+        }
         let here = measured.find(&key, &level, &plan.scene);
         let cheaper = measured.next_cheaper(&key, &level, &plan.scene);
         let dearer = measured.next_dearer(&key, &level, &plan.scene);
@@ -41,12 +49,21 @@ pub(super) fn print(plan: &Plan, done: &[Done]) -> Result<(), Failure> {
         .filter(|decision| !decision.on && decision.effect.is_available())
         .map(|decision| match decision.bound {
             Some(bound) => {
-                format!("{} (<= {:.1e} {})", decision.effect, bound.value, bound.kind.name())
+                format!(
+                    "{} (<= {:.1e} {})",
+                    decision.effect,
+                    bound.value,
+                    bound.kind.name()
+                )
             }
             None => format!("{} (?)", decision.effect),
         })
         .collect();
-    let off = if off.is_empty() { "nothing".to_owned() } else { off.join(", ") };
+    let off = if off.is_empty() {
+        "nothing".to_owned()
+    } else {
+        off.join(", ")
+    };
     eprintln!("off: {off}");
     Ok(())
 }
@@ -62,6 +79,8 @@ fn time(level: Option<&MeasuredLevel>) -> String {
 }
 
 fn neighbor(level: Option<&MeasuredLevel>) -> String {
-    let Some(found) = level else { return "-".to_owned() };
+    let Some(found) = level else {
+        return "-".to_owned();
+    };
     format!("{}: {}, {}", found.level, error(level), time(level))
 }

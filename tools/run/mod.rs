@@ -31,7 +31,7 @@ use crate::stages::render::Inputs;
 
 Leaves drops.vdb, airy.exr, scatter.exr, atmosphere.exr (where the plan needs them), image.exr,
 image.rgb.exr, image.png and report.json.")]
-pub struct RunCommand {
+pub(crate) struct RunCommand {
     /// The scene.
     scene: PathBuf,
     /// The folder to write to.
@@ -44,12 +44,15 @@ pub struct RunCommand {
 /// # Errors
 /// A scene that is missing, wrong or without light, an output that exists, or whatever a stage
 /// reports.
-pub fn execute(command: &RunCommand, common: &Common) -> Result<(), Failure> {
+pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failure> {
     let planned = scene_file::load(&command.scene, common)?;
     planned.check_light()?;
     let folder = &command.output;
     if folder.exists() && !folder.is_dir() {
-        let message = format!("{} is a file, expected the name of a folder", folder.display());
+        let message = format!(
+            "{} is a file, expected the name of a folder",
+            folder.display()
+        );
         return Err(Failure::Usage(message));
     }
     let manner = common.manner();
@@ -76,10 +79,13 @@ pub fn execute(command: &RunCommand, common: &Common) -> Result<(), Failure> {
 ///
 /// # Errors
 /// Whatever a stage reports.
-pub fn run_stages(planned: &Planned, folder: &Path, manner: Manner) -> Result<Vec<Done>, Failure> {
+pub(crate) fn run_stages(planned: &Planned, folder: &Path, manner: Manner) -> Result<Vec<Done>, Failure> {
     let (scene, plan) = (&planned.scene, &planned.plan);
     let inside = |name: &str| folder.join(name);
-    let drops = planned.drop_file.clone().unwrap_or_else(|| inside(stages::drops::FILE));
+    let drops = planned
+        .drop_file
+        .clone()
+        .unwrap_or_else(|| inside(stages::drops::FILE));
     let airy = inside(stages::airy::FILE);
     let table = inside(stages::scatter::FILE);
     let air = inside(stages::atmosphere::FILE);
@@ -87,12 +93,16 @@ pub fn run_stages(planned: &Planned, folder: &Path, manner: Manner) -> Result<Ve
     for stage in &plan.stages {
         let outcome = match stage.stage {
             Stage::Drops => {
-                let Some(shape) = scene.drops.shape() else { continue };
+                let Some(shape) = scene.drops.shape() else {
+                    continue;
+                };
                 stages::drops::make(&shape, niji_vdb::Compression::None, &drops, manner)
             }
             Stage::Airy => stages::airy::make(&airy, manner),
             Stage::Scatter => {
-                let Some(need) = &plan.scattering else { continue };
+                let Some(need) = &plan.scattering else {
+                    continue;
+                };
                 let wavelengths = scene.spectrum.grid();
                 let wavelengths = wavelengths.map_err(|e| Failure::Failed(e.to_string()))?;
                 stages::scatter::make(need, wavelengths, Some(&airy), &table, manner)

@@ -29,5 +29,7 @@ pub(super) fn json(planned: &Planned, done: &[Done]) -> Value {
 /// Writes the report beside the results.
 pub(super) fn write(planned: &Planned, done: &[Done], folder: &Path) -> Result<(), Failure> {
     let text = format!("{:#}\n", json(planned, done));
-    output::write_file(&folder.join(FILE), |writer| writer.write_all(text.as_bytes()))
+    output::write_file(&folder.join(FILE), |writer| {
+        writer.write_all(text.as_bytes())
+    })
 }

@@ -15,15 +15,20 @@ use crate::stages::Request;
 use crate::stages::perform;
 
 /// Name of the file in the folder of a run.
-pub const FILE: &str = "airy.exr";
+pub(crate) const FILE: &str = "airy.exr";
 
 /// Writes the table of f(z).
 ///
 /// # Errors
 /// An output that exists, or a file that cannot be written.
-pub fn make(to: &Path, manner: Manner) -> Result<Done, Failure> {
+pub(crate) fn make(to: &Path, manner: Manner) -> Result<Done, Failure> {
     let settings = "{}".to_owned();
-    let request = Request { stage: "airy", settings, inputs: Vec::new(), outputs: vec![to] };
+    let request = Request {
+        stage: "airy",
+        settings,
+        inputs: Vec::new(),
+        outputs: vec![to],
+    };
     perform(&request, manner, |provenance| {
         let file = airy_to_file(&AiryTable::compute(), provenance);
         output::write_file(to, |writer| file.write(writer))
@@ -34,7 +39,7 @@ pub fn make(to: &Path, manner: Manner) -> Result<Done, Failure> {
 ///
 /// # Errors
 /// A missing or damaged file, or one that holds something else.
-pub fn read(path: &Path) -> Result<AiryTable, Failure> {
+pub(crate) fn read(path: &Path) -> Result<AiryTable, Failure> {
     let file = TableFile::read(path).map_err(|error| Failure::bad_input(path, error))?;
     airy_from_file(&file).map_err(|error| Failure::bad_input(path, error))
 }

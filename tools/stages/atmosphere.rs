@@ -15,17 +15,21 @@ use crate::stages::Request;
 use crate::stages::perform;
 
 /// Name of the file in the folder of a run.
-pub const FILE: &str = "atmosphere.exr";
+pub(crate) const FILE: &str = "atmosphere.exr";
 
 /// The air of a scene, tabulated; `None` in a vacuum.
 ///
 /// # Errors
 /// Parameters out of their range.
-pub fn table(scene: &Scene) -> Result<Option<AtmosphereTable>, Failure> {
-    let Some(air) = &scene.air else { return Ok(None) };
+pub(crate) fn table(scene: &Scene) -> Result<Option<AtmosphereTable>, Failure> {
+    let Some(air) = &scene.air else {
+        return Ok(None);
+    };
     let usage = |error: &dyn std::fmt::Display| Failure::Usage(error.to_string());
     let wavelengths = scene.spectrum.grid().map_err(|error| usage(&error))?;
-    let model = air.model(wavelengths, scene.ground.albedo).map_err(|error| usage(&error))?;
+    let model = air
+        .model(wavelengths, scene.ground.albedo)
+        .map_err(|error| usage(&error))?;
     model.tabulate().map(Some).map_err(|error| usage(&error))
 }
 
@@ -33,11 +37,17 @@ pub fn table(scene: &Scene) -> Result<Option<AtmosphereTable>, Failure> {
 ///
 /// # Errors
 /// A scene in a vacuum, an output that exists, or a file that cannot be written.
-pub fn make(scene: &Scene, to: &Path, manner: Manner) -> Result<Done, Failure> {
+pub(crate) fn make(scene: &Scene, to: &Path, manner: Manner) -> Result<Done, Failure> {
     let settings = canonical_json(&(&scene.air, scene.ground, scene.spectrum));
-    let request = Request { stage: "atmosphere", settings, inputs: Vec::new(), outputs: vec![to] };
+    let request = Request {
+        stage: "atmosphere",
+        settings,
+        inputs: Vec::new(),
+        outputs: vec![to],
+    };
     perform(&request, manner, |provenance| {
-        let vacuum = || Failure::Usage("the scene has no section [air]: it lies in a vacuum".to_owned());
+        let vacuum =
+            || Failure::Usage("the scene has no section [air]: it lies in a vacuum".to_owned());
         let file = table(scene)?.ok_or_else(vacuum)?.to_file(provenance);
         output::write_file(to, |writer| file.write(writer))
     })
@@ -47,7 +57,7 @@ pub fn make(scene: &Scene, to: &Path, manner: Manner) -> Result<Done, Failure> {
 ///
 /// # Errors
 /// A missing or damaged file, or one that holds something else.
-pub fn read(path: &Path) -> Result<AtmosphereTable, Failure> {
+pub(crate) fn read(path: &Path) -> Result<AtmosphereTable, Failure> {
     let file = TableFile::read(path).map_err(|error| Failure::bad_input(path, error))?;
     AtmosphereTable::from_file(&file).map_err(|error| Failure::bad_input(path, error))
 }

@@ -18,23 +18,32 @@ use crate::stages::Request;
 use crate::stages::perform;
 
 /// Name of the file in the folder of a run.
-pub const FILE: &str = "drops.vdb";
+pub(crate) const FILE: &str = "drops.vdb";
 
 /// Writes the drop volume of a shape and says what is in it.
 ///
 /// # Errors
 /// A shape that cannot be, an output that exists, or a file that cannot be written.
-pub fn make(
+pub(crate) fn make(
     shape: &Shape,
     compression: Compression,
     to: &Path,
     manner: Manner,
 ) -> Result<Done, Failure> {
-    shape.validate().map_err(|error| Failure::Usage(error.to_string()))?;
+    shape
+        .validate()
+        .map_err(|error| Failure::Usage(error.to_string()))?;
     let settings = canonical_json(&(shape, compression == Compression::Zip));
-    let request = Request { stage: "drops", settings, inputs: Vec::new(), outputs: vec![to] };
+    let request = Request {
+        stage: "drops",
+        settings,
+        inputs: Vec::new(),
+        outputs: vec![to],
+    };
     perform(&request, manner, |provenance| {
-        let volume = shape.volume().map_err(|error| Failure::Impossible(error.to_string()))?;
+        let volume = shape
+            .volume()
+            .map_err(|error| Failure::Impossible(error.to_string()))?;
         let summary = volume.summary();
         let file = volume.to_vdb(&provenance.to_text_items());
         let file = file.map_err(|error| Failure::Failed(error.to_string()))?;
@@ -50,13 +59,13 @@ pub fn make(
 ///
 /// # Errors
 /// A missing or damaged file, or one that holds no drops of ours.
-pub fn read(path: &Path) -> Result<DropVolume, Failure> {
+pub(crate) fn read(path: &Path) -> Result<DropVolume, Failure> {
     let file = VdbFile::read(path).map_err(|error| bad_vdb(path, &error))?;
     DropVolume::from_vdb(&file).map_err(|error| Failure::bad_input(path, error))
 }
 
 /// A VDB file that cannot be read, with the causes in one line.
-pub fn bad_vdb(path: &Path, error: &niji_vdb::Error) -> Failure {
+pub(crate) fn bad_vdb(path: &Path, error: &niji_vdb::Error) -> Failure {
     let mut message = String::new();
     let mut cause: Option<&dyn std::error::Error> = Some(error);
     while let Some(error) = cause {
@@ -71,7 +80,7 @@ pub fn bad_vdb(path: &Path, error: &niji_vdb::Error) -> Failure {
 }
 
 /// Says on standard error how much water and how much extinction there is, and what is unnatural.
-pub fn print_summary(summary: &VolumeSummary) {
+pub(crate) fn print_summary(summary: &VolumeSummary) {
     let (r_low, r_high) = summary.effective_radius_um;
     let [tau_x, tau_y, tau_z] = summary.optical_depth_q1;
     eprintln!(

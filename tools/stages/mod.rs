@@ -4,11 +4,11 @@
 //! nothing else, so a chain by hand gives the bytes of a run, and a file whose request hash still fits
 //! is kept.
 
-pub mod airy;
-pub mod atmosphere;
-pub mod drops;
-pub mod render;
-pub mod scatter;
+pub(crate) mod airy;
+pub(crate) mod atmosphere;
+pub(crate) mod drops;
+pub(crate) mod render;
+pub(crate) mod scatter;
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -27,7 +27,7 @@ use crate::progress::Verbosity;
 
 /// How a stage is run.
 #[derive(Clone, Copy, Debug)]
-pub struct Manner {
+pub(crate) struct Manner {
     /// What to do with outputs that exist.
     pub existing: Existing,
     /// How much to say.
@@ -36,7 +36,7 @@ pub struct Manner {
 
 /// What a stage did.
 #[derive(Clone, Debug, Serialize)]
-pub struct Done {
+pub(crate) struct Done {
     /// Name of the stage.
     pub stage: &'static str,
     /// The files it stands for, the main one first.
@@ -76,12 +76,25 @@ pub(crate) fn perform(
         }
         make(provenance)?;
     }
-    let files = request.outputs.iter().map(|path| path.display().to_string()).collect();
+    let files = request
+        .outputs
+        .iter()
+        .map(|path| path.display().to_string())
+        .collect();
     let seconds = start.elapsed().as_secs_f64();
     if manner.verbosity > Verbosity::Quiet && up_to_date {
-        eprintln!("{:>11}  {} is up to date", request.stage, request.outputs[0].display());
+        eprintln!(
+            "{:>11}  {} is up to date",
+            request.stage,
+            request.outputs[0].display()
+        );
     }
-    Ok(Done { stage: request.stage, files, up_to_date, seconds })
+    Ok(Done {
+        stage: request.stage,
+        files,
+        up_to_date,
+        seconds,
+    })
 }
 
 fn provenance(request: &Request) -> Result<Provenance, Failure> {
@@ -108,10 +121,13 @@ fn fits(request: &Request, provenance: &Provenance) -> bool {
 pub(crate) fn stored_provenance(path: &Path) -> Option<Provenance> {
     if is_vdb(path) {
         let file = VdbFile::read(path).ok()?;
-        let texts = file.metadata.iter().filter_map(|(name, value)| match value {
-            niji_vdb::MetaValue::String(text) => Some((name, text.as_str())),
-            _ => None,
-        });
+        let texts = file
+            .metadata
+            .iter()
+            .filter_map(|(name, value)| match value {
+                niji_vdb::MetaValue::String(text) => Some((name, text.as_str())),
+                _ => None,
+            });
         return Provenance::from_text_items(texts);
     }
     read_provenance(path).ok().flatten()
@@ -119,5 +135,6 @@ pub(crate) fn stored_provenance(path: &Path) -> Option<Provenance> {
 
 /// Is it a VDB file by its name?
 pub(crate) fn is_vdb(path: &Path) -> bool {
-    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("vdb"))
+    path.extension()
+        .is_some_and(|extension| extension.eq_ignore_ascii_case("vdb"))
 }

@@ -43,11 +43,11 @@ use crate::stages::Request;
 use crate::stages::perform;
 
 /// Name of the spectral image in the folder of a run.
-pub const FILE: &str = "image.exr";
+pub(crate) const FILE: &str = "image.exr";
 
 /// What a picture depends on besides its input files.
 #[derive(Clone, Debug, Serialize)]
-pub struct Settings {
+pub(crate) struct Settings {
     /// The eye.
     pub camera: Camera,
     /// The light.
@@ -68,7 +68,7 @@ pub struct Settings {
 impl Settings {
     /// What the plan of a scene says.
     #[must_use]
-    pub fn of(planned: &Planned) -> Self {
+    pub(crate) fn of(planned: &Planned) -> Self {
         let (scene, plan) = (&planned.scene, &planned.plan);
         let on = Effect::ALL.into_iter().filter(|effect| plan.is_on(*effect));
         Self {
@@ -85,7 +85,7 @@ impl Settings {
 
 /// The files that a picture is made from.
 #[derive(Clone, Copy, Debug)]
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     /// The drop volume.
     pub drops: &'a Path,
     /// The scattering table, where a bow is on.
@@ -96,7 +96,7 @@ pub struct Inputs<'a> {
 
 /// The plain image and the preview beside a spectral image.
 #[must_use]
-pub fn companions(image: &Path) -> [PathBuf; 2] {
+pub(crate) fn companions(image: &Path) -> [PathBuf; 2] {
     [image.with_extension("rgb.exr"), image.with_extension("png")]
 }
 
@@ -105,7 +105,7 @@ pub fn companions(image: &Path) -> [PathBuf; 2] {
 /// # Errors
 /// Inputs that are missing, damaged or contradict each other, an output that exists, or a file that
 /// cannot be written.
-pub fn make(
+pub(crate) fn make(
     settings: &Settings,
     inputs: Inputs,
     to: &Path,
@@ -117,7 +117,12 @@ pub fn make(
     let [plain, preview] = companions(to);
     let outputs = vec![to, &plain, &preview];
     let text = canonical_json(settings);
-    let request = Request { stage: "render", settings: text, inputs: files, outputs };
+    let request = Request {
+        stage: "render",
+        settings: text,
+        inputs: files,
+        outputs,
+    };
     perform(&request, manner, |provenance| {
         let image = picture(settings, inputs, provenance, manner.verbosity)?;
         let exposure_ev = settings.picture.exposure_ev;
@@ -178,16 +183,21 @@ fn picture(
 }
 
 /// Luminance of a white card that faces the sun above the air.
-pub fn white_luminance_cd_m2(wavelengths: &WavelengthGrid) -> f64 {
-    let radiance: Vec<f64> =
-        solar_irradiance(wavelengths).iter().map(|value| value / std::f64::consts::PI).collect();
+pub(crate) fn white_luminance_cd_m2(wavelengths: &WavelengthGrid) -> f64 {
+    let radiance: Vec<f64> = solar_irradiance(wavelengths)
+        .iter()
+        .map(|value| value / std::f64::consts::PI)
+        .collect();
     Colorimetry::new(wavelengths).xyz(&radiance)[1]
 }
 
 fn lit_drops(settings: &Settings, path: &Path) -> Result<LitDrops, Failure> {
     let volume = stages::drops::read(path)?;
     let interpolation: Interpolation = settings.levels.interpolation;
-    let bricks = volume.modes.iter().map(|mode| Bricks::build(mode, interpolation));
+    let bricks = volume
+        .modes
+        .iter()
+        .map(|mode| Bricks::build(mode, interpolation));
     let bricks = bricks.collect::<Result<Vec<_>, _>>();
     let bricks = bricks.map_err(|error| Failure::bad_input(path, error))?;
     let sun_path = if settings.render_effects.drop_shadow.is_on() {
@@ -202,8 +212,16 @@ fn lit_drops(settings: &Settings, path: &Path) -> Result<LitDrops, Failure> {
 fn aovs(rendered: &Rendered) -> Vec<Aov> {
     let xyz = |name: &str, values: &Array3<f32>| {
         let planes = values.axis_iter(Axis(0)).map(|plane| plane.to_owned());
-        let channels = ["X", "Y", "Z"].into_iter().map(str::to_owned).zip(planes).collect();
-        Aov { name: name.to_owned(), unit: "cd/m^2".to_owned(), channels }
+        let channels = ["X", "Y", "Z"]
+            .into_iter()
+            .map(str::to_owned)
+            .zip(planes)
+            .collect();
+        Aov {
+            name: name.to_owned(),
+            unit: "cd/m^2".to_owned(),
+            channels,
+        }
     };
     let plane = |name: &str, [channel, unit]: [&str; 2], values: &Array2<f32>| Aov {
         name: name.to_owned(),

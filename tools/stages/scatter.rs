@@ -21,7 +21,7 @@ use crate::stages::Request;
 use crate::stages::perform;
 
 /// Name of the file in the folder of a run.
-pub const FILE: &str = "scatter.exr";
+pub(crate) const FILE: &str = "scatter.exr";
 /// Steps of the progress bar.
 const N_PROGRESS_STEPS: f64 = 1000.0;
 
@@ -30,7 +30,7 @@ const N_PROGRESS_STEPS: f64 = 1000.0;
 /// # Errors
 /// A need that cannot be met, an input that is missing or damaged, an output that exists, or a file
 /// that cannot be written.
-pub fn make(
+pub(crate) fn make(
     need: &ScatteringNeed,
     wavelengths: WavelengthGrid,
     airy: Option<&Path>,
@@ -39,9 +39,18 @@ pub fn make(
 ) -> Result<Done, Failure> {
     let airy = airy.filter(|_| need.theory.uses_airy_table());
     let inputs = airy.map(|path| ("airy", path)).into_iter().collect();
-    let spectrum = (wavelengths.first_nm(), wavelengths.step_nm(), wavelengths.len());
+    let spectrum = (
+        wavelengths.first_nm(),
+        wavelengths.step_nm(),
+        wavelengths.len(),
+    );
     let settings = canonical_json(&(need, spectrum));
-    let request = Request { stage: "scatter", settings, inputs, outputs: vec![to] };
+    let request = Request {
+        stage: "scatter",
+        settings,
+        inputs,
+        outputs: vec![to],
+    };
     perform(&request, manner, |provenance| {
         let airy_table = airy.map(stages::airy::read).transpose()?;
         let bar = progress::bar("scatter", N_PROGRESS_STEPS as u64, manner.verbosity);
@@ -63,7 +72,7 @@ pub fn make(
 ///
 /// # Errors
 /// A missing or damaged file, or one that holds something else.
-pub fn read(path: &Path) -> Result<ScatteringTable, Failure> {
+pub(crate) fn read(path: &Path) -> Result<ScatteringTable, Failure> {
     let file = TableFile::read(path).map_err(|error| Failure::bad_input(path, error))?;
     ScatteringTable::from_file(&file).map_err(|error| Failure::bad_input(path, error))
 }

@@ -149,10 +149,11 @@ impl AiryBow {
             bow.strength = [0.0; 2];
         } else {
             let mean = spread * fringe_mean(beyond_rad, self.ray.wavefront_h);
-            for j in 0..2 {
-                let own = mean * self.ray.amplitudes[j] * self.ray.amplitudes[j];
+            let parts = bow.strength.iter_mut().zip(rays).zip(self.ray.amplitudes);
+            for ((strength, rays), amplitude) in parts {
+                let own = mean * amplitude * amplitude;
                 if own > 0.0 {
-                    bow.strength[j] *= (1.0 - rays_weight) * (rays[j] / own).powf(mean_weight);
+                    *strength *= (1.0 - rays_weight) * (rays / own).powf(mean_weight);
                 }
             }
         }

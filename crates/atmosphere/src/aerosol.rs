@@ -114,11 +114,17 @@ impl Aerosol {
         let aerosol_m1 = VISIBLE_CONTRAST / visibility_m - rayleigh_m1;
         if aerosol_m1 <= 0.0 {
             let clean_air_m = VISIBLE_CONTRAST / rayleigh_m1;
-            return Err(Error::TooClear { visibility_m, clean_air_m });
+            return Err(Error::TooClear {
+                visibility_m,
+                clean_air_m,
+            });
         }
         let depth = aerosol_m1 * self.scale_height_m;
         let wavelength_um = Micrometers::from(VISIBILITY_WAVELENGTH).0;
-        Ok(Self { optical_depth_at_1_um: depth * wavelength_um.powf(self.angstrom_exponent), ..self })
+        Ok(Self {
+            optical_depth_at_1_um: depth * wavelength_um.powf(self.angstrom_exponent),
+            ..self
+        })
     }
 
     /// The aerosol on a grid of wavelengths, evaluated at the centers of the bins.
@@ -128,8 +134,16 @@ impl Aerosol {
     pub fn constituent(&self, wavelengths: &WavelengthGrid) -> Result<Constituent, Error> {
         let scale_height_m = positive("scale height of the aerosol", self.scale_height_m, "m")?;
         let exponent = within("Angstrom exponent", self.angstrom_exponent, [-1.0, 4.0])?;
-        let albedo = within("single-scattering albedo", self.single_scattering_albedo, [0.0, 1.0])?;
-        let depth = within("aerosol optical depth", self.optical_depth_at_1_um, [0.0, 1e6])?;
+        let albedo = within(
+            "single-scattering albedo",
+            self.single_scattering_albedo,
+            [0.0, 1.0],
+        )?;
+        let depth = within(
+            "aerosol optical depth",
+            self.optical_depth_at_1_um,
+            [0.0, 1e6],
+        )?;
         let extinction = |wavelength: Nanometers| {
             depth * Micrometers::from(wavelength).0.powf(-exponent) / scale_height_m
         };
@@ -146,7 +160,10 @@ impl Aerosol {
         Ok(Constituent {
             name: "aerosol".to_owned(),
             profile: DensityProfile::Exponential { scale_height_m },
-            scattering_m1: extinction_m1.iter().map(|extinction| albedo * extinction).collect(),
+            scattering_m1: extinction_m1
+                .iter()
+                .map(|extinction| albedo * extinction)
+                .collect(),
             extinction_m1,
             phase,
         })
@@ -161,7 +178,11 @@ mod tests {
     fn the_clear_preset_has_the_published_optical_depths() {
         let grid = WavelengthGrid::new(450.0, 100.0, 3).unwrap();
         let found = AerosolKind::Clear.aerosol().constituent(&grid).unwrap();
-        for (found, depth) in found.vertical_optical_depth().iter().zip([0.0758, 0.0645, 0.0565]) {
+        for (found, depth) in found
+            .vertical_optical_depth()
+            .iter()
+            .zip([0.0758, 0.0645, 0.0565])
+        {
             assert!((found - depth).abs() < 1e-4, "{found}");
         }
     }
@@ -179,7 +200,11 @@ mod tests {
 
     #[test]
     fn the_presets_for_haze_have_a_visibility_of_23_km() {
-        for kind in [AerosolKind::Rural, AerosolKind::Maritime, AerosolKind::Urban] {
+        for kind in [
+            AerosolKind::Rural,
+            AerosolKind::Maritime,
+            AerosolKind::Urban,
+        ] {
             let usual = kind.aerosol();
             let exact = usual.with_visibility_m(23e3).unwrap();
             let ratio = usual.optical_depth_at_1_um / exact.optical_depth_at_1_um;
@@ -191,6 +216,11 @@ mod tests {
     fn clearer_than_clean_air_is_refused() {
         let error = AerosolKind::Rural.aerosol().with_visibility_m(400e3);
         assert!(matches!(error, Err(Error::TooClear { .. })), "{error:?}");
-        assert!(AerosolKind::Rural.aerosol().with_visibility_m(f64::NAN).is_err());
+        assert!(
+            AerosolKind::Rural
+                .aerosol()
+                .with_visibility_m(f64::NAN)
+                .is_err()
+        );
     }
 }

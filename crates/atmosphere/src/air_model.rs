@@ -58,8 +58,9 @@ pub struct AirModel {
 
 impl AirComponent {
     /// Air molecules as measured, at standard pressure.
-    pub const STANDARD_RAYLEIGH: Self =
-        Self::RayleighBodhaine { pressure_pa: STANDARD_PRESSURE_PA };
+    pub const STANDARD_RAYLEIGH: Self = Self::RayleighBodhaine {
+        pressure_pa: STANDARD_PRESSURE_PA,
+    };
 
     /// The component on a grid of wavelengths.
     ///
@@ -94,7 +95,10 @@ impl AirModel {
             let constituent = component.constituent(&self.wavelengths)?;
             self.check(&constituent)?;
             let table = constituent.tabulate(planet_radius_m, top_height_m)?;
-            if constituents.iter().any(|other: &niji_exchange::AirConstituent| other.name == table.name) {
+            if constituents
+                .iter()
+                .any(|other: &niji_exchange::AirConstituent| other.name == table.name)
+            {
                 return Err(Error::DuplicateName { name: table.name });
             }
             constituents.push(table);
@@ -104,7 +108,10 @@ impl AirModel {
             planet_radius_m,
             top_height_m,
             wavelengths: self.wavelengths,
-            sun_irradiance: sun.into_iter().map(|irradiance| sun_scale * irradiance).collect(),
+            sun_irradiance: sun
+                .into_iter()
+                .map(|irradiance| sun_scale * irradiance)
+                .collect(),
             ground_albedo: vec![albedo; self.wavelengths.len()],
             constituents,
         })
@@ -115,13 +122,24 @@ impl AirModel {
         let n_wavelengths = self.wavelengths.len() as f64;
         for spectrum in [&constituent.extinction_m1, &constituent.scattering_m1] {
             let found = spectrum.len() as f64;
-            within("number of values of a spectrum", found, [n_wavelengths, n_wavelengths])?;
+            within(
+                "number of values of a spectrum",
+                found,
+                [n_wavelengths, n_wavelengths],
+            )?;
         }
-        let pairs = constituent.extinction_m1.iter().zip(&constituent.scattering_m1);
+        let pairs = constituent
+            .extinction_m1
+            .iter()
+            .zip(&constituent.scattering_m1);
         for (&extinction_m1, &scattering_m1) in pairs {
             within("extinction in 1/m", extinction_m1, [0.0, f64::MAX])?;
             // Rounding may put scattering a digit above.
-            within("scattering in 1/m", scattering_m1, [0.0, extinction_m1 * (1.0 + 1e-12)])?;
+            within(
+                "scattering in 1/m",
+                scattering_m1,
+                [0.0, extinction_m1 * (1.0 + 1e-12)],
+            )?;
         }
         Ok(())
     }

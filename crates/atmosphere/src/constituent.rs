@@ -1,7 +1,7 @@
 //! One constituent of the air: a density profile, two spectra and a phase function.
 
-use niji_exchange::AirConstituent;
 use ndarray::Array2;
+use niji_exchange::AirConstituent;
 use niji_radiometry::Radians;
 
 use crate::density_profile::DensityProfile;
@@ -33,7 +33,10 @@ impl Constituent {
     /// Optical depth from sea level straight up by wavelength, without an upper end.
     pub fn vertical_optical_depth(&self) -> Vec<f64> {
         let length_m = self.profile.vertical_length_m();
-        self.extinction_m1.iter().map(|extinction_m1| extinction_m1 * length_m).collect()
+        self.extinction_m1
+            .iter()
+            .map(|extinction_m1| extinction_m1 * length_m)
+            .collect()
     }
 
     /// Tabulates profile, columns and phase function for a planet and a top of the air.
@@ -46,8 +49,9 @@ impl Constituent {
         let nodes = self.profile.nodes(top_height_m)?;
         let n_wavelengths = self.extinction_m1.len();
         let last = (N_ANGLES - 1) as f64;
-        let phase_angle_rad: Vec<f64> =
-            (0..N_ANGLES).map(|i| std::f64::consts::PI * (i as f64 / last)).collect();
+        let phase_angle_rad: Vec<f64> = (0..N_ANGLES)
+            .map(|i| std::f64::consts::PI * (i as f64 / last))
+            .collect();
         let phase_sr1 = Array2::from_shape_fn((n_wavelengths, N_ANGLES), |(wavelength, angle)| {
             self.phase.at(wavelength, Radians(phase_angle_rad[angle]))
         });

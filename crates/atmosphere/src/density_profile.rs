@@ -5,6 +5,8 @@
 //! tabulated    nodes, with either law between them
 //! Densities are relative: 1 is where the coefficients of the constituent hold.
 
+use std::cmp::Ordering;
+
 use niji_exchange::DensityLaw;
 
 use crate::error::Error;
@@ -54,7 +56,9 @@ impl DensityProfile {
     pub fn vertical_length_m(&self) -> f64 {
         match self {
             Self::Exponential { scale_height_m } => *scale_height_m,
-            Self::Tent { bottom_m, top_m, .. } => 0.5 * (top_m - bottom_m),
+            Self::Tent {
+                bottom_m, top_m, ..
+            } => 0.5 * (top_m - bottom_m),
             Self::Tabulated { law, nodes } => {
                 nodes.windows(2).map(|pair| layer_m(*law, pair)).sum()
             }
@@ -74,7 +78,11 @@ impl DensityProfile {
                     density: vec![density(BOTTOM_M), 1.0, density(end_m)],
                 }
             }
-            Self::Tent { bottom_m, peak_m, top_m: end_m } => Nodes {
+            Self::Tent {
+                bottom_m,
+                peak_m,
+                top_m: end_m,
+            } => Nodes {
                 law: DensityLaw::Linear,
                 height_m: vec![*bottom_m, *peak_m, *end_m],
                 density: vec![0.0, 1.0, 0.0],
@@ -94,22 +102,32 @@ impl Nodes {
     fn check(&self, top_m: f64) -> Result<(), Error> {
         let bad = |problem: String| Err(Error::Profile { problem });
         if self.height_m.len() < 2 {
-            return bad(format!("{} nodes found, expected at least 2", self.height_m.len()));
+            return bad(format!(
+                "{} nodes found, expected at least 2",
+                self.height_m.len()
+            ));
         }
         // Also where a height is NaN.
-        if let Some(pair) = self.height_m.windows(2).find(|pair| pair[1].is_nan() || pair[0].is_nan() || pair[1] <= pair[0]) {
-            return bad(format!("height {} m found after {} m, expected rising", pair[1], pair[0]));
+        let falls = |pair: &&[f64]| pair[1].partial_cmp(&pair[0]) != Some(Ordering::Greater);
+        if let Some([low_m, high_m]) = self.height_m.windows(2).find(falls) {
+            return bad(format!(
+                "height {high_m} m found after {low_m} m, expected rising"
+            ));
         }
         let last_m = self.height_m[self.height_m.len() - 1];
         if last_m > top_m {
-            return bad(format!("it ends at {last_m} m, expected below the top of the air, {top_m} m"));
+            return bad(format!(
+                "it ends at {last_m} m, expected below the top of the air, {top_m} m"
+            ));
         }
         let is_bad = |density: f64| match self.law {
             DensityLaw::Exponential => !(density > 0.0 && density.is_finite()),
             DensityLaw::Linear => !(density >= 0.0 && density.is_finite()),
         };
         match self.density.iter().find(|&&density| is_bad(density)) {
-            Some(density) => bad(format!("density {density} found, expected a positive number")),
+            Some(density) => bad(format!(
+                "density {density} found, expected a positive number"
+            )),
             None => Ok(()),
         }
     }
@@ -124,7 +142,11 @@ fn layer_m(law: DensityLaw, pair: &[[f64; 2]]) -> f64 {
         DensityLaw::Exponential => {
             let log_ratio = (low / high).ln();
             // (1 - e^-x)/x without cancellation for nearly constant density.
-            let mean = if log_ratio.abs() < 1e-8 { 1.0 } else { -(-log_ratio).exp_m1() / log_ratio };
+            let mean = if log_ratio.abs() < 1e-8 {
+                1.0
+            } else {
+                -(-log_ratio).exp_m1() / log_ratio
+            };
             low * mean * thickness_m
         }
     }
@@ -136,28 +158,47 @@ mod tests {
 
     #[test]
     fn a_tabulated_exponential_has_the_length_of_its_scale_height() {
-        let nodes = (0..=40).map(|i| 5e3 * f64::from(i)).map(|h| [h, (-h / 8e3).exp()]).collect();
-        let profile = DensityProfile::Tabulated { law: DensityLaw::Exponential, nodes };
+        let nodes = (0..=40)
+            .map(|i| 5e3 * f64::from(i))
+            .map(|h| [h, (-h / 8e3).exp()])
+            .collect();
+        let profile = DensityProfile::Tabulated {
+            law: DensityLaw::Exponential,
+            nodes,
+        };
         assert!((profile.vertical_length_m() / 8e3 - 1.0).abs() < 1e-10);
     }
 
     #[test]
     fn constant_layers_are_no_division_of_0_by_0() {
         let nodes = vec![[0.0, 1.0], [1e3, 1.0]];
-        let profile = DensityProfile::Tabulated { law: DensityLaw::Exponential, nodes };
+        let profile = DensityProfile::Tabulated {
+            law: DensityLaw::Exponential,
+            nodes,
+        };
         assert!((profile.vertical_length_m() - 1e3).abs() < 1e-9);
     }
 
     #[test]
     fn profiles_that_no_air_can_have_are_refused() {
         let nodes_of = |nodes: Vec<[f64; 2]>| {
-            DensityProfile::Tabulated { law: DensityLaw::Exponential, nodes }.nodes(1e5)
+            DensityProfile::Tabulated {
+                law: DensityLaw::Exponential,
+                nodes,
+            }
+            .nodes(1e5)
         };
         assert!(nodes_of(vec![[0.0, 1.0]]).is_err());
         assert!(nodes_of(vec![[0.0, 1.0], [0.0, 0.5]]).is_err());
         assert!(nodes_of(vec![[0.0, 1.0], [1e3, 0.0]]).is_err());
         assert!(nodes_of(vec![[0.0, 1.0], [f64::NAN, 0.5]]).is_err());
         assert!(nodes_of(vec![[0.0, 1.0], [2e5, 0.5]]).is_err());
-        assert!(DensityProfile::Exponential { scale_height_m: 0.0 }.nodes(1e5).is_err());
+        assert!(
+            DensityProfile::Exponential {
+                scale_height_m: 0.0
+            }
+            .nodes(1e5)
+            .is_err()
+        );
     }
 }

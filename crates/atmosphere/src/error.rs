@@ -68,5 +68,10 @@ pub(crate) fn within(
     if value >= least && value <= most {
         return Ok(value);
     }
-    Err(Error::OutOfRange { what, value, least, most })
+    Err(Error::OutOfRange {
+        what,
+        value,
+        least,
+        most,
+    })
 }

@@ -55,7 +55,9 @@ pub fn evaluate_rays(
 
 /// Optical depth of a view ray by wavelength, up to the ground if it ends there.
 pub fn view_optical_depths(air: &AtmosphereTable, ray: &ViewRay) -> Vec<f64> {
-    let planet = Planet { radius_m: air.planet_radius_m };
+    let planet = Planet {
+        radius_m: air.planet_radius_m,
+    };
     let mut depths = vec![0.0; air.wavelengths.len()];
     let Some([_, end_m]) = ray.in_air(planet, air.top_height_m) else {
         return depths;

@@ -37,7 +37,11 @@ impl Rule {
                 running.push(0.5 * weights[j] * (1.0 + t[i] + terms.sum::<f64>()));
             }
         }
-        Self { nodes: t.iter().map(|t| 0.5 * (1.0 + t)).collect(), weights, running }
+        Self {
+            nodes: t.iter().map(|t| 0.5 * (1.0 + t)).collect(),
+            weights,
+            running,
+        }
     }
 
     pub(crate) fn len(&self) -> usize {
@@ -52,18 +56,27 @@ impl Rule {
     /// Integral of `f` from `from` to `to`.
     pub(crate) fn integrate(&self, from: f64, to: f64, f: impl Fn(f64) -> f64) -> f64 {
         let width = to - from;
-        self.pairs().map(|(x, weight)| width * weight * f(from + width * x)).sum()
+        self.pairs()
+            .map(|(x, weight)| width * weight * f(from + width * x))
+            .sum()
     }
 
     /// Integral over 0..1 of samples at the nodes.
     pub(crate) fn total(&self, samples: &[f64]) -> f64 {
-        self.weights.iter().zip(samples).map(|(weight, sample)| weight * sample).sum()
+        self.weights
+            .iter()
+            .zip(samples)
+            .map(|(weight, sample)| weight * sample)
+            .sum()
     }
 
     /// Integral from 0 to node `i` of samples at the nodes.
     pub(crate) fn running(&self, i: usize, samples: &[f64]) -> f64 {
         let row = &self.running[i * self.len()..(i + 1) * self.len()];
-        row.iter().zip(samples).map(|(weight, sample)| weight * sample).sum()
+        row.iter()
+            .zip(samples)
+            .map(|(weight, sample)| weight * sample)
+            .sum()
     }
 }
 

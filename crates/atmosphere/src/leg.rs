@@ -40,7 +40,11 @@ impl Leg {
     /// Distance along the ray at u.
     pub(crate) fn distance_m(self, u: f64) -> f64 {
         let from_low_m = self.length_m() * u * u;
-        if self.rises { self.near_m + from_low_m } else { self.far_m - from_low_m }
+        if self.rises {
+            self.near_m + from_low_m
+        } else {
+            self.far_m - from_low_m
+        }
     }
 
     /// Length of ray per u.
@@ -50,7 +54,12 @@ impl Leg {
 }
 
 /// Cuts `from_m..to_m` of a ray at its perigee and at the distances `breaks_m`.
-pub(crate) fn legs(planet: Planet, start: RayPoint, [from_m, to_m]: [f64; 2], breaks_m: &[f64]) -> Vec<Leg> {
+pub(crate) fn legs(
+    planet: Planet,
+    start: RayPoint,
+    [from_m, to_m]: [f64; 2],
+    breaks_m: &[f64],
+) -> Vec<Leg> {
     let perigee_m = -(planet.radius_m + start.height_m) * start.mu;
     let mut cuts_m: Vec<f64> = breaks_m.iter().copied().chain([perigee_m]).collect();
     cuts_m.retain(|&cut_m| cut_m > from_m && cut_m < to_m);
@@ -59,7 +68,11 @@ pub(crate) fn legs(planet: Planet, start: RayPoint, [from_m, to_m]: [f64; 2], br
     let mut legs = Vec::with_capacity(cuts_m.len() + 1);
     for far_m in cuts_m.into_iter().chain([to_m]) {
         if far_m > near_m {
-            legs.push(Leg { near_m, far_m, rises: near_m >= perigee_m });
+            legs.push(Leg {
+                near_m,
+                far_m,
+                rises: near_m >= perigee_m,
+            });
             near_m = far_m;
         }
     }
@@ -69,5 +82,9 @@ pub(crate) fn legs(planet: Planet, start: RayPoint, [from_m, to_m]: [f64; 2], br
 /// Distances at which a ray crosses the given heights, both ways.
 pub(crate) fn crossings(planet: Planet, start: RayPoint, heights_m: &[f64]) -> Vec<f64> {
     let chord = |&height_m: &f64| planet.shell_chord(start.height_m, start.mu, height_m);
-    heights_m.iter().filter_map(chord).flat_map(|(enter_m, leave_m)| [enter_m, leave_m]).collect()
+    heights_m
+        .iter()
+        .filter_map(chord)
+        .flat_map(|(enter_m, leave_m)| [enter_m, leave_m])
+        .collect()
 }

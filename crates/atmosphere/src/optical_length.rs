@@ -48,12 +48,17 @@ pub fn optical_length_m(
     method: OpticalLength,
     [height_m, cos_zenith]: [f64; 2],
 ) -> f64 {
-    let planet = Planet { radius_m: air.planet_radius_m };
+    let planet = Planet {
+        radius_m: air.planet_radius_m,
+    };
     if planet.hits_ground(height_m, cos_zenith) {
         return f64::INFINITY;
     }
     let constituent = &air.constituents[constituent_index];
-    let start = RayPoint { height_m, mu: cos_zenith };
+    let start = RayPoint {
+        height_m,
+        mu: cos_zenith,
+    };
     match method {
         OpticalLength::Midpoint { n_steps } => {
             length_by_midpoints(constituent, planet, n_steps, start)
@@ -114,7 +119,10 @@ pub(crate) fn length_by_rule(
             leg.stretch_m(u) * air.density_at(height_m)
         })
     };
-    legs(planet, start, ends_m, &breaks_m).into_iter().map(leg_length).sum()
+    legs(planet, start, ends_m, &breaks_m)
+        .into_iter()
+        .map(leg_length)
+        .sum()
 }
 
 /// Chapman's function; downwards by way of the perigee.
@@ -137,7 +145,8 @@ pub(crate) fn scale_height_m(air: &AirConstituent) -> Option<f64> {
         DensityLaw::Exponential => {}
     }
     let last = air.height_m.len() - 1;
-    let scale_m = (air.height_m[last] - air.height_m[0]) / (air.density[0] / air.density[last]).ln();
+    let scale_m =
+        (air.height_m[last] - air.height_m[0]) / (air.density[0] / air.density[last]).ln();
     let first = (air.height_m[0], air.density[0]);
     let fits = |(&height_m, &density): (&f64, &f64)| {
         let expected = first.1 * ((first.0 - height_m) / scale_m).exp();

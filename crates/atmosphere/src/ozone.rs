@@ -36,9 +36,17 @@ static ABSORPTION: LazyLock<TabulatedSpectrum> = LazyLock::new(|| {
 /// # Errors
 /// If the column is negative or above 10000 Dobson units.
 pub fn ozone(wavelengths: &WavelengthGrid, column_dobson: f64) -> Result<Constituent, Error> {
-    let column_dobson = within("ozone column in Dobson units", column_dobson, [0.0, MOST_DOBSON])?;
+    let column_dobson = within(
+        "ozone column in Dobson units",
+        column_dobson,
+        [0.0, MOST_DOBSON],
+    )?;
     let [bottom_m, peak_m, top_m] = LAYER_M;
-    let profile = DensityProfile::Tent { bottom_m, peak_m, top_m };
+    let profile = DensityProfile::Tent {
+        bottom_m,
+        peak_m,
+        top_m,
+    };
     let column_over_length = column_dobson / DOBSON_PER_ATM_CM / profile.vertical_length_m();
     let extinction = |index: usize| {
         let (lo, hi) = wavelengths.edges(index);

@@ -65,8 +65,12 @@ mod tests {
     fn all() -> Vec<PhaseFunction> {
         vec![
             PhaseFunction::Isotropic,
-            PhaseFunction::Rayleigh { king_factor: vec![1.0] },
-            PhaseFunction::Rayleigh { king_factor: vec![1.05] },
+            PhaseFunction::Rayleigh {
+                king_factor: vec![1.0],
+            },
+            PhaseFunction::Rayleigh {
+                king_factor: vec![1.05],
+            },
             PhaseFunction::HenyeyGreenstein { asymmetry: 0.7 },
             PhaseFunction::HenyeyGreenstein { asymmetry: -0.5 },
             PhaseFunction::CornetteShanks { parameter: 0.76 },
@@ -75,9 +79,8 @@ mod tests {
     }
 
     fn mean(phase: &PhaseFunction, weight: impl Fn(f64) -> f64) -> f64 {
-        let integrand = |theta: f64| {
-            2.0 * PI * theta.sin() * weight(theta.cos()) * phase.at(0, Radians(theta))
-        };
+        let integrand =
+            |theta: f64| 2.0 * PI * theta.sin() * weight(theta.cos()) * phase.at(0, Radians(theta));
         Rule::new(200).integrate(0.0, PI, integrand)
     }
 
@@ -99,7 +102,9 @@ mod tests {
     fn cornette_shanks_without_asymmetry_is_rayleighs() {
         let (cs, rayleigh) = (
             PhaseFunction::CornetteShanks { parameter: 0.0 },
-            PhaseFunction::Rayleigh { king_factor: vec![1.0] },
+            PhaseFunction::Rayleigh {
+                king_factor: vec![1.0],
+            },
         );
         for theta in [0.0, 0.5, 1.6, PI] {
             let theta = Radians(theta);

@@ -56,8 +56,7 @@ pub fn rayleigh_bodhaine_m1(wavelength: Nanometers) -> f64 {
     // n^2 - 1 = (n - 1)(n + 1), without the cancellation.
     let n2_minus_1 = refractivity * (2.0 + refractivity);
     let ratio = n2_minus_1 / (n2_minus_1 + 3.0);
-    24.0 * PI.powi(3) * ratio.powi(2) * king_factor(wavelength)
-        / (lambda_m.powi(4) * MOLECULES_M3)
+    24.0 * PI.powi(3) * ratio.powi(2) * king_factor(wavelength) / (lambda_m.powi(4) * MOLECULES_M3)
 }
 
 /// Height of a column of air of sea level density above standard pressure, m.
@@ -74,7 +73,9 @@ pub fn rayleigh_bodhaine(wavelengths: &WavelengthGrid, pressure_pa: f64) -> Cons
     let scattering_m1: Vec<f64> = wavelengths.centers().map(scattering).collect();
     Constituent {
         name: "rayleigh".to_owned(),
-        profile: DensityProfile::Exponential { scale_height_m: equivalent_height_m() },
+        profile: DensityProfile::Exponential {
+            scale_height_m: equivalent_height_m(),
+        },
         extinction_m1: scattering_m1.clone(),
         scattering_m1,
         phase: PhaseFunction::Rayleigh {
@@ -119,14 +120,23 @@ mod tests {
             (700.0, 0.03642),
         ];
         for (nm, depth) in published {
-            assert!((optical_depth(nm) / depth - 1.0).abs() < 2e-4, "{nm}: {}", optical_depth(nm));
+            assert!(
+                (optical_depth(nm) / depth - 1.0).abs() < 2e-4,
+                "{nm}: {}",
+                optical_depth(nm)
+            );
         }
     }
 
     #[test]
     fn king_factors_agree_with_published_values() {
-        let published =
-            [(400.0, 1.0513), (500.0, 1.0493), (550.0, 1.0488), (600.0, 1.0484), (700.0, 1.0479)];
+        let published = [
+            (400.0, 1.0513),
+            (500.0, 1.0493),
+            (550.0, 1.0488),
+            (600.0, 1.0484),
+            (700.0, 1.0479),
+        ];
         for (nm, factor) in published {
             let found = king_factor(Nanometers(nm));
             assert!((found - factor).abs() < 6e-5, "{nm} nm: {found}");
@@ -135,7 +145,11 @@ mod tests {
 
     #[test]
     fn the_equivalent_height_is_that_of_the_published_column() {
-        assert!((equivalent_height_m() - 8449.65).abs() < 0.1, "{}", equivalent_height_m());
+        assert!(
+            (equivalent_height_m() - 8449.65).abs() < 0.1,
+            "{}",
+            equivalent_height_m()
+        );
     }
 
     #[test]

@@ -36,9 +36,13 @@ pub fn rayleigh_nishita(wavelengths: &WavelengthGrid) -> Constituent {
     let scattering_m1: Vec<f64> = wavelengths.centers().map(rayleigh_nishita_m1).collect();
     Constituent {
         name: "rayleigh".to_owned(),
-        profile: DensityProfile::Exponential { scale_height_m: SCALE_HEIGHT_M },
+        profile: DensityProfile::Exponential {
+            scale_height_m: SCALE_HEIGHT_M,
+        },
         extinction_m1: scattering_m1.clone(),
-        phase: PhaseFunction::Rayleigh { king_factor: vec![1.0; scattering_m1.len()] },
+        phase: PhaseFunction::Rayleigh {
+            king_factor: vec![1.0; scattering_m1.len()],
+        },
         scattering_m1,
     }
 }
@@ -50,7 +54,11 @@ mod tests {
     #[test]
     fn coefficients_are_those_of_the_formula_in_print() {
         // 4 pi 9.3100814e-32 m^3/lambda^4, eight digits from mpmath.
-        for (nm, m1) in [(450.0, 2.853076e-5), (550.0, 1.278535e-5), (650.0, 6.554053e-6)] {
+        for (nm, m1) in [
+            (450.0, 2.853076e-5),
+            (550.0, 1.278535e-5),
+            (650.0, 6.554053e-6),
+        ] {
             let found = rayleigh_nishita_m1(Nanometers(nm));
             assert!((found / m1 - 1.0).abs() < 2e-7, "{nm} nm: {found}");
         }

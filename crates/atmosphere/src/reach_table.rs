@@ -33,8 +33,12 @@ pub(crate) fn fill_reaches(air: &mut AirConstituent, planet_radius_m: f64) {
     }
     let (bottom_m, top_m) = (air.height_m[0], air.height_m[air.height_m.len() - 1]);
     let heights_m = heights(bottom_m, top_m);
-    let cosines: Vec<f64> = (0..N_MU).map(|j| (j as f64 / (N_MU - 1) as f64).powi(2)).collect();
-    let planet = Planet { radius_m: planet_radius_m };
+    let cosines: Vec<f64> = (0..N_MU)
+        .map(|j| (j as f64 / (N_MU - 1) as f64).powi(2))
+        .collect();
+    let planet = Planet {
+        radius_m: planet_radius_m,
+    };
     let rule = Rule::new(N_NODES);
     let profile = &*air;
     let row = |i: usize| -> Vec<f64> {

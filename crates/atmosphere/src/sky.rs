@@ -18,14 +18,22 @@ use crate::view_ray::ViewRay;
 impl SingleScattering<'_> {
     /// Radiance that arrives along a ray of any length from air and ground, W m^-2 sr^-1 nm^-1.
     pub fn sky_radiance(&self, ray: &ViewRay) -> Vec<f64> {
-        let ray = ViewRay { length_m: f64::INFINITY, ..*ray };
+        let ray = ViewRay {
+            length_m: f64::INFINITY,
+            ..*ray
+        };
         let mut light = self.solve(&ray);
         let air = self.air();
-        let planet = Planet { radius_m: air.planet_radius_m };
+        let planet = Planet {
+            radius_m: air.planet_radius_m,
+        };
         let Some(ground_m) = planet.distance_to_ground(ray.height_m, ray.cos_zenith) else {
             return light.radiance;
         };
-        let start = RayPoint { height_m: ray.height_m, mu: ray.cos_zenith };
+        let start = RayPoint {
+            height_m: ray.height_m,
+            mu: ray.cos_zenith,
+        };
         let height_m = start.advanced(planet, ground_m).height_m;
         let [_, mu_s] = ray.sun_at(planet, ground_m);
         if mu_s > 0.0 {

@@ -19,14 +19,20 @@ pub fn sun_transmittance(
     cos_sun_zenith: f64,
     disc_radius: Radians,
 ) -> Vec<f64> {
-    let planet = Planet { radius_m: air.planet_radius_m };
+    let planet = Planet {
+        radius_m: air.planet_radius_m,
+    };
     let elevation = elevation_above_horizon(planet, height_m, cos_sun_zenith);
     let n_wavelengths = air.wavelengths.len();
     let mut transmittance = vec![0.0; n_wavelengths];
     let center_rad = cos_sun_zenith.clamp(-1.0, 1.0).asin();
     for (offset_rad, share) in visible_strips(elevation, disc_radius) {
         // A point keeps the cosine as given: asin and sin would round a sun at the very horizon.
-        let mu = if disc_radius.0 > 0.0 { (center_rad + offset_rad).sin() } else { cos_sun_zenith };
+        let mu = if disc_radius.0 > 0.0 {
+            (center_rad + offset_rad).sin()
+        } else {
+            cos_sun_zenith
+        };
         for (index, transmittance) in transmittance.iter_mut().enumerate() {
             *transmittance += share * (-air.optical_depth_at(index, height_m, mu)).exp();
         }
@@ -42,5 +48,9 @@ pub fn sun_irradiance_at(
     disc_radius: Radians,
 ) -> Vec<f64> {
     let transmittance = sun_transmittance(air, height_m, cos_sun_zenith, disc_radius);
-    air.sun_irradiance.iter().zip(transmittance).map(|(sun, share)| sun * share).collect()
+    air.sun_irradiance
+        .iter()
+        .zip(transmittance)
+        .map(|(sun, share)| sun * share)
+        .collect()
 }

@@ -50,7 +50,10 @@ pub(crate) fn visible_strips(elevation: Radians, disc_radius: Radians) -> Vec<(f
     }
     let strip = |(x, weight): (f64, f64)| {
         let v = lowest + width * x;
-        (disc_radius.0 * v.sin(), width * weight * 2.0 / PI * v.cos().powi(2))
+        (
+            disc_radius.0 * v.sin(),
+            width * weight * 2.0 / PI * v.cos().powi(2),
+        )
     };
     Rule::new(N_STRIPS).pairs().map(strip).collect()
 }
@@ -78,7 +81,10 @@ mod tests {
     fn the_strips_cover_the_visible_part() {
         for elevation in [-0.9, -0.5, 0.0, 0.3, 1.0, 20.0] {
             let elevation = Radians(elevation * SUN_RADIUS.0);
-            let sum: f64 = visible_strips(elevation, SUN_RADIUS).iter().map(|strip| strip.1).sum();
+            let sum: f64 = visible_strips(elevation, SUN_RADIUS)
+                .iter()
+                .map(|strip| strip.1)
+                .sum();
             assert!((sum - visible_fraction(elevation, SUN_RADIUS)).abs() < 1e-8);
         }
         assert!(visible_strips(Radians(-0.01), SUN_RADIUS).is_empty());

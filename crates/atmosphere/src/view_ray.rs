@@ -64,7 +64,10 @@ impl ViewRay {
     }
 
     pub(crate) fn start(&self) -> RayPoint {
-        RayPoint { height_m: self.height_m, mu: self.cos_zenith }
+        RayPoint {
+            height_m: self.height_m,
+            mu: self.cos_zenith,
+        }
     }
 
     /// Height after a distance and cosine of the sun's zenith angle there.
@@ -72,16 +75,22 @@ impl ViewRay {
         let height_m = planet.height_along_ray(self.height_m, self.cos_zenith, distance_m);
         let r0 = planet.radius_m + self.height_m;
         let along_sun_m = r0 * self.cos_sun_zenith + distance_m * self.cos_scattering;
-        [height_m, (along_sun_m / (planet.radius_m + height_m)).clamp(-1.0, 1.0)]
+        [
+            height_m,
+            (along_sun_m / (planet.radius_m + height_m)).clamp(-1.0, 1.0),
+        ]
     }
 
     /// The part of the ray that lies in the air: from where to where, m; `None` if there is none.
     pub(crate) fn in_air(&self, planet: Planet, top_height_m: f64) -> Option<[f64; 2]> {
-        let (enter_m, leave_m) = planet.shell_chord(self.height_m, self.cos_zenith, top_height_m)?;
+        let (enter_m, leave_m) =
+            planet.shell_chord(self.height_m, self.cos_zenith, top_height_m)?;
         let ground_m = planet.distance_to_ground(self.height_m, self.cos_zenith);
         // An observer below sea level looks at what stands around, not at a ground at distance 0.
         let ground_m = ground_m.filter(|&ground_m| ground_m > 0.0 || self.length_m.is_infinite());
-        let end_m = leave_m.min(self.length_m).min(ground_m.unwrap_or(f64::INFINITY));
+        let end_m = leave_m
+            .min(self.length_m)
+            .min(ground_m.unwrap_or(f64::INFINITY));
         (end_m > enter_m).then_some([enter_m, end_m])
     }
 

@@ -1,8 +1,7 @@
-//! Equivalent lengths against adaptive quadrature and against values from mpmath.
+//! Equivalent lengths against adaptive quadrature and published values.
 
 mod common;
 
-use common::NISHITA_HEIGHT_M;
 use common::RADIUS_M;
 use common::exit;
 use common::length;
@@ -11,50 +10,325 @@ use common::unit_sun_air;
 use niji_atmosphere::AerosolKind;
 use niji_atmosphere::AirComponent;
 use niji_atmosphere::OpticalLength;
+use niji_atmosphere::chapman_erfcx;
 use niji_atmosphere::optical_length_m;
+use niji_exchange::AtmosphereTable;
+use niji_exchange::Provenance;
+use niji_exchange::TableFile;
 
-#[test]
-fn scan() {
-    let air = unit_sun_air(vec![
+/// Table against quadrature up to nine tenths of a constituent's height; worst 3.0e-6.
+const TABLE_TOLERANCE: f64 = 5e-6;
+/// The same in the last tenth, which holds 1e-5 of all air; worst 8.7e-5.
+const TOP_TOLERANCE: f64 = 1.5e-4;
+/// Sixteen Gauss-Legendre nodes a leg; worst 2.4e-7.
+const SIXTEEN_NODES_TOLERANCE: f64 = 1e-6;
+/// Segments of 20 m to 500 km; worst 3.3e-6.
+const SEGMENT_TOLERANCE: f64 = 1e-5;
+/// Segments from a table that went through f32.
+const F32_SEGMENT_TOLERANCE: f64 = 1e-5;
+
+const HEIGHTS_M: [f64; 16] = [
+    -100.0, 0.0, 2.0, 137.0, 1500.0, 4321.0, 9e3, 13e3, 22e3, 26e3, 31e3, 39e3, 47e3, 73e3, 90e3,
+    99e3,
+];
+
+fn three_constituents() -> AtmosphereTable {
+    unit_sun_air(vec![
         AirComponent::RayleighNishita,
         AirComponent::Aerosol(AerosolKind::Clear.aerosol()),
-        AirComponent::Ozone { column_dobson: 300.0 },
-    ]);
-    for c in 0..3 {
-        let con = &air.constituents[c];
-        let top = con.height_m[con.height_m.len() - 1];
-        let density = |h: f64| con.density_at(h);
-        for h in [-100.0, 0.0, 2.0, 137.0, 1500.0, 4321.0, 9e3, 13e3, 22e3, 26e3, 31e3, 39e3, 47e3, 73e3, 90e3, 99e3] {
-            if h >= top { continue; }
-            let mut worst = (0.0f64, 0.0, 0.0);
-            let mut mus: Vec<f64> = (0..60).map(|i| (f64::from(i) / 59.3f64).powi(2)).collect();
-            let dip = if h > 0.0 { ((2.0 * RADIUS_M + h) * h).sqrt() / (RADIUS_M + h) } else { 0.0 };
-            if h > 0.0 { mus.extend((0..20).map(|i| -dip * (f64::from(i) + 0.3) / 20.1)); }
-            for mu in mus {
-                let mut refl = 0.0;
-                let mut breaks = vec![0.0, exit(h, mu, top)];
-                if c == 2 {
-                    for k in [10e3, 25e3] {
-                        let r0 = RADIUS_M + h;
-                        let rt = RADIUS_M + k;
-                        let d = r0 * r0 * (mu * mu - 1.0) + rt * rt;
-                        if d > 0.0 {
-                            for s in [-r0 * mu - d.sqrt(), -r0 * mu + d.sqrt()] {
-                                if s > 0.0 && s < breaks[1] { breaks.push(s); }
-                            }
-                        }
-                    }
-                    breaks.sort_by(f64::total_cmp);
+        AirComponent::Ozone {
+            column_dobson: 300.0,
+        },
+    ])
+}
+
+/// Cosines from the horizon of a height to the zenith, dense at grazing.
+fn cosines(height_m: f64) -> Vec<f64> {
+    let rising = (0..60).map(|i| (f64::from(i) / 59.3).powi(2).min(1.0));
+    let dip = if height_m > 0.0 {
+        ((2.0 * RADIUS_M + height_m) * height_m).sqrt() / (RADIUS_M + height_m)
+    } else {
+        return rising.collect();
+    };
+    rising
+        .chain((0..20).map(|i| -dip * (f64::from(i) + 0.3) / 20.1))
+        .collect()
+}
+
+/// Length by adaptive quadrature, in pieces between the kinks of the profile.
+fn reference(air: &AtmosphereTable, index: usize, [h, mu]: [f64; 2], ends: [f64; 2]) -> f64 {
+    let constituent = &air.constituents[index];
+    let mut cuts = vec![ends[0], ends[1]];
+    for kink_m in &constituent.height_m {
+        let (r0, rk) = (RADIUS_M + h, RADIUS_M + kink_m);
+        let d2 = r0 * r0 * (mu * mu - 1.0) + rk * rk;
+        if d2 > 0.0 {
+            cuts.extend([-r0 * mu - d2.sqrt(), -r0 * mu + d2.sqrt()]);
+        }
+    }
+    cuts.retain(|&cut| cut >= ends[0] && cut <= ends[1]);
+    cuts.sort_by(f64::total_cmp);
+    let density = |height_m: f64| constituent.density_at(height_m);
+    cuts.windows(2)
+        .map(|pair| length(&density, [h, mu], [pair[0], pair[1]]))
+        .sum()
+}
+
+fn round_trip(air: &AtmosphereTable) -> AtmosphereTable {
+    let folder = tempfile::tempdir().expect("a folder for the test");
+    let path = folder.path().join("air.exr");
+    let file = std::fs::File::create(&path).expect("a new file");
+    let written = air.to_file(Provenance::default()).write(file);
+    written.expect("the table is finite");
+    let file = TableFile::read(&path).expect("the file was just written");
+    AtmosphereTable::from_file(&file).expect("the file holds a table")
+}
+
+#[test]
+fn columns_agree_with_adaptive_quadrature_at_any_height_and_angle() {
+    let computed = three_constituents();
+    let read = round_trip(&computed);
+    for (index, constituent) in computed.constituents.iter().enumerate() {
+        let top_m = constituent.height_m[constituent.height_m.len() - 1];
+        for h in HEIGHTS_M.into_iter().filter(|&h| h < top_m) {
+            let tolerance = if h < 0.91 * top_m {
+                TABLE_TOLERANCE
+            } else {
+                TOP_TOLERANCE
+            };
+            for mu in cosines(h) {
+                let expected = reference(&computed, index, [h, mu], [0.0, exit(h, mu, top_m)]);
+                for air in [&computed, &read] {
+                    let error = air.column_at(index, h, mu) / expected - 1.0;
+                    assert!(
+                        error.abs() < tolerance,
+                        "{} {h} m {mu}: {error:e}",
+                        constituent.name
+                    );
                 }
-                for w in breaks.windows(2) { refl += length(&density, [h, mu], [w[0], w[1]]); }
-                for m in [OpticalLength::Table, OpticalLength::GaussLegendre { n_nodes: 16 }] {
-                    let found = optical_length_m(&air, c, m, [h, mu]);
-                    let e = (found / refl - 1.0).abs();
-                    if m == OpticalLength::Table && e > worst.0 { worst = (e, mu, refl); }
-                    if m != OpticalLength::Table && e > 1e-6 { println!("GL16 c{c} h{h} mu {mu}: {e:e}"); }
+                let sixteen = OpticalLength::GaussLegendre { n_nodes: 16 };
+                let found = optical_length_m(&computed, index, sixteen, [h, mu]);
+                let error = found / expected - 1.0;
+                assert!(
+                    error.abs() < SIXTEEN_NODES_TOLERANCE,
+                    "{h} m, {mu}: {error:e}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn segments_of_20_m_to_500_km_agree_with_adaptive_quadrature() {
+    let computed = three_constituents();
+    let read = round_trip(&computed);
+    for (index, constituent) in computed.constituents.iter().enumerate() {
+        let top_m = constituent.height_m[constituent.height_m.len() - 1];
+        for h in HEIGHTS_M.into_iter().filter(|&h| h < 0.9 * top_m) {
+            for mu in cosines(h) {
+                for length_m in [20.0_f64, 300.0, 7e3, 30e3, 120e3, 500e3] {
+                    let end = length_m.min(exit(h, mu, top_m));
+                    let expected = reference(&computed, index, [h, mu], [0.0, end]);
+                    if expected < 1e-6 {
+                        continue;
+                    }
+                    for (air, tolerance) in [
+                        (&computed, SEGMENT_TOLERANCE),
+                        (&read, F32_SEGMENT_TOLERANCE),
+                    ] {
+                        let found = air.segment_length(index, h, mu, length_m);
+                        let error = found / expected - 1.0;
+                        let name = &constituent.name;
+                        assert!(
+                            error.abs() < tolerance,
+                            "{name} {h} {mu} {length_m}: {error:e}"
+                        );
+                    }
                 }
             }
-            println!("c{c} h {h}: worst {:e} at mu {} (ref {})", worst.0, worst.1, worst.2);
         }
+    }
+}
+
+#[test]
+fn segments_down_to_the_ground_agree_with_adaptive_quadrature() {
+    let air = three_constituents();
+    for (index, [h, mu, length_m]) in [
+        (0, [100.0, -1.0, 100.0]),
+        (0, [2000.0, -0.5, 3900.0]),
+        (0, [50e3, -0.7, 69e3]),
+        (1, [20e3, -0.3, 60e3]),
+        (2, [60e3, -0.9, 60e3]),
+    ] {
+        let expected = reference(&air, index, [h, mu], [0.0, length_m]);
+        let error = air.segment_length(index, h, mu, length_m) / expected - 1.0;
+        assert!(
+            error.abs() < SEGMENT_TOLERANCE,
+            "{index} {h} {mu}: {error:e}"
+        );
+    }
+}
+
+#[test]
+fn segments_add_up() {
+    let air = three_constituents();
+    for index in 0..3 {
+        for (h, mu) in [
+            (0.0, 0.0),
+            (3e3, 0.4),
+            (12e3, -0.05),
+            (30e3, -0.09),
+            (70e3, 0.01),
+        ] {
+            let whole = air.segment_length(index, h, mu, 300e3);
+            let first = air.segment_length(index, h, mu, 1e3);
+            let r0 = RADIUS_M + h;
+            let end = common::height(h, mu, 1e3);
+            let mu_end = (r0 * mu + 1e3) / (RADIUS_M + end);
+            let rest = air.segment_length(index, end, mu_end, 299e3);
+            let error = (first + rest - whole).abs();
+            assert!(
+                error <= 1e-5 * whole,
+                "{index} {h} {mu}: {error:e} of {whole}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_ray_that_ends_on_the_ground_has_an_infinite_column_and_an_optical_depth_without_nan() {
+    let air = three_constituents();
+    for (h, mu) in [
+        (0.0, -1e-6),
+        (-100.0, -0.01),
+        (2.0, -0.002),
+        (1e4, -0.5),
+        (200e3, -1.0),
+    ] {
+        for index in 0..3 {
+            assert!(air.column_at(index, h, mu).is_infinite(), "{h} {mu}");
+        }
+        for wavelength in 0..3 {
+            assert!(air.optical_depth_at(wavelength, h, mu).is_infinite());
+        }
+    }
+}
+
+#[test]
+fn above_the_top_there_is_no_air_and_below_it_the_whole_chord() {
+    let air = nishita();
+    assert!(air.column_at(0, 150e3, 1.0).abs() <= 0.0);
+    assert!(air.column_at(0, 150e3, -0.05).abs() <= 0.0);
+    assert!(air.density_at(0, 100.1e3).abs() <= 0.0);
+    // A chord with its perigee at 20 km, seen from 400 km: twice the level column there.
+    let (r, rp) = (RADIUS_M + 400e3, RADIUS_M + 20e3);
+    let mu = -(1.0 - (rp / r) * (rp / r)).sqrt();
+    let ratio = air.column_at(0, 400e3, mu) / (2.0 * air.column_at(0, 20e3, 0.0));
+    assert!((ratio - 1.0).abs() < 1e-6, "{ratio}");
+    let segment = air.segment_length(0, 400e3, mu, 1e9);
+    assert!((segment / air.column_at(0, 400e3, mu) - 1.0).abs() < 1e-6);
+}
+
+#[test]
+fn the_level_column_is_the_bessel_function() {
+    // X e^X K1(X) at X = 6371/7.994 by mpmath, less what lies above the top, 3.0 m of 283 km.
+    let found = nishita().column_at(0, 0.0, 0.0) / 7994.0;
+    assert!((found / 35.398_583_995_490_1 - 1.0).abs() < 2e-5, "{found}");
+}
+
+#[test]
+fn direct_sunlight_has_the_published_transmittance() {
+    let air = nishita();
+    let published = [
+        (30.0_f64, [0.635, 0.816, 0.901]),
+        (10.0, [0.282, 0.567, 0.748]),
+        (5.0, [0.099, 0.355, 0.588]),
+        (2.0, [0.014, 0.148, 0.376]),
+        (0.0, [0.0003, 0.027, 0.157]),
+    ];
+    for (elevation_deg, transmittances) in published {
+        for (wavelength, expected) in transmittances.into_iter().enumerate() {
+            let mu = elevation_deg.to_radians().sin();
+            let found = (-air.optical_depth_at(wavelength, 0.0, mu)).exp();
+            let rounding = if expected < 1e-3 { 5.1e-5 } else { 5.1e-4 };
+            assert!(
+                (found - expected).abs() < rounding,
+                "{elevation_deg}: {found} {expected}"
+            );
+        }
+    }
+}
+
+#[test]
+fn the_horizon_of_a_mountain_lets_less_and_less_through() {
+    let air = nishita();
+    // 450 nm, sun 1 and 1.4 degrees below the horizontal, seen from 2 km.
+    for (elevation_deg, expected) in [(-1.0_f64, 5.7e-5), (-1.4, 5.9e-6)] {
+        let found = (-air.optical_depth_at(0, 2000.0, elevation_deg.to_radians().sin())).exp();
+        assert!(
+            (found / expected - 1.0).abs() < 0.01,
+            "{elevation_deg}: {found:e}"
+        );
+    }
+}
+
+#[test]
+fn cheap_methods_have_the_errors_that_their_documentation_states() {
+    let air = nishita();
+    let worst = |method: OpticalLength| {
+        let mut worst = 0.0_f64;
+        for degrees in 0..=90 {
+            let mu = f64::from(degrees).to_radians().cos();
+            let exact = optical_length_m(
+                &air,
+                0,
+                OpticalLength::GaussLegendre { n_nodes: 64 },
+                [0.0, mu],
+            );
+            worst = worst.max((optical_length_m(&air, 0, method, [0.0, mu]) / exact - 1.0).abs());
+        }
+        worst
+    };
+    let fifty = worst(OpticalLength::Midpoint { n_steps: 50 });
+    assert!((2.5e-3..2.7e-3).contains(&fifty), "{fifty:e}");
+    let hundred = worst(OpticalLength::Midpoint { n_steps: 100 });
+    assert!((fifty / hundred - 4.0).abs() < 0.05, "{hundred:e}");
+    let chapman = worst(OpticalLength::Chapman);
+    assert!((4e-4..1.3e-3).contains(&chapman), "{chapman:e}");
+    assert!(worst(OpticalLength::Table) < 1e-6);
+    assert!(worst(OpticalLength::GaussLegendre { n_nodes: 16 }) < 1e-9);
+    // One function call, where the table asks for none.
+    assert!(chapman_erfcx(797.0, 0.0) > 35.0);
+}
+
+#[test]
+fn the_file_keeps_everything() {
+    let air = three_constituents();
+    let read = round_trip(&air);
+    assert_eq!(read.wavelengths, air.wavelengths);
+    for (a, b) in air.constituents.iter().zip(&read.constituents) {
+        assert_eq!((&a.name, a.law), (&b.name, b.law));
+        assert_eq!((&a.height_m, &a.reach_mu), (&b.height_m, &b.reach_mu));
+        for (a, b) in a.phase_sr1.iter().zip(&b.phase_sr1) {
+            assert!((a - b).abs() <= 1e-7 * a);
+        }
+        for (a, b) in a.extinction_m1.iter().zip(&b.extinction_m1) {
+            assert!((a - b).abs() <= 1e-7 * a);
+        }
+    }
+    // The second round trip changes nothing more.
+    assert_eq!(round_trip(&read), read);
+}
+
+#[test]
+fn interpolated_phase_functions_follow_their_formulas() {
+    let air = three_constituents();
+    for i in 0..=1000 {
+        let theta = std::f64::consts::PI * f64::from(i) / 1000.0;
+        let angle = niji_radiometry::Radians(theta);
+        let rayleigh = niji_atmosphere::rayleigh_phase(1.0, angle);
+        assert!((air.phase_at(0, 1, theta) / rayleigh - 1.0).abs() < 1e-8);
+        let aerosol = niji_atmosphere::cornette_shanks(0.7, angle);
+        assert!((air.phase_at(1, 1, theta) / aerosol - 1.0).abs() < 1e-6);
     }
 }

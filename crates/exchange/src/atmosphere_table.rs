@@ -94,7 +94,12 @@ impl AtmosphereTable {
     /// or 0 if the ray passes over the air. Relative error below 1e-5 (see the tests of the air
     /// stage).
     pub fn column_at(&self, constituent_index: usize, height_m: f64, mu: f64) -> f64 {
-        lookup::column(&self.constituents[constituent_index], self.planet_radius_m, height_m, mu)
+        lookup::column(
+            &self.constituents[constituent_index],
+            self.planet_radius_m,
+            height_m,
+            mu,
+        )
     }
 
     /// Equivalent length of the first `length_m` of a ray, m.

@@ -33,7 +33,8 @@ use crate::part::Part;
 
 /// Best that a codec can do: deflate packs at most 1032 bytes into one, the others less.
 const MAX_EXPANSION: u128 = 1032;
-/// Bytes that a chunk takes besides its pixels: its offset, row and length.
+/// Bytes that a chunk takes besides its pixels: its offset, row and length; 4 more name the part if
+/// there are several.
 const CHUNK_BYTES: u128 = 16;
 /// Pixels that are unpacked at a time.
 const BATCH_BYTES: usize = 32 << 20;
@@ -56,9 +57,16 @@ pub(crate) fn read_parts(path: &Path) -> Result<Vec<Part<'static>>, Error> {
 pub(crate) fn read_first_attributes(path: &Path) -> Result<Attributes, Error> {
     let file = File::open(path)?;
     let file_bytes = file.metadata()?.len();
-    let reader = exr::block::read(BufReader::new(file), false)?;
-    check_sizes(reader.headers(), file_bytes)?;
-    Ok(reader.headers().first().map(attributes).unwrap_or_default())
+    let mut source = BufReader::new(file);
+    let meta_data = exr::block::read(&mut source, false)?.into_meta_data();
+    // The reader looks at most one byte ahead.
+    let header_bytes = source.stream_position()?.saturating_sub(1);
+    check_sizes(&meta_data, header_bytes, file_bytes)?;
+    Ok(meta_data
+        .headers
+        .first()
+        .map(attributes)
+        .unwrap_or_default())
 }
 
 /// Reads all parts from a source of `file_bytes` bytes.
@@ -67,7 +75,7 @@ pub(crate) fn read_from(
     file_bytes: u64,
 ) -> Result<Vec<Part<'static>>, Error> {
     let reader = exr::block::read(source, false)?;
-    check_sizes(reader.headers(), file_bytes)?;
+    check_sizes(reader.meta_data(), 0, file_bytes)?;
     let meta_data = reader.meta_data().clone();
     let mut pages = meta_data
         .headers
@@ -102,9 +110,15 @@ pub(crate) fn read_from(
 }
 
 /// Compares the promises of all headers with the length of the file.
-fn check_sizes(headers: &[Header], file_bytes: u64) -> Result<(), Error> {
-    let mut needed_bytes = 0_u128;
-    for header in headers {
+fn check_sizes(meta_data: &MetaData, header_bytes: u64, file_bytes: u64) -> Result<(), Error> {
+    let chunk_bytes = CHUNK_BYTES
+        + if meta_data.requirements.is_multilayer() {
+            4
+        } else {
+            0
+        };
+    let mut needed_bytes = u128::from(header_bytes);
+    for header in &meta_data.headers {
         if header.blocks != BlockDescription::ScanLines {
             return Err(Error::Layout {
                 found: "tiles",
@@ -114,7 +128,7 @@ fn check_sizes(headers: &[Header], file_bytes: u64) -> Result<(), Error> {
         if header.layer_size.area() == 0 {
             return Err(Error::Damaged("found a part without pixels".to_owned()));
         }
-        needed_bytes += CHUNK_BYTES * header.chunk_count as u128;
+        needed_bytes += chunk_bytes * header.chunk_count as u128;
         needed_bytes += pixel_bytes(header).div_ceil(max_expansion(header));
     }
     if needed_bytes > u128::from(file_bytes) {

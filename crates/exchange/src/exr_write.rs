@@ -46,7 +46,8 @@ const SAMPLE_BYTES: usize = 4;
 /// Codec of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Codec {
-    /// For tables: made once, read by every run, and smooth data gain little from deflate.
+    /// For tables, which are made once and read by every run: deflate takes 5 % off a scattering
+    /// table.
     None,
     /// For noisy pictures: a quarter smaller than deflate and three times as fast to write.
     Piz,
@@ -78,14 +79,9 @@ pub(crate) fn write(parts: &[Part], codec: Codec, writer: impl Write + Seek) -> 
         }
     }
     let sheets: Vec<Sheet> = parts.iter().map(Sheet::new).collect();
-    let window = parts
-        .iter()
-        .map(Part::size)
-        .fold((0, 0), |a, b| (a.0.max(b.0), a.1.max(b.1)));
-    let headers: Vec<Header> = sheets
-        .iter()
-        .map(|sheet| sheet.header(codec, window))
-        .collect();
+    let shared = shared_attributes(parts);
+    let headers = sheets.iter().map(|sheet| sheet.header(codec, &shared));
+    let headers: Vec<Header> = headers.collect();
     let mut bytes = header_bytes(&headers)?;
     let n_chunks: usize = headers.iter().map(|header| header.chunk_count).sum();
     let table_start = bytes.len();
@@ -114,7 +110,7 @@ impl<'a, 'p> Sheet<'a, 'p> {
         Self { part, order }
     }
 
-    fn header(&self, codec: Codec, (height, width): (usize, usize)) -> Header {
+    fn header(&self, codec: Codec, shared: &ImageAttributes) -> Header {
         let channel = |&index: &usize| {
             // Not perceptually quantized: matters to lossy codecs only.
             ChannelDescription::new(text(&self.part.channels[index].0), SampleType::F32, true)
@@ -125,8 +121,6 @@ impl<'a, 'p> Sheet<'a, 'p> {
         };
         let (part_height, part_width) = self.part.size();
         let size = Vec2(part_width, part_height);
-        let mut shared = ImageAttributes::new(IntegerBounds::from_dimensions((width, height)));
-        shared.chromaticities = Some(rec709());
         Header::new(
             text(&self.part.name),
             size,
@@ -138,7 +132,7 @@ impl<'a, 'p> Sheet<'a, 'p> {
             LineOrder::Increasing,
         )
         .with_attributes(self.attributes())
-        .with_shared_attributes(shared)
+        .with_shared_attributes(shared.clone())
     }
 
     fn attributes(&self) -> LayerAttributes {
@@ -171,6 +165,19 @@ impl<'a, 'p> Sheet<'a, 'p> {
             }
         })
     }
+}
+
+/// What all headers of a file share: a display window around all parts, and what R, G, B mean if a
+/// part has a white.
+fn shared_attributes(parts: &[Part]) -> ImageAttributes {
+    let sizes = parts.iter().map(Part::size);
+    let (height, width) = sizes.fold((0, 0), |a, b| (a.0.max(b.0), a.1.max(b.1)));
+    let mut shared = ImageAttributes::new(IntegerBounds::from_dimensions((width, height)));
+    let has_colors = parts
+        .iter()
+        .any(|part| part.white_luminance_cd_m2.is_some());
+    shared.chromaticities = has_colors.then(rec709);
+    shared
 }
 
 /// Linear Rec.709 with a D65 white.

@@ -1,4 +1,28 @@
 //! What one stage hands to the next as EXR: tables with axes, spectral images and provenance.
+//!
+//! Every file is a plain EXR that other programs open: tables are parts whose width and height are
+//! axes ([`TableFile`]; [`ScatteringTable`] and [`AtmosphereTable`] are views of one), images follow
+//! the layout of Fichet, Pacanowski and Wilkie ([`SpectralImage`]). Files are written to any writer
+//! and read by path. The same content gives the same bytes; NaN and infinity enter no file; a damaged
+//! file is an error, never a panic, an abort, or other numbers than those written.
+//!
+//! ```
+//! use ndarray::array;
+//! use niji_exchange::{Attributes, Axis, Channel, Provenance, TableFile, TablePart};
+//!
+//! let part = TablePart {
+//!     name: "profile".to_owned(),
+//!     column_axis: Axis::new("height", "m", vec![0.0, 8000.0]),
+//!     row_axes: Vec::new(),
+//!     channels: vec![Channel { name: "density".to_owned(), values: array![[1.0, 0.37]] }],
+//!     attributes: Attributes::new(),
+//! };
+//! let quantity = "air".to_owned();
+//! let file = TableFile { quantity, parts: vec![part], provenance: Provenance::default() };
+//! let mut bytes = std::io::Cursor::new(Vec::new());
+//! file.write(&mut bytes)?;
+//! # Ok::<(), niji_exchange::Error>(())
+//! ```
 
 mod atmosphere_table;
 mod attributes;

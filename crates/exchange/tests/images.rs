@@ -1,5 +1,7 @@
 //! Spectral images, their plain companions and previews.
 
+#![allow(clippy::unwrap_used, reason = "tests stop at what they did not expect")]
+
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::Cursor;
@@ -59,7 +61,7 @@ fn image() -> SpectralImage {
                 channels: vec![("Z".to_owned(), plane(3) * 100.0)],
             },
         ],
-        white_luminance_cd_m2: 1234.567_890_123,
+        white_luminance_cd_m2: 1234.567890123,
         world_to_camera: Some(std::array::from_fn(|i| i as f32 + 0.1)),
         attributes: Attributes::from([(
             "niji:sunElevationDeg".to_owned(),

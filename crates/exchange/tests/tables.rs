@@ -1,5 +1,7 @@
 //! Tables survive the way through a file, and what is no table is refused by name.
 
+#![allow(clippy::unwrap_used, reason = "tests stop at what they did not expect")]
+
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::Cursor;
@@ -350,7 +352,7 @@ fn the_header_alone_gives_the_provenance_and_a_short_file_is_noticed() {
     let bytes = bytes(&small_file());
     fs::write(&path, &bytes).unwrap();
     assert_eq!(read_provenance(&path).unwrap(), Some(provenance()));
-    fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
+    fs::write(&path, &bytes[..bytes.len() - 2]).unwrap();
     assert!(matches!(
         read_provenance(&path),
         Err(Error::TooLarge { .. })

@@ -8,18 +8,15 @@
 //! mean of the surroundings.
 
 use glam::Vec4;
-use niji_geometry::Aabb;
 use niji_geometry::Ray;
 
 use crate::air::Air;
-use crate::air_glow::AirGlow;
 use crate::air_glow::Glow;
 use crate::air_glow::GlowNodes;
 use crate::air_glow::GlowRange;
 use crate::air_slabs::AirSlabs;
-use crate::air_slabs::DimmedBy;
 use crate::deposits::Deposits;
-use crate::march::March;
+use crate::frame::Frame;
 use crate::march::Walk;
 use crate::scattering_angle::scattering_angle_rad;
 use crate::scattering_rows::AngleStencil;

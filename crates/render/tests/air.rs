@@ -1,5 +1,7 @@
 //! Air: closed forms in a layer of constant density, and effects that are off.
 
+#![allow(clippy::unwrap_used, reason = "tests stop at what they did not expect")]
+
 mod common;
 
 use common::*;
@@ -297,6 +299,42 @@ fn observers_below_sea_level_and_above_the_air_see_finite_light() {
                 request.levels.air_path = path;
                 rendered(&request);
             }
+        }
+    }
+}
+
+#[test]
+fn air_inside_a_deep_volume_dims_its_far_end_more() {
+    // Drops from 1 to 11 km: L = E t sigma int exp(-beta s) ds over a trapezoid of density, whose
+    // integral is that of the box times (sinh(beta h/2)/(beta h/2))² with voxels of h.
+    let sun = sun_in_the_south(30.0);
+    let (voxel_m, near_m, far_m) = (500.0, 1e3, 11e3);
+    let grid = GridBox {
+        min: DVec3::new(-1000.0, 500.0, -far_m),
+        max: DVec3::new(1000.0, 2500.0, -near_m),
+        voxel_m,
+    };
+    let drops = LitDrops::new(vec![bricks(&grid, |_| 1e-6)], sun, SunPath::Ignore).unwrap();
+    let air = air(EXTINCTION.map(|beta| 5.0 * beta), [0.0; 3]);
+    let table = isotropic(0.1);
+    let camera = one_ray(DVec3::new(0.0, 1500.0, 0.0));
+    let mut request = request(&camera, sun, &drops, &table);
+    request.air = Some(&air);
+    request.effects.air_extinction = Toggle::On;
+    for path in PATHS {
+        request.levels.air_path = path;
+        let picture = rendered(&request);
+        for wavelength in 0..3 {
+            let beta = 5.0 * EXTINCTION[wavelength];
+            let nodes = (0..20).map(|node| near_m + (f64::from(node) + 0.5) * voxel_m);
+            let half = 0.5 * beta * voxel_m;
+            // Each node is a tent of base 2h: transform h (sinh(x)/x)² with x = beta h/2.
+            let tent = voxel_m * (half.sinh() / half).powi(2);
+            let sum: f64 = nodes.map(|s| tent * (-beta * s).exp()).sum();
+            let expected = SUN[wavelength] * 0.1 * 1e-6 * sum;
+            let error = relative(f64::from(picture.radiance[[wavelength, 0, 0]]), expected);
+            println!("{path:?} {wavelength}: {error:.1e}");
+            assert!(error < 2e-4, "{path:?} {wavelength}: {error}");
         }
     }
 }

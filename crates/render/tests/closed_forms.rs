@@ -4,6 +4,8 @@
 //! eye and to the sun that are proportional everywhere, tau_sun = tau/mu, whatever the profile:
 //! L = E t (1 - exp(-Q tau_0 (1 + 1/mu))) / (Q (1 + 1/mu)),   `mu` cosine of the angle of the sun.
 
+#![allow(clippy::unwrap_used, reason = "tests stop at what they did not expect")]
+
 mod common;
 
 use common::*;
@@ -92,7 +94,7 @@ fn linear_and_exponential_profiles_have_their_columns() {
     let exponential = unshadowed(|point| 0.3 * (-0.25 * from_front(point)).exp());
     let depth = 0.3 * (1.0 - (-2.0_f64).exp()) / 0.25;
     let found = radiance(&exponential, sun, |request| {
-        request.effects = with_extinction()
+        request.effects = with_extinction();
     });
     // A midpoint sum at nodes: (h/4)²/24 = 6.5e-4 of the column.
     assert!(relative(found, VALUE_SR1 * -(-depth).exp_m1()) < 7e-4);

@@ -1,5 +1,7 @@
 //! The renderer against a literal sum written down here, and its levels against each other.
 
+#![allow(clippy::unwrap_used, reason = "tests stop at what they did not expect")]
+
 mod common;
 
 use common::*;

@@ -2,8 +2,9 @@
 
 use crate::error::Error;
 
-/// Steps of the effective radius for each factor e at which a single size is interpolated half way between two nodes to 0.45 % of
-/// the bow's peak (rms over 136 to 145 degrees and 10 µm to 1.5 mm, after the sun's disc).
+/// Steps of the effective radius for each factor e at which a single size is interpolated half way
+/// between two nodes to 0.45 % of the bow's peak (rms over 136 to 145 degrees and 10 µm to 1.5 mm,
+/// after the sun's disc).
 const STEPS_PER_EFOLD: f64 = 46.0;
 /// The error at these steps; it falls with the square of the step.
 const ERROR_AT_STEPS: f64 = 4.5e-3;
@@ -155,7 +156,7 @@ mod tests {
             .iter()
             .map(|x| (-(x - 6.0).powi(2)).exp())
             .collect();
-        let nodes = needed_nodes(&positions, &[curve.clone()], 1e-3);
+        let nodes = needed_nodes(&positions, std::slice::from_ref(&curve), 1e-3);
         assert!(nodes.len() < 150, "{} nodes", nodes.len());
         assert_eq!((nodes[0], nodes[nodes.len() - 1]), (0, 2000));
         for pair in nodes.windows(2) {

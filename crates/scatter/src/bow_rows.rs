@@ -17,8 +17,9 @@ use crate::request::TableRequest;
 use crate::rings::Rings;
 use crate::sun_disc::AverageRow;
 
-/// Rings across the sun's disc. With twice as many no value changes by more than 4e-4 of the peak.
-const RINGS_PER_DISC: f64 = 16.0;
+/// Rings across the sun's disc. Against a literal average over the disc, in parts of the peak: 1.7e-5
+/// for single drops of 0.1 mm, 6e-4 for 1 mm and 1e-3 for 1.5 mm radius at 400 nm, 12 degrees inside.
+const RINGS_PER_DISC: f64 = 20.0;
 
 /// Everything that the rows of all sizes and wavelengths share.
 pub(crate) struct BowRows<'a> {

@@ -33,6 +33,7 @@ pub use measured::MeasuredLevel;
 pub use measured::MeasuredLevels;
 pub use plan::Bound;
 pub use plan::BoundKind;
+pub use plan::DropPart;
 pub use plan::DropSummary;
 pub use plan::EffectDecision;
 pub use plan::Estimate;

@@ -19,6 +19,7 @@ mod view;
 
 pub use bounds::Bound;
 pub use bounds::BoundKind;
+pub use drop_summary::DropPart;
 pub use drop_summary::DropSummary;
 pub use stages::Estimate;
 pub use stages::ScatteringNeed;
@@ -41,7 +42,7 @@ use bounds::Assumed;
 use facts::Situation;
 
 /// What a plan is made from besides the scene.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct PlanInputs<'a> {
     /// What levels cost; estimates are `None` where nothing was measured.
     pub measured: &'a MeasuredLevels,
@@ -139,15 +140,11 @@ pub fn plan(scene: &Scene, inputs: &PlanInputs<'_>) -> Result<Plan, PlanError> {
     let bound = |effect: Effect, assumed: &Assumed| bound_scene.bound(effect, assumed);
     let on = decide::decide(&scene.effects, scene.accuracy.tolerance, &bound).on;
 
-    let assumed = Assumed {
-        may_be_on: on.clone(),
-        is_on: on.clone(),
-    };
     let facts = situation.facts(scene, air.as_ref());
     let decision = |effect: Effect| {
         let (asked, is_on) = (scene.effects.of(effect), on.contains(&effect));
         let bound = estimates::bound(effect, &bound_scene, &facts)
-            .or_else(|| bound(effect, &with(&assumed, effect)));
+            .or_else(|| bound(effect, &decide::forced(&on, effect)));
         let reason = reasons::reason(effect, (asked, is_on), bound.as_ref(), &facts);
         EffectDecision {
             effect,
@@ -184,14 +181,6 @@ pub fn plan(scene: &Scene, inputs: &PlanInputs<'_>) -> Result<Plan, PlanError> {
         scattering,
         stages,
     })
-}
-
-/// The final state, with the light of `effect` itself: what forcing it on would add.
-fn with(assumed: &Assumed, effect: Effect) -> Assumed {
-    let mut with = assumed.clone();
-    with.may_be_on.insert(effect);
-    with.is_on.remove(&effect);
-    with
 }
 
 impl Plan {

@@ -155,10 +155,9 @@ impl Studio {
     }
 }
 
-const TESTED: [Effect; 12] = [
+const TESTED: [Effect; 11] = [
     Effect::PrimaryBow,
     Effect::SecondaryBow,
-    Effect::Supernumeraries,
     Effect::SunDisc,
     Effect::SizeSpread,
     Effect::DropExtinction,
@@ -176,6 +175,7 @@ fn check(label: &str, scene: &Scene, others: &dyn Fn(Effect) -> Switch) {
     for effect in TESTED {
         let with = |switch: Switch| {
             let mut scene = scene.clone();
+            scene.effects.set(Effect::Supernumeraries, Switch::On);
             for other in TESTED {
                 scene.effects.set(other, others(other));
             }

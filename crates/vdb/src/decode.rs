@@ -86,14 +86,14 @@ impl Decoder {
     }
 
     /// Read a block into `out`, which holds the background in every place; `mask` says which
-    /// places are active.
+    /// places are active. Gives whether all others are known to hold the background still.
     pub(crate) fn block<T: Value, R: Read>(
         &mut self,
         input: &mut Input<R>,
         mask: &[u64],
         background: T,
         out: &mut [T],
-    ) -> Result<(), Error> {
+    ) -> Result<bool, Error> {
         let code = input.u8(VALUES)?;
         if code > code::ALL {
             return Err(input.damaged(format!(
@@ -111,10 +111,11 @@ impl Decoder {
             let selection = matches!(code, code::BOTH_SIGNS..=code::TWO);
             fill_inactive(selection.then_some(&self.selection), inactive, out);
         }
+        let only_active_changed = n_stored < out.len() && code == code::BACKGROUND;
         let half = self.half && T::HALF_SIZE > 0;
         if half && n_stored == 0 {
             // OpenVDB writes no length in this one case.
-            return Ok(());
+            return Ok(only_active_changed);
         }
         let size = if half { T::HALF_SIZE } else { T::SIZE };
         let bytes = self.stored_bytes(input, n_stored * size)?;
@@ -125,7 +126,7 @@ impl Decoder {
             (false, true) => decode_all(bytes, T::SIZE, T::decode, out),
             (false, false) => decode_active(bytes, T::SIZE, T::decode, (mask, out)),
         }
-        Ok(())
+        Ok(only_active_changed)
     }
 
     /// The two values between which the selection mask selects; reads that mask.

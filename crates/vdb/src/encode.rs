@@ -63,41 +63,53 @@ impl Encoder {
         if matches!(inactive.code, code::BOTH_SIGNS..=code::TWO) {
             push_mask(out, &selection(slots, inactive.values[1]));
         }
-        self.plain.clear();
         let all = inactive.code == code::ALL;
-        for (values, &active) in slots.values.chunks(64).zip(slots.active) {
-            let mut rest = if all { u64::MAX } else { active };
-            while rest != 0 {
-                values[rest.trailing_zeros() as usize].encode(&mut self.plain);
-                rest &= rest - 1;
-            }
-        }
-        self.push_bytes(out);
-    }
-
-    /// Append the values, deflated if that makes them shorter.
-    fn push_bytes(&mut self, out: &mut Vec<u8>) {
         let Some(deflate) = &mut self.deflate else {
-            out.extend_from_slice(&self.plain);
+            push_stored(out, slots, all);
             return;
         };
-        self.packed.resize(self.plain.len(), 0);
-        deflate.reset();
-        let status = deflate.compress(&self.plain, &mut self.packed, FlushCompress::Finish);
-        let n_packed = deflate.total_out() as usize;
-        if matches!(status, Ok(Status::StreamEnd)) && n_packed < self.plain.len() {
-            out.extend_from_slice(&(n_packed as i64).to_le_bytes());
-            out.extend_from_slice(&self.packed[..n_packed]);
-        } else {
-            // A length that is not above zero says that what follows is not deflated.
-            out.extend_from_slice(&(-(self.plain.len() as i64)).to_le_bytes());
-            out.extend_from_slice(&self.plain);
+        self.plain.clear();
+        push_stored(&mut self.plain, slots, all);
+        push_deflated(out, deflate, &self.plain, &mut self.packed);
+    }
+}
+
+/// Append the values that are stored: all of them, or the active ones.
+fn push_stored<T: Value>(out: &mut Vec<u8>, slots: Slots<T>, all: bool) {
+    out.reserve(slots.values.len() * T::SIZE);
+    for (values, &active) in slots.values.chunks(64).zip(slots.active) {
+        let mut rest = if all { u64::MAX } else { active };
+        if rest == u64::MAX {
+            for value in values {
+                value.encode(out);
+            }
+            continue;
+        }
+        while rest != 0 {
+            values[rest.trailing_zeros() as usize].encode(out);
+            rest &= rest - 1;
         }
     }
 }
 
+/// Append bytes with their length in front, deflated if that makes them shorter.
+fn push_deflated(out: &mut Vec<u8>, deflate: &mut Compress, plain: &[u8], packed: &mut Vec<u8>) {
+    packed.resize(plain.len(), 0);
+    deflate.reset();
+    let status = deflate.compress(plain, packed, FlushCompress::Finish);
+    let n_packed = deflate.total_out() as usize;
+    if matches!(status, Ok(Status::StreamEnd)) && n_packed < plain.len() {
+        out.extend_from_slice(&(n_packed as i64).to_le_bytes());
+        out.extend_from_slice(&packed[..n_packed]);
+    } else {
+        // A length that is not above zero says that what follows is not deflated.
+        out.extend_from_slice(&(-(plain.len() as i64)).to_le_bytes());
+        out.extend_from_slice(plain);
+    }
+}
+
 /// Values of places that are neither active nor children.
-fn inactive_places<'a, T: Value>(slots: Slots<'a, T>) -> impl Iterator<Item = T> + 'a {
+fn inactive_places<T: Value>(slots: Slots<'_, T>) -> impl Iterator<Item = T> {
     let masks = slots.active.iter().zip(slots.children);
     slots
         .values

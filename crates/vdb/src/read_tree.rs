@@ -45,15 +45,19 @@ struct Slots<T> {
     children: Vec<u64>,
     active: Vec<u64>,
     values: Vec<T>,
+    /// Whether only active tiles can differ from the background.
+    plain: bool,
 }
 
 impl<T: Value> Slots<T> {
     fn new(n_slots: usize) -> Self {
         let words = vec![0; n_slots / 64];
+        let values = vec![T::ZERO; n_slots];
         Self {
             children: words.clone(),
             active: words,
-            values: vec![T::ZERO; n_slots],
+            values,
+            plain: false,
         }
     }
 }
@@ -64,12 +68,12 @@ impl TreeReader {
         mut self,
         input: &mut Input<R>,
     ) -> Result<SparseTree<T>, Error> {
-        let mut parts = self.topology(input)?;
+        let parts = self.topology(input)?;
         if let Some(position) = self.leaves_position {
             input.skip_to(position, "the leaves of a grid")?;
         }
         let mut leaves = Vec::with_capacity(parts.leaves.len());
-        for place in std::mem::take(&mut parts.leaves) {
+        for place in &parts.leaves {
             leaves.push(self.leaf(input, place, parts.background)?);
         }
         SparseTree::from_parts(parts.background, leaves, parts.tiles)
@@ -127,14 +131,20 @@ impl TreeReader {
         input.mask(&mut slots.children, "a node")?;
         input.mask(&mut slots.active, "a node")?;
         slots.values.fill(background);
-        self.decoder
-            .block(input, &slots.active, background, &mut slots.values)
+        let Slots {
+            active,
+            values,
+            plain,
+            ..
+        } = slots;
+        *plain = self.decoder.block(input, active, background, values)?;
+        Ok(())
     }
 
     fn leaf<T: Value, R: Read>(
         &mut self,
         input: &mut Input<R>,
-        place: LeafPlace,
+        place: &LeafPlace,
         background: T,
     ) -> Result<Leaf<T>, Error> {
         const WHAT: &str = "a leaf";
@@ -177,15 +187,24 @@ impl<T: Value> Parts<T> {
         level: TileLevel,
     ) -> Result<(), Error> {
         let before = self.tiles.len();
-        for (slot, &value) in slots.values.iter().enumerate() {
-            let is = |mask: &[u64]| mask[slot >> 6] >> (slot & 63) & 1 == 1;
-            if !is(&slots.children) {
+        let words = slots.children.iter().zip(&slots.active).enumerate();
+        for (index, (&children, &active)) in words {
+            let mut places = if slots.plain {
+                active & !children
+            } else {
+                !children
+            };
+            while places != 0 {
+                let bit = places.trailing_zeros() as usize;
+                places &= places - 1;
+                let slot = 64 * index + bit;
                 let origin = level.slot_origin(origin, slot);
+                let active = active >> bit & 1 == 1;
                 self.push_tile(Tile {
                     origin,
                     level,
-                    active: is(&slots.active),
-                    value,
+                    active,
+                    value: slots.values[slot],
                 });
             }
         }

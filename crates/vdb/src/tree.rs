@@ -72,6 +72,26 @@ impl<T: Value> Leaf<T> {
         self.mask.iter().map(|word| word.count_ones()).sum()
     }
 
+    /// Lowest and highest coordinates of active voxels.
+    fn active_corners(&self) -> Option<[[i32; 3]; 2]> {
+        let range = |bits: u64| [bits.trailing_zeros(), bits.ilog2()];
+        // A word holds one x, a byte of it one y, a bit of that one z.
+        let x = (0..8).fold(0, |x, word| x | u64::from(self.mask[word] != 0) << word);
+        let yz = self.mask.iter().fold(0, |all, word| all | word);
+        if yz == 0 {
+            return None;
+        }
+        let rows = yz.to_le_bytes();
+        let y = (0..8).fold(0, |y, row| y | u64::from(rows[row] != 0) << row);
+        let z = u64::from(rows.iter().fold(0, |all, row| all | row));
+        let [x, y, z] = [x, y, z].map(range);
+        let corner = |end: usize| {
+            let [x0, y0, z0] = self.origin;
+            [x0 + x[end] as i32, y0 + y[end] as i32, z0 + z[end] as i32]
+        };
+        Some([corner(0), corner(1)])
+    }
+
     /// Indices and values of the active voxels in the order of the indices.
     pub fn active(&self) -> impl Iterator<Item = (usize, T)> {
         (0..LEAF_VOXELS)
@@ -333,9 +353,8 @@ impl<T: Value> SparseTree<T> {
             }
         };
         for leaf in &self.leaves {
-            for (index, _) in leaf.active() {
-                let voxel = leaf.voxel(index);
-                add(voxel, voxel);
+            if let Some([low, high]) = leaf.active_corners() {
+                add(low, high);
             }
         }
         for tile in self.tiles.iter().filter(|tile| tile.active) {

@@ -119,8 +119,9 @@ impl sealed::Bytes for [f32; 3] {
     }
 
     fn encode(self, bytes: &mut Vec<u8>) {
-        self.into_iter()
-            .for_each(|component| component.encode(bytes));
+        for component in self {
+            component.encode(bytes);
+        }
     }
 
     fn negated(self) -> Self {

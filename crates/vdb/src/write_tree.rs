@@ -147,7 +147,7 @@ fn push_lower_node<T: Value>(
     }
 }
 
-impl<'a, T: Value> Inside<'a, T> {
+impl<T: Value> Inside<'_, T> {
     /// Those whose place in the tree compares equal.
     fn range(self, compare: impl Fn(TreeOrder) -> std::cmp::Ordering) -> Self {
         let leaves = equal_range(self.leaves, |leaf| compare(tree_order(leaf.origin)));

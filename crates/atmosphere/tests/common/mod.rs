@@ -10,32 +10,32 @@ use niji_geometry::EARTH;
 use niji_radiometry::WavelengthGrid;
 
 /// Radius of the planet in all tests, m.
-pub const RADIUS_M: f64 = 6_371_000.0;
+pub(crate) const RADIUS_M: f64 = 6_371_000.0;
 /// Scale height of the papers' air, m.
-pub const NISHITA_HEIGHT_M: f64 = 7994.0;
+pub(crate) const NISHITA_HEIGHT_M: f64 = 7994.0;
 
 /// Air of the given components at 450, 550 and 650 nm under a sun of irradiance 1.
-pub fn unit_sun_air(components: Vec<AirComponent>) -> AtmosphereTable {
+pub(crate) fn unit_sun_air(components: Vec<AirComponent>) -> AtmosphereTable {
     let model = AirModel {
         planet: EARTH,
         top_height_m: USUAL_TOP_M,
-        wavelengths: WavelengthGrid::new(450.0, 100.0, 3).unwrap(),
+        wavelengths: WavelengthGrid::new(450.0, 100.0, 3).expect("within the tables"),
         sun_scale: 1.0,
         ground_albedo: 0.0,
         components,
     };
-    let mut air = model.tabulate().unwrap();
+    let mut air = model.tabulate().expect("usual air");
     air.sun_irradiance = vec![1.0; 3];
     air
 }
 
 /// The papers' air.
-pub fn nishita() -> AtmosphereTable {
+pub(crate) fn nishita() -> AtmosphereTable {
     unit_sun_air(vec![AirComponent::RayleighNishita])
 }
 
 /// Integral by adaptive Simpson quadrature, relative to `scale`.
-pub fn adaptive(f: &dyn Fn(f64) -> f64, [from, to]: [f64; 2], tolerance: f64) -> f64 {
+pub(crate) fn adaptive(f: &dyn Fn(f64) -> f64, [from, to]: [f64; 2], tolerance: f64) -> f64 {
     // Panels first, so that a narrow peak is not missed.
     let n_panels = 32;
     let width = (to - from) / f64::from(n_panels);
@@ -44,7 +44,14 @@ pub fn adaptive(f: &dyn Fn(f64) -> f64, [from, to]: [f64; 2], tolerance: f64) ->
         let b = a + width;
         let (fa, fm, fb) = (f(a), f(0.5 * (a + b)), f(b));
         let whole = (b - a) / 6.0 * (fa + 4.0 * fm + fb);
-        refine(f, [a, b], [fa, fm, fb], whole, tolerance / f64::from(n_panels), 40)
+        refine(
+            f,
+            [a, b],
+            [fa, fm, fb],
+            whole,
+            tolerance / f64::from(n_panels),
+            16,
+        )
     };
     (0..n_panels).map(panel).sum()
 }
@@ -71,13 +78,13 @@ fn refine(
 }
 
 /// Height on a ray by the difference of two radii: 1e-9 m of rounding in f64.
-pub fn height(height_m: f64, mu: f64, s: f64) -> f64 {
+pub(crate) fn height(height_m: f64, mu: f64, s: f64) -> f64 {
     let r0 = RADIUS_M + height_m;
     (r0 * r0 + 2.0 * r0 * mu * s + s * s).sqrt() - RADIUS_M
 }
 
 /// Distance to a shell from below, by the quadratic formula.
-pub fn exit(height_m: f64, mu: f64, shell_m: f64) -> f64 {
+pub(crate) fn exit(height_m: f64, mu: f64, shell_m: f64) -> f64 {
     let r0 = RADIUS_M + height_m;
     let rt = RADIUS_M + shell_m;
     -r0 * mu + (r0 * r0 * (mu * mu - 1.0) + rt * rt).sqrt()
@@ -85,15 +92,17 @@ pub fn exit(height_m: f64, mu: f64, shell_m: f64) -> f64 {
 
 /// Integral of a density over `from..to` of a ray, by adaptive quadrature in pieces of the ray that
 /// grow away from its lowest point.
-pub fn length(density: &dyn Fn(f64) -> f64, [h, mu]: [f64; 2], [from, to]: [f64; 2]) -> f64 {
+pub(crate) fn length(density: &dyn Fn(f64) -> f64, [h, mu]: [f64; 2], [from, to]: [f64; 2]) -> f64 {
     let lowest = (-(RADIUS_M + h) * mu).clamp(from, to);
     let value = |s: f64| density(height(h, mu, s));
     // Substitution s = lowest +- t^2.
     let outwards = |end: f64, sign: f64| {
         let f = |t: f64| 2.0 * t * value(lowest + sign * t * t);
         let last = (end - lowest).abs().sqrt();
-        let scale = value(lowest) * (end - lowest).abs().min(3e5);
-        adaptive(&f, [0.0, last], 1e-10 * scale.max(1e-30))
+        let middle = 0.5 * (end + lowest);
+        let largest = value(lowest).max(value(middle)).max(value(end));
+        let scale = largest * (end - lowest).abs().min(1e4);
+        adaptive(&f, [0.0, last], 1e-9 * scale.max(1e-30))
     };
     outwards(to, 1.0) + outwards(from, -1.0)
 }

@@ -13,7 +13,10 @@ use super::sphere::safe_sqrt;
 /// Distance along a line that rises through both heights, without the difference of two distances
 /// where they are close: (t - h)(2R + t + h)/(x_t + x_h).
 pub(super) fn distance_between(line: RayStart, low_m: f64, high_m: f64) -> f64 {
-    let (low_x, high_x) = (perigee_distance(line, low_m), perigee_distance(line, high_m));
+    let (low_x, high_x) = (
+        perigee_distance(line, low_m),
+        perigee_distance(line, high_m),
+    );
     let difference_of_squares = (high_m - low_m) * (2.0 * line.radius_m + high_m + low_m);
     if high_x > 0.0 {
         difference_of_squares / (high_x + low_x)

@@ -45,7 +45,11 @@ impl AtmosphereTable {
             }
             parts.push(phase_part(air, wavelength_axis(&self.wavelengths)));
         }
-        TableFile { quantity: QUANTITY.to_owned(), parts, provenance }
+        TableFile {
+            quantity: QUANTITY.to_owned(),
+            parts,
+            provenance,
+        }
     }
 
     fn spectra(&self) -> TablePart {
@@ -54,10 +58,20 @@ impl AtmosphereTable {
             single_row("ground_albedo", &self.ground_albedo),
         ];
         for air in &self.constituents {
-            channels.push(single_row(&format!("{}.extinction", air.name), &air.extinction_m1));
-            channels.push(single_row(&format!("{}.scattering", air.name), &air.scattering_m1));
+            channels.push(single_row(
+                &format!("{}.extinction", air.name),
+                &air.extinction_m1,
+            ));
+            channels.push(single_row(
+                &format!("{}.scattering", air.name),
+                &air.scattering_m1,
+            ));
         }
-        let names: Vec<&str> = self.constituents.iter().map(|air| air.name.as_str()).collect();
+        let names: Vec<&str> = self
+            .constituents
+            .iter()
+            .map(|air| air.name.as_str())
+            .collect();
         let attributes = Attributes::from([
             number("niji:planetRadiusM", self.planet_radius_m),
             number("niji:topHeightM", self.top_height_m),
@@ -93,16 +107,19 @@ impl AtmosphereTable {
             wavelengths,
             sun_irradiance: spectrum(spectra, "sun_irradiance")?,
             ground_albedo: spectrum(spectra, "ground_albedo")?,
-            constituents: names.map(|name| constituent(file, name)).collect::<Result<_, _>>()?,
+            constituents: names
+                .map(|name| constituent(file, name))
+                .collect::<Result<_, _>>()?,
         };
         table.check_planet()?;
         Ok(table)
     }
 
     fn check_planet(&self) -> Result<(), Error> {
-        for (what, value) in
-            [("planet radius", self.planet_radius_m), ("top of the air", self.top_height_m)]
-        {
+        for (what, value) in [
+            ("planet radius", self.planet_radius_m),
+            ("top of the air", self.top_height_m),
+        ] {
             if !(value.is_finite() && value > 0.0) {
                 return Err(bad_axis(what, format!("found {value} m")));
             }
@@ -117,29 +134,40 @@ fn constituent(file: &TableFile, name: &str) -> Result<AirConstituent, Error> {
     let phase = file.part(&format!("{name}.phase"))?;
     let density = row(profile, "density")?;
     let law = density_law(profile, &density)?;
-    let (reach_height_m, reach_mu, reach_m) = match law {
-        DensityLaw::Exponential => reaches(file.part(&format!("{name}.reach"))?)?,
-        DensityLaw::Linear => (Vec::new(), Vec::new(), Array2::zeros((0, 0))),
+    let reach = match law {
+        DensityLaw::Exponential => Some(file.part(&format!("{name}.reach"))?),
+        DensityLaw::Linear => None,
     };
     let phase_sr1 = grid_of_values(phase, "phase")?;
     let n_wavelengths = spectra.column_axis.values.len();
     if phase_sr1.nrows() != n_wavelengths {
         let what = format!("phase functions of {name:?}");
-        return Err(Error::Shape { what, found: phase_sr1.nrows(), expected: n_wavelengths });
+        return Err(Error::Shape {
+            what,
+            found: phase_sr1.nrows(),
+            expected: n_wavelengths,
+        });
     }
-    Ok(AirConstituent {
+    let mut air = AirConstituent {
         name: name.to_owned(),
         extinction_m1: spectrum(spectra, &format!("{name}.extinction"))?,
         scattering_m1: spectrum(spectra, &format!("{name}.scattering"))?,
         law,
         height_m: profile.column_axis.values.clone(),
         density,
-        reach_height_m,
-        reach_mu,
-        reach_m,
+        reach_height_m: Vec::new(),
+        reach_mu: Vec::new(),
+        reach_m: Array2::zeros((0, 0)),
         phase_angle_rad: phase.column_axis.values.clone(),
         phase_sr1,
-    })
+    };
+    if let Some(part) = reach {
+        air.reach_height_m
+            .clone_from(&part.row_axis("height")?.values);
+        air.reach_mu.clone_from(&part.column_axis.values);
+        air.reach_m = reaches(part, air.reach_height_m.len())?;
+    }
+    Ok(air)
 }
 
 fn density_law(profile: &TablePart, density: &[f64]) -> Result<DensityLaw, Error> {
@@ -147,7 +175,9 @@ fn density_law(profile: &TablePart, density: &[f64]) -> Result<DensityLaw, Error
         "linear" => Ok(DensityLaw::Linear),
         "exponential" => {
             let zero = density.iter().position(|&density| density <= 0.0);
-            zero.map_or(Ok(DensityLaw::Exponential), |x| Err(bad_value(profile, "density", x, 0.0)))
+            zero.map_or(Ok(DensityLaw::Exponential), |x| {
+                Err(bad_value(profile, "density", x, 0.0))
+            })
         }
         other => Err(Error::Quantity {
             found: format!("profile {other}"),
@@ -156,15 +186,15 @@ fn density_law(profile: &TablePart, density: &[f64]) -> Result<DensityLaw, Error
     }
 }
 
-fn reaches(part: &TablePart) -> Result<(Vec<f64>, Vec<f64>, Array2<f64>), Error> {
-    let heights = part.row_axis("height")?.values.clone();
+/// The reaches, which only the last row of `n_heights` may have at 0.
+fn reaches(part: &TablePart, n_heights: usize) -> Result<Array2<f64>, Error> {
     let values = grid_of_values(part, "reach")?;
     for ((row, column), &reach) in values.indexed_iter() {
-        if row + 1 < heights.len() && reach <= 0.0 {
+        if row + 1 < n_heights && reach <= 0.0 {
             return Err(bad_value(part, "reach", column, 0.0));
         }
     }
-    Ok((heights, part.column_axis.values.clone(), values))
+    Ok(values)
 }
 
 fn profile_part(air: &AirConstituent) -> TablePart {
@@ -202,12 +232,19 @@ fn phase_part(air: &AirConstituent, wavelengths: Axis) -> TablePart {
 }
 
 fn wavelength_axis(wavelengths: &WavelengthGrid) -> Axis {
-    Axis::new("wavelength", "nm", wavelengths.centers().map(|center| center.0).collect())
+    Axis::new(
+        "wavelength",
+        "nm",
+        wavelengths.centers().map(|center| center.0).collect(),
+    )
 }
 
 fn channel(name: &str, values: &Array2<f64>) -> Channel {
     // f32: see the head of the file.
-    Channel { name: name.to_owned(), values: values.mapv(|value| value as f32) }
+    Channel {
+        name: name.to_owned(),
+        values: values.mapv(|value| value as f32),
+    }
 }
 
 fn single_row(name: &str, values: &[f64]) -> Channel {
@@ -218,7 +255,9 @@ fn single_row(name: &str, values: &[f64]) -> Channel {
 /// A channel, every value of which must be finite and not negative.
 fn grid_of_values(part: &TablePart, name: &str) -> Result<Array2<f64>, Error> {
     let values = part.channel(name)?.mapv(f64::from);
-    let bad = values.indexed_iter().find(|(_, value)| !(value.is_finite() && **value >= 0.0));
+    let bad = values
+        .indexed_iter()
+        .find(|(_, value)| !(value.is_finite() && **value >= 0.0));
     match bad {
         None => Ok(values),
         Some(((_, x), &value)) => Err(bad_value(part, name, x, value)),
@@ -237,11 +276,20 @@ fn spectrum(spectra: &TablePart, name: &str) -> Result<Vec<f64>, Error> {
 fn bad_value(part: &TablePart, channel: &str, x: usize, value: f64) -> Error {
     let (part, channel) = (part.name.clone(), channel.to_owned());
     // f32: the value came from a file of f32.
-    Error::NotFinite { part, channel, x, y: 0, value: value as f32 }
+    Error::NotFinite {
+        part,
+        channel,
+        x,
+        y: 0,
+        value: value as f32,
+    }
 }
 
 fn bad_axis(name: &str, problem: String) -> Error {
-    Error::Axis { name: name.to_owned(), problem }
+    Error::Axis {
+        name: name.to_owned(),
+        problem,
+    }
 }
 
 fn text(name: &str, text: &str) -> (String, AttributeValue) {

@@ -18,19 +18,10 @@ impl Stencil {
         let above = axis.partition_point(|&node| node <= x);
         let first = above.saturating_sub(2).min(axis.len() - n_nodes);
         let x = x.clamp(axis[0], axis[axis.len() - 1]);
-        let nodes = &axis[first..first + n_nodes];
-        let mut weights = [0.0; 4];
-        for (i, weight) in weights.iter_mut().enumerate().take(n_nodes) {
-            let mut above_line = 1.0;
-            let mut below_line = 1.0;
-            for (j, &node) in nodes.iter().enumerate() {
-                if j != i {
-                    above_line *= x - node;
-                    below_line *= nodes[i] - node;
-                }
-            }
-            *weight = above_line / below_line;
-        }
+        let weights = match axis[first..first + n_nodes] {
+            [a, b, c, d] => cubic_weights([a, b, c, d], x),
+            ref nodes => weights_of_few(nodes, x),
+        };
         Self {
             first,
             n_nodes,
@@ -41,8 +32,34 @@ impl Stencil {
     /// Weighted sum of what `value` gives at the nodes, in the order of the axis.
     pub(super) fn sum(&self, value: impl Fn(usize) -> f64) -> f64 {
         let nodes = self.first..self.first + self.n_nodes;
-        nodes.zip(self.weights).map(|(node, weight)| weight * value(node)).sum()
+        nodes
+            .zip(self.weights)
+            .map(|(node, weight)| weight * value(node))
+            .sum()
     }
+}
+
+/// Lagrange's weights of four nodes.
+fn cubic_weights([a, b, c, d]: [f64; 4], x: f64) -> [f64; 4] {
+    let (xa, xb, xc, xd) = (x - a, x - b, x - c, x - d);
+    [
+        xb * xc * xd / ((a - b) * (a - c) * (a - d)),
+        xa * xc * xd / ((b - a) * (b - c) * (b - d)),
+        xa * xb * xd / ((c - a) * (c - b) * (c - d)),
+        xa * xb * xc / ((d - a) * (d - b) * (d - c)),
+    ]
+}
+
+/// Lagrange's weights of fewer nodes, followed by zeros.
+fn weights_of_few(nodes: &[f64], x: f64) -> [f64; 4] {
+    let mut weights = [0.0; 4];
+    for (i, weight) in weights.iter_mut().enumerate().take(nodes.len()) {
+        let others = nodes.iter().enumerate().filter(|&(j, _)| j != i);
+        *weight = others
+            .map(|(_, node)| (x - node) / (nodes[i] - node))
+            .product();
+    }
+    weights
 }
 
 #[cfg(test)]

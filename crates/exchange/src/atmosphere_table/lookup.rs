@@ -15,15 +15,21 @@ use super::sphere::RayStart;
 /// Largest |ln| of a ratio of densities on a segment that is integrated directly.
 const LARGEST_LOG_RATIO: f64 = 3.0;
 
-/// Gauss-Legendre nodes on 0..1 and weights, 12 points (Abramowitz and Stegun, table 25.4): positive
-/// half, mirrored below. `exp` over three e-folds is integrated to 1e-15.
-const HALF_RULE: [(f64, f64); 6] = [
-    (0.125233408511468915, 0.249147045813402785),
-    (0.367831498998180194, 0.233492536538354809),
-    (0.587317954286617447, 0.203167426723065922),
-    (0.769902674194304687, 0.160078328543346226),
-    (0.904117256370474857, 0.106939325995318431),
-    (0.981560634246719251, 0.0471753363865118272),
+/// Largest |ln| of a ratio of densities on a segment for which four nodes are enough: 1e-11.
+const SMALL_LOG_RATIO: f64 = 0.3;
+
+/// Gauss-Legendre nodes and weights of 4 and 8 points on -1..1: the positive half, mirrored in use
+/// (Abramowitz and Stegun, table 25.4). Eight integrate `exp` over three e-folds to 1e-14, and over
+/// a level ray, where the exponent is a square, to 1e-8.
+const HALF_RULE_OF_4: [(f64, f64); 2] = [
+    (0.339981043584856265, 0.652145154862546143),
+    (0.861136311594052575, 0.347854845137453857),
+];
+const HALF_RULE_OF_8: [(f64, f64); 4] = [
+    (0.183434642495649805, 0.362683783378361983),
+    (0.525532409916328986, 0.313706645877887287),
+    (0.796666477413626740, 0.222381034453374471),
+    (0.960289856497536232, 0.101228536290376259),
 ];
 
 /// Relative density at a height.
@@ -35,7 +41,10 @@ pub(super) fn density(air: &AirConstituent, height_m: f64) -> f64 {
     if height_m <= air.height_m[0] {
         return air.density[0];
     }
-    let above = air.height_m.partition_point(|&node| node < height_m).clamp(1, last);
+    let above = air
+        .height_m
+        .partition_point(|&node| node < height_m)
+        .clamp(1, last);
     let below = above - 1;
     let t = (height_m - air.height_m[below]) / (air.height_m[above] - air.height_m[below]);
     let (rho_below, rho_above) = (air.density[below], air.density[above]);
@@ -126,8 +135,7 @@ pub(super) fn segment(air: &AirConstituent, radius_m: f64, start: [f64; 3]) -> f
             mu: 0.0,
             ..ray
         };
-        return rising_segment(air, perigee, ray.reversed())
-            + rising_segment(air, perigee, end);
+        return rising_segment(air, perigee, ray.reversed()) + rising_segment(air, perigee, end);
     }
     if ray.mu < 0.0 {
         rising_segment(air, end.reversed(), ray.reversed())
@@ -147,21 +155,31 @@ fn rising_segment(air: &AirConstituent, low: RayStart, high: RayStart) -> f64 {
         DensityLaw::Exponential if high.height_m > top_m => rising_column(air, low),
         DensityLaw::Exponential => {
             let ratio = density(air, low.height_m) / density(air, high.height_m);
-            if ratio.ln().abs() > LARGEST_LOG_RATIO {
+            let log_ratio = ratio.ln().abs();
+            if log_ratio > LARGEST_LOG_RATIO {
                 return rising_column(air, low) - rising_column(air, high);
             }
             let length_m = closed_form::distance_between(low, low.height_m, high.height_m);
-            gauss_legendre(air, low, length_m)
+            if log_ratio < SMALL_LOG_RATIO {
+                gauss_legendre(air, low, length_m, &HALF_RULE_OF_4)
+            } else {
+                gauss_legendre(air, low, length_m, &HALF_RULE_OF_8)
+            }
         }
     }
 }
 
-/// Integral of the density over a length of a ray, by 12 nodes in rising order.
-fn gauss_legendre(air: &AirConstituent, ray: RayStart, length_m: f64) -> f64 {
+/// Integral of the density over a length of a ray, by pairs of nodes from the middle outwards.
+fn gauss_legendre(
+    air: &AirConstituent,
+    ray: RayStart,
+    length_m: f64,
+    half_rule: &[(f64, f64)],
+) -> f64 {
     let half_m = 0.5 * length_m;
-    let pair = |(x, weight): (f64, f64)| {
+    let pair = |&(x, weight): &(f64, f64)| {
         let at = |x: f64| density(air, ray.advanced(half_m * (1.0 + x)).height_m);
         weight * (at(-x) + at(x))
     };
-    half_m * HALF_RULE.into_iter().map(pair).sum::<f64>()
+    half_m * half_rule.iter().map(pair).sum::<f64>()
 }

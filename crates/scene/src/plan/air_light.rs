@@ -165,6 +165,7 @@ impl<'a> AirLight<'a> {
             theta_rad: (0.0, std::f64::consts::PI),
             rise: (rise, rise),
             drops: None,
+            depth: 0.0,
         };
         // The lower edge of each interval is the brighter one.
         let upper: f64 = (0..N_SKY_SAMPLES)

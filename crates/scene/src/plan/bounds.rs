@@ -77,10 +77,15 @@ pub(super) struct Assumed {
 impl Assumed {
     /// The ways in which the bows may be shaped.
     fn variants(&self) -> Vec<Variant> {
-        variants(|effect| match (self.may_be_on.contains(&effect), self.is_on.contains(&effect)) {
-            (true, true) => Some(true),
-            (true, false) => None,
-            (false, _) => Some(false),
+        variants(|effect| {
+            match (
+                self.may_be_on.contains(&effect),
+                self.is_on.contains(&effect),
+            ) {
+                (true, true) => Some(true),
+                (true, false) => None,
+                (false, _) => Some(false),
+            }
         })
     }
 }
@@ -107,9 +112,7 @@ fn taken(depth: f64) -> f64 {
 impl BoundScene<'_> {
     /// Largest optical depth of the drops on any ray of a block, Q = 1.
     pub(super) fn depth(&self, block: &Block) -> f64 {
-        block
-            .drops
-            .map_or(0.0, |chord| self.extinction_m1 * chord.length_m)
+        block.depth
     }
 
     /// Bound on an effect; `None` where nothing is known.
@@ -117,11 +120,15 @@ impl BoundScene<'_> {
         let proved = |change: &dyn Fn(&Block) -> f64| Some(self.over(BoundKind::Proved, change));
         match effect {
             Effect::PrimaryBow | Effect::SecondaryBow => {
-                let curve = self.light.bow(effect, &self.sunlight(assumed), &assumed.variants());
+                let curve = self
+                    .light
+                    .bow(effect, &self.sunlight(assumed), &assumed.variants());
                 proved(&|block| curve.max_within(block.theta_rad) * self.column(block, assumed))
             }
             Effect::Supernumeraries | Effect::SunDisc | Effect::SizeSpread => {
-                let curve = self.light.difference(effect, &self.sunlight(assumed), &assumed.variants());
+                let curve =
+                    self.light
+                        .difference(effect, &self.sunlight(assumed), &assumed.variants());
                 let change =
                     |block: &Block| curve.max_within(block.theta_rad) * self.column(block, assumed);
                 Some(self.over(BoundKind::TableDifference, &change))

@@ -199,16 +199,24 @@ fn rows(
     rows
 }
 
-/// Light of rays; within steps of the caustic the largest around the angle, which even steps would
-/// miss.
+/// Half of the narrowest ring over which tables average the light of rays, 0.005 degrees.
+const HALF_RING_RAD: f64 = 0.005 * std::f64::consts::PI / 180.0;
+
+/// Light of rays; within steps of the caustic, where it is not bounded, the largest mean over a ring
+/// as narrow as in a table.
 fn near_caustic(rays: &GeometricOrder, caustic_rad: f64, theta: Radians) -> [f64; 2] {
-    let at = |theta_rad: f64| rays.normalized_cross_section(Radians(theta_rad));
     if (theta.0 - caustic_rad).abs() > 3.0 * STEP_RAD {
-        return at(theta.0);
+        return rays.normalized_cross_section(theta);
     }
-    let offsets = (-4..=4).map(|offset| f64::from(offset) * STEP_RAD / 8.0);
+    let ring = |center_rad: f64| {
+        let (from, to) = (center_rad - HALF_RING_RAD, center_rad + HALF_RING_RAD);
+        rays.mean_over_ring(Radians(from), Radians(to))
+    };
+    let offsets = (-5..=5).map(|offset| f64::from(offset) * HALF_RING_RAD);
     let larger = |a: [f64; 2], b: [f64; 2]| [a[0].max(b[0]), a[1].max(b[1])];
-    offsets.map(|offset| at(theta.0 + offset)).fold([0.0; 2], larger)
+    offsets
+        .map(|offset| ring(theta.0 + offset))
+        .fold([0.0; 2], larger)
 }
 
 /// Unpolarized light of both polarizations.

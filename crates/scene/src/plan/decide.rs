@@ -2,8 +2,9 @@
 //!
 //! What a scene says `on` or `off` stays so. Of the rest, the smallest bounds are left out first, as
 //! long as the sum of all that are left out stays within half of the tolerance. The bounds of this
-//! sum hold in whatever order effects are left out (see `bounds`); those that are shown afterwards
-//! take account of the attenuation that stays on, and are never larger.
+//! sum hold in whatever order effects are left out (see `bounds`), with the bows shaped by every
+//! effect that may shape them. Where one of those is left out itself, the bows change a little, so
+//! the sum is checked again with the final bounds, and the largest comes back until it fits.
 
 use std::collections::BTreeSet;
 
@@ -13,6 +14,7 @@ use crate::effect::Switch;
 
 use super::bounds::Assumed;
 use super::bounds::Bound;
+use super::light_curves::SHAPING;
 
 /// Share of the tolerance that is for effects left out; the rest is for levels.
 const SHARE_FOR_EFFECTS: f64 = 0.5;
@@ -40,7 +42,11 @@ pub(super) fn decide(
         .collect();
     let assumed = Assumed {
         may_be_on: on.iter().chain(&open).copied().collect(),
-        is_on: on.clone(),
+        is_on: on
+            .iter()
+            .chain(open.iter().filter(|effect| SHAPING.contains(effect)))
+            .copied()
+            .collect(),
     };
     let mut sized: Vec<(f64, Effect)> = open
         .into_iter()
@@ -53,15 +59,47 @@ pub(super) fn decide(
         .collect();
     sized.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let budget = SHARE_FOR_EFFECTS * tolerance;
-    let mut left_out = 0.0;
+    let mut sum = 0.0;
+    let mut left_out = Vec::new();
     for (value, effect) in sized {
-        left_out += value;
-        if left_out > budget {
+        sum += value;
+        if sum > budget {
             on.insert(effect);
+        } else {
+            left_out.push(effect);
         }
     }
     drop_dependents(switches, &mut on);
+    keep_to(budget, (&mut on, left_out), bound);
     Decision { on }
+}
+
+/// What forcing `effect` on would add, with everything else as it is.
+pub(super) fn forced(on: &BTreeSet<Effect>, effect: Effect) -> Assumed {
+    let (mut may_be_on, mut is_on) = (on.clone(), on.clone());
+    may_be_on.insert(effect);
+    is_on.remove(&effect);
+    Assumed { may_be_on, is_on }
+}
+
+/// Brings the largest effect back until the sum of the final bounds fits.
+fn keep_to(
+    budget: f64,
+    (on, mut left_out): (&mut BTreeSet<Effect>, Vec<Effect>),
+    bound: &dyn Fn(Effect, &Assumed) -> Option<Bound>,
+) {
+    loop {
+        let value = |effect: Effect| {
+            bound(effect, &forced(on, effect)).map_or(f64::INFINITY, |bound| bound.value)
+        };
+        let sized: Vec<f64> = left_out.iter().map(|effect| value(*effect)).collect();
+        if sized.iter().sum::<f64>() <= budget {
+            return;
+        }
+        let largest = (0..sized.len()).max_by(|a, b| sized[*a].total_cmp(&sized[*b]));
+        let Some(largest) = largest else { return };
+        on.insert(left_out.swap_remove(largest));
+    }
 }
 
 /// Effects that have nothing to act on, once what they need was left out.

@@ -1,13 +1,17 @@
 //! What a plan needs to know of the drops: their box, extinction and sizes.
 
+use std::collections::BTreeMap;
+
 use glam::DVec3;
+use niji_dropfield::AreaMoments;
+use niji_dropfield::DropMode;
 use niji_dropfield::DropVolume;
 use niji_droplets::Axis;
 use niji_droplets::Shape;
 use niji_geometry::Aabb;
 
 /// Figures of a drop volume, of a shape before it is laid out or of a file after it was read.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct DropSummary {
     /// Lowest corner of the box outside of which there are no drops [m].
     pub min_m: DVec3,
@@ -23,14 +27,32 @@ pub struct DropSummary {
     pub effective_radius_um: (f64, f64),
     /// Smallest and largest effective variance, mixtures between nodes included.
     pub effective_variance: (f64, f64),
+    /// Boxes that hold all drops, each with the largest extinction in it.
+    pub parts: Vec<DropPart>,
 }
+
+/// A box within a drop volume.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DropPart {
+    /// The box.
+    pub bounds: Aabb,
+    /// Largest extinction without diffraction in it [1/m].
+    pub max_extinction_m1_q1: f64,
+}
+
+/// Parts of a volume along each axis, at most.
+const N_PARTS: [i32; 3] = [12, 8, 12];
+
+/// Shapes with more nodes than this are not laid out for a plan.
+const MAX_NODES_LAID_OUT: u64 = 1_000_000;
 
 /// Largest effective variance that the moments of a mixture of neighboring nodes are given in files,
 /// of which only the nodes are known.
 const MIXTURE_VARIANCE: f64 = 0.05;
 
 impl DropSummary {
-    /// Figures of a shape, in closed form; `None` if the shape is not valid.
+    /// Figures of a shape; `None` if it is not valid. Shapes of up to a million nodes are laid out
+    /// to find where the drops are, larger ones count as full.
     pub fn of_shape(shape: &Shape) -> Option<Self> {
         let grid = shape.grid();
         let counts = grid.n_nodes().ok()?;
@@ -39,15 +61,30 @@ impl DropSummary {
         let half = DVec3::splat(0.5 * grid.voxel_m);
         let (low_variance, high_variance) = shape.effective_variance_range();
         let mixed = mixture_variance(shape, counts);
+        let bounds = Aabb {
+            min: grid.min - half,
+            max: grid.min + n * grid.voxel_m + half,
+        };
+        let n_nodes: u64 = counts
+            .iter()
+            .map(|count| u64::from(count.unsigned_abs()))
+            .product();
+        let max_extinction_m1_q1 = shape.max_extinction_m1_q1();
+        let parts = if n_nodes <= MAX_NODES_LAID_OUT {
+            shape.volume().ok()?.modes.iter().flat_map(parts).collect()
+        } else {
+            vec![DropPart {
+                bounds,
+                max_extinction_m1_q1,
+            }]
+        };
         Some(Self {
-            min_m: grid.min - half,
-            max_m: grid.min + n * grid.voxel_m + half,
+            min_m: bounds.min,
+            max_m: bounds.max,
             voxel_m: grid.voxel_m,
-            n_nodes: counts
-                .iter()
-                .map(|count| u64::from(count.unsigned_abs()))
-                .product(),
-            max_extinction_m1_q1: shape.max_extinction_m1_q1(),
+            n_nodes,
+            max_extinction_m1_q1,
+            parts,
             effective_radius_um: shape.effective_radius_range_um(),
             effective_variance: (low_variance, high_variance.max(mixed)),
         })
@@ -62,6 +99,7 @@ impl DropSummary {
         let voxels = volume.modes.iter().map(niji_dropfield::DropMode::voxel_m);
         let (low_um, high_um) = summary.effective_radius_um;
         let (low, high) = summary.effective_variance;
+        let parts: Vec<DropPart> = volume.modes.iter().flat_map(parts).collect();
         let mixed = if high_um > low_um {
             MIXTURE_VARIANCE
         } else {
@@ -72,7 +110,12 @@ impl DropSummary {
             max_m: summary.max_m,
             voxel_m: voxels.fold(f64::INFINITY, f64::min),
             n_nodes: summary.n_nodes,
-            max_extinction_m1_q1: summary.max_extinction_m1_q1,
+            // Between nodes that differ in both, interpolated radius and density may exceed them.
+            max_extinction_m1_q1: parts
+                .iter()
+                .map(|part| part.max_extinction_m1_q1)
+                .fold(summary.max_extinction_m1_q1, f64::max),
+            parts,
             effective_radius_um: (low_um, high_um),
             effective_variance: (low, high.max(mixed)),
         })
@@ -85,6 +128,65 @@ impl DropSummary {
             max: self.max_m,
         }
     }
+}
+
+/// Boxes of nodes of a mode that have drops, with a bound on their extinction: the largest number
+/// density times the largest mean square radius, which holds for interpolated moments and for
+/// interpolated radius and density.
+fn parts(mode: &DropMode) -> Vec<DropPart> {
+    let Some((low, high)) = mode.node_range() else {
+        return Vec::new();
+    };
+    let counts: [i32; 3] =
+        std::array::from_fn(|axis| (high[axis] - low[axis] + 1).min(N_PARTS[axis]));
+    let size: [i32; 3] =
+        std::array::from_fn(|axis| (high[axis] - low[axis] + 1 + counts[axis] - 1) / counts[axis]);
+    // Largest number density and mean square radius of the nodes that reach into each box.
+    let mut largest: BTreeMap<[i32; 3], (f64, f64)> = BTreeMap::new();
+    for (node, drops) in mode.nodes() {
+        let number = f64::from(drops.number_density_m3);
+        let square = AreaMoments::from_drops(&drops).extinction_m1_q1() / number;
+        let relative: [i32; 3] = std::array::from_fn(|axis| node[axis] - low[axis]);
+        for place in places(relative, size) {
+            let entry = largest.entry(place).or_insert((0.0, 0.0));
+            *entry = (entry.0.max(number), entry.1.max(square));
+        }
+    }
+    let part = |(place, (number, square)): ([i32; 3], (f64, f64))| {
+        let first: [i32; 3] = std::array::from_fn(|axis| low[axis] + place[axis] * size[axis]);
+        let last: [i32; 3] = std::array::from_fn(|axis| first[axis] + size[axis]);
+        let bounds = Aabb {
+            min: mode.node_position(first),
+            max: mode.node_position(last),
+        };
+        DropPart {
+            bounds,
+            max_extinction_m1_q1: number * square,
+        }
+    };
+    largest.into_iter().map(part).collect()
+}
+
+/// The boxes that a node's drops reach into: between nodes they are interpolated, so that a node on
+/// the border of two boxes belongs to both.
+fn places(node: [i32; 3], size: [i32; 3]) -> impl Iterator<Item = [i32; 3]> {
+    let upper: [i32; 3] = std::array::from_fn(|axis| node[axis].div_euclid(size[axis]));
+    let lower: [i32; 3] = std::array::from_fn(|axis| (node[axis] - 1).div_euclid(size[axis]));
+    let is_lower = |corner: usize, axis: usize| corner >> axis & 1 == 1;
+    (0..8)
+        // Each box once where both ends of an axis lie in the same.
+        .filter(move |corner| {
+            (0..3).all(|axis| !is_lower(*corner, axis) || upper[axis] != lower[axis])
+        })
+        .map(move |corner| {
+            std::array::from_fn(|axis| {
+                if is_lower(corner, axis) {
+                    lower[axis]
+                } else {
+                    upper[axis]
+                }
+            })
+        })
 }
 
 /// Mixtures of neighboring nodes that are looked at, from one to the other.
@@ -166,6 +268,35 @@ mod tests {
     }
 
     #[test]
+    fn parts_bound_the_extinction_everywhere() {
+        let volume = gradient(2.0).volume().unwrap();
+        let summary = DropSummary::of_volume(&volume).unwrap();
+        let bricks = niji_dropfield::Bricks::build(
+            &volume.modes[0],
+            niji_dropfield::Interpolation::RadiusDensity,
+        )
+        .unwrap();
+        let mut covered = 0;
+        for index in 0..20_000_u32 {
+            // A lattice that hits no node, half a voxel beyond the box on every side.
+            let part = |step: u32, n: u32| f64::from(index / step % n) / f64::from(n);
+            let place = DVec3::new(part(1, 19), part(19, 53), part(19 * 53, 19));
+            let point = summary.min_m + place * (summary.max_m - summary.min_m);
+            let found = f64::from(bricks.sample(point).moments().extinction_m1_q1() as f32);
+            let inside = summary
+                .parts
+                .iter()
+                .filter(|part| part.bounds.contains(point));
+            let bound = inside
+                .map(|part| part.max_extinction_m1_q1)
+                .fold(0.0, f64::max);
+            assert!(found <= bound * (1.0 + 1e-5), "{point}: {found} {bound}");
+            covered += u32::from(found > 0.0);
+        }
+        assert!(covered > 10_000);
+    }
+
+    #[test]
     fn mixtures_of_a_gradient_spread_more_on_coarser_lattices() {
         let spread = |voxel_m| {
             DropSummary::of_shape(&gradient(voxel_m))
@@ -173,8 +304,10 @@ mod tests {
                 .effective_variance
                 .1
         };
-        assert!(spread(8.0) > 2.0 * spread(2.0) && spread(8.0) < 0.49);
-        assert!(spread(0.25) > 0.0);
+        // Two sizes of ratio q have at most (q - 1)²/(4 q): the lowest two of the finest lattice are
+        // 15.8 and 27.5 um.
+        assert!((spread(0.5) - (27.461 - 15.82_f64).powi(2) / (4.0 * 27.461 * 15.82)).abs() < 5e-3);
+        assert!(spread(8.0) > spread(2.0) && spread(8.0) < 0.49);
     }
 
     #[test]

@@ -51,7 +51,9 @@ pub(super) fn bound(effect: Effect, scene: &BoundScene<'_>, facts: &Facts) -> Op
         let power = if diameter_mm < 1.0 { 3.0 } else { 2.2 };
         let moved = (SHIFT_AT_1_MM_DEG * diameter_mm.powf(power) / BOW_WIDTH_DEG).min(1.0);
         let factor = vec![1.0; scene.lines.len()];
-        let bow = scene.light.bow(Effect::PrimaryBow, &factor, &variants(|_| Some(true)));
+        let bow = scene
+            .light
+            .bow(Effect::PrimaryBow, &factor, &variants(|_| Some(true)));
         return estimate(&|block| moved * bow.max_within(block.theta_rad) * share(block));
     }
     let (low_deg, high_deg) = facts.theta_deg.unwrap_or((90.0, 90.0));

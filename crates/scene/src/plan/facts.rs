@@ -61,7 +61,17 @@ impl Situation {
         let camera = scene.camera.pinhole()?;
         let grid = scene.spectrum.grid()?;
         let sun = scene.sun.direction();
-        let blocks = view::blocks(&camera, sun, Some(&drops.bounds()));
+        let parts: Vec<view::Part> = drops
+            .parts
+            .iter()
+            .map(|part| (part.bounds, part.max_extinction_m1_q1))
+            .collect();
+        let extent = view::Extent {
+            whole: drops.bounds(),
+            extinction_m1: drops.max_extinction_m1_q1,
+            parts: &parts,
+        };
+        let blocks = view::blocks(&camera, sun, &extent);
         let sun_chord_m = view::longest_chord_m(&drops.bounds(), sun);
         let bow = |order| {
             let index = water_refractive_index(SPLIT_WAVELENGTH, scene.water.temperature_c);
@@ -106,11 +116,11 @@ impl Situation {
         table.map(air)
     }
 
-    pub(super) fn curves(&self, scene: &Scene) -> LightCurves {
-        LightCurves::new(&CurvesRequest {
+    pub(super) fn curves(&self, scene: &Scene) -> LightCurves<'_> {
+        LightCurves::new(CurvesRequest {
             theory: self.levels.theory,
             lines: &self.lines,
-            sizes: &self.sizes(),
+            sizes: self.sizes(),
             theta_rad: self
                 .view
                 .theta_deg
@@ -122,7 +132,7 @@ impl Situation {
 
     pub(super) fn bound_scene<'a>(
         &'a self,
-        light: &'a LightCurves,
+        light: &'a LightCurves<'a>,
         air: Option<&'a AirLight<'a>>,
     ) -> BoundScene<'a> {
         BoundScene {
@@ -130,7 +140,6 @@ impl Situation {
             lines: &self.lines,
             light,
             air,
-            extinction_m1: self.drops.max_extinction_m1_q1,
             sun_depth: self.view.max_sun_optical_depth,
             efficiency: self.levels.drop_extinction.efficiency(),
             farthest_m: self.view.distance_m.map_or(0.0, |(_, far_m)| far_m),
@@ -172,7 +181,7 @@ impl Situation {
 fn summary(scene: &Scene, inputs: &PlanInputs<'_>) -> Result<DropSummary, PlanError> {
     let summary = match scene.drops.shape() {
         Some(shape) => DropSummary::of_shape(&shape),
-        None => inputs.drops,
+        None => inputs.drops.clone(),
     };
     let file = || match scene.drops.shape() {
         Some(shape) => format!("of the shape {}", shape.name()),
@@ -212,7 +221,7 @@ fn lines(grid: &WavelengthGrid) -> (Vec<Line>, f64) {
 
 fn seen(blocks: &[Block], drops: &DropSummary, sun_chord_m: f64) -> View {
     let (mut theta_deg, mut distance_m) = (None, None);
-    let mut longest_m = 0.0_f64;
+    let mut depth = 0.0_f64;
     let widen = |range: &mut Option<(f64, f64)>, (low, high): (f64, f64)| {
         let (a, b) = range.unwrap_or((low, high));
         *range = Some((a.min(low), b.max(high)));
@@ -222,12 +231,12 @@ fn seen(blocks: &[Block], drops: &DropSummary, sun_chord_m: f64) -> View {
         let (low, high) = block.theta_rad;
         widen(&mut theta_deg, (low.to_degrees(), high.to_degrees()));
         widen(&mut distance_m, (chord.enter_m, chord.leave_m));
-        longest_m = longest_m.max(chord.length_m);
+        depth = depth.max(block.depth);
     }
     View {
         theta_deg,
         distance_m,
-        max_optical_depth: drops.max_extinction_m1_q1 * longest_m,
+        max_optical_depth: depth,
         max_sun_optical_depth: drops.max_extinction_m1_q1 * sun_chord_m,
     }
 }

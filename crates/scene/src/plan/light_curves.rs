@@ -31,7 +31,10 @@ pub(super) type Variant = usize;
 
 /// Bit of a shaping effect.
 fn bit(effect: Effect) -> Variant {
-    SHAPING.iter().position(|shaping| *shaping == effect).map_or(0, |place| 1 << place)
+    SHAPING
+        .iter()
+        .position(|shaping| *shaping == effect)
+        .map_or(0, |place| 1 << place)
 }
 
 /// Combinations that agree with what is known: `None` where an effect may be on or off.
@@ -41,7 +44,9 @@ pub(super) fn variants(known: impl Fn(Effect) -> Option<bool>) -> Vec<Variant> {
             .into_iter()
             .all(|effect| known(effect).is_none_or(|on| on == (variant & bit(effect) != 0)))
     };
-    (0..1 << SHAPING.len()).filter(|variant| agrees(*variant)).collect()
+    (0..1 << SHAPING.len())
+        .filter(|variant| agrees(*variant))
+        .collect()
 }
 
 /// What the curves are made from.
@@ -67,7 +72,11 @@ pub(super) struct LightCurves<'a> {
 impl<'a> LightCurves<'a> {
     pub(super) fn new(request: CurvesRequest<'a>) -> Self {
         let lights = std::array::from_fn(|_| OnceCell::new());
-        Self { request, airy: OnceCell::new(), lights }
+        Self {
+            request,
+            airy: OnceCell::new(),
+            lights,
+        }
     }
 
     /// Light of both orders in a variant; empty where no drops are in view.
@@ -76,23 +85,36 @@ impl<'a> LightCurves<'a> {
     }
 
     fn compute(&self, variant: Variant) -> Vec<BowLight> {
-        let Some((low, high)) = self.request.theta_rad else { return Vec::new() };
+        let Some((low, high)) = self.request.theta_rad else {
+            return Vec::new();
+        };
         if variant & bit(Effect::SunDisc) != 0 {
             let point = self.lights(variant & !bit(Effect::SunDisc));
-            return point.iter().map(|light| light.seen_from_disc(SUN_DISC_DIAMETER_RAD)).collect();
+            return point
+                .iter()
+                .map(|light| light.seen_from_disc(SUN_DISC_DIAMETER_RAD))
+                .collect();
         }
         let spread = variant & bit(Effect::SizeSpread) != 0;
         let fringes = variant & bit(Effect::Supernumeraries) != 0;
-        let size = |(radius, variance): &(f64, f64)| (*radius, if spread { *variance } else { 0.0 });
+        let size =
+            |(radius, variance): &(f64, f64)| (*radius, if spread { *variance } else { 0.0 });
         let sizes: Vec<(f64, f64)> = self.request.sizes.iter().map(size).collect();
         let reach = SUN_DISC_DIAMETER_RAD;
         let light = |order| {
             BowLight::new(&LightRequest {
-                theory: if fringes { self.request.theory } else { Theory::Geometric },
+                theory: if fringes {
+                    self.request.theory
+                } else {
+                    Theory::Geometric
+                },
                 order,
                 lines: self.request.lines,
                 sizes: &sizes,
-                theta_rad: ((low - reach).max(0.0), (high + reach).min(std::f64::consts::PI)),
+                theta_rad: (
+                    (low - reach).max(0.0),
+                    (high + reach).min(std::f64::consts::PI),
+                ),
                 temperature_c: self.request.temperature_c,
                 airy: self.airy.get_or_init(AiryTable::compute),
             })
@@ -104,16 +126,26 @@ impl<'a> LightCurves<'a> {
     /// on its side of the split the other order's too. An order is in the table if its bow is on,
     /// and the renderer leaves out a side whose bow is off.
     pub(super) fn bow(&self, bow: Effect, factor: &[f64], variants: &[Variant]) -> Curve {
-        let (own, other) = if bow == Effect::PrimaryBow { (0, 1) } else { (1, 0) };
+        let (own, other) = if bow == Effect::PrimaryBow {
+            (0, 1)
+        } else {
+            (1, 0)
+        };
         let is_own_side = |theta_rad: f64| (theta_rad >= self.request.split_rad) == (own == 0);
         let curve = |variant: &Variant| {
             let lights = self.lights(*variant);
             let of = |order: usize| {
-                lights.get(order).map_or_else(Curve::empty, |l| l.luminance(self.request.lines, factor))
+                lights
+                    .get(order)
+                    .map_or_else(Curve::empty, |l| l.luminance(self.request.lines, factor))
             };
             of(own).plus(&of(other).only(is_own_side))
         };
-        variants.iter().map(curve).reduce(|a, b| a.or_larger(&b)).unwrap_or_else(Curve::empty)
+        variants
+            .iter()
+            .map(curve)
+            .reduce(|a, b| a.or_larger(&b))
+            .unwrap_or_else(Curve::empty)
     }
 
     /// What a shaping effect changes, largest over `variants`.
@@ -127,7 +159,11 @@ impl<'a> LightCurves<'a> {
                 .reduce(|a, b| a.plus(&b))
                 .unwrap_or_else(Curve::empty)
         };
-        variants.iter().map(curve).reduce(|a, b| a.or_larger(&b)).unwrap_or_else(Curve::empty)
+        variants
+            .iter()
+            .map(curve)
+            .reduce(|a, b| a.or_larger(&b))
+            .unwrap_or_else(Curve::empty)
     }
 }
 

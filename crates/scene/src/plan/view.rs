@@ -48,15 +48,21 @@ pub(super) struct Chord {
 /// A part of the drops' box and the largest extinction in it at Q = 1 [1/m].
 pub(super) type Part = (Aabb, f64);
 
+/// Where drops are.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Extent<'a> {
+    /// The box outside of which there are none.
+    pub(super) whole: Aabb,
+    /// Largest extinction of all modes together at Q = 1 [1/m].
+    pub(super) extinction_m1: f64,
+    /// Boxes that hold all drops; those of several modes may overlap.
+    pub(super) parts: &'a [Part],
+}
+
 /// Cuts the picture into blocks. The optical depth of a ray is at most the sum over the parts of
 /// their extinction times its way inside, and at most the largest extinction times its way through
 /// the whole.
-pub(super) fn blocks(
-    camera: &PinholeCamera,
-    sun: DVec3,
-    (whole, parts): (&Aabb, &[Part]),
-) -> Vec<Block> {
-    let drops = (whole, parts);
+pub(super) fn blocks(camera: &PinholeCamera, sun: DVec3, drops: &Extent<'_>) -> Vec<Block> {
     let (width, height) = (camera.width_px(), camera.height_px());
     let (n_x, n_y) = (width.min(MAX_BLOCKS.0), height.min(MAX_BLOCKS.1));
     let edge = |index: u32, n: u32, size: u32| {
@@ -80,12 +86,7 @@ struct Rectangle {
 }
 
 impl Rectangle {
-    fn block(
-        &self,
-        camera: &PinholeCamera,
-        sun: DVec3,
-        (whole, parts): (&Aabb, &[Part]),
-    ) -> Block {
+    fn block(&self, camera: &PinholeCamera, sun: DVec3, drops: &Extent<'_>) -> Block {
         let ((x0, x1), (y0, y1)) = (self.x_px, self.y_px);
         let ray = |x, y| camera.ray(x, y).direction;
         let middle = ray(0.5 * (x0 + x1), 0.5 * (y0 + y1));
@@ -97,15 +98,13 @@ impl Rectangle {
         let theta_rad = angle_rad(middle, sun);
         let elevation_rad = angle_rad(middle, DVec3::NEG_Y) - 0.5 * PI;
         let sine = |rad: f64| rad.clamp(-0.5 * PI, 0.5 * PI).sin();
-        let whole_chord = chord(camera, &corners, whole);
+        let whole_chord = chord(camera, &corners, &drops.whole);
         let depth = whole_chord.map_or(0.0, |whole| {
-            let largest = parts.iter().map(|(_, extinction)| *extinction).fold(0.0, f64::max);
             let in_part = |(bounds, extinction_m1): &Part| {
                 chord(camera, &corners, bounds).map_or(0.0, |c| extinction_m1 * c.length_m)
             };
-            // Parts of several modes overlap, so that only the sum of parts bounds them.
-            let sum: f64 = parts.iter().map(in_part).sum();
-            sum.min(largest * whole.length_m * f64::from(modes(parts)))
+            let sum: f64 = drops.parts.iter().map(in_part).sum();
+            sum.min(drops.extinction_m1 * whole.length_m)
         });
         let pixels = f64::from(camera.width_px()) * f64::from(camera.height_px());
         Block {
@@ -230,6 +229,14 @@ mod tests {
         .unwrap()
     }
 
+    fn extent(whole: &Aabb) -> Extent<'static> {
+        Extent {
+            whole: *whole,
+            extinction_m1: 1.0,
+            parts: &[],
+        }
+    }
+
     /// The block that holds a pixel.
     fn block_of(blocks: &[Block], x: u32, y: u32) -> &Block {
         let find = |p: u32, size: u32, n: u32| {
@@ -255,7 +262,7 @@ mod tests {
             (DVec3::new(0.0, 1.6, 0.0), 180.0, 80.0),
         ] {
             let camera = camera(position, azimuth_deg, elevation_deg);
-            let blocks = blocks(&camera, sun, Some(&bounds));
+            let blocks = blocks(&camera, sun, &extent(&bounds));
             for y in 0..HEIGHT {
                 for x in 0..WIDTH {
                     let ray = camera.ray(f64::from(x) + 0.3, f64::from(y) + 0.9);
@@ -284,7 +291,7 @@ mod tests {
             max: DVec3::new(90.0, 90.0, -100.0),
         };
         let camera = camera(DVec3::ZERO, 0.0, 0.0);
-        let blocks = blocks(&camera, DVec3::Y, Some(&bounds));
+        let blocks = blocks(&camera, DVec3::Y, &extent(&bounds));
         let chord = block_of(&blocks, WIDTH / 2, HEIGHT / 2).drops.unwrap();
         assert!(chord.length_m < 1.05 * 20.0, "{chord:?}");
         assert!(chord.enter_m > 99.9 && chord.leave_m < 121.0, "{chord:?}");
@@ -296,8 +303,34 @@ mod tests {
             min: DVec3::new(-9.0, 0.0, -30.0),
             max: DVec3::new(9.0, 9.0, -20.0),
         };
-        let blocks = blocks(&camera(DVec3::ZERO, 180.0, 0.0), DVec3::Y, Some(&bounds));
+        let blocks = blocks(&camera(DVec3::ZERO, 180.0, 0.0), DVec3::Y, &extent(&bounds));
         assert!(blocks.iter().all(|block| block.drops.is_none()));
+    }
+
+    #[test]
+    fn optical_depth_is_bounded_by_the_parts_that_a_ray_crosses() {
+        let part = |x: f64| Aabb {
+            min: DVec3::new(x, -9.0, -30.0),
+            max: DVec3::new(x + 4.0, 9.0, -20.0),
+        };
+        let whole = Aabb {
+            min: part(-20.0).min,
+            max: part(16.0).max,
+        };
+        let parts = [(part(-20.0), 0.3), (part(16.0), 0.1)];
+        let camera = camera(DVec3::ZERO, 0.0, 0.0);
+        let drops = Extent {
+            whole,
+            extinction_m1: 0.3,
+            parts: &parts,
+        };
+        for block in blocks(&camera, DVec3::Y, &drops) {
+            assert!(block.depth <= 0.3 * block.drops.map_or(0.0, |chord| chord.length_m));
+        }
+        let drops = blocks(&camera, DVec3::Y, &drops);
+        let middle = block_of(&drops, WIDTH / 2, HEIGHT / 2);
+        assert!(middle.drops.is_some() && middle.depth < 1e-12, "{middle:?}");
+        assert!(drops.iter().any(|block| block.depth > 1.0));
     }
 
     #[test]
