@@ -1,1 +1,121 @@
+//! Conformance with independent readers and writers: OpenVDB, vdb-rs, OpenEXR, OpenImageIO and
+//! colour-science. Runs by name only, because it needs their packages; `.ci/run` installs them.
+//!
+//! `NIJI_CONFORMANCE_PYTHON` is the Python that has the PyPI packages (default `python3`); OpenVDB's
+//! module belongs to the system's `/usr/bin/python3`.
 
+mod support;
+#[path = "conformance/vdb.rs"]
+mod vdb;
+#[path = "conformance/vdb_expected.rs"]
+mod vdb_expected;
+
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+use std::process::Command;
+
+use niji_vdb::Compression;
+use niji_vdb::VdbFile;
+use support::niji_ends_with;
+use support::repository;
+use support::text;
+use support::variant;
+
+/// Debian's Python, which sees Debian's OpenVDB module.
+const SYSTEM_PYTHON: &str = "/usr/bin/python3";
+/// The fewest files that the matrix of OpenVDB's own files may have.
+const FEWEST_MATRIX_FILES: usize = 20;
+
+fn python() -> String {
+    std::env::var("NIJI_CONFORMANCE_PYTHON").unwrap_or_else(|_| "python3".to_owned())
+}
+
+fn run(program: &str, arguments: &[&str]) -> String {
+    let output = Command::new(program).args(arguments).output();
+    let output = output.unwrap_or_else(|error| panic!("{program}: {error}"));
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    let (out, err) = (text(&output.stdout), text(&output.stderr));
+    assert!(output.status.success(), "{program} {}\n{out}{err}", arguments.join(" "));
+    out
+}
+
+fn check_with_openvdb(path: &Path) {
+    let file = VdbFile::read(path).expect("we read our own file");
+    let expected = path.with_extension("json");
+    std::fs::write(&expected, vdb_expected::expected(&file).to_string()).unwrap();
+    let script = repository("tests/conformance/check_vdb.py");
+    run(SYSTEM_PYTHON, &[text(&script), text(path), text(&expected)]);
+}
+
+#[test]
+fn openvdb_reads_every_kind_of_file_that_we_write() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, file) in vdb_expected::samples() {
+        for (compression, suffix) in [(Compression::None, "none"), (Compression::Zip, "zip")] {
+            let path = folder.path().join(format!("{name}-{suffix}.vdb"));
+            file.write(File::create(&path).unwrap(), compression).unwrap();
+            check_with_openvdb(&path);
+        }
+    }
+}
+
+#[test]
+fn we_read_every_kind_of_file_that_openvdb_writes() {
+    let folder = tempfile::tempdir().unwrap();
+    let script = repository("tests/conformance/make_vdb_matrix.py");
+    run(SYSTEM_PYTHON, &[text(&script), text(folder.path())]);
+    let n_files = vdb::compare_matrix(folder.path());
+    assert!(n_files >= FEWEST_MATRIX_FILES, "only {n_files} files in the matrix");
+}
+
+#[test]
+fn the_drop_volumes_of_scenes_are_read_by_openvdb_and_vdb_rs() {
+    for (name, voxel_m) in [("paper-c-figure-6.toml", "10.0"), ("paper-c-figure-3.toml", "10.0")] {
+        let folder = tempfile::tempdir().unwrap();
+        let scene = variant(name, folder.path(), &[("drops.voxel_m", voxel_m)]);
+        for flags in [&[][..], &["--zip"]] {
+            let path = folder.path().join(format!("drops{}.vdb", flags.len()));
+            let arguments = ["drops", "--scene", text(&scene), "-o", text(&path), "-q"];
+            niji_ends_with(0, &[&arguments[..], flags].concat());
+            check_with_openvdb(&path);
+            check_with_vdb_rs(&path);
+        }
+    }
+}
+
+fn check_with_vdb_rs(path: &Path) {
+    let ours = VdbFile::read(path).unwrap();
+    let stream = BufReader::new(File::open(path).unwrap());
+    let mut reader = vdb_rs::VdbReader::new(stream).expect("vdb-rs opens the file");
+    for grid in &ours.grids {
+        let tree = grid.tree.as_float().expect("drop volumes hold floats");
+        let theirs = reader.read_grid::<f32>(&grid.name).expect("vdb-rs reads the grid");
+        let mut n_voxels = 0;
+        for (position, value, _) in theirs.iter() {
+            let voxel = [position.x, position.y, position.z].map(|axis| axis as i32);
+            assert_eq!(tree.get(voxel).to_bits(), value.to_bits(), "{} {voxel:?}", grid.name);
+            n_voxels += 1;
+        }
+        assert_eq!(n_voxels, tree.active_voxel_count(), "{}", grid.name);
+    }
+}
+
+#[test]
+fn openexr_openimageio_and_colour_science_read_every_file_of_a_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let small = [("camera.width_px", "96"), ("camera.height_px", "72")];
+    let scene = variant("paper-b-sun-20-inscatter.toml", folder.path(), &small);
+    let out = folder.path().join("out");
+    niji_ends_with(0, &["run", text(&scene), "-o", text(&out), "-q"]);
+    let path = |name: &str| out.join(name);
+    let check_exr = repository("tests/conformance/check_exr.py");
+    for name in ["airy.exr", "scatter.exr", "atmosphere.exr", "image.exr", "image.rgb.exr"] {
+        run(&python(), &[text(&check_exr), text(&path(name))]);
+    }
+    let check_image = repository("tests/conformance/check_image.py");
+    run(&python(), &[text(&check_image), text(&path("image.exr"))]);
+    let example = repository("examples/read_table.py");
+    let printed = run(&python(), &[text(&example), text(&path("scatter.exr"))]);
+    assert!(printed.contains("theta"), "{printed}");
+}

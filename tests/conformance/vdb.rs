@@ -120,7 +120,10 @@ fn compare_grid<T: Bits>(grid: &Grid, tree: &SparseTree<T>, account: &[&str], na
             }
             "probe" => {
                 let voxel = voxel(&words);
-                let found = (u8::from(tree.is_active(voxel)).to_string(), tree.get(voxel).text());
+                let found = (
+                    u8::from(tree.is_active(voxel)).to_string(),
+                    tree.get(voxel).text(),
+                );
                 let expected = (words[3].to_owned(), words[4].to_owned());
                 assert_eq!(found, expected, "voxel {voxel:?} of {name}");
             }
@@ -137,16 +140,31 @@ fn voxel(words: &[&str]) -> [i32; 3] {
 
 fn compare_map(grid: &Grid, words: &[&str], name: &str) {
     let linear = grid.transform.linear();
-    let rows = [linear.x_axis, linear.y_axis, linear.z_axis, grid.transform.translation()];
+    let rows = [
+        linear.x_axis,
+        linear.y_axis,
+        linear.z_axis,
+        grid.transform.translation(),
+    ];
     for (row, expected) in rows.iter().zip(words.chunks(4)) {
-        assert_eq!(row.to_array().map(Bits::text), expected[..3], "map of {name}");
+        assert_eq!(
+            row.to_array().map(Bits::text),
+            expected[..3],
+            "map of {name}"
+        );
     }
 }
 
 fn compare_leaf<T: Bits>(tree: &SparseTree<T>, words: &[&str], name: &str) {
     let origin = voxel(words);
-    let leaf = tree.leaf(origin).unwrap_or_else(|| panic!("no leaf at {origin:?} in {name}"));
-    assert_eq!(leaf.mask.map(|word| format!("{word:016x}")), words[3..11], "a mask of {name}");
+    let leaf = tree
+        .leaf(origin)
+        .unwrap_or_else(|| panic!("no leaf at {origin:?} in {name}"));
+    assert_eq!(
+        leaf.mask.map(|word| format!("{word:016x}")),
+        words[3..11],
+        "a mask of {name}"
+    );
     assert_eq!(words.len() - 11, LEAF_VOXELS);
     for (value, expected) in leaf.values.iter().zip(&words[11..]) {
         assert_eq!(value.text(), *expected, "leaf {origin:?} of {name}");
@@ -157,7 +175,11 @@ fn compare_tile<T: Bits>(tree: &SparseTree<T>, words: &[&str], name: &str) {
     let origin = voxel(words);
     let tile = tree.tiles().iter().find(|tile| tile.origin == origin);
     let tile = tile.unwrap_or_else(|| panic!("no tile at {origin:?} in {name}"));
-    let found = [tile.level.dim().to_string(), u8::from(tile.active).to_string(), tile.value.text()];
+    let found = [
+        tile.level.dim().to_string(),
+        u8::from(tile.active).to_string(),
+        tile.value.text(),
+    ];
     assert_eq!(found, words[3..6], "tile {origin:?} of {name}");
 }
 
@@ -167,15 +189,24 @@ const NOT_ITEMS: [&str; 3] = ["name", "class", "file_delayed_load"];
 fn compare_items(items: &Metadata, account: &[&str], name: &str) {
     for line in account {
         let mut words = line.splitn(4, ' ');
-        if !words.next().is_some_and(|keyword| keyword == "item" || keyword == "file_item") {
+        if !words
+            .next()
+            .is_some_and(|keyword| keyword == "item" || keyword == "file_item")
+        {
             continue;
         }
         let [item, kind, expected] = [(); 3].map(|()| words.next().unwrap_or_default());
         if NOT_ITEMS.contains(&item) {
             continue;
         }
-        let found = items.get(item).unwrap_or_else(|| panic!("no item {item} in {name}"));
-        assert_eq!(item_text(found), (kind.to_owned(), expected.to_owned()), "{item} of {name}");
+        let found = items
+            .get(item)
+            .unwrap_or_else(|| panic!("no item {item} in {name}"));
+        assert_eq!(
+            item_text(found),
+            (kind.to_owned(), expected.to_owned()),
+            "{item} of {name}"
+        );
     }
 }
 
@@ -202,6 +233,9 @@ fn item_text(value: &MetaValue) -> (String, String) {
 }
 
 fn vector_text<T: ToString>(components: &[T]) -> String {
-    let texts = components.iter().map(ToString::to_string).collect::<Vec<_>>();
+    let texts = components
+        .iter()
+        .map(ToString::to_string)
+        .collect::<Vec<_>>();
     format!("[{}]", texts.join(", "))
 }

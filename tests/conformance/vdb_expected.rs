@@ -43,14 +43,26 @@ fn expected_grid<T: Value>(
     for leaf in tree.leaves() {
         for index in 0..LEAF_VOXELS {
             let [x, y, z] = leaf.voxel(index);
-            voxels.push(json!([x, y, z, leaf.is_active(index), value(leaf.values[index])]));
+            voxels.push(json!([
+                x,
+                y,
+                z,
+                leaf.is_active(index),
+                value(leaf.values[index])
+            ]));
         }
     }
     for tile in tree.tiles() {
         let [x, y, z] = tile.origin.map(|axis| axis + tile.level.dim() - 1);
         voxels.push(json!([x, y, z, tile.active, value(tile.value)]));
     }
-    let index = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z, DVec3::new(-3.5, 100.0, 1e4)];
+    let index = [
+        DVec3::ZERO,
+        DVec3::X,
+        DVec3::Y,
+        DVec3::Z,
+        DVec3::new(-3.5, 100.0, 1e4),
+    ];
     let world = index.map(|index| {
         let world = grid.transform.index_to_world(index);
         json!([index.to_array(), world.to_array()])
@@ -91,7 +103,12 @@ fn expected_items(items: &Metadata) -> serde_json::Value {
 pub fn samples() -> Vec<(&'static str, VdbFile)> {
     let density = Grid::new("density", FOG_VOLUME, uniform(), cloud(0.0));
     let radius = Grid::new("radius", FOG_VOLUME, uniform(), cloud(0.0));
-    let twin = Grid::new("radius", "unknown", Transform::affine_scale(), inactive_values());
+    let twin = Grid::new(
+        "radius",
+        "unknown",
+        Transform::affine_scale(),
+        inactive_values(),
+    );
     let mut described = VdbFile::new(vec![density, radius, twin]);
     describe(&mut described.metadata);
     describe(&mut described.grids[0].metadata);
@@ -99,7 +116,12 @@ pub fn samples() -> Vec<(&'static str, VdbFile)> {
         Grid::new("direction", "unknown", sheared(), vectors()),
         Grid::new("inside", "unknown", uniform(), bits()),
         Grid::new("nothing", FOG_VOLUME, uniform(), FloatTree::new(2.5)),
-        Grid::new("tiles", "unknown", Transform::uniform_scale_translate(2.0, DVec3::ZERO), tiles()),
+        Grid::new(
+            "tiles",
+            "unknown",
+            Transform::uniform_scale_translate(2.0, DVec3::ZERO),
+            tiles(),
+        ),
     ];
     vec![("described", described), ("others", VdbFile::new(others))]
 }
@@ -138,11 +160,20 @@ fn describe(items: &mut Metadata) {
 
 /// Leaves around the origin, and so under eight root entries, full and sparse.
 fn cloud(background: f32) -> FloatTree {
-    let origins = [[0; 3], [-8, 0, 0], [0, -8, 16], [-4096, 4088, -8], [80, 8, -8]];
+    let origins = [
+        [0; 3],
+        [-8, 0, 0],
+        [0, -8, 16],
+        [-4096, 4088, -8],
+        [80, 8, -8],
+    ];
     let leaf = |(place, origin): (usize, [i32; 3])| {
         let mut leaf = Leaf::new(origin, background);
         for index in (0..LEAF_VOXELS).filter(|index| place == 0 || index * index % 7 == place) {
-            leaf.set(leaf.voxel(index), (index as f32 + 0.1) * 1e-3f32.powi(place as i32));
+            leaf.set(
+                leaf.voxel(index),
+                (index as f32 + 0.1) * 1e-3f32.powi(place as i32),
+            );
         }
         leaf
     };
@@ -187,12 +218,22 @@ fn bits() -> SparseTree<bool> {
     for index in (0..LEAF_VOXELS).step_by(3) {
         leaf.set(leaf.voxel(index), index % 2 == 0);
     }
-    let tile = Tile { origin: [0, 128, 0], level: TileLevel::Leaf, active: true, value: true };
+    let tile = Tile {
+        origin: [0, 128, 0],
+        level: TileLevel::Leaf,
+        active: true,
+        value: true,
+    };
     SparseTree::from_parts(false, vec![leaf], vec![tile]).expect("apart")
 }
 
 fn tiles() -> FloatTree {
-    let tile = |origin, level, active, value| Tile { origin, level, active, value };
+    let tile = |origin, level, active, value| Tile {
+        origin,
+        level,
+        active,
+        value,
+    };
     let tiles = vec![
         tile([8, 0, 0], TileLevel::Leaf, true, 1.5),
         tile([16, 0, 0], TileLevel::Leaf, false, 2.5),

@@ -11,6 +11,7 @@ use crate::error::Error;
 use crate::error::positive;
 use crate::error::within;
 use crate::ozone::ozone;
+use crate::phase_function::PhaseFunction;
 use crate::rayleigh_bodhaine::STANDARD_PRESSURE_PA;
 use crate::rayleigh_bodhaine::rayleigh_bodhaine;
 use crate::rayleigh_nishita::rayleigh_nishita;
@@ -119,8 +120,17 @@ impl AirModel {
 
     /// Checks the spectra of a constituent, which may come from anywhere.
     fn check(&self, constituent: &Constituent) -> Result<(), Error> {
+        let name = &constituent.name;
+        // Names become names of parts and channels, joined by commas.
+        if name.is_empty() || name.contains(',') {
+            return Err(Error::Name { name: name.clone() });
+        }
         let n_wavelengths = self.wavelengths.len() as f64;
-        for spectrum in [&constituent.extinction_m1, &constituent.scattering_m1] {
+        let mut spectra = vec![&constituent.extinction_m1, &constituent.scattering_m1];
+        if let PhaseFunction::Rayleigh { king_factor } = &constituent.phase {
+            spectra.push(king_factor);
+        }
+        for spectrum in spectra {
             let found = spectrum.len() as f64;
             within(
                 "number of values of a spectrum",
@@ -142,5 +152,110 @@ impl AirModel {
             )?;
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use niji_geometry::EARTH;
+
+    use super::*;
+    use crate::density_profile::DensityProfile;
+
+    fn model(components: Vec<AirComponent>) -> AirModel {
+        AirModel {
+            planet: EARTH,
+            top_height_m: USUAL_TOP_M,
+            wavelengths: WavelengthGrid::visible(),
+            sun_scale: 1.0,
+            ground_albedo: 0.2,
+            components,
+        }
+    }
+
+    fn custom(extinction_m1: f64, scattering_m1: f64) -> Constituent {
+        let n = WavelengthGrid::visible().len();
+        Constituent {
+            name: "smoke".to_owned(),
+            profile: DensityProfile::Exponential {
+                scale_height_m: 500.0,
+            },
+            extinction_m1: vec![extinction_m1; n],
+            scattering_m1: vec![scattering_m1; n],
+            phase: PhaseFunction::Isotropic,
+        }
+    }
+
+    #[test]
+    fn the_table_holds_the_bin_means_of_the_sun() {
+        let air = model(Vec::new()).tabulate().unwrap();
+        assert_eq!(
+            air.sun_irradiance,
+            solar_irradiance(&WavelengthGrid::visible())
+        );
+        let moon = AirModel {
+            sun_scale: 2.5e-6,
+            ..model(Vec::new())
+        }
+        .tabulate()
+        .unwrap();
+        assert!((moon.sun_irradiance[7] / air.sun_irradiance[7] / 2.5e-6 - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn air_that_cannot_exist_is_refused() {
+        let refused = |constituent: Constituent| {
+            model(vec![AirComponent::Custom(constituent)])
+                .tabulate()
+                .is_err()
+        };
+        assert!(!refused(custom(1e-4, 1e-4)));
+        assert!(refused(custom(1e-4, 2e-4)));
+        assert!(refused(custom(-1e-4, 0.0)));
+        assert!(refused(custom(f64::NAN, 0.0)));
+        assert!(refused(Constituent {
+            name: "a,b".to_owned(),
+            ..custom(1e-4, 0.0)
+        }));
+        assert!(refused(Constituent {
+            extinction_m1: vec![1e-4],
+            ..custom(1e-4, 0.0)
+        }));
+        let phase = PhaseFunction::Rayleigh {
+            king_factor: vec![1.0],
+        };
+        assert!(refused(Constituent {
+            phase,
+            ..custom(1e-4, 0.0)
+        }));
+        assert!(
+            AirModel {
+                ground_albedo: 1.1,
+                ..model(Vec::new())
+            }
+            .tabulate()
+            .is_err()
+        );
+        assert!(
+            AirModel {
+                top_height_m: f64::NAN,
+                ..model(Vec::new())
+            }
+            .tabulate()
+            .is_err()
+        );
+    }
+
+    #[test]
+    fn two_constituents_of_one_name_are_refused() {
+        let twice = vec![
+            AirComponent::RayleighNishita,
+            AirComponent::STANDARD_RAYLEIGH,
+        ];
+        let error = model(twice).tabulate();
+        assert!(
+            matches!(error, Err(Error::DuplicateName { .. })),
+            "{error:?}"
+        );
     }
 }

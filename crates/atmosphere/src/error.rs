@@ -32,6 +32,12 @@ pub enum Error {
         /// The name.
         name: String,
     },
+    /// A name that cannot stand in a file.
+    #[error("constituent named {name:?} found, expected a name without commas")]
+    Name {
+        /// The name.
+        name: String,
+    },
     /// A density profile that does not rise in height or has a density no air can have.
     #[error("density profile: {problem}")]
     Profile {

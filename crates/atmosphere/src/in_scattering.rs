@@ -212,11 +212,15 @@ impl<'a> SingleScattering<'a> {
         let depths = (0..passed.len()).map(|wavelength| {
             let is_black = passed[wavelength] > BLACK_DEPTH;
             let constituents = self.air.constituents.iter().zip(lengths_m);
-            let depth: f64 =
-                constituents.map(|(air, length_m)| air.extinction_m1[wavelength] * length_m).sum();
+            let depth: f64 = constituents
+                .map(|(air, length_m)| air.extinction_m1[wavelength] * length_m)
+                .sum();
             (wavelength, if is_black { 0.0 } else { depth })
         });
-        depths.fold((0, 0.0), |most, next| if next.1 > most.1 { next } else { most })
+        depths.fold(
+            (0, 0.0),
+            |most, next| if next.1 > most.1 { next } else { most },
+        )
     }
 
     /// Where on a panel, 0 to 1, the optical depth at a wavelength reaches about `PANEL_DEPTH`.

@@ -13,6 +13,7 @@ use niji_atmosphere::OpticalLength;
 use niji_atmosphere::chapman_erfcx;
 use niji_atmosphere::optical_length_m;
 use niji_exchange::AtmosphereTable;
+use niji_exchange::AttributeValue;
 use niji_exchange::Provenance;
 use niji_exchange::TableFile;
 
@@ -331,4 +332,51 @@ fn interpolated_phase_functions_follow_their_formulas() {
         let aerosol = niji_atmosphere::cornette_shanks(0.7, angle);
         assert!((air.phase_at(1, 1, theta) / aerosol - 1.0).abs() < 1e-6);
     }
+}
+
+#[test]
+fn damaged_tables_are_refused_and_never_panic() {
+    let good = three_constituents().to_file(Provenance::default());
+    assert!(AtmosphereTable::from_file(&good).is_ok());
+    let refused = |damage: &dyn Fn(&mut TableFile)| {
+        let mut file = good.clone();
+        damage(&mut file);
+        AtmosphereTable::from_file(&file).is_err()
+    };
+    assert!(refused(&|file| file.quantity = "scattering".to_owned()));
+    assert!(refused(&|file| file.parts.clear()));
+    for index in 1..good.parts.len() {
+        assert!(
+            refused(&|file| drop(file.parts.remove(index))),
+            "part {index}"
+        );
+        assert!(refused(
+            &|file| file.parts[index].channels[0].values[[0, 0]] = -1.0
+        ));
+        assert!(refused(
+            &|file| file.parts[index].channels[0].values[[0, 0]] = f32::NAN
+        ));
+    }
+    for name in good.parts[0].attributes.keys() {
+        assert!(
+            refused(&|file| drop(file.parts[0].attributes.remove(name))),
+            "{name}"
+        );
+    }
+    assert!(refused(&|file| {
+        let radius = AttributeValue::Number(0.0);
+        file.parts[0]
+            .attributes
+            .insert("niji:planetRadiusM".to_owned(), radius);
+    }));
+    assert!(refused(&|file| {
+        let law = AttributeValue::Text("quadratic".to_owned());
+        file.parts[1]
+            .attributes
+            .insert("niji:densityLaw".to_owned(), law);
+    }));
+    // A density of 0 has no logarithm.
+    assert!(refused(
+        &|file| file.parts[1].channels[0].values[[0, 1]] = 0.0
+    ));
 }

@@ -426,33 +426,3 @@ fn the_level_ray_of_the_chapman_function_is_the_tables() {
     let formula = 7994.0 * chapman_erfcx(RADIUS_M / 7994.0, 0.0);
     assert!((formula / air.column_at(0, 0.0, 0.0) - 1.0).abs() < 6e-4);
 }
-
-#[test]
-fn zz_speed() {
-    let air = nishita();
-    let grid = niji_radiometry::WavelengthGrid::visible();
-    let model = niji_atmosphere::AirModel { planet: niji_geometry::EARTH, top_height_m: 1e5, wavelengths: grid, sun_scale: 1.0, ground_albedo: 0.0, components: vec![AirComponent::STANDARD_RAYLEIGH, AirComponent::Ozone{column_dobson:300.0}, AirComponent::Aerosol(AerosolKind::Clear.aerosol())] };
-    let t = std::time::Instant::now();
-    let air3 = model.tabulate().unwrap();
-    println!("SPEED tabulate {:?}", t.elapsed());
-    let one = niji_atmosphere::AirModel { components: vec![AirComponent::STANDARD_RAYLEIGH], ..model.clone() }.tabulate().unwrap();
-    for (name, a) in [("3wl", &air), ("41wl 1c", &one), ("41wl 3c", &air3)] {
-        for n in [8, 12, 16] {
-            let s = SingleScattering::new(a, InScattering::Quadrature { n_nodes: n });
-            let t = std::time::Instant::now();
-            let mut x = 0.0;
-            for i in 0..2000 {
-                let ray = ViewRay::from_angles(0.0, angles(f64::from(i % 90), 20.0, f64::from(i % 180)), f64::INFINITY);
-                x += s.solve(&ray).radiance[0];
-            }
-            println!("SPEED {name} n {n}: {:?}/ray {x}", t.elapsed() / 2000);
-        }
-        let t = std::time::Instant::now();
-        let mut x = 0.0;
-        for i in 0..100_000 { x += a.column_at(0, f64::from(i % 3000), f64::from(i % 97) / 97.0); }
-        println!("SPEED column {:?} {x}", t.elapsed() / 100_000);
-        let t = std::time::Instant::now();
-        for i in 0..100_000 { x += a.segment_length(0, f64::from(i % 3000), f64::from(i % 97) / 97.0, 1e3); }
-        println!("SPEED segment {:?} {x}", t.elapsed() / 100_000);
-    }
-}

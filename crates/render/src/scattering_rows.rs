@@ -6,12 +6,17 @@
 //! [theta, r_e x v_e, wavelength], natural light (half the sum of both polarizations), and only the
 //! angles that the picture sees. f32 as in the file.
 
+use ndarray::Axis;
 use ndarray::s;
 use niji_exchange::ScatteringTable;
+use rayon::prelude::*;
 
 use crate::error::Error;
 use crate::size_axes::SizeAxes;
 use crate::size_axes::SizeBins;
+
+/// Angles that are copied at a time: a cache line of the table.
+const BLOCK: usize = 16;
 
 /// Rows by angle and size.
 #[derive(Clone, Debug)]
@@ -51,40 +56,34 @@ impl ScatteringRows {
             (angles.partition_point(|theta| *theta < theta_range_rad.1) + 1).min(angles.len());
         let axes = SizeAxes::new(&table.effective_radius_um, &table.effective_variance);
         let n_wavelengths = table.wavelengths.len();
-        let n_variances = axes.n_variances();
         let n_bins = axes.n_bins();
         let n_angles = end - first;
-        let mut values_sr1 = vec![0.0; n_angles * n_bins * n_wavelengths];
+        let angle_size = n_bins * n_wavelengths;
+        let mut values_sr1 = vec![0.0; n_angles * angle_size];
         let mut luminance = vec![0.0; n_angles * n_bins];
-        let mut rows = vec![0.0_f32; n_angles * n_wavelengths];
-        for bin in 0..n_bins {
-            let (radius, variance) = (bin / n_variances, bin % n_variances);
-            for wavelength in 0..n_wavelengths {
-                let of = |j: usize| {
-                    table
-                        .values
-                        .slice(s![j, radius, variance, wavelength, first..end])
-                };
-                for (angle, (s, p)) in of(0).iter().zip(of(1)).enumerate() {
-                    rows[angle * n_wavelengths + wavelength] = 0.5 * (s + p);
+        let blocks = values_sr1.par_chunks_mut(BLOCK * angle_size);
+        let sound = blocks
+            .zip(luminance.par_chunks_mut(BLOCK * n_bins))
+            .enumerate()
+            .map(|(block, (values, luminance))| {
+                let from = first + block * BLOCK;
+                copy_block(table, from..(from + BLOCK).min(end), values);
+                for (row, sum) in values.chunks_exact(n_wavelengths).zip(luminance) {
+                    let terms = row.iter().zip(luminance_weights);
+                    *sum = terms.map(|(t, y)| f64::from(*t) * y).sum::<f64>() as f32;
                 }
-            }
-            if rows.iter().any(|value| !value.is_finite() || *value < 0.0) {
-                let reason = "a value is negative or not finite";
-                return Err(Error::BadTable {
-                    input: "scattering table",
-                    reason,
-                });
-            }
-            for (angle, row) in rows.chunks_exact(n_wavelengths).enumerate() {
-                let place = angle * n_bins + bin;
-                values_sr1[place * n_wavelengths..(place + 1) * n_wavelengths].copy_from_slice(row);
-                let terms = row
+                // False for NaN.
+                values
                     .iter()
-                    .zip(luminance_weights)
-                    .map(|(t, y)| f64::from(*t) * y);
-                luminance[place] = terms.sum::<f64>() as f32;
-            }
+                    .all(|value| (0.0..f32::INFINITY).contains(value))
+            })
+            .reduce(|| true, |a, b| a && b);
+        if !sound {
+            let reason = "a value is negative or not finite";
+            return Err(Error::BadTable {
+                input: "scattering table",
+                reason,
+            });
         }
         let theta_rad = angles[first..end].to_vec();
         Ok(Self {
@@ -165,19 +164,31 @@ impl ScatteringRows {
         let stride = self.axes.n_variances();
         let n_bins = self.axes.n_bins();
         let (mut sum, mut bend) = (0.0, 0.0);
+        // With one variance the touched bins are neighbours, and each is looked up once.
+        let mut known = (usize::MAX, 0.0, 0.0);
         for (bin, light) in bins.iter() {
             let light = f64::from(light);
-            let here = self.luminance_of(bin, stencil);
+            let (before, here) = if known.0 == bin {
+                (known.1, known.2)
+            } else {
+                let before = bin
+                    .checked_sub(stride)
+                    .map(|bin| self.luminance_of(bin, stencil));
+                (before.unwrap_or(0.0), self.luminance_of(bin, stencil))
+            };
             sum += light * here;
-            if bin >= stride && bin + stride < n_bins {
-                let before = self.luminance_of(bin - stride, stencil);
+            if bin + stride < n_bins {
                 let after = self.luminance_of(bin + stride, stencil);
-                bend += light * (before - 2.0 * here + after);
+                if bin >= stride {
+                    bend += light * (before - 2.0 * here + after);
+                }
+                known = (bin + stride, here, after);
             }
         }
         (sum, bend.abs() / 12.0)
     }
 
+    #[inline]
     fn luminance_of(&self, bin: usize, stencil: &AngleStencil) -> f64 {
         let n_bins = self.axes.n_bins();
         let terms = stencil.weights.iter().enumerate().map(|(offset, weight)| {
@@ -186,9 +197,25 @@ impl ScatteringRows {
         terms.sum()
     }
 
+    #[inline]
     fn row(&self, angle: usize, bin: usize) -> &[f32] {
         let start = (angle * self.axes.n_bins() + bin) * self.n_wavelengths;
         &self.values_sr1[start..start + self.n_wavelengths]
+    }
+}
+
+/// Natural light at some angles, from [polarization, radius, variance, wavelength, angle] to
+/// [angle, radius x variance, wavelength].
+fn copy_block(table: &ScatteringTable, angles: std::ops::Range<usize>, values: &mut [f32]) {
+    let angle_size = values.len() / angles.len();
+    let natural = table.values.slice(s![.., .., .., .., angles]);
+    let (s_part, p_part) = natural.split_at(Axis(0), 1);
+    // Both parts run over (radius, variance, wavelength), the last fastest, as a row does.
+    let lanes = s_part.lanes(Axis(4)).into_iter().zip(p_part.lanes(Axis(4)));
+    for (place, (s_lane, p_lane)) in lanes.enumerate() {
+        for (angle, (s, p)) in s_lane.iter().zip(&p_lane).enumerate() {
+            values[angle * angle_size + place] = 0.5 * (s + p);
+        }
     }
 }
 

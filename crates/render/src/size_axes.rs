@@ -131,7 +131,7 @@ impl SizeAxes {
     #[inline]
     fn radius_place(&self, radius_um: f32) -> (usize, f32) {
         let nodes = &self.ln_radius;
-        let ln = radius_um.ln();
+        let ln = natural_logarithm(radius_um);
         if self.even {
             // Nodes at equal ratios, the usual axis: no search. A NaN (no drops) converts to 0.
             let place = (ln - nodes[0]) * self.per_step[0];
@@ -147,6 +147,22 @@ impl SizeAxes {
         let fraction = (ln - nodes[index]) * self.per_step[index];
         (index, unit_fraction(fraction))
     }
+}
+
+/// ln x for normal positive x, to 3e-7: the exponent's bits, and atanh for the mantissa,
+/// ln m = 2 (z + z³/3 + z⁵/5 + z⁷/7), z = (m - 1)/(m + 1), m in sqrt(1/2)..sqrt(2).
+/// Zero, NaN and denormals give something finite; they stand for no drops.
+#[inline]
+fn natural_logarithm(x: f32) -> f32 {
+    // Bits of sqrt(1/2): mantissas below it count to the exponent before.
+    const HALF_ROOT: u32 = 0x3f35_04f3;
+    let bits = x.to_bits().wrapping_sub(HALF_ROOT);
+    let exponent = (bits as i32) >> 23;
+    let mantissa = f32::from_bits((bits & 0x007f_ffff).wrapping_add(HALF_ROOT));
+    let z = (mantissa - 1.0) / (mantissa + 1.0);
+    let w = z * z;
+    let ln_mantissa = 2.0 * z * (1.0 + w * (1.0 / 3.0 + w * (0.2 + w * (1.0 / 7.0))));
+    exponent as f32 * std::f32::consts::LN_2 + ln_mantissa
 }
 
 /// Index of the lower node and the fraction above it, by a walk over the few nodes there are.
@@ -301,6 +317,20 @@ mod tests {
         let mut bins = SizeBins::new(&axes);
         bins.add(place, 0.0);
         assert_eq!(bins.iter().count(), 0);
+    }
+
+    #[test]
+    fn the_logarithm_is_that_of_the_library() {
+        let mut radius = 0.01_f32;
+        while radius < 1e5 {
+            let error = natural_logarithm(radius) - radius.ln();
+            // Measured 9e-7 at ln r = 11.
+            assert!(error.abs() < 2e-6, "{radius}: {error}");
+            radius *= 1.0007;
+        }
+        for nothing in [0.0, f32::NAN, -1.0] {
+            assert!(natural_logarithm(nothing).is_finite());
+        }
     }
 
     #[test]

@@ -10,7 +10,7 @@
 //! not sampled in any radius. P gives exact means over steps of the angle, however many fringes they
 //! hold. P follows from f'' = −c z f by differentiation.
 //!
-//! Where the sizes have blurred the fringes to below 1e-6 only their mean is left (DLMF 9.8.20):
+//! Where the sizes have blurred the fringes to below 1e-5 only their mean is left (DLMF 9.8.20):
 //! F = (V²/(2π sqrt(A z))) (⟨t^(q−1/3)⟩ − (5/32) ⟨t^(q−7/3)⟩ (A z)^(−3)),  A = c^(1/3), f = V Ai(−A z)
 //! [HT74] J. E. Hansen and L. D. Travis, Space Sci. Rev. 16, 527-610 (1974), eq. 2.56. [DLMF]
 //! dlmf.nist.gov.
@@ -41,7 +41,7 @@ const LOWEST_Z: f64 = -24.0;
 const LOWEST_OF_ALL_Z: f64 = -150.0;
 const LEFT_BELOW: f64 = 1e-10;
 /// Amplitude of the fringes, over their mean, from which on only the mean is kept.
-const DAMPED: f64 = 1e-6;
+const DAMPED: f64 = 1e-5;
 /// The expansion of the mean is good to 1e-5 from this z on.
 const MEAN_FROM_Z: f64 = 30.0;
 /// ln of the density below its peak where the law is cut, towards small and large drops: small drops

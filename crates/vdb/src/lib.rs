@@ -10,7 +10,7 @@
 //! is a typed [`Error`] that names the grid.
 //!
 //! The layout follows the OpenVDB library, <https://github.com/AcademySoftwareFoundation/openvdb>,
-//! and [Mus13] K. Museth, "VDB: High-Resolution Sparse Volumes with Dynamic Topology",
+//! and \[Mus13\] K. Museth, "VDB: High-Resolution Sparse Volumes with Dynamic Topology",
 //! ACM Transactions on Graphics 32(3), 27 (2013).
 //!
 //! ```

@@ -154,9 +154,9 @@ fn leaves_are_found_whatever_order_they_came_in() {
         .map(|n| [n % 7 - 3, n / 7 % 7 - 3, n / 49 - 3])
         .collect::<Vec<_>>();
     let far = |axis: i32| if axis == 3 { 4096 * 500 } else { 8 * axis };
-    origins
-        .iter_mut()
-        .for_each(|origin| *origin = origin.map(far));
+    for origin in &mut origins {
+        *origin = origin.map(far);
+    }
     for place in (1..origins.len()).rev() {
         origins.swap(place, random.below(place + 1));
     }

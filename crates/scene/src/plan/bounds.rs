@@ -9,7 +9,7 @@
 //! * their shadow takes at most 1 - exp(-q tau_s) of the bow, tau_s the largest optical depth
 //!   towards the sun;
 //! * the air takes at most 1 - exp(-tau_air) of each wavelength of the bow, on either path;
-//! * light scattered by the air is bounded by its own integral (see `air_light`);
+//! * light scattered by the air is bounded by itself (see `air_light`);
 //! * sun's disc, spread of sizes and supernumeraries change P by a difference of two curves.
 //!
 //! tau <= sigma_max times the longest way of a block through the box. All are monotone: they grow
@@ -22,7 +22,6 @@ use std::collections::BTreeSet;
 use crate::effect::Effect;
 
 use super::air_light::AirLight;
-use super::air_light::Dimmed;
 use super::bow_light::Curve;
 use super::bow_light::Line;
 use super::light_curves::LightCurves;
@@ -95,7 +94,7 @@ pub(super) struct BoundScene<'a> {
     pub(super) blocks: &'a [Block],
     pub(super) lines: &'a [Line],
     pub(super) light: &'a LightCurves<'a>,
-    pub(super) air: Option<&'a AirLight<'a>>,
+    pub(super) air: Option<&'a AirLight>,
     /// Largest optical depth of the drops towards the sun at Q = 1.
     pub(super) sun_depth: f64,
     /// Extinction efficiency of the level.
@@ -110,54 +109,55 @@ fn taken(depth: f64) -> f64 {
 }
 
 impl BoundScene<'_> {
-    /// Largest optical depth of the drops on any ray of a block, Q = 1.
-    pub(super) fn depth(&self, block: &Block) -> f64 {
-        block.depth
-    }
-
     /// Bound on an effect; `None` where nothing is known.
     pub(super) fn bound(&self, effect: Effect, assumed: &Assumed) -> Option<Bound> {
-        let proved = |change: &dyn Fn(&Block) -> f64| Some(self.over(BoundKind::Proved, change));
+        let proved = |change: &dyn Fn(usize) -> f64| Some(self.over(BoundKind::Proved, change));
         match effect {
             Effect::PrimaryBow | Effect::SecondaryBow => {
                 let curve = self
                     .light
                     .bow(effect, &self.sunlight(assumed), &assumed.variants());
-                proved(&|block| curve.max_within(block.theta_rad) * self.column(block, assumed))
+                proved(&|index| self.brightest(&curve, index) * self.column(index, assumed))
             }
             Effect::Supernumeraries | Effect::SunDisc | Effect::SizeSpread => {
-                let curve =
-                    self.light
-                        .difference(effect, &self.sunlight(assumed), &assumed.variants());
-                let change =
-                    |block: &Block| curve.max_within(block.theta_rad) * self.column(block, assumed);
+                let (factor, variants) = (self.sunlight(assumed), assumed.variants());
+                let curve = self.light.difference(effect, &factor, &variants);
+                let change = |index| self.brightest(&curve, index) * self.column(index, assumed);
                 Some(self.over(BoundKind::TableDifference, &change))
             }
             Effect::DropExtinction => {
                 let curve = self.bows(assumed, &self.sunlight(assumed));
-                proved(&|block| self.extinction_change(block, &curve, assumed))
+                proved(&|index| self.extinction_change(index, &curve, assumed))
             }
             Effect::DropShadow => {
                 let curve = self.bows(assumed, &self.sunlight(assumed));
                 let shadow = taken(self.efficiency * self.sun_depth);
-                proved(&|block| {
-                    shadow * curve.max_within(block.theta_rad) * self.column(block, assumed)
+                proved(&|index| {
+                    shadow * self.brightest(&curve, index) * self.column(index, assumed)
                 })
             }
             Effect::SkylitDrops => {
                 let surround = self.surround(assumed);
-                let change = |block: &Block| taken(self.depth(block)) * surround;
+                let change = |index| taken(self.depth(index)) * surround;
                 Some(self.over(BoundKind::Estimated, &change))
             }
-            Effect::SunlightThroughAir | Effect::AirExtinction => {
-                let through_air = self.through_air(effect, assumed);
-                proved(&|block| through_air(block))
+            Effect::SunlightThroughAir => {
+                let lost = self.air.map(AirLight::sunlight_lost).unwrap_or_default();
+                let curve = self.bows(assumed, &lost);
+                proved(&|index| self.brightest(&curve, index) * self.column(index, assumed))
             }
-            Effect::AirInscatter => proved(&|block| self.inscatter(block, self.dimmed(assumed))),
-            Effect::Sky => {
-                let dimmed = self.dimmed(assumed);
-                proved(&|block| self.air.map_or(0.0, |air| air.sky(block, dimmed)))
+            Effect::AirExtinction => {
+                let lost = self
+                    .air
+                    .map(|air| air.view_lost(self.farthest_m))
+                    .unwrap_or_default();
+                let sunlight = self.sunlight(assumed);
+                let factor: Vec<f64> = lost.iter().zip(&sunlight).map(|(a, b)| a * b).collect();
+                let curve = self.bows(assumed, &factor);
+                proved(&|index| self.brightest(&curve, index) * self.column(index, assumed))
             }
+            Effect::AirInscatter => proved(&|index| self.inscatter(index)),
+            Effect::Sky => proved(&|index| self.sky(index)),
             Effect::Occluders => proved(&|_| 0.0),
             Effect::HigherOrders
             | Effect::Glory
@@ -168,24 +168,31 @@ impl BoundScene<'_> {
     }
 
     /// Maximum and RMS over the picture of a change by block.
-    pub(super) fn over(&self, kind: BoundKind, change: &dyn Fn(&Block) -> f64) -> Bound {
+    pub(super) fn over(&self, kind: BoundKind, change: &dyn Fn(usize) -> f64) -> Bound {
         let (mut value, mut square) = (0.0_f64, 0.0);
-        for block in self.blocks {
-            let change = change(block);
+        for (index, block) in self.blocks.iter().enumerate() {
+            let change = change(index);
             value = value.max(change);
             square += block.share * change * change;
         }
         // Shares sum to 1 but for roundoff.
-        Bound {
-            value,
-            rms: square.sqrt().min(value),
-            kind,
-        }
+        let rms = square.sqrt().min(value);
+        Bound { value, rms, kind }
+    }
+
+    /// Largest optical depth of the drops on any ray of a block, Q = 1.
+    pub(super) fn depth(&self, block_index: usize) -> f64 {
+        self.blocks[block_index].depth
+    }
+
+    /// Largest value of a curve within a block.
+    pub(super) fn brightest(&self, curve: &Curve, block_index: usize) -> f64 {
+        curve.max_within(self.blocks[block_index].theta_rad)
     }
 
     /// Effective column of the drops that scatters into the view.
-    fn column(&self, block: &Block, assumed: &Assumed) -> f64 {
-        let depth = self.depth(block);
+    fn column(&self, block_index: usize, assumed: &Assumed) -> f64 {
+        let depth = self.depth(block_index);
         if assumed.is_on.contains(&Effect::DropExtinction) {
             taken(self.efficiency * depth) / self.efficiency
         } else {
@@ -211,93 +218,39 @@ impl BoundScene<'_> {
             .unwrap_or_else(Curve::empty)
     }
 
-    fn dimmed(&self, assumed: &Assumed) -> Dimmed {
-        Dimmed {
-            sunlight: assumed.is_on.contains(&Effect::SunlightThroughAir),
-            view: assumed.is_on.contains(&Effect::AirExtinction),
-        }
+    /// Light of the air in front of the far side of the drops. It is dimmed by the air in any case.
+    fn inscatter(&self, block_index: usize) -> f64 {
+        self.air.map_or(0.0, |air| air.inscatter(block_index))
     }
 
-    fn inscatter(&self, block: &Block, dimmed: Dimmed) -> f64 {
-        match (self.air, block.drops) {
-            (Some(air), Some(chord)) => air.inscatter(block, chord.leave_m, dimmed),
-            (Some(_) | None, _) => 0.0,
-        }
-    }
-
-    /// Air's light that may be in a block.
-    fn glow(&self, block: &Block, assumed: &Assumed, dimmed: Dimmed) -> f64 {
-        let front = if assumed.may_be_on.contains(&Effect::AirInscatter) {
-            self.inscatter(block, dimmed)
-        } else {
-            0.0
-        };
-        let behind = match self.air {
-            Some(air) if assumed.may_be_on.contains(&Effect::Sky) => air.sky(block, dimmed),
-            Some(_) | None => 0.0,
-        };
-        front + behind
+    /// Light of air and ground beyond the drops, dimmed by the air in any case.
+    fn sky(&self, block_index: usize) -> f64 {
+        self.air.map_or(0.0, |air| air.sky(block_index))
     }
 
     fn surround(&self, assumed: &Assumed) -> f64 {
         match self.air {
-            Some(air) if assumed.may_be_on.contains(&Effect::Sky) => {
-                air.mean_surround(self.dimmed(assumed))
-            }
+            Some(air) if assumed.may_be_on.contains(&Effect::Sky) => air.mean_surround(),
             Some(_) | None => 0.0,
         }
     }
 
-    fn extinction_change(&self, block: &Block, curve: &Curve, assumed: &Assumed) -> f64 {
-        let depth = self.depth(block);
-        let taken_away = taken(self.efficiency * depth);
-        let from_bow = curve.max_within(block.theta_rad) * (depth - taken_away / self.efficiency);
-        let skylit = if assumed.may_be_on.contains(&Effect::SkylitDrops) {
-            self.surround(assumed)
-        } else {
-            0.0
-        };
-        let from_behind = (self.glow(block, assumed, self.dimmed(assumed)) + skylit) * taken_away;
-        from_bow.max(0.0) + from_behind
-    }
-
-    /// Change by dimming sunlight or the view by air.
-    fn through_air(&self, effect: Effect, assumed: &Assumed) -> impl Fn(&Block) -> f64 {
-        let without = {
-            let mut is_on = assumed.is_on.clone();
-            is_on.remove(&effect);
-            Assumed {
-                is_on,
-                may_be_on: assumed.may_be_on.clone(),
-            }
-        };
-        let lost = match self.air {
-            None => vec![0.0; self.lines.len()],
-            Some(air) if effect == Effect::SunlightThroughAir => air.sunlight_lost(),
-            Some(air) => air.view_lost(self.farthest_m),
-        };
-        let sunlight = self.sunlight(&without);
-        let factor: Vec<f64> = lost.iter().zip(&sunlight).map(|(a, b)| a * b).collect();
-        let curve = self.bows(&without, &factor);
-        let skylit = if without.may_be_on.contains(&Effect::SkylitDrops) {
-            self.surround(&without)
-        } else {
-            0.0
-        };
-        let largest_loss = lost.into_iter().fold(0.0, f64::max);
-        move |block: &Block| {
-            let dimmed = self.dimmed(&without);
-            let bow = curve.max_within(block.theta_rad) * self.column(block, &without);
-            let front = if without.may_be_on.contains(&Effect::AirInscatter) {
-                self.inscatter(block, dimmed) * largest_loss
+    /// What extinction takes from the bows and from the light behind the drops. Skylit drops exist
+    /// only with it and add light, so the larger of both changes bounds their difference.
+    fn extinction_change(&self, block_index: usize, curve: &Curve, assumed: &Assumed) -> f64 {
+        let depth = self.depth(block_index);
+        let share = taken(self.efficiency * depth);
+        let from_bow = self.brightest(curve, block_index) * (depth - share / self.efficiency);
+        let when = |effect, light: f64| {
+            if assumed.may_be_on.contains(&effect) {
+                light
             } else {
                 0.0
-            };
-            let behind = match self.air {
-                Some(air) if without.may_be_on.contains(&Effect::Sky) => air.sky(block, dimmed),
-                Some(_) | None => 0.0,
-            };
-            bow + front + behind + skylit * taken(self.depth(block))
-        }
+            }
+        };
+        let behind = when(Effect::Sky, self.sky(block_index))
+            + when(Effect::AirInscatter, self.inscatter(block_index));
+        let skylit = when(Effect::SkylitDrops, self.surround(assumed)) * taken(depth);
+        (from_bow.max(0.0) + behind * share).max(skylit)
     }
 }

@@ -11,7 +11,6 @@ use super::bounds::BoundKind;
 use super::bounds::BoundScene;
 use super::light_curves::variants;
 use super::reasons::Facts;
-use super::view::Block;
 
 /// (dsigma/dOmega)/(pi <r^2>) of external reflection, p = 0, and of p >= 4 away from their bows
 /// [1/sr]: a reflectance of 0.05 over 4 pi, and half as much again.
@@ -35,16 +34,16 @@ pub(super) fn bound(effect: Effect, scene: &BoundScene<'_>, facts: &Facts) -> Op
     if effect.is_available() {
         return None;
     }
-    let estimate = |change: &dyn Fn(&Block) -> f64| Some(scene.over(BoundKind::Estimated, change));
+    let estimate = |change: &dyn Fn(usize) -> f64| Some(scene.over(BoundKind::Estimated, change));
     let spread_light = |sr1: f64| sr1 * scene.lines.iter().map(|line| line.weight).sum::<f64>();
-    let share = |block: &Block| -(-scene.depth(block)).exp_m1();
+    let share = |index: usize| -(-scene.depth(index)).exp_m1();
     if effect == Effect::HigherOrders {
-        return estimate(&|block| spread_light(HIGHER_ORDERS_SR1) * share(block));
+        return estimate(&|index| spread_light(HIGHER_ORDERS_SR1) * share(index));
     }
     if effect == Effect::MultipleScattering {
         // Light of a second scattering, spread over all directions.
         let second = -(-facts.sun_depth).exp_m1();
-        return estimate(&|block| spread_light(second / (4.0 * PI)) * share(block));
+        return estimate(&|index| spread_light(second / (4.0 * PI)) * share(index));
     }
     if effect == Effect::DropFlattening {
         let diameter_mm = 2e-3 * facts.largest_radius_um;
@@ -54,7 +53,7 @@ pub(super) fn bound(effect: Effect, scene: &BoundScene<'_>, facts: &Facts) -> Op
         let bow = scene
             .light
             .bow(Effect::PrimaryBow, &factor, &variants(|_| Some(true)));
-        return estimate(&|block| moved * bow.max_within(block.theta_rad) * share(block));
+        return estimate(&|index| moved * scene.brightest(&bow, index) * share(index));
     }
     let (low_deg, high_deg) = facts.theta_deg.unwrap_or((90.0, 90.0));
     let in_view = if effect == Effect::Glory {

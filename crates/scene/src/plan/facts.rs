@@ -20,6 +20,7 @@ use super::PlanError;
 use super::PlanInputs;
 use super::View;
 use super::air_light::AirLight;
+use super::air_light::AirRequest;
 use super::bounds::BoundScene;
 use super::bow_light::Line;
 use super::light_curves::CurvesRequest;
@@ -100,18 +101,22 @@ impl Situation {
         Ok(Some(air.model(self.grid, scene.ground.albedo)?.tabulate()?))
     }
 
-    pub(super) fn air_light<'a>(
-        &'a self,
-        table: Option<&'a AtmosphereTable>,
-    ) -> Option<AirLight<'a>> {
-        let bounds = self.drops.bounds();
+    pub(super) fn air_light(&self, table: Option<&AtmosphereTable>) -> Option<AirLight> {
+        let observer = Colorimetry::new(&self.grid);
+        let weights = observer.weights().iter();
+        let luminance: Vec<f64> = weights
+            .map(|[_, y, _]| y / self.reference_luminance_cd_m2)
+            .collect();
         let air = |table| {
-            AirLight::new(
-                (table, &self.lines),
-                self.camera.position(),
-                self.sun,
-                Some(&bounds),
-            )
+            AirLight::new(&AirRequest {
+                table,
+                lines: &self.lines,
+                luminance: &luminance,
+                eye: self.camera.position(),
+                sun: self.sun,
+                drops: &self.drops.bounds(),
+                blocks: &self.blocks,
+            })
         };
         table.map(air)
     }
@@ -133,7 +138,7 @@ impl Situation {
     pub(super) fn bound_scene<'a>(
         &'a self,
         light: &'a LightCurves<'a>,
-        air: Option<&'a AirLight<'a>>,
+        air: Option<&'a AirLight>,
     ) -> BoundScene<'a> {
         BoundScene {
             blocks: &self.blocks,
@@ -161,7 +166,7 @@ impl Situation {
             .collect()
     }
 
-    pub(super) fn facts(&self, scene: &Scene, air: Option<&AirLight<'_>>) -> Facts {
+    pub(super) fn facts(&self, scene: &Scene, air: Option<&AirLight>) -> Facts {
         let lost = air.map(AirLight::sunlight_lost).unwrap_or_default();
         Facts {
             has_air: scene.air.is_some(),

@@ -26,8 +26,8 @@ pub(super) struct Block {
     pub(super) share: f64,
     /// Smallest and largest scattering angle, rad.
     pub(super) theta_rad: (f64, f64),
-    /// Smallest and largest y component of the unit directions.
-    pub(super) rise: (f64, f64),
+    /// Unit vectors to the corners and the middle.
+    pub(super) samples: [DVec3; 5],
     /// What the rays may meet of the drops; `None` where all of them miss.
     pub(super) drops: Option<Chord>,
     /// Largest optical depth of the drops on any ray, Q = 1.
@@ -96,8 +96,6 @@ impl Rectangle {
             .map(|corner| angle_rad(middle, *corner))
             .fold(0.0, f64::max);
         let theta_rad = angle_rad(middle, sun);
-        let elevation_rad = angle_rad(middle, DVec3::NEG_Y) - 0.5 * PI;
-        let sine = |rad: f64| rad.clamp(-0.5 * PI, 0.5 * PI).sin();
         let whole_chord = chord(camera, &corners, &drops.whole);
         let depth = whole_chord.map_or(0.0, |whole| {
             let in_part = |(bounds, extinction_m1): &Part| {
@@ -113,10 +111,7 @@ impl Rectangle {
                 (theta_rad - radius_rad).max(0.0),
                 (theta_rad + radius_rad).min(PI),
             ),
-            rise: (
-                sine(elevation_rad - radius_rad),
-                sine(elevation_rad + radius_rad),
-            ),
+            samples: [corners[0], corners[1], corners[2], corners[3], middle],
             drops: whole_chord,
             depth,
         }
@@ -271,8 +266,6 @@ mod tests {
                     let slack = 1e-7;
                     assert!(theta >= block.theta_rad.0 - slack);
                     assert!(theta <= block.theta_rad.1 + slack);
-                    assert!(ray.direction.y >= block.rise.0 - slack);
-                    assert!(ray.direction.y <= block.rise.1 + slack);
                     if let Some((enter, leave)) = bounds.intersect(&ray) {
                         let chord = block.drops.expect("a ray of the block meets the box");
                         assert!(enter >= chord.enter_m - slack && leave <= chord.leave_m + slack);
