@@ -1,5 +1,7 @@
 //! The bows of the shipped scenes, measured in their spectral images.
 
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
 mod support;
 
 use support::Profile;

@@ -1,5 +1,7 @@
 //! A chain by hand gives the bytes of a run; runs repeat themselves; what is off costs nothing.
 
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
 mod support;
 
 use std::collections::BTreeMap;

@@ -4,6 +4,8 @@
 //! `NIJI_CONFORMANCE_PYTHON` is the Python that has the PyPI packages (default `python3`); OpenVDB's
 //! module belongs to the system's `/usr/bin/python3`.
 
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
 mod support;
 #[path = "conformance/vdb.rs"]
 mod vdb;
@@ -36,7 +38,11 @@ fn run(program: &str, arguments: &[&str]) -> String {
     let output = output.unwrap_or_else(|error| panic!("{program}: {error}"));
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
     let (out, err) = (text(&output.stdout), text(&output.stderr));
-    assert!(output.status.success(), "{program} {}\n{out}{err}", arguments.join(" "));
+    assert!(
+        output.status.success(),
+        "{program} {}\n{out}{err}",
+        arguments.join(" ")
+    );
     out
 }
 
@@ -54,7 +60,8 @@ fn openvdb_reads_every_kind_of_file_that_we_write() {
     for (name, file) in vdb_expected::samples() {
         for (compression, suffix) in [(Compression::None, "none"), (Compression::Zip, "zip")] {
             let path = folder.path().join(format!("{name}-{suffix}.vdb"));
-            file.write(File::create(&path).unwrap(), compression).unwrap();
+            file.write(File::create(&path).unwrap(), compression)
+                .unwrap();
             check_with_openvdb(&path);
         }
     }
@@ -66,12 +73,18 @@ fn we_read_every_kind_of_file_that_openvdb_writes() {
     let script = repository("tests/conformance/make_vdb_matrix.py");
     run(SYSTEM_PYTHON, &[text(&script), text(folder.path())]);
     let n_files = vdb::compare_matrix(folder.path());
-    assert!(n_files >= FEWEST_MATRIX_FILES, "only {n_files} files in the matrix");
+    assert!(
+        n_files >= FEWEST_MATRIX_FILES,
+        "only {n_files} files in the matrix"
+    );
 }
 
 #[test]
 fn the_drop_volumes_of_scenes_are_read_by_openvdb_and_vdb_rs() {
-    for (name, voxel_m) in [("paper-c-figure-6.toml", "10.0"), ("paper-c-figure-3.toml", "10.0")] {
+    for (name, voxel_m) in [
+        ("paper-c-figure-6.toml", "10.0"),
+        ("paper-c-figure-3.toml", "10.0"),
+    ] {
         let folder = tempfile::tempdir().unwrap();
         let scene = variant(name, folder.path(), &[("drops.voxel_m", voxel_m)]);
         for flags in [&[][..], &["--zip"]] {
@@ -90,11 +103,18 @@ fn check_with_vdb_rs(path: &Path) {
     let mut reader = vdb_rs::VdbReader::new(stream).expect("vdb-rs opens the file");
     for grid in &ours.grids {
         let tree = grid.tree.as_float().expect("drop volumes hold floats");
-        let theirs = reader.read_grid::<f32>(&grid.name).expect("vdb-rs reads the grid");
+        let theirs = reader
+            .read_grid::<f32>(&grid.name)
+            .expect("vdb-rs reads the grid");
         let mut n_voxels = 0;
         for (position, value, _) in theirs.iter() {
             let voxel = [position.x, position.y, position.z].map(|axis| axis as i32);
-            assert_eq!(tree.get(voxel).to_bits(), value.to_bits(), "{} {voxel:?}", grid.name);
+            assert_eq!(
+                tree.get(voxel).to_bits(),
+                value.to_bits(),
+                "{} {voxel:?}",
+                grid.name
+            );
             n_voxels += 1;
         }
         assert_eq!(n_voxels, tree.active_voxel_count(), "{}", grid.name);
@@ -110,7 +130,13 @@ fn openexr_openimageio_and_colour_science_read_every_file_of_a_run() {
     niji_ends_with(0, &["run", text(&scene), "-o", text(&out), "-q"]);
     let path = |name: &str| out.join(name);
     let check_exr = repository("tests/conformance/check_exr.py");
-    for name in ["airy.exr", "scatter.exr", "atmosphere.exr", "image.exr", "image.rgb.exr"] {
+    for name in [
+        "airy.exr",
+        "scatter.exr",
+        "atmosphere.exr",
+        "image.exr",
+        "image.rgb.exr",
+    ] {
         run(&python(), &[text(&check_exr), text(&path(name))]);
     }
     let check_image = repository("tests/conformance/check_image.py");

@@ -1,5 +1,7 @@
 //! Bad input: one clear message, the right exit code, nothing half-written.
 
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
 mod support;
 
 use std::fs;

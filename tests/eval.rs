@@ -1,5 +1,7 @@
 //! `niji eval` and `niji info`: values that scripts rely on.
 
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
 mod support;
 
 use support::niji_ends_with;

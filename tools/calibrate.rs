@@ -76,11 +76,21 @@ const DECISIONS: [Decision; 9] = [
         stage: Stage::Scatter,
         needs_air: false,
         levels: &[
-            |a, _| a.theory = Some(Theory::Geometric),
-            |a, _| a.theory = Some(Theory::AiryPublished),
-            |a, _| a.theory = Some(Theory::Airy),
-            |a, _| a.theory = Some(Theory::Debye { max_order: 7 }),
-            |a, _| a.theory = Some(Theory::Mie),
+            |a, _| {
+                a.theory = Some(Theory::Geometric);
+            },
+            |a, _| {
+                a.theory = Some(Theory::AiryPublished);
+            },
+            |a, _| {
+                a.theory = Some(Theory::Airy);
+            },
+            |a, _| {
+                a.theory = Some(Theory::Debye { max_order: 7 });
+            },
+            |a, _| {
+                a.theory = Some(Theory::Mie);
+            },
         ],
     },
     Decision {
@@ -88,9 +98,15 @@ const DECISIONS: [Decision; 9] = [
         stage: Stage::Scatter,
         needs_air: false,
         levels: &[
-            |a, _| a.table_relative_error = Some(2e-2),
-            |a, _| a.table_relative_error = Some(2e-3),
-            |a, _| a.table_relative_error = Some(2e-4),
+            |a, _| {
+                a.table_relative_error = Some(2e-2);
+            },
+            |a, _| {
+                a.table_relative_error = Some(2e-3);
+            },
+            |a, _| {
+                a.table_relative_error = Some(2e-4);
+            },
         ],
     },
     Decision {
@@ -101,23 +117,25 @@ const DECISIONS: [Decision; 9] = [
             |a, voxel_m| {
                 a.integration = Some(Integration::FixedStep {
                     step_m: 2.0 * voxel_m,
-                })
+                });
             },
             |a, voxel_m| {
                 a.integration = Some(Integration::FixedStep {
                     step_m: 0.25 * voxel_m,
-                })
+                });
             },
             |a, _| {
                 a.integration = Some(Integration::Adaptive {
                     relative_error: 1e-2,
-                })
+                });
             },
-            |a, _| a.integration = Some(Integration::CellExact),
+            |a, _| {
+                a.integration = Some(Integration::CellExact);
+            },
             |a, _| {
                 a.integration = Some(Integration::Adaptive {
                     relative_error: 1e-6,
-                })
+                });
             },
         ],
     },
@@ -126,8 +144,12 @@ const DECISIONS: [Decision; 9] = [
         stage: Stage::Render,
         needs_air: false,
         levels: &[
-            |a, _| a.interpolation = Some(Interpolation::RadiusDensity),
-            |a, _| a.interpolation = Some(Interpolation::Moments),
+            |a, _| {
+                a.interpolation = Some(Interpolation::RadiusDensity);
+            },
+            |a, _| {
+                a.interpolation = Some(Interpolation::Moments);
+            },
         ],
     },
     Decision {
@@ -135,8 +157,12 @@ const DECISIONS: [Decision; 9] = [
         stage: Stage::Render,
         needs_air: false,
         levels: &[
-            |a, _| a.drop_extinction = Some(DropExtinctionModel::Full),
-            |a, _| a.drop_extinction = Some(DropExtinctionModel::WithoutDiffraction),
+            |a, _| {
+                a.drop_extinction = Some(DropExtinctionModel::Full);
+            },
+            |a, _| {
+                a.drop_extinction = Some(DropExtinctionModel::WithoutDiffraction);
+            },
         ],
     },
     Decision {
@@ -144,17 +170,21 @@ const DECISIONS: [Decision; 9] = [
         stage: Stage::Render,
         needs_air: false,
         levels: &[
-            |a, _| a.sun_path = Some(SunPath::Ignore),
+            |a, _| {
+                a.sun_path = Some(SunPath::Ignore);
+            },
             |a, voxel_m| {
                 a.sun_path = Some(SunPath::Volume {
                     voxel_m: 2.0 * voxel_m,
-                })
+                });
             },
-            |a, voxel_m| a.sun_path = Some(SunPath::Volume { voxel_m }),
+            |a, voxel_m| {
+                a.sun_path = Some(SunPath::Volume { voxel_m });
+            },
             |a, voxel_m| {
                 a.sun_path = Some(SunPath::March {
                     step_m: 0.5 * voxel_m,
-                })
+                });
             },
         ],
     },
@@ -163,10 +193,18 @@ const DECISIONS: [Decision; 9] = [
         stage: Stage::Render,
         needs_air: true,
         levels: &[
-            |a, _| a.air_path = Some(AirPath::Constant),
-            |a, _| a.air_path = Some(AirPath::Midpoint { n_steps: 50 }),
-            |a, _| a.air_path = Some(AirPath::Table),
-            |a, _| a.air_path = Some(AirPath::Quadrature { n_nodes: 32 }),
+            |a, _| {
+                a.air_path = Some(AirPath::Constant);
+            },
+            |a, _| {
+                a.air_path = Some(AirPath::Midpoint { n_steps: 50 });
+            },
+            |a, _| {
+                a.air_path = Some(AirPath::Table);
+            },
+            |a, _| {
+                a.air_path = Some(AirPath::Quadrature { n_nodes: 32 });
+            },
         ],
     },
     Decision {
@@ -174,8 +212,12 @@ const DECISIONS: [Decision; 9] = [
         stage: Stage::Render,
         needs_air: true,
         levels: &[
-            |a, _| a.sky = Some(SkyModel::None),
-            |a, _| a.sky = Some(SkyModel::SingleScattering),
+            |a, _| {
+                a.sky = Some(SkyModel::None);
+            },
+            |a, _| {
+                a.sky = Some(SkyModel::SingleScattering);
+            },
         ],
     },
     Decision {
@@ -183,10 +225,18 @@ const DECISIONS: [Decision; 9] = [
         stage: Stage::Render,
         needs_air: false,
         levels: &[
-            |a, _| a.pixel_footprint = Some(PixelFootprint::Center),
-            |a, _| a.pixel_footprint = Some(PixelFootprint::Prefiltered),
-            |a, _| a.pixel_footprint = Some(PixelFootprint::Grid { n: 2 }),
-            |a, _| a.pixel_footprint = Some(PixelFootprint::Grid { n: 4 }),
+            |a, _| {
+                a.pixel_footprint = Some(PixelFootprint::Center);
+            },
+            |a, _| {
+                a.pixel_footprint = Some(PixelFootprint::Prefiltered);
+            },
+            |a, _| {
+                a.pixel_footprint = Some(PixelFootprint::Grid { n: 2 });
+            },
+            |a, _| {
+                a.pixel_footprint = Some(PixelFootprint::Grid { n: 4 });
+            },
         ],
     },
 ];

@@ -77,6 +77,7 @@ pub(crate) struct Arguments {
 
 /// Flags of every subcommand.
 #[derive(Debug, Args)]
+#[allow(clippy::struct_excessive_bools, reason = "flags of a command line")]
 #[command(next_help_heading = "Common options")]
 pub(crate) struct Common {
     /// Replace files that exist.

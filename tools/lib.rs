@@ -69,7 +69,10 @@ fn dispatch(arguments: &Arguments) -> Result<(), Failure> {
         Command::Render(command) => render::execute(command, common),
         Command::Info(command) => info::execute(command, common),
         Command::Eval(command) => eval::execute(command, common),
-        Command::Completions(command) => shell::completions(command),
+        Command::Completions(command) => {
+            shell::completions(command);
+            Ok(())
+        }
         Command::Man(command) => shell::man(command),
     }
 }

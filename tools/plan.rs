@@ -1,5 +1,6 @@
 //! `niji plan`: what a scene calls for, before anything runs.
 
+use std::fmt::Write as _;
 use std::path::Path;
 use std::path::PathBuf;
 
@@ -96,7 +97,7 @@ fn script(planned: &Planned, scene: &Path, folder: &Path, common: &Common) -> St
                 )
             }
         };
-        script += &format!("niji {line}{flags}\n");
+        let _ = writeln!(script, "niji {line}{flags}");
     }
     script
 }
@@ -104,10 +105,14 @@ fn script(planned: &Planned, scene: &Path, folder: &Path, common: &Common) -> St
 fn accuracy_flags(common: &Common) -> String {
     let mut flags = String::new();
     if let Some(preset) = common.accuracy {
-        flags += &format!(" --accuracy {}", niji_scene::Preset::from(preset).name());
+        let _ = write!(
+            flags,
+            " --accuracy {}",
+            niji_scene::Preset::from(preset).name()
+        );
     }
     if let Some(tolerance) = common.tolerance {
-        flags += &format!(" --tolerance {tolerance}");
+        let _ = write!(flags, " --tolerance {tolerance}");
     }
     flags
 }

@@ -32,17 +32,13 @@ pub(crate) struct ManCommand {
 }
 
 /// Prints completions.
-///
-/// # Errors
-/// None today; the signature is that of every subcommand.
-pub(crate) fn completions(command: &CompletionsCommand) -> Result<(), Failure> {
+pub(crate) fn completions(command: &CompletionsCommand) {
     clap_complete::generate(
         command.shell,
         &mut Arguments::command(),
         "niji",
         &mut io::stdout(),
     );
-    Ok(())
 }
 
 /// Writes manual pages.

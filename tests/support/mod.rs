@@ -1,6 +1,10 @@
 //! What the end-to-end tests share: running the program, shrinking scenes, measuring bows.
 
-#![allow(dead_code, reason = "each test target uses its own part")]
+#![allow(
+    dead_code,
+    unreachable_pub,
+    reason = "each test target uses its own part"
+)]
 
 use std::fs;
 use std::path::Path;

@@ -14,6 +14,7 @@ use crate::failure::Failure;
 use crate::law_flags::LawFlags;
 
 /// The box of a shape.
+#[allow(clippy::struct_field_names, reason = "the unit is part of a name")]
 #[derive(Debug, Args)]
 struct BoxFlags {
     /// Lowest corner.
@@ -81,8 +82,8 @@ enum AxisName {
 }
 
 impl GradientFlags {
-    pub(super) fn shape(&self) -> Result<Shape, Failure> {
-        Ok(Shape::Gradient(Gradient {
+    pub(super) fn shape(&self) -> Shape {
+        Shape::Gradient(Gradient {
             box_min_m: self.grid.box_min_m,
             box_max_m: self.grid.box_max_m,
             voxel_m: self.grid.voxel_m,
@@ -96,7 +97,7 @@ impl GradientFlags {
             number_density_at_min_m3: self.number_density_at_min_m3,
             number_density_at_max_m3: self.number_density_at_max_m3,
             effective_variance: self.effective_variance,
-        }))
+        })
     }
 }
 

@@ -89,7 +89,7 @@ pub(crate) fn execute(command: &DropsCommand, common: &Common) -> Result<(), Fai
 fn of_flags(shape: &ShapeCommand) -> Result<Shape, Failure> {
     match shape {
         ShapeCommand::Uniform(flags) => flags.shape(),
-        ShapeCommand::Gradient(flags) => flags.shape(),
+        ShapeCommand::Gradient(flags) => Ok(flags.shape()),
         ShapeCommand::RainShaft(flags) => flags.shape(),
     }
 }

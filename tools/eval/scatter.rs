@@ -199,8 +199,8 @@ fn parse_index(text: &str) -> Result<RefractiveIndex, Failure> {
     };
     let split = complex
         .char_indices()
-        .filter(is_split)
-        .last()
+        .rev()
+        .find(is_split)
         .ok_or_else(wrong)?
         .0;
     let n = complex[..split].parse().map_err(|_| wrong())?;

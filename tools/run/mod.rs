@@ -7,6 +7,7 @@ use std::path::Path;
 use std::path::PathBuf;
 
 use clap::Args;
+use niji_exchange::SpectralImage;
 use niji_scene::Stage;
 
 use crate::cli::Common;
@@ -67,19 +68,46 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
             eprintln!("{}: everything is up to date", folder.display());
         }
     }
+    let image = folder.join(stages::render::FILE);
     if common.json {
         println!("{:#}", report::json(&planned, &done));
     } else {
-        println!("{}", folder.join(stages::render::FILE).display());
+        println!("{}", image.display());
     }
-    Ok(())
+    common.tolerance.map_or(Ok(()), |tolerance| {
+        check_accuracy(&planned, &image, tolerance)
+    })
+}
+
+/// Half of a tolerance is for effects that are left out, half for levels: is the estimated error of
+/// the picture, RMS over its pixels, within that half?
+fn check_accuracy(planned: &Planned, image: &Path, tolerance: f64) -> Result<(), Failure> {
+    let parts = SpectralImage::read_spectral(image).map_err(|e| Failure::bad_input(image, e))?;
+    let error = parts.aovs.iter().find(|aov| aov.name == "error");
+    let Some((_, errors)) = error.and_then(|aov| aov.channels.first()) else {
+        return Ok(());
+    };
+    let squares: f64 = errors.iter().map(|&error| f64::from(error).powi(2)).sum();
+    let reference = planned.plan.reference_luminance_cd_m2;
+    let reached = (squares / errors.len().max(1) as f64).sqrt() / reference;
+    if reached <= 0.5 * tolerance {
+        return Ok(());
+    }
+    Err(Failure::AccuracyNotReached(format!(
+        "the estimated error of the picture is {reached:.1e}, more than half of the tolerance \
+         {tolerance:.1e}: take a more accurate preset (the picture was written)"
+    )))
 }
 
 /// Runs the stages of a plan in order.
 ///
 /// # Errors
 /// Whatever a stage reports.
-pub(crate) fn run_stages(planned: &Planned, folder: &Path, manner: Manner) -> Result<Vec<Done>, Failure> {
+pub(crate) fn run_stages(
+    planned: &Planned,
+    folder: &Path,
+    manner: Manner,
+) -> Result<Vec<Done>, Failure> {
     let (scene, plan) = (&planned.scene, &planned.plan);
     let inside = |name: &str| folder.join(name);
     let drops = planned

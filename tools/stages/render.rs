@@ -169,7 +169,7 @@ fn picture(
     let rendered = rendered
         .map_err(|error| Failure::bad_input(inputs.table.unwrap_or(inputs.drops), error))?;
     let white_luminance_cd_m2 = white_luminance_cd_m2(&wavelengths);
-    let world_to_camera = camera.world_to_camera().transpose().to_cols_array();
+    let world_to_camera = camera.world_to_camera().to_cols_array();
     Ok(SpectralImage {
         wavelengths,
         aovs: aovs(&rendered),

@@ -70,9 +70,8 @@ fn bow_values(
             let row = rows.row(index, size);
             for (angle, pair) in row.iter().enumerate() {
                 let [s, p] = [0, 1].map(|j| [j, size.radius_index, size.variance_index, angle]);
-                // f32 in files; the theory's own errors are a thousand times larger.
-                plane[s] = pair[0] as f32;
-                plane[p] = pair[1] as f32;
+                plane[s] = stored(pair[0]);
+                plane[p] = stored(pair[1]);
             }
             count.add(1);
         }
@@ -96,14 +95,20 @@ fn exact_values(
         for (row, values) in rows.iter().enumerate() {
             let (radius, variance) = (row / n_variances, row % n_variances);
             for (angle, pair) in values.iter().enumerate() {
-                // f32 in files: 1e-7 of a value.
-                plane[[0, radius, variance, angle]] = pair[0] as f32;
-                plane[[1, radius, variance, angle]] = pair[1] as f32;
+                plane[[0, radius, variance, angle]] = stored(pair[0]);
+                plane[[1, radius, variance, angle]] = stored(pair[1]);
             }
         }
         Ok(())
     })?;
     Ok(values)
+}
+
+/// A value as the file holds it: f32, 1e-7 of a value, and never below 0. The sun's disc is averaged
+/// over parabolas through the means of neighboring rings, which undershoot zero by up to 1e-5 of the
+/// peak where the dark side falls steeply.
+fn stored(value: f64) -> f32 {
+    value.max(0.0) as f32
 }
 
 fn zeros(request: &TableRequest, n_angles: usize) -> Array5<f32> {

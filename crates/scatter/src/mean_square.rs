@@ -83,7 +83,12 @@ pub(crate) struct Averaging<'a> {
 impl MeanSquare {
     pub(crate) fn compute(averaging: Averaging) -> Self {
         let variance = averaging.effective_variance;
-        let high = fringe_coordinate(averaging.highest_z.min(damped_from_z(variance)).max(1.0));
+        let high = fringe_coordinate(
+            averaging
+                .highest_z
+                .min(damped_from_z(averaging.exponent, variance))
+                .max(1.0),
+        );
         let low = fringe_coordinate(lowest_z(averaging.exponent, variance));
         let n_nodes = ((high - low) / STEP).ceil() as usize + 2;
         let law = GammaSample::new(averaging.exponent, variance, from_fringe_coordinate(high));
@@ -291,12 +296,14 @@ fn lowest_z(exponent: f64, variance: f64) -> f64 {
     z.clamp(LOWEST_OF_ALL_Z, LOWEST_Z)
 }
 
-/// The fringes of phase φ t have the amplitude (1 + φ² v_e²)^(−1/(2 v_e)): where it is DAMPED.
-fn damped_from_z(variance: f64) -> f64 {
+/// The fringes of phase φ t have the amplitude (1 + φ² v_e²)^(−k/2), k = 1/v_e + q − 1/3, over their
+/// mean: where it is DAMPED.
+fn damped_from_z(exponent: f64, variance: f64) -> f64 {
     if variance < SINGLE_SIZE {
         return f64::INFINITY;
     }
-    let squared = (-2.0 * variance * DAMPED.ln()).exp_m1() / (variance * variance);
+    let power = 1.0 / variance + exponent - 1.0 / 3.0;
+    let squared = (-2.0 / power * DAMPED.ln()).exp_m1() / (variance * variance);
     (squared.sqrt() / PHASE).powf(2.0 / 3.0).max(MEAN_FROM_Z)
 }
 

@@ -146,10 +146,12 @@ fn in_words(level: &serde_json::Value) -> String {
         serde_json::Value::String(name) => name.clone(),
         serde_json::Value::Object(variant) => {
             let settings = |value: &serde_json::Value| match value {
-                serde_json::Value::Object(settings) => settings
-                    .iter()
-                    .map(|(key, value)| format!(" {key}={value}"))
-                    .collect(),
+                serde_json::Value::Object(settings) => {
+                    let pairs = settings
+                        .iter()
+                        .map(|(key, value)| format!(" {key}={value}"));
+                    pairs.collect::<Vec<_>>().concat()
+                }
                 _ => format!(" {value}"),
             };
             let words = variant

@@ -140,7 +140,7 @@ struct Node<'a> {
     place: Place<'a>,
 }
 
-impl<'a> Node<'a> {
+impl Node<'_> {
     fn visit<'de, V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Fault> {
         match self.value.get_ref() {
             DeValue::String(text) => visitor.visit_str(text),

@@ -253,7 +253,7 @@ pub(super) fn warnings(
     effects: &[EffectDecision],
 ) -> Vec<String> {
     let mut warnings = Vec::new();
-    let (primary_deg, _) = (situation.bows_rad.0.to_degrees(), ());
+    let primary_deg = situation.bows_rad.0.to_degrees();
     match situation.view.theta_deg {
         None => warnings.push("no drops are in view of the camera".to_string()),
         Some((low, high)) if !(low..=high).contains(&primary_deg) => warnings.push(format!(

@@ -35,6 +35,7 @@ pub(super) struct Block {
 }
 
 /// Bounds on the way of rays through the drops' box.
+#[allow(clippy::struct_field_names, reason = "the unit is part of a name")]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Chord {
     /// No ray enters before this distance, m.
