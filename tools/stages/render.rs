@@ -21,6 +21,8 @@ use niji_render::LitDrops;
 use niji_render::RenderEffects;
 use niji_render::RenderRequest;
 use niji_render::Rendered;
+use niji_render::SunPath;
+use niji_render::Toggle;
 use niji_render::render;
 use niji_scene::Camera;
 use niji_scene::Effect;
@@ -71,6 +73,11 @@ impl Settings {
     pub(crate) fn of(planned: &Planned) -> Self {
         let (scene, plan) = (&planned.scene, &planned.plan);
         let on = Effect::ALL.into_iter().filter(|effect| plan.is_on(*effect));
+        let mut render_effects = plan.render_effects();
+        // The level that ignores the sun's path is the shadow left out.
+        if plan.sun_path() == SunPath::Ignore {
+            render_effects.drop_shadow = Toggle::Off;
+        }
         Self {
             camera: scene.camera,
             sun: scene.sun,
@@ -78,7 +85,7 @@ impl Settings {
             effects: on.map(Effect::name).collect(),
             levels: plan.levels,
             picture: scene.picture,
-            render_effects: plan.render_effects(),
+            render_effects,
         }
     }
 }
@@ -203,7 +210,7 @@ fn lit_drops(settings: &Settings, path: &Path) -> Result<LitDrops, Failure> {
     let sun_path = if settings.render_effects.drop_shadow.is_on() {
         settings.levels.sun_path
     } else {
-        niji_render::SunPath::Ignore
+        SunPath::Ignore
     };
     LitDrops::new(bricks, settings.sun.direction(), sun_path)
         .map_err(|error| Failure::bad_input(path, error))
