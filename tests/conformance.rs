@@ -4,7 +4,7 @@
 //! `NIJI_CONFORMANCE_PYTHON` is the Python that has the PyPI packages (default `python3`); OpenVDB's
 //! module belongs to the system's `/usr/bin/python3`.
 
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
+#![allow(clippy::unwrap_used, unreachable_pub, reason = "a test may panic")]
 
 mod support;
 #[path = "conformance/vdb.rs"]

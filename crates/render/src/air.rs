@@ -18,7 +18,7 @@ use crate::levels::AirPath;
 /// Constituents that a path keeps apart.
 pub(crate) const MAX_CONSTITUENTS: usize = 8;
 
-/// Equivalent length of each constituent on a path [m]; 0 beyond the constituents there are.
+/// Equivalent length of each constituent on a path (m); 0 beyond the constituents there are.
 pub(crate) type Lengths = [f64; MAX_CONSTITUENTS];
 
 /// The air of a picture.
@@ -95,7 +95,7 @@ impl<'a> Air<'a> {
         self.planet
     }
 
-    /// Height of the top of the air [m].
+    /// Height of the top of the air (m).
     pub(crate) fn top_height_m(&self) -> f64 {
         self.table.top_height_m
     }

@@ -7,7 +7,7 @@
 //! phase function [1/sr], `A` albedo of the ground, `mu_sun` cosine of the sun's zenith angle there,
 //! `T_drops` what the drops in front let pass, without diffraction. Single scattering; the shadow of
 //! the drops on the air and on the ground is left out, and so is skylight on the ground.
-//! [NSNN88] Nishita, Miyawaki, Nakamae, Computer Graphics 21(4), 303-310 (1987), and the same sum
+//! \[NMN87\] Nishita, Miyawaki, Nakamae, Computer Graphics 21(4), 303-310 (1987), and the same sum
 //! with constant steps as published for rainbows.
 //!
 //! The integrand is smooth, so it has its own few Gauss nodes: 1 below 300 m (error 3e-5), 4 below
@@ -30,7 +30,7 @@ const STRETCHES_M: [(f64, usize); 3] = [(300.0, 1), (30_000.0, 4), (f64::INFINIT
 /// Whose light is wanted on a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct GlowRange {
-    /// The way through the drops [m]; `None` where there are none.
+    /// The way through the drops (m); `None` where there are none.
     pub(crate) drops_m: Option<(f64, f64)>,
     /// Whether air from the eye to the far side of the drops counts.
     pub(crate) in_front: bool,

@@ -14,7 +14,7 @@ pub(crate) struct Deposits {
     pub(crate) bins: SizeBins,
     /// All of it [-].
     pub(crate) light: f64,
-    /// First moment of its distance [m].
+    /// First moment of its distance (m).
     pub(crate) light_m: f64,
     /// Second moment of its distance [m²].
     pub(crate) light_m2: f64,

@@ -1,13 +1,15 @@
 //! The levels of accuracy of the ray integral: one enum for each decision.
 //!
-//! Errors below are relative RMSE of radiance against a finer level on a 64^3 gradient of drop size
-//! and density, 640 x 480 rays, unless said otherwise.
+//! Errors below are relative RMSE of radiance against `Adaptive` at 1e-10, on a gradient of drop size
+//! and density over 64^3 nodes and on a homogeneous box, 640 x 480 rays, shadows on, the same table
+//! and sun volume on both sides (`cargo bench -p niji-render`, November 2026).
 
 /// How the integral along a view ray through the drops is taken.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Integration {
     /// The literal sum of equal steps with the midpoint rule, the published form:
     /// L = dt sum_i I(a(x_i), theta) rho(x_i). The last step ends at the face of the volume.
+    /// Steps of 3 m, a voxel of the gradient: 9e-4 and 6e-5.
     FixedStep {
         /// Length of a step in metres.
         step_m: f64,
@@ -15,10 +17,11 @@ pub enum Integration {
     /// Cell by cell, exact for the interpolated moments: the optical depth of a cell is the integral
     /// of its cubic, the light of a cell that is not shadowed is `-expm1(-dtau)` whatever its
     /// thickness, and two Gauss points a piece carry sizes and shadow. Cells in which optical depth
-    /// or drop size change fast are cut into pieces.
+    /// or drop size change fast are cut into pieces. 3e-7 and 9e-7.
     CellExact,
     /// As [`Integration::CellExact`], with the number of Gauss points and the pieces taken from the
-    /// asymptotic error of the rule, so that each piece keeps to `relative_error`.
+    /// asymptotic error of the rule, so that each piece keeps to `relative_error`. At 1e-4: 5e-6 and
+    /// 8e-5; at 1e-2: 4e-5 and 5e-4.
     Adaptive {
         /// Largest relative error of the light of a piece, 1e-12..1.
         relative_error: f64,
@@ -51,7 +54,8 @@ pub enum SunPath {
     /// Drops cast no shadow on drops.
     Ignore,
     /// A volume of optical depth, swept layer by layer away from the sun; the cost of a node does
-    /// not depend on the depth of the volume.
+    /// not depend on the depth of the volume. Light of a slab of optical depth 1 over 64 voxels:
+    /// error 3e-5. After n layers the edge of a sharp shadow is spread over 0.4 sqrt(n) voxels.
     Volume {
         /// Distance of the nodes in metres.
         voxel_m: f64,

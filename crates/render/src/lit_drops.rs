@@ -112,7 +112,7 @@ impl LitDrops {
         self.bounds
     }
 
-    /// Smallest and largest effective radius at any node with drops [um].
+    /// Smallest and largest effective radius at any node with drops (um).
     pub fn size_range_um(&self) -> Option<(f64, f64)> {
         self.size_range_um
     }

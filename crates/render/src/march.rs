@@ -27,7 +27,7 @@ const RADIUS_DENSITY_PIECES: usize = 2;
 /// A distance at which the optical depth of the drops in front is wanted.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Probe {
-    /// Distance from the eye [m].
+    /// Distance from the eye (m).
     pub(crate) distance_m: f64,
     /// Optical depth of the drops in front at Q = 1.
     pub(crate) depth: f64,
@@ -48,7 +48,7 @@ pub(crate) struct March<'a> {
 pub(crate) struct Walk<'a> {
     /// The ray.
     pub(crate) ray: &'a Ray,
-    /// Distances between which there may be drops [m].
+    /// Distances between which there may be drops (m).
     pub(crate) range_m: (f64, f64),
     /// Size axes of the table; `None` where no light is gathered, only optical depth.
     pub(crate) axes: Option<&'a SizeAxes>,

@@ -41,7 +41,7 @@ pub struct Rendered {
     /// Optical depth of the drops towards the sun at Q = 1, mean over the light of the drops; 0
     /// where there is none.
     pub tau_sun: Array2<f32>,
-    /// Mean distance from the eye of the light of the drops [m]; 0 where there is none.
+    /// Mean distance from the eye of the light of the drops (m); 0 where there is none.
     pub depth: Array2<f32>,
     /// Estimated absolute error of luminance [cd/m²]: quadrature on the ray, interpolation between
     /// the table's sizes, and what the pixel's footprint misses.

@@ -16,9 +16,9 @@ pub(crate) const EXTINCTION_PER_M2: f64 = 1e-12 * PI;
 /// A piece of a ray in one cell of each mode.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Piece<'a> {
-    /// Distance of its start from the eye [m].
+    /// Distance of its start from the eye (m).
     pub(crate) start_m: f64,
-    /// Its length [m].
+    /// Its length (m).
     pub(crate) length_m: f64,
     /// The moments of each mode that has drops here.
     pub(crate) modes: &'a [LaneCubic],

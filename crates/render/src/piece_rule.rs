@@ -47,7 +47,8 @@ const VIEW_LIMITS: [f64; 3] = [0.5, 1.0, 2.0];
 
 /// Nodes of the table's radius axis over a part with one, two and three points. The axis is as fine
 /// as the rows need for linear interpolation, so nodes are a measure of how fast rows change.
-const CELL_EXACT_BINS: [f64; 3] = [0.1, 6.0, 9.0];
+/// No part has one point only: it would lose where in the part the light is, which air dims.
+const CELL_EXACT_BINS: [f64; 3] = [-1.0, 6.0, 9.0];
 
 /// Nodes of the table's radius axis for each point at a relative error of 1; they shrink with its
 /// fourth root, as the error of two points grows with the fourth power of their distance.
@@ -330,6 +331,12 @@ impl Gathering<'_> {
         if !light_per_share.is_finite() {
             return;
         }
+        // One point stands for a stretch of even light.
+        let spread_m2 = if N == 1 {
+            self.piece.length_m.powi(2) / 12.0
+        } else {
+            0.0
+        };
         for ((x, weight), lane) in points.iter().zip(lanes) {
             if lane.x <= 0.0 {
                 continue;
@@ -341,6 +348,7 @@ impl Gathering<'_> {
             let place = self.axes.place(lane.x, lane.y, lane.z);
             self.deposits
                 .add(place, distance_m, f64::from(lane.w), light);
+            self.deposits.light_m2 += light * spread_m2;
         }
     }
 }

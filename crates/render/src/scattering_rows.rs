@@ -6,8 +6,6 @@
 //! [theta, r_e x v_e, wavelength], natural light (half the sum of both polarizations), and only the
 //! angles that the picture sees. f32 as in the file.
 
-use ndarray::Axis;
-use ndarray::s;
 use niji_exchange::ScatteringTable;
 use rayon::prelude::*;
 
@@ -61,21 +59,26 @@ impl ScatteringRows {
         let angle_size = n_bins * n_wavelengths;
         let mut values_sr1 = vec![0.0; n_angles * angle_size];
         let mut luminance = vec![0.0; n_angles * n_bins];
+        let standard = table.values.as_standard_layout();
+        let flat = standard
+            .as_slice()
+            .expect("an array in standard layout is a slice");
         let blocks = values_sr1.par_chunks_mut(BLOCK * angle_size);
         let sound = blocks
             .zip(luminance.par_chunks_mut(BLOCK * n_bins))
             .enumerate()
             .map(|(block, (values, luminance))| {
                 let from = first + block * BLOCK;
-                copy_block(table, from..(from + BLOCK).min(end), values);
+                copy_block(flat, angles.len(), from..(from + BLOCK).min(end), values);
                 for (row, sum) in values.chunks_exact(n_wavelengths).zip(luminance) {
                     let terms = row.iter().zip(luminance_weights);
                     *sum = terms.map(|(t, y)| f64::from(*t) * y).sum::<f64>() as f32;
                 }
-                // False for NaN.
-                values
-                    .iter()
-                    .all(|value| (0.0..f32::INFINITY).contains(value))
+                // Bits of numbers from 0 up to infinity are ordered; those of negative numbers and
+                // NaN lie above. Without a branch this is a few vector instructions.
+                values.iter().fold(true, |sound, value| {
+                    sound & ((value + 0.0).to_bits() < f32::INFINITY.to_bits())
+                })
             })
             .reduce(|| true, |a, b| a && b);
         if !sound {
@@ -204,16 +207,17 @@ impl ScatteringRows {
     }
 }
 
-/// Natural light at some angles, from [polarization, radius, variance, wavelength, angle] to
-/// [angle, radius x variance, wavelength].
-fn copy_block(table: &ScatteringTable, angles: std::ops::Range<usize>, values: &mut [f32]) {
+/// Natural light at some angles, from [polarization, radius x variance x wavelength, angle] to
+/// [angle, radius x variance x wavelength].
+fn copy_block(table: &[f32], n_theta: usize, angles: std::ops::Range<usize>, values: &mut [f32]) {
     let angle_size = values.len() / angles.len();
-    let natural = table.values.slice(s![.., .., .., .., angles]);
-    let (s_part, p_part) = natural.split_at(Axis(0), 1);
-    // Both parts run over (radius, variance, wavelength), the last fastest, as a row does.
-    let lanes = s_part.lanes(Axis(4)).into_iter().zip(p_part.lanes(Axis(4)));
+    let (s_part, p_part) = table.split_at(table.len() / 2);
+    let lanes = s_part
+        .chunks_exact(n_theta)
+        .zip(p_part.chunks_exact(n_theta));
     for (place, (s_lane, p_lane)) in lanes.enumerate() {
-        for (angle, (s, p)) in s_lane.iter().zip(&p_lane).enumerate() {
+        let natural = s_lane[angles.clone()].iter().zip(&p_lane[angles.clone()]);
+        for (angle, (s, p)) in natural.enumerate() {
             values[angle * angle_size + place] = 0.5 * (s + p);
         }
     }

@@ -1,6 +1,8 @@
 //! Proved bounds against rendered pictures: an effect that is forced on never changes more than its
 //! bound says, and not less than a twentieth of it where the change can be seen.
 
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
 use std::collections::BTreeMap;
 
 use ndarray::Array2;

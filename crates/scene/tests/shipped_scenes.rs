@@ -1,5 +1,7 @@
 //! The scenes that come with the project.
 
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
 use std::fs;
 use std::path::PathBuf;
 

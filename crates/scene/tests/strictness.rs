@@ -1,5 +1,7 @@
 //! A scene file says what it means, or is refused with the line and what would be right.
 
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
 use niji_scene::Drops;
 use niji_scene::Effect;
 use niji_scene::Preset;
