@@ -145,22 +145,24 @@ fn in_words(level: &serde_json::Value) -> String {
     match level {
         serde_json::Value::String(name) => name.clone(),
         serde_json::Value::Object(variant) => {
-            let settings = |value: &serde_json::Value| match value {
-                serde_json::Value::Object(settings) => {
-                    let pairs = settings
-                        .iter()
-                        .map(|(key, value)| format!(" {key}={value}"));
-                    pairs.collect::<Vec<_>>().concat()
-                }
-                _ => format!(" {value}"),
-            };
             let words = variant
                 .iter()
-                .map(|(name, value)| format!("{name}{}", settings(value)));
+                .map(|(name, settings)| with_settings(name, settings));
             words.collect::<Vec<_>>().join(" ")
         }
         other => other.to_string(),
     }
+}
+
+/// A name and its settings, each as ` key=value`.
+fn with_settings(name: &str, settings: &serde_json::Value) -> String {
+    let mut words = name.to_string();
+    if let serde_json::Value::Object(settings) = settings {
+        for (key, value) in settings {
+            words.extend([" ", key, "=", &value.to_string()]);
+        }
+    }
+    words
 }
 
 /// The section `[accuracy]`.

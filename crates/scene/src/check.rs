@@ -294,7 +294,7 @@ fn air(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {
     }
     for (key, found, range) in [
         ("air.pressure_hpa", air.pressure_hpa, (1.0, 2000.0)),
-        ("air.visibility_km", air.visibility_km, (0.01, 300.0)),
+        ("air.visibility_km", air.visibility_km, (0.01, 1000.0)),
         ("air.ozone_dobson", air.ozone_dobson, (0.0, 10_000.0)),
     ] {
         found.map_or(Ok(()), |found| check.number(key, found, range))?;

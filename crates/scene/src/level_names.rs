@@ -85,7 +85,7 @@ macro_rules! optional_level {
             #[derive(Serialize, Deserialize)]
             struct Named(#[serde(with = $name)] $level);
 
-            #[allow(clippy::ref_option, reason = "the signature that serde wants")]
+            #[expect(clippy::ref_option, reason = "serde calls it so")]
             pub(crate) fn serialize<S: Serializer>(
                 level: &Option<$level>,
                 serializer: S,

@@ -1,4 +1,21 @@
 //! Scene files, effects, the plan with its bounds, and presets.
+//!
+//! A [`Scene`] is everything that a picture depends on, read from TOML and refused, with its line,
+//! if a key is misspelt at any depth. [`plan()`] says which [`Effect`]s it calls for, what leaving the
+//! others out can cost, and which stages run with which tables. Opens no file.
+//!
+//! ```
+//! use niji_scene::{Effect, MeasuredLevels, PlanInputs, Scene, Stage, plan};
+//!
+//! let text = include_str!("../../../data/scenes/garden-fountain.toml");
+//! let scene = Scene::from_toml(text)?;
+//! let plan = plan(&scene, &PlanInputs { measured: &MeasuredLevels::default(), drops: None })?;
+//! // Ten metres of air do nothing to the light of a fountain, but its sunlight came through all.
+//! assert!(!plan.is_on(Effect::AirExtinction) && plan.is_on(Effect::SunlightThroughAir));
+//! assert!(plan.runs(Stage::Atmosphere));
+//! println!("{plan}");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod accuracy;
 mod air;

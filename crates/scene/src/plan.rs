@@ -14,6 +14,7 @@ mod estimates;
 mod facts;
 mod light_curves;
 mod reasons;
+mod size_mean;
 mod stages;
 mod view;
 

@@ -1,6 +1,6 @@
 //! The scenes that come with the project.
 
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
+#![allow(clippy::unwrap_used, reason = "tests stop at what they did not expect")]
 
 use std::fs;
 use std::path::PathBuf;

@@ -1,6 +1,6 @@
 //! A scene file says what it means, or is refused with the line and what would be right.
 
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
+#![allow(clippy::unwrap_used, reason = "tests stop at what they did not expect")]
 
 use niji_scene::Drops;
 use niji_scene::Effect;
@@ -355,6 +355,37 @@ fn air_effects_need_air() {
     let error =
         Scene::from_toml(&vacuum.replace("drop_shadow = \"off\"", "sky = \"on\"")).unwrap_err();
     assert!(error.to_string().contains("effects.sky"), "{error}");
+}
+
+#[test]
+fn air_has_settings_for_its_constituents_and_for_no_other() {
+    let hazy = SCENE.replace(
+        "constituents = [\"rayleigh\"]",
+        "constituents = [\"rayleigh\", \"aerosol\", \"ozone\"]\npressure_hpa = 900\n\
+         aerosol = \"rural\"\nvisibility_km = 20\nozone_dobson = 350",
+    );
+    let scene = Scene::from_toml(&hazy).unwrap();
+    let model = scene
+        .air
+        .unwrap()
+        .model(scene.spectrum.grid().unwrap(), 0.2)
+        .unwrap();
+    assert_eq!(model.tabulate().unwrap().constituents.len(), 3);
+    for (right, wrong) in [
+        ("\"aerosol\", ", ""),
+        ("visibility_km = 20", "visibility_km = 0.0"),
+        // Clearer than air without any haze.
+        ("visibility_km = 20", "visibility_km = 345"),
+        ("pressure_hpa = 900", "pressure_hpa = -1"),
+    ] {
+        let error = Scene::from_toml(&hazy.replace(right, wrong)).unwrap_err();
+        assert!(error.to_string().contains("`air"), "{wrong}: {error}");
+    }
+    let error = Scene::from_toml(&hazy.replace("\"rural\"", "\"urbane\"")).unwrap_err();
+    assert!(
+        error.to_string().contains("did you mean `urban`?"),
+        "{error}"
+    );
 }
 
 #[test]

@@ -24,8 +24,8 @@ use super::view::Block;
 /// Widens every bound for the air's levels of accuracy and for what lies between samples.
 const MARGIN: f64 = 1.1;
 
-/// Nodes on each leg of a view ray: errs by 3.5e-5 on whole-sky rays.
-const N_NODES: usize = 12;
+/// Nodes on each leg of a view ray: a few thousandths on whole-sky rays.
+const N_NODES: usize = 6;
 
 /// Rise above and below the geometric horizon at which both sides of it are solved.
 const BESIDE_HORIZON: f64 = 1e-6;
@@ -37,7 +37,7 @@ const SPHERE_SAMPLES: (usize, usize) = (24, 16);
 pub(super) struct AirLight {
     /// Sun's optical depth at the eye and the drops, by line: smallest and largest.
     sun_depth: Vec<(f64, f64)>,
-    /// Largest extinction between the eye and the drops, by line [1/m].
+    /// Largest extinction between the eye and the drops, by line (1/m).
     extinction_m1: Vec<f64>,
     /// Luminance from the eye to the far side of the drops, by block.
     front: Vec<f64>,

@@ -99,7 +99,7 @@ pub(super) struct BoundScene<'a> {
     pub(super) sun_depth: f64,
     /// Extinction efficiency of the level.
     pub(super) efficiency: f64,
-    /// Farthest distance at which a ray in view can leave the drops [m].
+    /// Farthest distance at which a ray in view can leave the drops (m).
     pub(super) farthest_m: f64,
 }
 

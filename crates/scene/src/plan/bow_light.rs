@@ -2,7 +2,7 @@
 //!
 //! P_p(theta) = (pi/0.18) sum_l y_l E_l t_p,l(theta) / sum_l y_l E_l
 //! is the luminance that drops of optical depth 1 (Q = 1, thin) add, over that of a gray card of
-//! albedo 0.18 facing the sun above the air. `t_p` = (dsigma/dOmega)/(pi <r^2>) [1/sr] of order `p`
+//! albedo 0.18 facing the sun above the air. `t_p` = (dsigma/dOmega)/(pi <r^2>) (1/sr) of order `p`
 //! in natural light, averaged over sizes and the sun's disc; `E_l` irradiance, `y_l` the observer.
 //!
 //! The stage that makes tables resolves fringes and lines that no bound needs: here sizes,
@@ -16,16 +16,14 @@ use niji_radiometry::Nanometers;
 use niji_radiometry::Radians;
 use niji_radiometry::water_refractive_index;
 use niji_scatter::Theory;
-use niji_sizes::gamma_area_quadrature;
+
+use super::size_mean::SizeMean;
 
 /// Factor on every maximum, for the coarseness of this table.
 pub(super) const MARGIN: f64 = 1.15;
 
 /// Step of the angles, 0.05 degrees.
 const STEP_RAD: f64 = 0.05 * std::f64::consts::PI / 180.0;
-
-/// Sizes that stand for a gamma law.
-const N_SIZES: usize = 24;
 
 /// Steps across the sun's disc that replace an average.
 const MIN_STEPS_PER_DISC: f64 = 2.0;
@@ -46,7 +44,7 @@ pub(super) struct LightRequest<'a> {
     pub(super) theory: Theory,
     pub(super) order: u32,
     pub(super) lines: &'a [Line],
-    /// (effective radius [um], effective variance) of each row.
+    /// (effective radius (um), effective variance) of each row.
     pub(super) sizes: &'a [(f64, f64)],
     pub(super) theta_rad: (f64, f64),
     pub(super) temperature_c: f64,
@@ -57,7 +55,7 @@ pub(super) struct LightRequest<'a> {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct BowLight {
     first_rad: f64,
-    /// [size][line][angle]
+    /// By size, line and angle.
     values: Vec<Vec<Vec<f64>>>,
 }
 
@@ -69,10 +67,20 @@ impl BowLight {
         let angles: Vec<Radians> = (0..=n_steps)
             .map(|index| Radians(low + STEP_RAD * index as f64))
             .collect();
-        let gammas: Vec<Vec<(f64, f64)>> = request.sizes.iter().map(|size| gamma(*size)).collect();
-        let mut values = vec![Vec::with_capacity(request.lines.len()); gammas.len()];
+        let power = match request.theory {
+            Theory::AiryPublished => -2.0 / 3.0,
+            Theory::Geometric | Theory::Airy | Theory::Debye { .. } | Theory::Mie => 1.0 / 3.0,
+        };
+        let mean = |(radius_um, variance): &(f64, f64)| {
+            (
+                Micrometers(*radius_um),
+                SizeMean::new(*variance, power, request.airy),
+            )
+        };
+        let laws: Vec<(Micrometers, SizeMean)> = request.sizes.iter().map(mean).collect();
+        let mut values = vec![Vec::with_capacity(request.lines.len()); laws.len()];
         for line in request.lines {
-            let rows = rows(request, &gammas, line.wavelength, &angles);
+            let rows = rows(request, &laws, line.wavelength, &angles);
             for (values, row) in values.iter_mut().zip(rows) {
                 values.push(row);
             }
@@ -155,16 +163,13 @@ fn pointwise(a: &[f64], b: &[f64], combine: impl Fn(f64, f64) -> f64) -> Vec<f64
     a.iter().zip(b).map(|(a, b)| combine(*a, *b)).collect()
 }
 
-/// Radii [um] and weights that stand for a gamma law.
-fn gamma((radius_um, variance): (f64, f64)) -> Vec<(f64, f64)> {
-    gamma_area_quadrature(Micrometers(radius_um), variance, N_SIZES)
-        .unwrap_or_else(|_| vec![(radius_um, 1.0)])
-}
+/// Light by effective radius and what stands for f(z), both polarizations.
+type LightOfLaw<'a> = dyn Fn(Micrometers, &dyn Fn(f64) -> f64) -> [f64; 2] + 'a;
 
 /// t of every law at one wavelength for all angles, natural light, 1/sr.
 fn rows(
     request: &LightRequest<'_>,
-    gammas: &[Vec<(f64, f64)>],
+    laws: &[(Micrometers, SizeMean)],
     wavelength: Nanometers,
     angles: &[Radians],
 ) -> Vec<Vec<f64>> {
@@ -173,26 +178,26 @@ fn rows(
         GeometricOrder::new(index, request.order),
         AiryBow::new(index, request.order),
     ) else {
-        return vec![vec![0.0; angles.len()]; gammas.len()];
+        return vec![vec![0.0; angles.len()]; laws.len()];
     };
-    let f = |z| request.airy.value(z);
-    let mut rows = vec![Vec::with_capacity(angles.len()); gammas.len()];
-    let mut extend = |one: &dyn Fn(Micrometers) -> [f64; 2]| {
-        for (row, sizes) in rows.iter_mut().zip(gammas) {
-            let light = |(radius, weight): &(f64, f64)| weight * natural(one(Micrometers(*radius)));
-            row.push(sizes.iter().map(light).sum());
+    let mut rows = vec![Vec::with_capacity(angles.len()); laws.len()];
+    let mut extend = |one: &LightOfLaw<'_>| {
+        for (row, (radius, mean)) in rows.iter_mut().zip(laws) {
+            row.push(natural(one(*radius, &|z| mean.root(z, request.airy))));
         }
     };
     for theta in angles {
         match request.theory {
             Theory::Geometric => {
                 let light = near_caustic(&rays, bow.ray().theta_rad(), *theta);
-                extend(&|_| light);
+                extend(&|_, _| light);
             }
-            Theory::AiryPublished => extend(&|radius| bow.published(radius, wavelength, *theta, f)),
+            Theory::AiryPublished => {
+                extend(&|radius, f| bow.published(radius, wavelength, *theta, f));
+            }
             Theory::Airy | Theory::Debye { .. } | Theory::Mie => {
                 let direction = bow.direction(*theta);
-                extend(&|radius| direction.normalized_cross_section(radius, wavelength, f));
+                extend(&|radius, f| direction.normalized_cross_section(radius, wavelength, f));
             }
         }
     }

@@ -13,17 +13,17 @@ use niji_geometry::Aabb;
 /// Figures of a drop volume, of a shape before it is laid out or of a file after it was read.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DropSummary {
-    /// Lowest corner of the box outside of which there are no drops [m].
+    /// Lowest corner of the box outside of which there are no drops (m).
     pub min_m: DVec3,
-    /// Highest corner [m].
+    /// Highest corner (m).
     pub max_m: DVec3,
-    /// Edge length of a voxel, of several modes the smallest [m].
+    /// Edge length of a voxel, of several modes the smallest (m).
     pub voxel_m: f64,
     /// Nodes with drops, at most.
     pub n_nodes: u64,
-    /// Largest extinction without diffraction [1/m].
+    /// Largest extinction without diffraction (1/m).
     pub max_extinction_m1_q1: f64,
-    /// Smallest and largest effective radius [um].
+    /// Smallest and largest effective radius (um).
     pub effective_radius_um: (f64, f64),
     /// Smallest and largest effective variance, mixtures between nodes included.
     pub effective_variance: (f64, f64),
@@ -36,7 +36,7 @@ pub struct DropSummary {
 pub struct DropPart {
     /// The box.
     pub bounds: Aabb,
-    /// Largest extinction without diffraction in it [1/m].
+    /// Largest extinction without diffraction in it (1/m).
     pub max_extinction_m1_q1: f64,
 }
 

@@ -13,7 +13,7 @@ use super::light_curves::variants;
 use super::reasons::Facts;
 
 /// (dsigma/dOmega)/(pi <r^2>) of external reflection, p = 0, and of p >= 4 away from their bows
-/// [1/sr]: a reflectance of 0.05 over 4 pi, and half as much again.
+/// (1/sr): a reflectance of 0.05 over 4 pi, and half as much again.
 const HIGHER_ORDERS_SR1: f64 = 1.5 * 0.05 / (4.0 * PI);
 
 /// Shift of the top of the primary bow by drops of 1 mm diameter, degrees, for a sun near the

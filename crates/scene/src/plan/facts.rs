@@ -33,7 +33,7 @@ use super::view::Block;
 const REFERENCE_ALBEDO: f64 = 0.18;
 
 /// Most wavelengths that bounds are computed with.
-const MAX_LINES: usize = 14;
+const MAX_LINES: usize = 11;
 
 /// Effective radii between the smallest and the largest that bounds are computed with.
 const N_RADII: usize = 4;
@@ -195,7 +195,7 @@ fn summary(scene: &Scene, inputs: &PlanInputs<'_>) -> Result<DropSummary, PlanEr
     summary.ok_or_else(|| PlanError::NoDrops { file: file() })
 }
 
-/// Representative wavelengths with their weights, and the sun's illuminance [lx].
+/// Representative wavelengths with their weights, and the sun's illuminance (lx).
 fn lines(grid: &WavelengthGrid) -> (Vec<Line>, f64) {
     let irradiance = solar_irradiance(grid);
     let observer = Colorimetry::new(grid);

@@ -53,7 +53,7 @@ pub(super) fn variants(known: impl Fn(Effect) -> Option<bool>) -> Vec<Variant> {
 pub(super) struct CurvesRequest<'a> {
     pub(super) theory: Theory,
     pub(super) lines: &'a [Line],
-    /// (effective radius [um], effective variance) of the drops that occur.
+    /// (effective radius (um), effective variance) of the drops that occur.
     pub(super) sizes: Vec<(f64, f64)>,
     /// Scattering angles in view of the drops; `None` where no drops are.
     pub(super) theta_rad: Option<(f64, f64)>,

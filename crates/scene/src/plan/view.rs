@@ -17,7 +17,7 @@ use niji_geometry::Aabb;
 use niji_geometry::PinholeCamera;
 
 /// Most blocks along the width and the height of the picture.
-const MAX_BLOCKS: (u32, u32) = (48, 36);
+const MAX_BLOCKS: (u32, u32) = (32, 24);
 
 /// A rectangle of pixels, with bounds that hold for each of its rays.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,8 +35,8 @@ pub(super) struct Block {
 }
 
 /// Bounds on the way of rays through the drops' box.
-#[allow(clippy::struct_field_names, reason = "the unit is part of a name")]
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[expect(clippy::struct_field_names, reason = "names end with their unit")]
 pub(super) struct Chord {
     /// No ray enters before this distance, m.
     pub(super) enter_m: f64,
@@ -46,7 +46,7 @@ pub(super) struct Chord {
     pub(super) length_m: f64,
 }
 
-/// A part of the drops' box and the largest extinction in it at Q = 1 [1/m].
+/// A part of the drops' box and the largest extinction in it at Q = 1 (1/m).
 pub(super) type Part = (Aabb, f64);
 
 /// Where drops are.
@@ -54,7 +54,7 @@ pub(super) type Part = (Aabb, f64);
 pub(super) struct Extent<'a> {
     /// The box outside of which there are none.
     pub(super) whole: Aabb,
-    /// Largest extinction of all modes together at Q = 1 [1/m].
+    /// Largest extinction of all modes together at Q = 1 (1/m).
     pub(super) extinction_m1: f64,
     /// Boxes that hold all drops; those of several modes may overlap.
     pub(super) parts: &'a [Part],
