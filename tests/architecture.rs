@@ -100,6 +100,11 @@ fn libraries_know_nothing_of_the_program() {
             .join("src");
         for file in rust_files(&source) {
             let text = fs::read_to_string(&file).expect("sources are UTF-8");
+            // Examples in comments may print.
+            let code = text
+                .lines()
+                .filter(|line| !line.trim_start().starts_with("//"));
+            let text = code.collect::<Vec<_>>().join("\n");
             for word in [
                 "println!",
                 "eprintln!",

@@ -102,7 +102,7 @@ const DECISIONS: [Decision; 9] = [
                 a.table_relative_error = Some(2e-2);
             },
             |a, _| {
-                a.table_relative_error = Some(2e-3);
+                a.table_relative_error = Some(5e-3);
             },
             |a, _| {
                 a.table_relative_error = Some(2e-4);
