@@ -1,6 +1,6 @@
 //! The `niji` program as a library: arguments, files and printing around the library crates.
 //!
-//! One folder or file for each subcommand; [`stages`] holds what `niji run` and the stage commands
+//! One folder or file for each subcommand; `stages` holds what `niji run` and the stage commands
 //! share, so that a chain by hand gives the same bytes as a run.
 
 mod airy;
