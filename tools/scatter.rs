@@ -151,6 +151,7 @@ fn of_flags(command: &ScatterCommand) -> Result<(ScatteringNeed, WavelengthGrid)
         relative_error: command.relative_error,
         effective_radius_um: radius_axis(radii, variances.0, command.relative_error)
             .map_err(|error| usage(&error))?,
+        flattening: vec![0.0],
         effective_variance: variance_axis(variances).map_err(|error| usage(&error))?,
         sun_disc_diameter_rad: command.sun_disc_deg.to_radians(),
         temperature_c: command.temperature_c,

@@ -9,7 +9,7 @@ use clap::Args;
 use clap::ValueEnum;
 use niji_airy::AiryBow;
 use niji_airy::GeometricOrder;
-use niji_airy::airy_integral;
+use niji_airy::airy_squares;
 use niji_mie::RefractiveIndex;
 use niji_mie::ScatteringAngles;
 use niji_mie::Sphere;
@@ -154,7 +154,7 @@ fn by_rays(
         let t = match theory {
             TheoryName::Airy => {
                 bow.direction(theta)
-                    .normalized_cross_section(radius, wavelength, airy_integral)
+                    .normalized_cross_section(radius, wavelength, airy_squares)
             }
             TheoryName::Geometric | TheoryName::Mie | TheoryName::Debye => {
                 rays.normalized_cross_section(theta)

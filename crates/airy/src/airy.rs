@@ -89,13 +89,16 @@ impl AiryForm {
 }
 
 /// The bow in one direction, ready for every size of drop and every wavelength of its index:
-/// t_j = `size_factor` × `strength_j` × f²(`argument` x^(2/3)) + `rays_j`.
+/// t_j = `size_factor` (`strength_j` f²(z) + `derivative_strength_j` x^(−2/3) f'²(z)) + `rays_j` with
+/// z = `argument` x^(2/3).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AiryDirection {
+pub struct BowDirection {
     /// z x^(−2/3).
     pub argument: f64,
     /// Factor of f² for each polarisation, drawn to the mean of the rays.
     pub strength: [f64; 2],
+    /// Factor of x^(−2/3) f'² for each polarisation.
+    pub derivative_strength: [f64; 2],
     /// What geometric optics adds, in 1/sr.
     pub rays: [f64; 2],
 }
@@ -122,7 +125,7 @@ impl AiryBow {
         &self.ray
     }
 
-    /// z x^(−2/3) in the direction θ, [`AiryDirection::argument`] alone; 0 where the form ends.
+    /// z x^(−2/3) in the direction θ, [`BowDirection::argument`] alone; 0 where the form ends.
     #[must_use]
     pub fn argument(&self, theta: Radians) -> f64 {
         self.squared_amplitudes(self.ray.beyond_rad(theta.0))
@@ -131,7 +134,7 @@ impl AiryBow {
 
     /// What does not depend on the size of the drop.
     #[must_use]
-    pub fn direction(&self, theta: Radians) -> AiryDirection {
+    pub fn direction(&self, theta: Radians) -> BowDirection {
         let beyond_rad = self.ray.beyond_rad(theta.0);
         let rays_weight = self.ramp(beyond_rad, 1.0 - BLEND, 1.0 + BLEND);
         let mean_weight = self.ramp(beyond_rad, MEAN_FROM, MEAN_TO);
@@ -163,7 +166,7 @@ impl AiryBow {
 
     /// The same for the published form.
     #[must_use]
-    pub fn published_direction(&self, theta: Radians) -> AiryDirection {
+    pub fn published_direction(&self, theta: Radians) -> BowDirection {
         let mut bow = self.squared_amplitudes(self.ray.beyond_rad(theta.0));
         // f² M² = 16π² (3/(4 h cos d))^(2/3) (a/λ)^(4/3) f², and a λ/4π² of the size it is scaled to.
         let spread = self.ray.incidence_rad.sin() / self.ray.theta_rad().sin();
@@ -175,22 +178,24 @@ impl AiryBow {
     /// ε_j² (3/(4 h cos d))^(2/3) and z x^(−2/3) = 4 sin d (3/(4 h cos d))^(1/3) (2π)^(−2/3) for a
     /// deviation `d` beyond the rainbow ray; nothing a quarter turn or more away from it, where the
     /// form ends.
-    fn squared_amplitudes(&self, d: f64) -> AiryDirection {
+    fn squared_amplitudes(&self, d: f64) -> BowDirection {
         let (sin_d, cos_d) = d.sin_cos();
         if cos_d <= 0.0 {
-            return AiryDirection {
+            return BowDirection {
                 argument: 0.0,
                 strength: [0.0; 2],
+                derivative_strength: [0.0; 2],
                 rays: [0.0; 2],
             };
         }
         let length = (3.0 / (4.0 * self.ray.wavefront_h * cos_d)).cbrt();
-        AiryDirection {
+        BowDirection {
             argument: 4.0 * sin_d * length / (TAU * TAU).cbrt(),
             strength: self
                 .ray
                 .amplitudes
                 .map(|amplitude| amplitude * amplitude * length * length),
+            derivative_strength: [0.0; 2],
             rays: [0.0; 2],
         }
     }
@@ -203,10 +208,10 @@ impl AiryBow {
         radius: Micrometers,
         wavelength: Nanometers,
         theta: Radians,
-        f: impl Fn(f64) -> f64,
+        squares: impl Fn(f64) -> [f64; 2],
     ) -> [f64; 2] {
         self.published_direction(theta)
-            .evaluate(AiryForm::Published, (radius, wavelength), f)
+            .evaluate(AiryForm::Published, (radius, wavelength), squares)
     }
 
     /// 0 up to `from` parts of the reach, 1 from `to` parts on, smooth between.
@@ -216,29 +221,34 @@ impl AiryBow {
     }
 }
 
-impl AiryDirection {
-    /// (dσ/dΩ)/(π a²) in 1/sr for the polarisations s and p. `f` is Airy's integral, exact or from a
-    /// table.
+impl BowDirection {
+    /// (dσ/dΩ)/(π a²) in 1/sr for the polarisations s and p. `squares` gives f² and f'²,
+    /// exact ([`crate::airy_squares`]), from a table or averaged.
     #[must_use]
     pub fn normalized_cross_section(
         &self,
         radius: Micrometers,
         wavelength: Nanometers,
-        f: impl Fn(f64) -> f64,
+        squares: impl Fn(f64) -> [f64; 2],
     ) -> [f64; 2] {
-        self.evaluate(AiryForm::Absolute, (radius, wavelength), f)
+        self.evaluate(AiryForm::Absolute, (radius, wavelength), squares)
     }
 
     fn evaluate(
         &self,
         form: AiryForm,
         (radius, wavelength): (Micrometers, Nanometers),
-        f: impl Fn(f64) -> f64,
+        squares: impl Fn(f64) -> [f64; 2],
     ) -> [f64; 2] {
         let x = TAU * Meters::from(radius).0 / Meters::from(wavelength).0;
-        let integral = f(self.argument * (x * x).cbrt());
-        let common = form.size_factor(radius, wavelength) * integral * integral;
-        [0, 1].map(|j| common * self.strength[j] + self.rays[j])
+        let scale = (x * x).cbrt();
+        let [square, derivative_square] = squares(self.argument * scale);
+        let factor = form.size_factor(radius, wavelength);
+        [0, 1].map(|j| {
+            let wave =
+                self.strength[j] * square + self.derivative_strength[j] * derivative_square / scale;
+            factor * wave + self.rays[j]
+        })
     }
 }
 
@@ -252,7 +262,7 @@ fn fringe_mean(d: f64, h: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::airy_integral::airy_integral;
+    use crate::airy_integral::airy_squares;
     use spec_math::Bessel;
 
     const RED: Nanometers = Nanometers(650.0);
@@ -263,7 +273,7 @@ mod tests {
         let [s, p] = bow.direction(theta).normalized_cross_section(
             Micrometers(radius_um),
             RED,
-            airy_integral,
+            airy_squares,
         );
         0.5 * (s + p)
     }
@@ -308,7 +318,7 @@ mod tests {
             let found = bow.direction(Radians(theta_rad)).normalized_cross_section(
                 radius,
                 RED,
-                airy_integral,
+                airy_squares,
             )[0];
             assert!(
                 (found / expected - 1.0).abs() < 2e-4,
@@ -409,10 +419,10 @@ mod tests {
         let theta = Radians(bow.ray().theta_rad());
         let ratio = |radius_um, wavelength_nm| {
             let (radius, wavelength) = (Micrometers(radius_um), Nanometers(wavelength_nm));
-            bow.published(radius, wavelength, theta, airy_integral)[0]
+            bow.published(radius, wavelength, theta, airy_squares)[0]
                 / bow
                     .direction(theta)
-                    .normalized_cross_section(radius, wavelength, airy_integral)[0]
+                    .normalized_cross_section(radius, wavelength, airy_squares)[0]
         };
         assert!((ratio(100.0, 550.0) - 1.0).abs() < 1e-12);
         // The missing factor is a λ.

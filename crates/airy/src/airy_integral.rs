@@ -37,6 +37,13 @@ pub fn airy_integral_with_derivative(z: f64) -> (f64, f64) {
     (VALUE * airy.ai, -DERIVATIVE * airy.aip)
 }
 
+/// f² and f'².
+#[must_use]
+pub fn airy_squares(z: f64) -> [f64; 2] {
+    let (value, derivative) = airy_integral_with_derivative(z);
+    [value * value, derivative * derivative]
+}
+
 /// f(z); NaN for NaN, 0 at infinity.
 ///
 /// ```

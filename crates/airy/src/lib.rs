@@ -9,11 +9,12 @@ mod geometric;
 mod rainbow_ray;
 
 pub use airy::AiryBow;
-pub use airy::AiryDirection;
 pub use airy::AiryForm;
+pub use airy::BowDirection;
 pub use airy_integral::airy_integral;
 pub use airy_integral::airy_integral_derivative;
 pub use airy_integral::airy_integral_with_derivative;
+pub use airy_integral::airy_squares;
 pub use airy_table::AiryTable;
 pub use airy_table::TableError;
 pub use airy_table::fringe_coordinate;

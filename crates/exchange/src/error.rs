@@ -147,12 +147,14 @@ pub enum Error {
         problem: String,
     },
     /// An axis that leaves its range.
-    #[error("found {found} on axis {axis:?}, expected values from 0 to {max}")]
+    #[error("found {found} on axis {axis:?}, expected values from {min} to {max}")]
     Range {
         /// Name of the axis.
         axis: String,
         /// A value on it.
         found: f64,
+        /// Smallest value that makes sense.
+        min: f64,
         /// Largest value that makes sense.
         max: f64,
     },

@@ -10,7 +10,7 @@
 use std::f64::consts::PI;
 
 use ndarray::Array2;
-use ndarray::Array5;
+use ndarray::Array6;
 use ndarray::s;
 use niji_radiometry::WavelengthGrid;
 
@@ -31,11 +31,14 @@ const QUANTITY: &str = "scattering";
 /// Prefixes of the channels of the two polarisations.
 const POLARIZATIONS: [&str; 2] = ["s", "p"];
 /// Columns and rows with their units.
-const AXES: [(&str, &str); 3] = [
+const AXES: [(&str, &str); 4] = [
     ("theta", "rad"),
     ("effective_radius", "um"),
     ("effective_variance", "-"),
+    ("flattening", "-"),
 ];
+/// Axes of a table of spheres: it has no flattening.
+const N_AXES_OF_SPHERES: usize = 3;
 /// Said in every header, because this is where people err.
 const ANGLE_CONVENTION: &str = "scattering angle between the directions of travel before and after: \
                                 0 = forward, pi = backward; bow angle = pi - theta";
@@ -63,9 +66,12 @@ pub struct ScatteringTable {
     pub effective_radius_um: Vec<f64>,
     /// Effective variances, ascending.
     pub effective_variance: Vec<f64>,
+    /// How far, and which way, the flattening of large drops moves the bow: ascending within -1 to 1
+    /// where 1 is the most for drops of that size, 0 what a sphere does; `[0.0]` for spheres.
+    pub flattening: Vec<f64>,
     /// Values in 1/sr by polarisation (0 = s, 1 = p), effective radius, effective variance,
-    /// wavelength and scattering angle.
-    pub values: Array5<f32>,
+    /// flattening, wavelength and scattering angle.
+    pub values: Array6<f32>,
     /// Diameter of the sun's disc that the table is averaged over, in radians; 0 for a point.
     pub sun_disc_diameter_rad: f64,
     /// Scattering angle between the secondary bow (smaller) and the primary (larger), in radians.
@@ -84,19 +90,21 @@ impl ScatteringTable {
     /// If the shape of the values is not that of the axes.
     #[must_use]
     pub fn to_file(&self, provenance: Provenance) -> TableFile {
-        let (_, n_radii, n_variances, _, n_theta) = self.values.dim();
+        let shape = self.shape();
         assert_eq!(
             self.values.dim(),
-            self.shape(),
+            shape,
             "values have the shape of the axes"
         );
+        let (_, n_radii, n_variances, n_flattenings, _, n_theta) = shape;
+        let n_rows = n_radii * n_variances * n_flattenings;
         let mut channels = Vec::with_capacity(2 * self.wavelengths.len());
         for (polarization, prefix) in POLARIZATIONS.into_iter().enumerate() {
             for (index, wavelength) in self.wavelengths.centers().enumerate() {
-                let values = self.values.slice(s![polarization, .., .., index, ..]);
+                let values = self.values.slice(s![polarization, .., .., .., index, ..]);
                 let flat: Vec<f32> = values.iter().copied().collect();
-                let values = Array2::from_shape_vec((n_radii * n_variances, n_theta), flat)
-                    .expect("rows are radii times variances");
+                let values = Array2::from_shape_vec((n_rows, n_theta), flat)
+                    .expect("rows are the product of their axes");
                 let name = format!("{prefix}.{}", short_name(wavelength));
                 channels.push(Channel { name, values });
             }
@@ -104,10 +112,7 @@ impl ScatteringTable {
         let part = TablePart {
             name: QUANTITY.to_owned(),
             column_axis: axis(0, &self.theta_rad),
-            row_axes: vec![
-                axis(1, &self.effective_radius_um),
-                axis(2, &self.effective_variance),
-            ],
+            row_axes: self.row_axes(),
             channels,
             attributes: self.attributes(),
         };
@@ -118,15 +123,29 @@ impl ScatteringTable {
         }
     }
 
-    fn shape(&self) -> (usize, usize, usize, usize, usize) {
-        let n_rows = (
-            self.effective_radius_um.len(),
-            self.effective_variance.len(),
-        );
+    fn row_axes(&self) -> Vec<Axis> {
+        let mut axes = vec![
+            axis(1, &self.effective_radius_um),
+            axis(2, &self.effective_variance),
+        ];
+        if !self.is_of_spheres() {
+            axes.push(axis(3, &self.flattening));
+        }
+        axes
+    }
+
+    /// Is there nothing but spheres in it?
+    fn is_of_spheres(&self) -> bool {
+        // Compared with a value that was stored.
+        self.flattening == [0.0]
+    }
+
+    fn shape(&self) -> (usize, usize, usize, usize, usize, usize) {
         (
             2,
-            n_rows.0,
-            n_rows.1,
+            self.effective_radius_um.len(),
+            self.effective_variance.len(),
+            self.flattening.len(),
             self.wavelengths.len(),
             self.theta_rad.len(),
         )
@@ -165,21 +184,30 @@ impl ScatteringTable {
     pub fn from_file(file: &TableFile) -> Result<Self, Error> {
         file.expect_quantity(QUANTITY)?;
         let part = file.part(QUANTITY)?;
-        part.expect_axes(&AXES)?;
+        let n_axes = (1 + part.row_axes.len()).clamp(N_AXES_OF_SPHERES, AXES.len());
+        part.expect_axes(&AXES[..n_axes])?;
         let (radii, variances) = (&part.row_axes[0].values, &part.row_axes[1].values);
-        check_range(&part.column_axis, MAX_THETA_RAD)?;
-        check_range(&part.row_axes[0], f64::INFINITY)?;
-        check_range(&part.row_axes[1], MAX_EFFECTIVE_VARIANCE)?;
+        check_range(&part.column_axis, (0.0, MAX_THETA_RAD))?;
+        check_range(&part.row_axes[0], (0.0, f64::INFINITY))?;
+        check_range(&part.row_axes[1], (0.0, MAX_EFFECTIVE_VARIANCE))?;
+        let flattening = match part.row_axes.get(2) {
+            Some(axis) => {
+                check_range(axis, (-1.0, 1.0))?;
+                axis.values.clone()
+            }
+            None => vec![0.0],
+        };
         let wavelengths = wavelengths(part)?;
         let n_theta = part.column_axis.values.len();
-        let shape = (2, radii.len(), variances.len(), wavelengths.len(), n_theta);
-        let mut values = Array5::zeros(shape);
+        let n_rows = (radii.len(), variances.len(), flattening.len());
+        let mut values =
+            Array6::zeros((2, n_rows.0, n_rows.1, n_rows.2, wavelengths.len(), n_theta));
         for (polarization, prefix) in POLARIZATIONS.into_iter().enumerate() {
             for (index, wavelength) in wavelengths.centers().enumerate() {
                 let name = format!("{prefix}.{}", short_name(wavelength));
                 let channel = part.channel(&name)?;
                 check_values(&name, channel)?;
-                let target = values.slice_mut(s![polarization, .., .., index, ..]);
+                let target = values.slice_mut(s![polarization, .., .., .., index, ..]);
                 for (target, &value) in target.into_iter().zip(channel) {
                     *target = value;
                 }
@@ -192,6 +220,7 @@ impl ScatteringTable {
             theta_rad: part.column_axis.values.clone(),
             effective_radius_um: radii.clone(),
             effective_variance: variances.clone(),
+            flattening,
             values,
             sun_disc_diameter_rad: part.number("niji:sunDiscDiameterRad")?,
             split_theta_rad: part.number("niji:splitThetaRad")?,
@@ -217,16 +246,17 @@ fn wavelengths(part: &TablePart) -> Result<WavelengthGrid, Error> {
     wavelength_names::described_grid(wavelengths_nm.collect(), &part.attributes)
 }
 
-/// Ascending values are within 0 and `max` if the first and the last are.
-fn check_range(axis: &Axis, max: f64) -> Result<(), Error> {
+/// Ascending values are within a range if the first and the last are.
+fn check_range(axis: &Axis, (min, max): (f64, f64)) -> Result<(), Error> {
     let outside = [axis.values.first(), axis.values.last()]
         .into_iter()
         .flatten();
-    match outside.copied().find(|value| !(0.0..=max).contains(value)) {
+    match outside.copied().find(|value| !(min..=max).contains(value)) {
         None => Ok(()),
         Some(value) => Err(Error::Range {
             axis: axis.name.clone(),
             found: value,
+            min,
             max,
         }),
     }

@@ -8,7 +8,7 @@ use std::io::Cursor;
 use std::path::Path;
 
 use ndarray::Array2;
-use ndarray::Array5;
+use ndarray::Array6;
 use niji_exchange::AttributeValue;
 use niji_exchange::Attributes;
 use niji_exchange::Axis;
@@ -84,12 +84,13 @@ fn scattering_table() -> ScatteringTable {
         theory: "airy".to_owned(),
         orders: "2,3".to_owned(),
         wavelengths,
-        values: Array5::from_shape_fn((2, 3, 2, 4, 31), |(j, r, v, l, t)| {
+        values: Array6::from_shape_fn((2, 3, 2, 1, 4, 31), |(j, r, v, _, l, t)| {
             sample(((((j * 3 + r) * 2 + v) * 4) + l) * 31 + t).abs()
         }),
         theta_rad,
         effective_radius_um: vec![10.0, 100.0, 1000.0],
         effective_variance: vec![0.0, 0.1],
+        flattening: vec![0.0],
         sun_disc_diameter_rad: 0.533_f64.to_radians(),
         split_theta_rad: 2.2,
         forward_fraction_left_out: 0.5,

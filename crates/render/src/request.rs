@@ -197,6 +197,7 @@ impl RenderRequest<'_> {
             2,
             radii.len(),
             variances.len(),
+            table.flattening.len(),
             table.wavelengths.len(),
             table.theta_rad.len(),
         );

@@ -225,7 +225,7 @@ fn copy_block(table: &[f32], n_theta: usize, angles: std::ops::Range<usize>, val
 
 #[cfg(test)]
 mod tests {
-    use ndarray::Array5;
+    use ndarray::Array6;
     use niji_radiometry::WavelengthGrid;
 
     use super::*;
@@ -234,7 +234,7 @@ mod tests {
     fn table() -> ScatteringTable {
         let wavelengths = WavelengthGrid::new(500.0, 50.0, 3).unwrap();
         let theta_rad: Vec<f64> = (0..=20).map(|step| 2.0 + 0.05 * f64::from(step)).collect();
-        let values = Array5::from_shape_fn((2, 4, 1, 3, 21), |(j, r, _, w, a)| {
+        let values = Array6::from_shape_fn((2, 4, 1, 1, 3, 21), |(j, r, _, _, w, a)| {
             ([0.5, 1.5][j] * theta_rad[a] * (1 + r) as f64 * (1 + w) as f64) as f32
         });
         ScatteringTable {
@@ -244,6 +244,7 @@ mod tests {
             theta_rad,
             effective_radius_um: vec![10.0, 20.0, 40.0, 80.0],
             effective_variance: vec![0.0],
+            flattening: vec![0.0],
             values,
             sun_disc_diameter_rad: 0.0,
             split_theta_rad: 2.2,
@@ -296,7 +297,7 @@ mod tests {
     #[test]
     fn a_table_with_nan_is_refused() {
         let mut table = table();
-        table.values[[1, 2, 0, 1, 8]] = f32::NAN;
+        table.values[[1, 2, 0, 0, 1, 8]] = f32::NAN;
         let refused = ScatteringRows::new(&table, (2.3, 2.61), &[0.0, 1.0, 0.0]);
         assert!(matches!(refused, Err(Error::BadTable { .. })));
     }

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 use std::sync::Mutex;
 
-use ndarray::Array5;
+use ndarray::Array6;
 use ndarray::Axis;
 use niji_airy::AiryForm;
 use niji_airy::rainbow_ray;
@@ -40,12 +40,14 @@ pub fn scattering_table(
     request.check()?;
     let theta_rad = theta_axis(request)?;
     let values = match request.theory {
-        Theory::Geometric => bow_values(request, BowTheory::Geometric, &theta_rad, progress),
+        Theory::GeometricPublished | Theory::Geometric => {
+            bow_values(request, BowTheory::Geometric, &theta_rad, progress)
+        }
         Theory::AiryPublished => {
             let theory = BowTheory::Airy(AiryForm::Published);
             bow_values(request, theory, &theta_rad, progress)
         }
-        Theory::Airy => {
+        Theory::Airy | Theory::Uniform => {
             let theory = BowTheory::Airy(AiryForm::Absolute);
             bow_values(request, theory, &theta_rad, progress)
         }
@@ -59,17 +61,17 @@ fn bow_values(
     theory: BowTheory,
     theta_rad: &[f64],
     progress: &(dyn Fn(f64) + Sync),
-) -> Result<Array5<f32>, Error> {
+) -> Result<Array6<f32>, Error> {
     let rows = BowRows::new(request, theory, theta_rad)?;
     let sizes = rows.size_rows();
     let count = Count::new(request.wavelengths.len() * sizes.len(), progress);
     let mut values = zeros(request, theta_rad.len());
-    let planes: Vec<_> = values.axis_iter_mut(Axis(3)).enumerate().collect();
+    let planes: Vec<_> = values.axis_iter_mut(Axis(4)).enumerate().collect();
     planes.into_par_iter().for_each(|(index, mut plane)| {
         for size in &sizes {
             let row = rows.row(index, size);
             for (angle, pair) in row.iter().enumerate() {
-                let [s, p] = [0, 1].map(|j| [j, size.radius_index, size.variance_index, angle]);
+                let [s, p] = [0, 1].map(|j| [j, size.radius_index, size.variance_index, 0, angle]);
                 plane[s] = stored(pair[0]);
                 plane[p] = stored(pair[1]);
             }
@@ -83,20 +85,20 @@ fn exact_values(
     request: &TableRequest,
     theta_rad: &[f64],
     progress: &(dyn Fn(f64) + Sync),
-) -> Result<Array5<f32>, Error> {
+) -> Result<Array6<f32>, Error> {
     let rows = ExactRows::new(request, theta_rad)?;
     let n_variances = request.effective_variance.len();
     let count = Count::new(request.wavelengths.len() * rows.n_drops(), progress);
     let mut values = zeros(request, theta_rad.len());
-    let planes: Vec<_> = values.axis_iter_mut(Axis(3)).enumerate().collect();
+    let planes: Vec<_> = values.axis_iter_mut(Axis(4)).enumerate().collect();
     planes.into_par_iter().try_for_each(|(index, mut plane)| {
         let wavelength = request.wavelengths.center(index);
         let rows = rows.at(wavelength, &|n| count.add(n))?;
         for (row, values) in rows.iter().enumerate() {
             let (radius, variance) = (row / n_variances, row % n_variances);
             for (angle, pair) in values.iter().enumerate() {
-                plane[[0, radius, variance, angle]] = stored(pair[0]);
-                plane[[1, radius, variance, angle]] = stored(pair[1]);
+                plane[[0, radius, variance, 0, angle]] = stored(pair[0]);
+                plane[[1, radius, variance, 0, angle]] = stored(pair[1]);
             }
         }
         Ok(())
@@ -111,10 +113,19 @@ fn stored(value: f64) -> f32 {
     value.max(0.0) as f32
 }
 
-fn zeros(request: &TableRequest, n_angles: usize) -> Array5<f32> {
+fn zeros(request: &TableRequest, n_angles: usize) -> Array6<f32> {
     let n_radii = request.effective_radius_um.len();
     let n_variances = request.effective_variance.len();
-    Array5::zeros((2, n_radii, n_variances, request.wavelengths.len(), n_angles))
+    let n_flattenings = request.flattening.len();
+    let n_wavelengths = request.wavelengths.len();
+    Array6::zeros((
+        2,
+        n_radii,
+        n_variances,
+        n_flattenings,
+        n_wavelengths,
+        n_angles,
+    ))
 }
 
 /// Tells how much is done.
@@ -143,17 +154,26 @@ impl<'a> Count<'a> {
     }
 }
 
-fn described(request: &TableRequest, theta_rad: Vec<f64>, values: Array5<f32>) -> ScatteringTable {
+fn described(request: &TableRequest, theta_rad: Vec<f64>, values: Array6<f32>) -> ScatteringTable {
     let orders = match request.theory {
         Theory::Mie => "all".to_owned(),
-        Theory::Geometric | Theory::AiryPublished | Theory::Airy | Theory::Debye { .. } => {
+        Theory::GeometricPublished
+        | Theory::Geometric
+        | Theory::AiryPublished
+        | Theory::Airy
+        | Theory::Uniform
+        | Theory::Debye { .. } => {
             let names: Vec<String> = request.orders.iter().map(u32::to_string).collect();
             names.join(",")
         }
     };
     let holds_diffraction = match request.theory {
         Theory::Mie | Theory::Debye { .. } => theta_rad[0] < FORWARD_LOBE_RAD,
-        Theory::Geometric | Theory::AiryPublished | Theory::Airy => false,
+        Theory::GeometricPublished
+        | Theory::Geometric
+        | Theory::AiryPublished
+        | Theory::Airy
+        | Theory::Uniform => false,
     };
     ScatteringTable {
         theory: request.theory.name().to_owned(),
@@ -162,6 +182,7 @@ fn described(request: &TableRequest, theta_rad: Vec<f64>, values: Array5<f32>) -
         theta_rad,
         effective_radius_um: request.effective_radius_um.clone(),
         effective_variance: request.effective_variance.clone(),
+        flattening: request.flattening.clone(),
         values,
         sun_disc_diameter_rad: request.sun_disc_diameter_rad,
         split_theta_rad: split_theta_rad(request.temperature_c),

@@ -25,6 +25,9 @@ pub struct TableRequest<'a> {
     pub effective_radius_um: Vec<f64>,
     /// Effective variances, see [`crate::variance_axis`].
     pub effective_variance: Vec<f64>,
+    /// How far the flattening of large drops moves the bow, ascending within -1 to 1; `[0.0]` for
+    /// spheres.
+    pub flattening: Vec<f64>,
     /// Diameter of the sun's disc in radians; 0 for a point.
     pub sun_disc_diameter_rad: f64,
     /// Temperature of the water in degrees Celsius.

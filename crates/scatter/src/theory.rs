@@ -7,12 +7,16 @@ use serde::Serialize;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Theory {
+    /// Color by angle: 40 to 43 degrees of the bow mapped to the spectrum, as published.
+    GeometricPublished,
     /// Rays of geometric optics: no supernumeraries, no dependence on size.
     Geometric,
     /// Airy's theory as I = f² M², without the factor a λ: for comparison with publications.
     AiryPublished,
     /// Airy's theory, absolute.
     Airy,
+    /// The uniform approximation of Chester, Friedman and Ursell.
+    Uniform,
     /// Debye orders of the exact solution, added without interference.
     Debye {
         /// Highest order that takes part.
@@ -27,9 +31,11 @@ impl Theory {
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
+            Self::GeometricPublished => "geometric-published",
             Self::Geometric => "geometric",
             Self::AiryPublished => "airy-published",
             Self::Airy => "airy",
+            Self::Uniform => "uniform",
             Self::Debye { .. } => "debye",
             Self::Mie => "mie",
         }
@@ -39,8 +45,8 @@ impl Theory {
     #[must_use]
     pub fn uses_airy_table(self) -> bool {
         match self {
-            Self::AiryPublished | Self::Airy => true,
-            Self::Geometric | Self::Debye { .. } | Self::Mie => false,
+            Self::AiryPublished | Self::Airy | Self::Uniform => true,
+            Self::GeometricPublished | Self::Geometric | Self::Debye { .. } | Self::Mie => false,
         }
     }
 }

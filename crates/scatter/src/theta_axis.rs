@@ -75,8 +75,12 @@ fn fringe_period_rad(request: &TableRequest) -> f64 {
 /// The request with the few sizes that are judged.
 fn probe<'a>(request: &TableRequest<'a>) -> TableRequest<'a> {
     let theory = match request.theory {
-        Theory::Geometric => Theory::Geometric,
-        Theory::AiryPublished | Theory::Airy | Theory::Debye { .. } | Theory::Mie => Theory::Airy,
+        Theory::GeometricPublished | Theory::Geometric => Theory::Geometric,
+        Theory::AiryPublished
+        | Theory::Airy
+        | Theory::Uniform
+        | Theory::Debye { .. }
+        | Theory::Mie => Theory::Airy,
     };
     let orders = if request.orders.is_empty() {
         vec![2, 3]
@@ -103,9 +107,11 @@ fn some_of(values: &[f64], n: usize) -> Vec<f64> {
 /// The bows of a theory; the exact theories have those of Airy's.
 fn bow_theory(theory: Theory) -> BowTheory {
     match theory {
-        Theory::Geometric => BowTheory::Geometric,
-        Theory::AiryPublished | Theory::Airy | Theory::Debye { .. } | Theory::Mie => {
-            BowTheory::Airy(AiryForm::Absolute)
-        }
+        Theory::GeometricPublished | Theory::Geometric => BowTheory::Geometric,
+        Theory::AiryPublished
+        | Theory::Airy
+        | Theory::Uniform
+        | Theory::Debye { .. }
+        | Theory::Mie => BowTheory::Airy(AiryForm::Absolute),
     }
 }

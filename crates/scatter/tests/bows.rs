@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 
 use niji_airy::AiryBow;
 use niji_airy::AiryTable;
-use niji_airy::airy_integral;
+use niji_airy::airy_squares;
 use niji_exchange::Provenance;
 use niji_exchange::ScatteringTable;
 use niji_exchange::TableFile;
@@ -39,6 +39,7 @@ fn request(theory: Theory, radii_um: &[f64]) -> TableRequest<'static> {
         wavelengths: WavelengthGrid::new(560.0, 10.0, 1).unwrap(),
         effective_radius_um: radii_um.to_vec(),
         effective_variance: vec![0.0],
+        flattening: vec![0.0],
         sun_disc_diameter_rad: SUN_DISC_DEG.to_radians(),
         temperature_c: 20.0,
         airy_table: None,
@@ -54,7 +55,7 @@ fn curve(table: &ScatteringTable, row: [usize; 2], wavelength: usize) -> Vec<(f6
     let [radius, variance] = row;
     (0..table.theta_rad.len())
         .map(|angle| {
-            let at = |j| f64::from(table.values[[j, radius, variance, wavelength, angle]]);
+            let at = |j| f64::from(table.values[[j, radius, variance, 0, wavelength, angle]]);
             (
                 180.0 - table.theta_rad[angle].to_degrees(),
                 0.5 * (at(0) + at(1)),
@@ -212,7 +213,7 @@ fn natural(table: &ScatteringTable, row: [usize; 2], wavelength: usize, theta_ra
     let above = above.clamp(1, angles.len() - 1);
     let part = (theta_rad - angles[above - 1]) / (angles[above] - angles[above - 1]);
     let at = |angle| {
-        let value = |j| f64::from(table.values[[j, row[0], row[1], wavelength, angle]]);
+        let value = |j| f64::from(table.values[[j, row[0], row[1], 0, wavelength, angle]]);
         0.5 * (value(0) + value(1))
     };
     at(above - 1) * (1.0 - part) + at(above) * part
@@ -258,12 +259,12 @@ fn without_a_disc_the_table_is_the_theory() {
                 bow.direction(Radians(theta_rad)).normalized_cross_section(
                     Micrometers(radius_um),
                     Nanometers(560.0),
-                    airy_integral,
+                    airy_squares,
                 )
             });
             let expected = terms.fold([0.0; 2], |sum, t| [sum[0] + t[0], sum[1] + t[1]]);
             for (j, expected) in expected.into_iter().enumerate() {
-                let found = table.values[[j, radius, 0, 0, angle]];
+                let found = table.values[[j, radius, 0, 0, 0, angle]];
                 assert!((f64::from(found) - expected).abs() < 1e-6 * f64::from(largest));
             }
         }

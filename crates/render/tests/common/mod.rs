@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 use ndarray::Array2;
-use ndarray::Array5;
+use ndarray::Array6;
 use niji_dropfield::Bricks;
 use niji_dropfield::DropMode;
 use niji_dropfield::Drops;
@@ -107,9 +107,9 @@ pub(crate) fn sized_table(
     let theta_rad: Vec<f64> = (0..=1800)
         .map(|step| (f64::from(step) / 10.0).to_radians())
         .collect();
-    let values = Array5::from_shape_fn(
-        (2, radii_um.len(), 1, 3, theta_rad.len()),
-        |(j, r, _, w, a)| ([0.5, 1.5][j] * value(radii_um[r], w, theta_rad[a])) as f32,
+    let values = Array6::from_shape_fn(
+        (2, radii_um.len(), 1, 1, 3, theta_rad.len()),
+        |(j, r, _, _, w, a)| ([0.5, 1.5][j] * value(radii_um[r], w, theta_rad[a])) as f32,
     );
     ScatteringTable {
         theory: "test".into(),
@@ -118,6 +118,7 @@ pub(crate) fn sized_table(
         theta_rad,
         effective_radius_um: radii_um.to_vec(),
         effective_variance: vec![0.0],
+        flattening: vec![0.0],
         values,
         sun_disc_diameter_rad: 0.0,
         split_theta_rad: 130_f64.to_radians(),

@@ -69,7 +69,12 @@ impl BowLight {
             .collect();
         let power = match request.theory {
             Theory::AiryPublished => -2.0 / 3.0,
-            Theory::Geometric | Theory::Airy | Theory::Debye { .. } | Theory::Mie => 1.0 / 3.0,
+            Theory::GeometricPublished
+            | Theory::Geometric
+            | Theory::Airy
+            | Theory::Uniform
+            | Theory::Debye { .. }
+            | Theory::Mie => 1.0 / 3.0,
         };
         let mean = |(radius_um, variance): &(f64, f64)| {
             (
@@ -164,7 +169,7 @@ fn pointwise(a: &[f64], b: &[f64], combine: impl Fn(f64, f64) -> f64) -> Vec<f64
 }
 
 /// Light by effective radius and what stands for f(z), both polarizations.
-type LightOfLaw<'a> = dyn Fn(Micrometers, &dyn Fn(f64) -> f64) -> [f64; 2] + 'a;
+type LightOfLaw<'a> = dyn Fn(Micrometers, &dyn Fn(f64) -> [f64; 2]) -> [f64; 2] + 'a;
 
 /// t of every law at one wavelength for all angles, natural light, 1/sr.
 fn rows(
@@ -183,21 +188,23 @@ fn rows(
     let mut rows = vec![Vec::with_capacity(angles.len()); laws.len()];
     let mut extend = |one: &LightOfLaw<'_>| {
         for (row, (radius, mean)) in rows.iter_mut().zip(laws) {
-            row.push(natural(one(*radius, &|z| mean.root(z, request.airy))));
+            row.push(natural(one(*radius, &|z| mean.squares(z, request.airy))));
         }
     };
     for theta in angles {
         match request.theory {
-            Theory::Geometric => {
+            Theory::GeometricPublished | Theory::Geometric => {
                 let light = near_caustic(&rays, bow.ray().theta_rad(), *theta);
                 extend(&|_, _| light);
             }
             Theory::AiryPublished => {
-                extend(&|radius, f| bow.published(radius, wavelength, *theta, f));
+                extend(&|radius, squares| bow.published(radius, wavelength, *theta, squares));
             }
-            Theory::Airy | Theory::Debye { .. } | Theory::Mie => {
+            Theory::Airy | Theory::Uniform | Theory::Debye { .. } | Theory::Mie => {
                 let direction = bow.direction(*theta);
-                extend(&|radius, f| direction.normalized_cross_section(radius, wavelength, f));
+                extend(&|radius, squares| {
+                    direction.normalized_cross_section(radius, wavelength, squares)
+                });
             }
         }
     }

@@ -71,8 +71,14 @@ impl SizeMean {
         Self::Table((0..=n).map(mean).collect())
     }
 
+    /// What stands for f² and f'² of z; the latter, a few per cent of the weak polarisation, is left
+    /// out of estimates.
+    pub(super) fn squares(&self, z: f64, airy: &AiryTable) -> [f64; 2] {
+        [self.root(z, airy).powi(2), 0.0]
+    }
+
     /// What stands for f(z).
-    pub(super) fn root(&self, z: f64, airy: &AiryTable) -> f64 {
+    fn root(&self, z: f64, airy: &AiryTable) -> f64 {
         let Self::Table(values) = self else {
             return airy.value(z);
         };
@@ -118,10 +124,10 @@ mod tests {
                     bow.direction(Radians((136.0 + 0.1 * f64::from(step)).to_radians()));
                 let by_mean =
                     direction.normalized_cross_section(Micrometers(radius_um), wavelength, |z| {
-                        mean.root(z, &airy)
+                        mean.squares(z, &airy)
                     })[0];
                 let one = |(radius, weight): &(f64, f64)| {
-                    let f = |z| airy.value(z);
+                    let f = |z| [airy.value(z).powi(2), 0.0];
                     weight
                         * direction.normalized_cross_section(Micrometers(*radius), wavelength, f)[0]
                 };

@@ -87,6 +87,8 @@ pub struct ScatteringNeed {
     pub effective_radius_um: Vec<f64>,
     /// Effective variances.
     pub effective_variance: Vec<f64>,
+    /// How far the flattening of large drops moves the bow, within -1 to 1; `[0.0]` for spheres.
+    pub flattening: Vec<f64>,
     /// Diameter of the sun's disc, rad; 0 for a point.
     pub sun_disc_diameter_rad: f64,
     /// Temperature of the water, degrees Celsius.
@@ -108,6 +110,7 @@ impl ScatteringNeed {
             wavelengths,
             effective_radius_um: self.effective_radius_um.clone(),
             effective_variance: self.effective_variance.clone(),
+            flattening: self.flattening.clone(),
             sun_disc_diameter_rad: self.sun_disc_diameter_rad,
             temperature_c: self.temperature_c,
             airy_table,
@@ -164,6 +167,7 @@ pub(super) fn scattering_need(
         relative_error: levels.table_relative_error,
         effective_radius_um: radius_axis(radii, variances.0, levels.table_relative_error)?,
         effective_variance: variance_axis(variances)?,
+        flattening: vec![0.0],
         sun_disc_diameter_rad: if with_disc {
             SUN_DISC_DIAMETER_RAD
         } else {
