@@ -12,6 +12,7 @@ use crate::calibrate::CalibrateCommand;
 use crate::drops::DropsCommand;
 use crate::eval::EvalCommand;
 use crate::info::InfoCommand;
+use crate::lee::LeeCommand;
 use crate::output::Existing;
 use crate::plan::PlanCommand;
 use crate::progress::Verbosity;
@@ -38,6 +39,7 @@ Stages, in order:
 
 Looking:
   info         Say what a VDB or EXR file holds; assert it in scripts
+  lee          Draw the color of the bow against drop radius (EXR, PNG)
   eval         Print physics as CSV: airy, scatter, sizes, index, air
 
 Shell:
@@ -163,6 +165,7 @@ pub(crate) enum Command {
     Atmosphere(AtmosphereCommand),
     Render(RenderCommand),
     Info(InfoCommand),
+    Lee(LeeCommand),
     Eval(EvalCommand),
     Completions(CompletionsCommand),
     Man(ManCommand),

@@ -5,6 +5,7 @@
 
 mod airy;
 mod atmosphere;
+mod bow_curves;
 mod calibrate;
 mod cli;
 mod drops;
@@ -12,8 +13,10 @@ mod eval;
 mod failure;
 mod info;
 mod law_flags;
+mod lee;
 mod output;
 mod plan;
+mod plot;
 mod progress;
 mod render;
 mod run;
@@ -21,6 +24,7 @@ mod scatter;
 mod scene_file;
 mod shell;
 mod stages;
+mod theory_name;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -68,6 +72,7 @@ fn dispatch(arguments: &Arguments) -> Result<(), Failure> {
         Command::Atmosphere(command) => atmosphere::execute(command, common),
         Command::Render(command) => render::execute(command, common),
         Command::Info(command) => info::execute(command, common),
+        Command::Lee(command) => lee::execute(command, common),
         Command::Eval(command) => eval::execute(command, common),
         Command::Completions(command) => {
             shell::completions(command);

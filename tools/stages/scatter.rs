@@ -14,6 +14,7 @@ use niji_scene::canonical_json;
 use crate::failure::Failure;
 use crate::output;
 use crate::progress;
+use crate::progress::Verbosity;
 use crate::stages;
 use crate::stages::Done;
 use crate::stages::Manner;
@@ -52,20 +53,34 @@ pub(crate) fn make(
         outputs: vec![to],
     };
     perform(&request, manner, |provenance| {
-        let airy_table = airy.map(stages::airy::read).transpose()?;
-        let bar = progress::bar("scatter", N_PROGRESS_STEPS as u64, manner.verbosity);
-        let shown = AtomicU64::new(0);
-        let table = scattering_table(&need.request(wavelengths, airy_table.as_ref()), &|part| {
-            let step = (part * N_PROGRESS_STEPS) as u64;
-            if shown.fetch_max(step, Ordering::Relaxed) < step {
-                bar.set_position(step);
-            }
-        });
-        bar.finish_and_clear();
-        let table = table.map_err(|error| Failure::Usage(error.to_string()))?;
+        let table = computed(need, wavelengths, airy, manner.verbosity)?;
         let file = table.to_file(provenance);
         output::write_file(to, |writer| file.write(writer))
     })
+}
+
+/// The scattering table that is needed, with progress.
+///
+/// # Errors
+/// A need that cannot be met, or a table of f(z) that is missing or damaged.
+pub(crate) fn computed(
+    need: &ScatteringNeed,
+    wavelengths: WavelengthGrid,
+    airy: Option<&Path>,
+    verbosity: Verbosity,
+) -> Result<ScatteringTable, Failure> {
+    let airy = airy.filter(|_| need.theory.uses_airy_table());
+    let airy_table = airy.map(stages::airy::read).transpose()?;
+    let bar = progress::bar("scatter", N_PROGRESS_STEPS as u64, verbosity);
+    let shown = AtomicU64::new(0);
+    let table = scattering_table(&need.request(wavelengths, airy_table.as_ref()), &|part| {
+        let step = (part * N_PROGRESS_STEPS) as u64;
+        if shown.fetch_max(step, Ordering::Relaxed) < step {
+            bar.set_position(step);
+        }
+    });
+    bar.finish_and_clear();
+    table.map_err(|error| Failure::Usage(error.to_string()))
 }
 
 /// Reads a scattering table.

@@ -1,0 +1,211 @@
+//! `niji eval scatter`: how one drop, or a mean over drops, scatters.
+//!
+//! For a size law means over the number of drops: ⟨i⟩ = ⟨r²⟩ k² Σ_j w_j i(x_j)/x_j² with the weights w
+//! of the drops' cross-sections; p11 = 4π ⟨dσ/dΩ⟩/⟨C_sca⟩, efficiencies over ⟨π r²⟩.
+
+mod drop;
+
+use std::f64::consts::PI;
+use std::f64::consts::TAU;
+
+use clap::Args;
+use niji_airy::AiryBow;
+use niji_airy::GeometricOrder;
+use niji_airy::UniformBow;
+use niji_airy::airy_squares;
+use niji_mie::ScatteringAngles;
+use niji_mie::Sphere;
+use niji_radiometry::Micrometers;
+use niji_radiometry::Nanometers;
+use niji_radiometry::Radians;
+
+use self::drop::Drop;
+use self::drop::DropArguments;
+use self::drop::Drops;
+use super::line;
+use crate::failure::Failure;
+use crate::theory_name::TheoryName;
+
+/// Amplitudes, phase function and efficiencies of one drop, or of a gamma law of sizes.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  niji eval scatter --theory mie --x 1000 --index 1.333+0i --angles-deg 0,90,180
+  niji eval scatter --theory mie --x 1000 --index 1.333 --efficiencies
+  niji eval scatter --theory debye --order 2 --radius-um 100 --wavelength-nm 560 --angles-deg 138,139
+  niji eval scatter --theory uniform --order 2 --radius-um 100 --effective-variance 0.05 \\
+      --wavelength-nm 560 --angles-deg 138,139
+
+Columns of mie: angle_deg,s1_re,s1_im,s2_re,s2_im,p11,dop
+Columns of mie with --effective-variance, where amplitudes have no mean: angle_deg,i1,i2,p11,dop
+Columns of debye, uniform, airy and geometric: angle_deg,i1,i2 with i = |S|^2
+Columns of --efficiencies: q_ext,q_sca,g
+Index n + ik with k >= 0 absorbing; S1 perpendicular, S2 parallel; dop = (i1 - i2)/(i1 + i2).")]
+pub(super) struct ScatterArguments {
+    /// How the drop scatters.
+    #[arg(long)]
+    theory: TheoryName,
+    /// Order of debye, uniform, airy and geometric: 2 primary, 3 secondary bow.
+    #[arg(long, value_name = "P")]
+    order: Option<u32>,
+    #[command(flatten)]
+    drop: DropArguments,
+    /// Efficiencies and the mean cosine instead of angles.
+    #[arg(long)]
+    efficiencies: bool,
+}
+
+pub(super) fn csv(arguments: &ScatterArguments) -> Result<String, Failure> {
+    let drops = arguments.drop.drops()?;
+    if arguments.efficiencies {
+        let [q_ext, q_sca, g] = efficiencies(&drops)?;
+        return Ok("q_ext,q_sca,g\n".to_owned() + &line(&[q_ext, q_sca, g]));
+    }
+    let angles_deg = arguments.drop.angles_deg()?;
+    let angles = ScatteringAngles::from_degrees(&angles_deg).map_err(usage)?;
+    if arguments.theory == TheoryName::Mie {
+        return match &drops.nodes[..] {
+            [drop] => Ok(amplitudes(&drop.sphere()?, &angles_deg, &angles)),
+            _ => mean_phase_function(&drops, &angles_deg, &angles),
+        };
+    }
+    let needs = || Failure::Usage("this theory needs --order, 2 primary, 3 secondary".to_owned());
+    let order = arguments.order.ok_or_else(needs)?;
+    let means = match arguments.theory {
+        TheoryName::Debye => mean_intensities(&drops, |drop| {
+            let waves = drop.sphere()?.debye(order);
+            Ok(waves.amplitudes(&angles).intensities().collect())
+        }),
+        _ => {
+            let light = OrderLight::new(arguments.theory, drops.nodes[0].index.n, order)?;
+            mean_intensities(&drops, |drop| {
+                let at = |angle_deg: &f64| light.intensities(drop.x, *angle_deg);
+                Ok(angles_deg.iter().map(at).collect())
+            })
+        }
+    }?;
+    let mut csv = "angle_deg,i1,i2\n".to_owned();
+    for (angle_deg, [i1, i2]) in angles_deg.iter().zip(means) {
+        csv += &line(&[*angle_deg, i1, i2]);
+    }
+    Ok(csv)
+}
+
+fn usage(error: impl std::fmt::Display) -> Failure {
+    Failure::Usage(error.to_string())
+}
+
+/// Efficiencies over the mean cross-section, and the mean cosine of the scattered light.
+fn efficiencies(drops: &Drops) -> Result<[f64; 3], Failure> {
+    let mut sums = [0.0; 3];
+    for drop in &drops.nodes {
+        let sphere = drop.sphere()?;
+        let q = sphere.efficiencies();
+        sums[0] += drop.area_weight * q.q_ext;
+        sums[1] += drop.area_weight * q.q_sca;
+        sums[2] += drop.area_weight * q.q_sca * q.asymmetry;
+    }
+    let [q_ext, q_sca, q_sca_g] = sums;
+    Ok([q_ext, q_sca, if q_sca > 0.0 { q_sca_g / q_sca } else { 0.0 }])
+}
+
+fn amplitudes(sphere: &Sphere, angles_deg: &[f64], angles: &ScatteringAngles) -> String {
+    let amplitudes = sphere.amplitudes(angles);
+    let p11 = sphere.p11(&amplitudes);
+    let polarization = amplitudes.degrees_of_polarization();
+    let mut csv = "angle_deg,s1_re,s1_im,s2_re,s2_im,p11,dop\n".to_owned();
+    for (index, &angle_deg) in angles_deg.iter().enumerate() {
+        let (s1, s2) = (amplitudes.s1[index], amplitudes.s2[index]);
+        csv += &line(&[
+            angle_deg,
+            s1.re,
+            s1.im,
+            s2.re,
+            s2.im,
+            p11[index],
+            polarization[index],
+        ]);
+    }
+    csv
+}
+
+fn mean_phase_function(
+    drops: &Drops,
+    angles_deg: &[f64],
+    angles: &ScatteringAngles,
+) -> Result<String, Failure> {
+    let means = mean_intensities(drops, |drop| {
+        Ok(drop.sphere()?.amplitudes(angles).intensities().collect())
+    })?;
+    let [_, q_sca, _] = efficiencies(drops)?;
+    let mut csv = "angle_deg,i1,i2,p11,dop\n".to_owned();
+    for (angle_deg, [i1, i2]) in angles_deg.iter().zip(means) {
+        // 4π (i1 + i2)/(2 k²) / (π⟨r²⟩ Q_sca).
+        let p11 = 2.0 * (i1 + i2) / (drops.mean_square_x * q_sca);
+        let polarization = if i1 + i2 > 0.0 { (i1 - i2) / (i1 + i2) } else { 0.0 };
+        csv += &line(&[*angle_deg, i1, i2, p11, polarization]);
+    }
+    Ok(csv)
+}
+
+/// Means over the number of drops of what each drop gives.
+fn mean_intensities(
+    drops: &Drops,
+    of_drop: impl Fn(&Drop) -> Result<Vec<[f64; 2]>, Failure>,
+) -> Result<Vec<[f64; 2]>, Failure> {
+    let mut means: Vec<[f64; 2]> = Vec::new();
+    for drop in &drops.nodes {
+        let values = of_drop(drop)?;
+        means.resize(values.len(), [0.0; 2]);
+        let weight = drop.area_weight * drops.mean_square_x / (drop.x * drop.x);
+        for (mean, value) in means.iter_mut().zip(values) {
+            mean[0] += weight * value[0];
+            mean[1] += weight * value[1];
+        }
+    }
+    Ok(means)
+}
+
+/// The light of one order by a theory of rays or of bows.
+enum OrderLight {
+    Rays(GeometricOrder),
+    Airy(AiryBow),
+    Uniform(UniformBow),
+}
+
+impl OrderLight {
+    fn new(theory: TheoryName, n: f64, order: u32) -> Result<Self, Failure> {
+        let light = match theory {
+            TheoryName::Geometric => GeometricOrder::new(n, order).map(Self::Rays),
+            TheoryName::Airy => AiryBow::new(n, order).map(Self::Airy),
+            TheoryName::Uniform => UniformBow::new(n, order).map(Self::Uniform),
+            TheoryName::GeometricPublished
+            | TheoryName::AiryPublished
+            | TheoryName::Debye
+            | TheoryName::Mie => {
+                return Err(Failure::Usage(
+                    "expected geometric, airy, uniform, debye or mie: the published forms have no \
+                     amplitude"
+                        .to_owned(),
+                ));
+            }
+        };
+        light.ok_or_else(|| Failure::Impossible(format!("no bow of order {order} at index {n}")))
+    }
+
+    /// |S|² = π x² (dσ/dΩ)/(π a²) for both polarisations.
+    fn intensities(&self, x: f64, angle_deg: f64) -> [f64; 2] {
+        // Only the ratio of radius and wavelength matters.
+        let (radius, wavelength) = (Micrometers(x / TAU), Nanometers(1000.0));
+        let theta = Radians::from_degrees(angle_deg);
+        let t = match self {
+            Self::Rays(rays) => rays.normalized_cross_section(theta),
+            Self::Airy(bow) => bow
+                .direction(theta)
+                .normalized_cross_section(radius, wavelength, airy_squares),
+            Self::Uniform(bow) => bow
+                .direction(theta)
+                .normalized_cross_section(radius, wavelength, airy_squares),
+        };
+        t.map(|t| PI * x * x * t)
+    }
+}

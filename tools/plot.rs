@@ -1,0 +1,96 @@
+//! Line plots as SVG.
+
+use std::path::Path;
+
+use plotters::prelude::*;
+
+use crate::failure::Failure;
+use crate::output;
+
+/// Size of a plot in pixels.
+const SIZE: (u32, u32) = (960, 600);
+/// Lowest value on a logarithmic axis, relative to the largest.
+const DECADES_SHOWN: f64 = 1e-6;
+/// Colors that the color-blind can tell apart (Okabe and Ito 2008).
+const COLORS: [RGBColor; 7] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(86, 180, 233),
+    RGBColor(230, 159, 0),
+    RGBColor(0, 0, 0),
+];
+
+/// A plot of curves over one axis, the values on a logarithmic one.
+pub(crate) struct Plot {
+    pub(crate) title: String,
+    pub(crate) x_label: &'static str,
+    pub(crate) y_label: &'static str,
+    pub(crate) curves: Vec<Curve>,
+}
+
+/// One curve with its name in the legend.
+pub(crate) struct Curve {
+    pub(crate) label: String,
+    pub(crate) points: Vec<(f64, f64)>,
+}
+
+impl Plot {
+    /// Writes the plot.
+    ///
+    /// # Errors
+    /// No positive value to draw, or a file that cannot be written.
+    pub(crate) fn write_svg(&self, path: &Path) -> Result<(), Failure> {
+        let svg = self.svg().map_err(|error| {
+            Failure::Failed(format!("cannot draw {}: {error}", path.display()))
+        })?;
+        output::write_file(path, |writer| {
+            std::io::Write::write_all(writer, svg.as_bytes())
+        })
+    }
+
+    fn svg(&self) -> Result<String, Box<dyn std::error::Error>> {
+        let points = || self.curves.iter().flat_map(|curve| &curve.points);
+        let left = points().map(|point| point.0).fold(f64::INFINITY, f64::min);
+        let right = points().map(|point| point.0).fold(f64::NEG_INFINITY, f64::max);
+        let top = points().map(|point| point.1).fold(0.0, f64::max);
+        if !(top > 0.0 && right > left) {
+            return Err("there is no light to draw in this range".into());
+        }
+        let positive = points().map(|point| point.1).filter(|value| *value > 0.0);
+        let bottom = positive.fold(top, f64::min).max(DECADES_SHOWN * top);
+        let mut svg = String::new();
+        {
+            let area = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
+            area.fill(&WHITE)?;
+            let mut chart = ChartBuilder::on(&area)
+                .caption(&self.title, ("sans-serif", 20))
+                .margin(12)
+                .x_label_area_size(44)
+                .y_label_area_size(80)
+                .build_cartesian_2d(left..right, (0.8 * bottom..1.3 * top).log_scale())?;
+            chart
+                .configure_mesh()
+                .x_desc(self.x_label)
+                .y_desc(self.y_label)
+                .y_label_formatter(&|value| format!("{value:.0e}"))
+                .light_line_style(RGBColor(236, 236, 236))
+                .draw()?;
+            for (curve, color) in self.curves.iter().zip(COLORS.iter().cycle()) {
+                let shown = curve.points.iter().map(|&(x, y)| (x, y.max(0.8 * bottom)));
+                chart
+                    .draw_series(LineSeries::new(shown, color.stroke_width(2)))?
+                    .label(curve.label.as_str())
+                    .legend(|(x, y)| PathElement::new([(x, y), (x + 18, y)], color.stroke_width(2)));
+            }
+            chart
+                .configure_series_labels()
+                .background_style(WHITE.mix(0.85))
+                .border_style(RGBColor(200, 200, 200))
+                .draw()?;
+            area.present()?;
+        }
+        Ok(svg)
+    }
+}

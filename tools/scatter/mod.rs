@@ -1,0 +1,222 @@
+//! `niji scatter`: the scattering table of a scene, or of flags; plotted, exported and compared.
+
+mod compare;
+mod export;
+mod plot;
+
+use std::path::PathBuf;
+
+use clap::Args;
+use niji_exchange::ScatteringTable;
+use niji_radiometry::WavelengthGrid;
+use niji_scatter::Theory;
+use niji_scatter::radius_axis;
+use niji_scatter::variance_axis;
+use niji_scene::ScatteringNeed;
+
+use crate::cli::Common;
+use crate::cli::numbers;
+use crate::failure::Failure;
+use crate::output;
+use crate::scatter::export::Format;
+use crate::scene_file;
+use crate::stages;
+use crate::theory_name::TheoryName;
+
+/// Tabulate how drops scatter (EXR).
+///
+/// Gives (dsigma/dOmega)/(pi <r^2>) in 1/sr for both polarizations by scattering angle, wavelength,
+/// effective radius and variance. With --compare it answers which theory is good enough for one
+/// drop size instead; with --plot it draws, with --export it writes for other renderers.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = "Examples:
+  niji scatter --scene scene.toml --airy airy.exr -o scatter.exr
+  niji scatter --theory mie --effective-radius-um 10 --effective-variance 0.1 -o fog.exr
+  niji scatter --theory uniform --effective-radius-um 100,1000 --theta-deg 120,180 -o rain.exr
+  niji scatter --compare airy,uniform,mie --effective-radius-um 8 --plot fogbow.svg
+  niji scatter --table rain.exr --plot rain.svg
+  niji scatter --theory mie --effective-radius-um 100 --export csv -o phase.csv
+
+--compare prints theory,relative_rmse,max_over_peak,mean_color_difference,max_color_difference,
+peak_shift_deg,seconds against the most accurate theory of the list; color differences are CIEDE2000.
+--export csv: theta_deg,wavelength_nm,effective_radius_um,effective_variance,s_sr1,p_sr1.
+--export mitsuba: one tabphase for each wavelength, with the albedo that undoes its normalisation.")]
+pub(crate) struct ScatterCommand {
+    /// The scene whose plan says what is needed.
+    #[arg(long, value_name = "TOML", conflicts_with_all = ["theory", "effective_radius_um"])]
+    scene: Option<PathBuf>,
+    /// A finished table to plot or export, instead of making one.
+    #[arg(long, value_name = "EXR", conflicts_with_all = ["scene", "theory", "effective_radius_um"])]
+    table: Option<PathBuf>,
+    /// The table of f(z), for airy and airy-published; without it every value is computed.
+    #[arg(long, value_name = "EXR")]
+    airy: Option<PathBuf>,
+    /// How a drop scatters.
+    #[arg(long, required_unless_present_any = ["scene", "table", "compare"])]
+    theory: Option<TheoryName>,
+    /// Compare theories for one drop size, the most accurate of them the reference.
+    #[arg(long, value_name = "T,T", value_delimiter = ',', conflicts_with_all = ["scene", "table", "theory", "export"])]
+    compare: Vec<TheoryName>,
+    /// Orders that take part, 0 to 7: 2 primary, 3 secondary bow [default: 2,3; all for --compare].
+    #[arg(long, value_name = "P,P")]
+    orders: Option<String>,
+    /// Effective radius, or the smallest and largest of a range.
+    #[arg(long, value_name = "UM[,UM]", required_unless_present_any = ["scene", "table"])]
+    effective_radius_um: Option<String>,
+    /// Effective variance, or the smallest and largest of a range.
+    #[arg(long, value_name = "V[,V]", default_value = "0")]
+    effective_variance: String,
+    /// Smallest and largest scattering angle, 0 = forward [default: 0,180; 120,160 for --compare].
+    #[arg(long, value_name = "DEG,DEG")]
+    theta_deg: Option<String>,
+    /// First wavelength, step and number of wavelengths.
+    #[arg(long, value_name = "NM,NM,N", default_value = "380,10,41")]
+    spectrum: String,
+    /// Error of interpolation along every axis over the peak of the bow.
+    #[arg(long, value_name = "E", default_value_t = 2e-3)]
+    relative_error: f64,
+    /// Diameter of the sun's disc; 0 for a point.
+    #[arg(long, value_name = "DEG", default_value_t = 0.533)]
+    sun_disc_deg: f64,
+    /// Temperature of the water.
+    #[arg(
+        long,
+        value_name = "C",
+        default_value_t = 20.0,
+        allow_negative_numbers = true
+    )]
+    temperature_c: f64,
+    /// Draw intensity against angle.
+    #[arg(long, value_name = "SVG")]
+    plot: Option<PathBuf>,
+    /// Write the table for another program instead of as EXR.
+    #[arg(long, value_name = "FORMAT", requires = "output")]
+    export: Option<Format>,
+    /// The file to write.
+    #[arg(short, long, value_name = "FILE", required_unless_present_any = ["plot", "compare"])]
+    output: Option<PathBuf>,
+}
+
+/// Orders of a table unless others are asked for.
+const BOWS: &str = "2,3";
+/// Angles of a table unless others are asked for.
+const ALL_ANGLES_DEG: &str = "0,180";
+
+
+/// Runs the stage.
+///
+/// # Errors
+/// As [`stages::scatter::make`]; a scene that needs no table; an output that exists.
+pub(crate) fn execute(command: &ScatterCommand, common: &Common) -> Result<(), Failure> {
+    let manner = common.manner();
+    for path in [&command.plot].into_iter().flatten() {
+        output::check_free(path, manner.existing)?;
+    }
+    if !command.compare.is_empty() {
+        return compare::execute(command, common);
+    }
+    let table = table(command, common)?;
+    if let (Some(format), Some(path)) = (command.export, &command.output) {
+        output::check_free(path, manner.existing)?;
+        export::write(format, &table, path)?;
+    }
+    match &command.plot {
+        Some(path) => plot::of_table(&table).write_svg(path),
+        None => Ok(()),
+    }
+}
+
+/// The table that was asked for; written to the output unless that is for an export.
+fn table(command: &ScatterCommand, common: &Common) -> Result<ScatteringTable, Failure> {
+    if let Some(path) = &command.table {
+        return stages::scatter::read(path);
+    }
+    let (need, wavelengths) = match &command.scene {
+        Some(path) => of_scene(path, common)?,
+        None => of_flags(command)?,
+    };
+    let airy = command.airy.as_deref();
+    if command.scene.is_some() && need.theory.uses_airy_table() && airy.is_none() {
+        return Err(Failure::Usage(
+            "this scene needs --airy, made by `niji airy`".to_owned(),
+        ));
+    }
+    let manner = common.manner();
+    match &command.output {
+        Some(path) if command.export.is_none() => {
+            stages::scatter::make(&need, wavelengths, airy, path, manner)?;
+            stages::scatter::read(path)
+        }
+        _ => stages::scatter::computed(&need, wavelengths, airy, manner.verbosity),
+    }
+}
+
+fn of_scene(
+    path: &std::path::Path,
+    common: &Common,
+) -> Result<(ScatteringNeed, WavelengthGrid), Failure> {
+    let planned = scene_file::load(path, common)?;
+    let unneeded = || Failure::Usage("the plan of this scene needs no scattering table".to_owned());
+    let need = planned.plan.scattering.clone().ok_or_else(unneeded)?;
+    let wavelengths = planned.scene.spectrum.grid();
+    Ok((
+        need,
+        wavelengths.map_err(|error| Failure::bad_input(path, error))?,
+    ))
+}
+
+fn of_flags(command: &ScatterCommand) -> Result<(ScatteringNeed, WavelengthGrid), Failure> {
+    let usage = |error: &dyn std::fmt::Display| Failure::Usage(error.to_string());
+    let radii = range(
+        "effective-radius-um",
+        command.effective_radius_um.as_deref().unwrap_or(""),
+    )?;
+    let variances = range("effective-variance", &command.effective_variance)?;
+    let theta_deg = command.theta_deg.as_deref().unwrap_or(ALL_ANGLES_DEG);
+    let theta_deg = range("theta-deg", theta_deg)?;
+    let wavelengths = spectrum(&command.spectrum)?;
+    let orders = orders(command.orders.as_deref().unwrap_or(BOWS))?;
+    let need = ScatteringNeed {
+        theory: command.theory.map_or(Theory::Airy, Theory::from),
+        orders,
+        theta_range_rad: (theta_deg.0.to_radians(), theta_deg.1.to_radians()),
+        relative_error: command.relative_error,
+        effective_radius_um: radius_axis(radii, variances.0, command.relative_error)
+            .map_err(|error| usage(&error))?,
+        flattening: vec![0.0],
+        effective_variance: variance_axis(variances).map_err(|error| usage(&error))?,
+        sun_disc_diameter_rad: command.sun_disc_deg.to_radians(),
+        temperature_c: command.temperature_c,
+    };
+    Ok((need, wavelengths))
+}
+
+/// First wavelength, step and number.
+pub(crate) fn spectrum(text: &str) -> Result<WavelengthGrid, Failure> {
+    let [first_nm, step_nm, n] = numbers(text).map_err(Failure::Usage)?[..] else {
+        return Err(Failure::Usage(
+            "--spectrum: expected first,step,number as 380,10,41".to_owned(),
+        ));
+    };
+    let grid = WavelengthGrid::new(first_nm, step_nm, n as usize);
+    grid.map_err(|error| Failure::Usage(format!("--spectrum: {error}")))
+}
+
+pub(crate) fn orders(text: &str) -> Result<Vec<u32>, Failure> {
+    let wrong = |found: &str| {
+        Failure::Usage(format!("--orders: found {found:?}, expected numbers from 0 to 7 as 2,3"))
+    };
+    let order = |entry: &str| entry.trim().parse().map_err(|_| wrong(entry));
+    text.split(',').map(order).collect()
+}
+
+/// One number, or the ends of a range.
+pub(crate) fn range(name: &str, text: &str) -> Result<(f64, f64), Failure> {
+    match numbers(text).map_err(|error| Failure::Usage(format!("--{name}: {error}")))?[..] {
+        [value] => Ok((value, value)),
+        [low, high] => Ok((low, high)),
+        _ => Err(Failure::Usage(format!(
+            "--{name}: found {text:?}, expected one number or two"
+        ))),
+    }
+}
