@@ -11,7 +11,7 @@ const ARROWS: [(&str, &[&str]); 13] = [
     ("radiometry", &[]),
     ("vdb", &[]),
     ("geometry", &[]),
-    ("exchange", &[]),
+    ("exchange", &["geometry"]),
     ("sizes", &[]),
     ("airy", &[]),
     ("mie", &[]),

@@ -1,5 +1,5 @@
-//! Conformance with independent readers and writers: OpenVDB, vdb-rs, OpenEXR, OpenImageIO and
-//! colour-science. Runs by name only, because it needs their packages; `.ci/run` installs them.
+//! Conformance with independent readers and writers: OpenVDB, vdb-rs, OpenEXR, OpenImageIO,
+//! colour-science and Mitsuba. Runs by name only, because it needs their packages; `.ci/run` installs them.
 //!
 //! `NIJI_CONFORMANCE_PYTHON` is the Python that has the PyPI packages (default `python3`); OpenVDB's
 //! module belongs to the system's `/usr/bin/python3`.
@@ -144,4 +144,22 @@ fn openexr_openimageio_and_colour_science_read_every_file_of_a_run() {
     let example = repository("examples/read_table.py");
     let printed = run(&python(), &[text(&example), text(&path("scatter.exr"))]);
     assert!(printed.contains("theta"), "{printed}");
+}
+
+#[test]
+fn mitsuba_scatters_what_an_exported_table_says() {
+    let folder = tempfile::tempdir().unwrap();
+    let export = |format: &str| {
+        let path = folder.path().join(format);
+        let flags = "scatter --theory uniform --effective-radius-um 100 --effective-variance 0.05 \
+                     --theta-deg 100,180 --spectrum 450,100,3 --export";
+        let mut arguments: Vec<&str> = flags.split_whitespace().collect();
+        arguments.extend([format, "-o", text(&path), "-q"]);
+        niji_ends_with(0, &arguments);
+        path
+    };
+    let (phases, table) = (export("mitsuba"), export("csv"));
+    let script = repository("tests/conformance/check_mitsuba.py");
+    let printed = run(&python(), &[text(&script), text(&phases), text(&table)]);
+    assert!(printed.contains("3 phase functions"), "{printed}");
 }

@@ -93,7 +93,8 @@ impl BowCurves {
     /// The curve of the wavelength bin that is nearest, in degrees and 1/sr.
     pub(crate) fn curve_near(&self, wavelength_nm: f64) -> Vec<(f64, f64)> {
         let distance = |index: usize| (self.wavelengths.center(index).0 - wavelength_nm).abs();
-        let nearest = (0..self.wavelengths.len()).min_by(|&a, &b| distance(a).total_cmp(&distance(b)));
+        let nearest =
+            (0..self.wavelengths.len()).min_by(|&a, &b| distance(a).total_cmp(&distance(b)));
         let column = self.values_sr1.column(nearest.unwrap_or(0));
         let degrees = self.angles_rad.iter().map(|angle| angle.to_degrees());
         degrees.zip(column.iter().copied()).collect()
@@ -102,9 +103,13 @@ impl BowCurves {
     /// How far these curves are from a reference on the same angles.
     pub(crate) fn distance(&self, reference: &Self) -> Distance {
         let pairs = || self.values_sr1.iter().zip(&reference.values_sr1);
-        let squares: f64 = pairs().map(|(value, expected)| (value - expected).powi(2)).sum();
+        let squares: f64 = pairs()
+            .map(|(value, expected)| (value - expected).powi(2))
+            .sum();
         let total: f64 = reference.values_sr1.iter().map(|value| value * value).sum();
-        let largest = pairs().map(|(value, expected)| (value - expected).abs()).fold(0.0, f64::max);
+        let largest = pairs()
+            .map(|(value, expected)| (value - expected).abs())
+            .fold(0.0, f64::max);
         let peak = reference.values_sr1.iter().copied().fold(0.0, f64::max);
         let (own, expected) = (self.xyz(), reference.xyz());
         let white = self.white();
@@ -147,14 +152,20 @@ impl BowCurves {
 
 fn brightest_index(xyz: &[[f64; 3]]) -> usize {
     let indices = 0..xyz.len();
-    indices.max_by(|&a, &b| xyz[a][1].total_cmp(&xyz[b][1])).unwrap_or(0)
+    indices
+        .max_by(|&a, &b| xyz[a][1].total_cmp(&xyz[b][1]))
+        .unwrap_or(0)
 }
 
 /// CIELAB relative to a white of luminance `brightest`; the crate knows fixed whites only, so the
 /// color is scaled to one of them, as CIELAB itself does.
 fn lab(xyz: [f64; 3], white: [f64; 3], brightest: f64) -> Lab<D65, f64> {
     let known: Xyz<palette::white_point::Any, f64> = D65::get_xyz();
-    let scale = if brightest > 0.0 { brightest.recip() } else { 0.0 };
+    let scale = if brightest > 0.0 {
+        brightest.recip()
+    } else {
+        0.0
+    };
     let relative = |channel: usize, known: f64| scale * xyz[channel] / white[channel] * known;
     Lab::from_color_unclamped(Xyz::<D65, f64>::new(
         relative(0, known.x),

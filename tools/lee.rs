@@ -99,7 +99,11 @@ pub(crate) fn execute(command: &LeeCommand, common: &Common) -> Result<(), Failu
     let diagram = diagram(command)?;
     let preview = command.output.with_extension("png");
     let wavelengths = &diagram.wavelengths;
-    let spectrum = (wavelengths.first_nm(), wavelengths.step_nm(), wavelengths.len());
+    let spectrum = (
+        wavelengths.first_nm(),
+        wavelengths.step_nm(),
+        wavelengths.len(),
+    );
     let request = Request {
         stage: "lee",
         settings: canonical_json(&(&diagram.need, spectrum, diagram.angles_rad.len())),
@@ -107,8 +111,7 @@ pub(crate) fn execute(command: &LeeCommand, common: &Common) -> Result<(), Failu
         outputs: vec![&command.output, &preview],
     };
     perform(&request, manner, |provenance| {
-        let table =
-            stages::scatter::computed(&diagram.need, *wavelengths, None, manner.verbosity)?;
+        let table = stages::scatter::computed(&diagram.need, *wavelengths, None, manner.verbosity)?;
         let columns: Vec<BowCurves> = (0..diagram.need.effective_radius_um.len())
             .map(|radius| BowCurves::of(&table, [radius, 0], diagram.angles_rad.clone()))
             .collect();
@@ -157,12 +160,21 @@ impl Diagram {
         let bow_angle = |index: usize| AttributeValue::Number(PI - self.angles_rad[index]);
         let number = AttributeValue::Number;
         [
-            ("niji:theory", AttributeValue::Text(self.need.theory.name().to_owned())),
+            (
+                "niji:theory",
+                AttributeValue::Text(self.need.theory.name().to_owned()),
+            ),
             ("niji:firstRadiusUm", number(radii[0])),
             ("niji:lastRadiusUm", number(radii[radii.len() - 1])),
             ("niji:topBowAngleRad", bow_angle(0)),
-            ("niji:bottomBowAngleRad", bow_angle(self.angles_rad.len() - 1)),
-            ("niji:effectiveVariance", number(self.need.effective_variance[0])),
+            (
+                "niji:bottomBowAngleRad",
+                bow_angle(self.angles_rad.len() - 1),
+            ),
+            (
+                "niji:effectiveVariance",
+                number(self.need.effective_variance[0]),
+            ),
         ]
         .into_iter()
         .map(|(name, value)| (name.to_owned(), value))

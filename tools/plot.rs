@@ -42,9 +42,9 @@ impl Plot {
     /// # Errors
     /// No positive value to draw, or a file that cannot be written.
     pub(crate) fn write_svg(&self, path: &Path) -> Result<(), Failure> {
-        let svg = self.svg().map_err(|error| {
-            Failure::Failed(format!("cannot draw {}: {error}", path.display()))
-        })?;
+        let svg = self
+            .svg()
+            .map_err(|error| Failure::Failed(format!("cannot draw {}: {error}", path.display())))?;
         output::write_file(path, |writer| {
             std::io::Write::write_all(writer, svg.as_bytes())
         })
@@ -53,7 +53,9 @@ impl Plot {
     fn svg(&self) -> Result<String, Box<dyn std::error::Error>> {
         let points = || self.curves.iter().flat_map(|curve| &curve.points);
         let left = points().map(|point| point.0).fold(f64::INFINITY, f64::min);
-        let right = points().map(|point| point.0).fold(f64::NEG_INFINITY, f64::max);
+        let right = points()
+            .map(|point| point.0)
+            .fold(f64::NEG_INFINITY, f64::max);
         let top = points().map(|point| point.1).fold(0.0, f64::max);
         if !(top > 0.0 && right > left) {
             return Err("there is no light to draw in this range".into());
@@ -82,7 +84,9 @@ impl Plot {
                 chart
                     .draw_series(LineSeries::new(shown, color.stroke_width(2)))?
                     .label(curve.label.as_str())
-                    .legend(|(x, y)| PathElement::new([(x, y), (x + 18, y)], color.stroke_width(2)));
+                    .legend(|(x, y)| {
+                        PathElement::new([(x, y), (x + 18, y)], color.stroke_width(2))
+                    });
             }
             chart
                 .configure_series_labels()

@@ -2,15 +2,19 @@
 
 mod assertion;
 mod exr;
+mod preview;
 mod vdb;
 
 use std::path::PathBuf;
 
 use clap::Args;
+use niji_vdb::VdbFile;
 use serde_json::Value;
 
 use crate::cli::Common;
 use crate::failure::Failure;
+use crate::output;
+use crate::stages::drops::bad_vdb;
 use crate::stages::is_vdb;
 
 use assertion::Assertion;
@@ -22,6 +26,7 @@ use assertion::Ranges;
   niji info out/drops.vdb
   niji info out/image.exr --json
   niji info out/drops.vdb --assert 'max(effective_radius) < 2e-3'
+  niji info out/drops.vdb --preview drops.png
 
 NAME in an assertion is a grid of a VDB file (values of active voxels) or a channel of an EXR
 file, PART:CHANNEL where several parts have it. A failed assertion ends with exit code 6.")]
@@ -31,6 +36,9 @@ pub(crate) struct InfoCommand {
     /// A condition that must hold: min|max|mean(NAME) < | <= | > | >= NUMBER; may be repeated.
     #[arg(long, value_name = "CONDITION")]
     assert: Vec<Assertion>,
+    /// Draw the float grids of a VDB file: a row each, projections along x, y, z, then slices.
+    #[arg(long, value_name = "PNG")]
+    preview: Option<PathBuf>,
 }
 
 /// What there is to say about a file.
@@ -49,8 +57,21 @@ struct Report {
 /// A missing or damaged file, a name that the file has not, or an assertion that does not hold.
 pub(crate) fn execute(command: &InfoCommand, common: &Common) -> Result<(), Failure> {
     let path = &command.file;
+    if let Some(preview) = &command.preview {
+        output::check_free(preview, common.manner().existing)?;
+    }
     let report = if is_vdb(path) {
-        vdb::report(path)?
+        let file = VdbFile::read(path).map_err(|error| bad_vdb(path, &error))?;
+        if let Some(to) = &command.preview {
+            preview::write(&file, path, to)?;
+        }
+        vdb::report(&file)
+    } else if command.preview.is_some() {
+        return Err(Failure::Usage(
+            "--preview draws VDB files; an image has its PNG beside it, a table is drawn by \
+             `niji scatter --table FILE --plot SVG`"
+                .to_owned(),
+        ));
     } else {
         exr::report(path)?
     };

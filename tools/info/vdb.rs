@@ -1,7 +1,6 @@
 //! What a VDB file holds.
 
 use std::fmt::Write as _;
-use std::path::Path;
 
 use niji_dropfield::DropVolume;
 use niji_vdb::Grid;
@@ -14,14 +13,11 @@ use serde_json::json;
 
 use super::Report;
 use super::assertion::Ranges;
-use crate::failure::Failure;
-use crate::stages::drops::bad_vdb;
 
 /// Characters of a metadata value that are shown to people.
 const MOST_CHARACTERS: usize = 76;
 
-pub(super) fn report(path: &Path) -> Result<Report, Failure> {
-    let file = VdbFile::read(path).map_err(|error| bad_vdb(path, &error))?;
+pub(super) fn report(file: &VdbFile) -> Report {
     let mut text = String::new();
     let mut ranges = Ranges::new();
     let mut grids = Vec::new();
@@ -36,7 +32,7 @@ pub(super) fn report(path: &Path) -> Result<Report, Failure> {
     describe_metadata(&file.metadata, &mut text);
     let mut json = json!({ "grids": grids, "metadata": metadata_json(&file.metadata) });
     // Files of other tools hold no drops of ours, which is no fault here.
-    if let Ok(volume) = DropVolume::from_vdb(&file) {
+    if let Ok(volume) = DropVolume::from_vdb(file) {
         let summary = volume.summary();
         let [tau_x, tau_y, tau_z] = summary.optical_depth_q1;
         let _ = writeln!(
@@ -63,7 +59,7 @@ pub(super) fn report(path: &Path) -> Result<Report, Failure> {
             "warnings": summary.warnings.iter().map(ToString::to_string).collect::<Vec<_>>(),
         });
     }
-    Ok(Report { text, json, ranges })
+    Report { text, json, ranges }
 }
 
 /// Smallest, largest and mean active value of a grid of floats.

@@ -47,8 +47,18 @@ pub(super) fn execute(command: &ScatterCommand, common: &Common) -> Result<(), F
         ));
     }
     let flags = ScatterCommand {
-        orders: Some(command.orders.clone().unwrap_or_else(|| ALL_ORDERS.to_owned())),
-        theta_deg: Some(command.theta_deg.clone().unwrap_or_else(|| BOW_ANGLES_DEG.to_owned())),
+        orders: Some(
+            command
+                .orders
+                .clone()
+                .unwrap_or_else(|| ALL_ORDERS.to_owned()),
+        ),
+        theta_deg: Some(
+            command
+                .theta_deg
+                .clone()
+                .unwrap_or_else(|| BOW_ANGLES_DEG.to_owned()),
+        ),
         ..command.clone()
     };
     let (mut need, wavelengths) = of_flags(&flags)?;

@@ -23,7 +23,7 @@ use crate::failure::Failure;
 use crate::output;
 
 /// Steps of cos θ: 0.04 degrees at the primary bow.
-const N_STEPS: usize = 2048;
+const N_STEPS: usize = 4096;
 /// Within it the diffracted light of a drop is left out.
 const FORWARD_LOBE_RAD: f64 = 10.0 * PI / 180.0;
 
@@ -86,7 +86,10 @@ fn write_mitsuba(table: &ScatteringTable, path: &Path) -> Result<(), Failure> {
     let angles: Vec<f64> = (0..=N_STEPS).map(|step| cosine(step).acos()).collect();
     let first = table.theta_rad[0];
     let last = table.theta_rad[table.theta_rad.len() - 1];
-    let held = angles.iter().map(|theta| theta.clamp(FORWARD_LOBE_RAD, PI)).collect();
+    let held = angles
+        .iter()
+        .map(|theta| theta.clamp(FORWARD_LOBE_RAD, PI))
+        .collect();
     let light = BowCurves::of(table, [0, 0], held);
     output::write_file(path, |writer| {
         writeln!(writer, "<scene version=\"3.0.0\">")?;
@@ -104,7 +107,13 @@ fn write_mitsuba(table: &ScatteringTable, path: &Path) -> Result<(), Failure> {
                 .column(index)
                 .iter()
                 .zip(&angles)
-                .map(|(value, theta)| if within(theta.max(FORWARD_LOBE_RAD)) { *value } else { 0.0 })
+                .map(|(value, theta)| {
+                    if within(theta.max(FORWARD_LOBE_RAD)) {
+                        *value
+                    } else {
+                        0.0
+                    }
+                })
                 .collect();
             let text: Vec<String> = values.iter().map(|value| format!("{value:.6e}")).collect();
             writeln!(

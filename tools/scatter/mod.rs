@@ -102,7 +102,6 @@ const BOWS: &str = "2,3";
 /// Angles of a table unless others are asked for.
 const ALL_ANGLES_DEG: &str = "0,180";
 
-
 /// Runs the stage.
 ///
 /// # Errors
@@ -204,7 +203,9 @@ pub(crate) fn spectrum(text: &str) -> Result<WavelengthGrid, Failure> {
 
 pub(crate) fn orders(text: &str) -> Result<Vec<u32>, Failure> {
     let wrong = |found: &str| {
-        Failure::Usage(format!("--orders: found {found:?}, expected numbers from 0 to 7 as 2,3"))
+        Failure::Usage(format!(
+            "--orders: found {found:?}, expected numbers from 0 to 7 as 2,3"
+        ))
     };
     let order = |entry: &str| entry.trim().parse().map_err(|_| wrong(entry));
     text.split(',').map(order).collect()

@@ -26,7 +26,7 @@ pub(super) fn of_table(table: &ScatteringTable) -> Plot {
         for wavelength_nm in SHOWN_NM {
             let radius_um = table.effective_radius_um[radius_index];
             curves.push(Curve {
-                label: format!("{radius_um:.4} µm, {wavelength_nm} nm"),
+                label: format!("{radius_um:.1} µm, {wavelength_nm} nm"),
                 points: light.curve_near(wavelength_nm),
             });
         }

@@ -14,9 +14,9 @@ use spec_math::Bessel;
 /// (π²/12)^(1/3), the factor of the argument.
 pub(crate) const ARGUMENT: f64 = 0.936_927_888_800_636_4;
 /// (2π²/3)^(1/3), the factor of the value.
-const VALUE: f64 = 1.873_855_777_601_272_3;
+pub(crate) const VALUE: f64 = 1.873_855_777_601_272_3;
 /// (π⁴/18)^(1/3) = VALUE * ARGUMENT, the factor of the derivative.
-const DERIVATIVE: f64 = VALUE * ARGUMENT;
+pub(crate) const DERIVATIVE: f64 = VALUE * ARGUMENT;
 /// π²/12 of f'' = −(π²/12) z f.
 pub(crate) const SECOND_DERIVATIVE: f64 = 0.822_467_033_424_113_2;
 

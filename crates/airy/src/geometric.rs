@@ -1,11 +1,13 @@
 //! Geometric optics of one order: rays, their intensities added.
 //!
 //! t_j = (1/π) Σ_rays sin i cos i ε_j² / (sin θ |dD/di|)   [1/sr],  t = (dσ/dΩ)/(π a²)
-//! D(i) = 2 i − 2 p r + (p − 1) π,   dD/di = 2 − 2 p cos i/(n cos r)
-//! `i` incidence of a ray whose deviation D folds to the scattering angle θ. On the axis sin i / sin θ
-//! becomes 1/|dD/di|. At the caustic t grows like (D − D_R)^(−1/2); nearer than 0.02 degrees it is
-//! replaced by its mean over that width, 2 t(0.02 degrees), which keeps the energy; means over rings need
-//! no clipping. Holds for p >= 2 and drops much larger than the wavelength.
+//! `i` incidence of a ray whose deviation D folds to the scattering angle θ. p = 0 is the light
+//! reflected outside (without diffraction), p = 1 goes through, p >= 2 makes a bow where 1 < n < p.
+//! On the axis sin i / sin θ becomes 1/|dD/di|, the limit of the central ray; a ray that crosses the
+//! axis elsewhere focuses there without bound, and is given its value beside it. At the caustic t grows
+//! like (D − D_R)^(−1/2); nearer than 0.02 degrees it is replaced by its mean over that width,
+//! 2 t(0.02 degrees), which keeps the energy; means over rings need no clipping. Holds for n > 1 and
+//! drops much larger than the wavelength.
 //! [vdH57] H. C. van de Hulst, Light Scattering by Small Particles, ch. 12.21 (1957).
 
 use std::f64::consts::FRAC_PI_2;
@@ -14,14 +16,16 @@ use std::f64::consts::TAU;
 
 use niji_radiometry::Radians;
 
-use crate::fresnel::order_amplitudes;
 use crate::rainbow_ray::RainbowRay;
 use crate::rainbow_ray::rainbow_ray;
+use crate::ray_path::RayPath;
 
 /// Half-width of the caustic that is replaced by its mean.
 const CAUSTIC_RAD: f64 = 0.02 * PI / 180.0;
 /// sin θ below which a ray counts as axial.
 const AXIAL_SIN: f64 = 1e-9;
+/// Difference of deviations that are the same.
+const SAME_RAD: f64 = 1e-9;
 /// Newton's steps at most; 4 to 6 are usual.
 const MOST_STEPS: u32 = 60;
 /// A step below this ends the search: the next one would be below rounding.
@@ -41,57 +45,79 @@ const GAUSS_NODES: [(f64, f64); 6] = [
 /// The rays of one order through a sphere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GeometricOrder {
-    ray: RainbowRay,
+    path: RayPath,
+    bow: Option<RainbowRay>,
 }
 
 impl GeometricOrder {
-    /// The rays of order `p`, or `None` where that order has no bow.
+    /// The rays of order `p`, or `None` unless 1 < n < ∞. An order without a rainbow ray (p = 0, p = 1
+    /// and n >= p) has rays all the same.
     #[must_use]
     pub fn new(n: f64, p: u32) -> Option<Self> {
-        rainbow_ray(n, p).map(|ray| Self { ray })
+        (n > 1.0 && n.is_finite()).then(|| Self {
+            path: RayPath { n, p },
+            bow: rainbow_ray(n, p),
+        })
     }
 
     /// (dσ/dΩ)/(π a²) in 1/sr for the polarisations s and p.
     #[must_use]
     pub fn normalized_cross_section(&self, theta: Radians) -> [f64; 2] {
-        let theta_rad = theta.0.clamp(0.0, PI);
-        let central = self.deviation(0.0);
+        self.sum(theta.0.clamp(0.0, PI), |_| true)
+    }
+
+    /// The same of all rays that are not deviated by `deviation_rad`: what other turns of the
+    /// deviation bring to the place of a bow.
+    pub(crate) fn beside_deviation(&self, deviation_rad: f64, theta_rad: f64) -> [f64; 2] {
+        self.sum(theta_rad.clamp(0.0, PI), |other| {
+            (other - deviation_rad).abs() > SAME_RAD
+        })
+    }
+
+    /// Sum over the deviations that fold to θ and are wanted.
+    fn sum(&self, theta_rad: f64, is_wanted: impl Fn(f64) -> bool) -> [f64; 2] {
+        let on_axis = theta_rad.sin() < AXIAL_SIN;
+        // On the axis both sides are the same deviation, a turn apart at π.
+        let (first, sides): (i32, &[f64]) = if on_axis {
+            (-1, &[1.0])
+        } else {
+            (0, &[1.0, -1.0])
+        };
         let mut sum = [0.0; 2];
-        // Every deviation that folds to θ, up to that of the central ray, the largest.
-        let n_turns = (central / TAU).ceil() as u32;
-        for turn in 0..=n_turns {
-            let whole = TAU * f64::from(turn);
-            let on_axis = theta_rad.sin() < AXIAL_SIN;
-            let sides: &[f64] = if on_axis { &[1.0] } else { &[1.0, -1.0] };
+        for turn in first..=self.n_turns() {
             for side in sides {
-                self.add(whole + side * theta_rad, theta_rad, &mut sum);
+                let deviation_rad = TAU * f64::from(turn) + side * theta_rad;
+                if is_wanted(deviation_rad) {
+                    let light = self.at_deviation(deviation_rad, theta_rad);
+                    sum[0] += light[0];
+                    sum[1] += light[1];
+                }
             }
         }
         sum
     }
 
-    fn add(&self, deviation_rad: f64, theta_rad: f64, sum: &mut [f64; 2]) {
-        let beyond_rad = deviation_rad - self.ray.deviation_rad;
-        if beyond_rad < 0.0 {
-            return;
+    /// The light of the rays that are deviated by `deviation_rad`, which folds to `theta_rad`; 1/sr.
+    pub(crate) fn at_deviation(&self, deviation_rad: f64, theta_rad: f64) -> [f64; 2] {
+        let (mut deviation_rad, mut weight) = (deviation_rad, 1.0);
+        let least = self.deviation(self.least_deviated());
+        if deviation_rad < least {
+            return [0.0; 2];
         }
         // On the clipped caustic the mean of a (D − D_R)^(−1/2) law is twice its value at the end.
-        let (deviation_rad, weight) = if beyond_rad < CAUSTIC_RAD {
-            (self.ray.deviation_rad + CAUSTIC_RAD, 2.0)
-        } else {
-            (deviation_rad, 1.0)
-        };
-        for (inner, outer) in [
-            (self.ray.incidence_rad, 0.0),
-            (self.ray.incidence_rad, FRAC_PI_2),
-        ] {
-            let Some(incidence_rad) = self.incidence(deviation_rad, inner, outer) else {
+        if self.bow.is_some() && deviation_rad < least + CAUSTIC_RAD {
+            (deviation_rad, weight) = (least + CAUSTIC_RAD, 2.0);
+        }
+        let mut sum = [0.0; 2];
+        for far in self.ends() {
+            let Some(incidence_rad) = self.incidence(deviation_rad, far) else {
                 continue;
             };
             let intensity = self.intensity(incidence_rad, theta_rad);
             sum[0] += weight * intensity[0];
             sum[1] += weight * intensity[1];
         }
+        sum
     }
 
     /// (dσ/dΩ)/(π a²) in 1/sr averaged over the solid angle of the ring between two scattering
@@ -108,14 +134,13 @@ impl GeometricOrder {
             return self.normalized_cross_section(from);
         }
         let mut light = [0.0; 2];
-        let n_turns = (self.deviation(0.0) / TAU).ceil() as u32;
-        for turn in 0..=n_turns {
+        for turn in 0..=self.n_turns() {
             let whole = TAU * f64::from(turn);
             for (low, high) in [
                 (whole + from_rad, whole + to_rad),
                 (whole - to_rad, whole - from_rad),
             ] {
-                for end in [0.0, FRAC_PI_2] {
+                for end in self.ends() {
                     self.add_light(low, high, end, &mut light);
                 }
             }
@@ -123,73 +148,78 @@ impl GeometricOrder {
         light.map(|light| light / (PI * height))
     }
 
-    /// Adds ∫ sin i cos i ε² di over the rays between the rainbow ray and incidence `end` whose
+    /// Adds ∫ sin i cos i ε² di over the rays between the least deviated one and incidence `end` whose
     /// deviation lies between `low` and `high`.
     fn add_light(&self, low: f64, high: f64, end: f64, light: &mut [f64; 2]) {
-        let bow = (self.ray.deviation_rad, self.ray.incidence_rad);
-        let limit = self.deviation(end);
-        if high <= bow.0 || low >= limit {
+        let near = self.least_deviated();
+        let (least, limit) = (self.deviation(near), self.deviation(end));
+        if high <= least || low >= limit {
             return;
         }
         let at = |deviation: f64| {
-            if deviation <= bow.0 {
-                bow.1
+            if deviation <= least {
+                near
             } else {
-                self.incidence(deviation, bow.1, end).unwrap_or(end)
+                self.incidence(deviation, end).unwrap_or(end)
             }
         };
         let (one, other) = (at(low.min(limit)), at(high.min(limit)));
         let (middle, half) = (0.5 * (one + other), 0.5 * (other - one).abs());
         for (node, weight) in GAUSS_NODES {
-            let (sin_incidence, cos_incidence) = (middle + half * node).sin_cos();
-            let cos_refraction = (1.0 - (sin_incidence / self.ray.n).powi(2)).sqrt();
-            let amplitudes =
-                order_amplitudes(self.ray.n, self.ray.p, cos_incidence, cos_refraction);
-            for (light, amplitude) in light.iter_mut().zip(amplitudes) {
-                *light += half * weight * sin_incidence * cos_incidence * amplitude * amplitude;
+            let ray = self.path.ray(middle + half * node);
+            for (light, amplitude) in light.iter_mut().zip(ray.amplitudes()) {
+                *light +=
+                    half * weight * ray.sin_incidence * ray.cos_incidence * amplitude * amplitude;
             }
         }
     }
 
+    /// Incidence of the ray with the least deviation: the rainbow ray, or the central one.
+    fn least_deviated(&self) -> f64 {
+        self.bow.map_or(0.0, |ray| ray.incidence_rad)
+    }
+
+    /// The incidences at which the branches of rays end that begin at the least deviated one.
+    fn ends(&self) -> impl Iterator<Item = f64> {
+        let without_central = usize::from(self.bow.is_none());
+        [0.0, FRAC_PI_2].into_iter().skip(without_central)
+    }
+
+    /// Whole turns up to the largest deviation.
+    fn n_turns(&self) -> i32 {
+        let largest = self.ends().map(|end| self.deviation(end));
+        (largest.fold(0.0, f64::max) / TAU).ceil() as i32
+    }
+
     fn deviation(&self, incidence_rad: f64) -> f64 {
-        let order = f64::from(self.ray.p);
-        let refraction_rad = (incidence_rad.sin() / self.ray.n).asin();
-        2.0 * incidence_rad - 2.0 * order * refraction_rad + (order - 1.0) * PI
+        self.path.ray(incidence_rad).deviation
     }
 
-    /// dD/di.
-    fn slope(&self, incidence_rad: f64) -> f64 {
-        let (sin_incidence, cos_incidence) = incidence_rad.sin_cos();
-        let n_cos_refraction = (self.ray.n * self.ray.n - sin_incidence * sin_incidence).sqrt();
-        2.0 - 2.0 * f64::from(self.ray.p) * cos_incidence / n_cos_refraction
-    }
-
-    /// The incidence between `near` (at the rainbow ray) and `far` with the deviation asked for.
-    /// Between them the deviation rises monotonically, so Newton's step inside a bracket, and a
-    /// halving where the step would leave it, cannot fail.
-    fn incidence(&self, deviation_rad: f64, near: f64, far: f64) -> Option<f64> {
-        if deviation_rad > self.deviation(far) {
-            // Rounding may put the central ray itself a digit beyond the axis.
-            let is_central = far < near && deviation_rad < self.deviation(far) + 1e-12;
-            return is_central.then_some(far);
+    /// The incidence between that of the least deviated ray and `far` with the deviation asked for.
+    /// Between them the deviation rises monotonically (for a bow even beyond the grazing ray, up to
+    /// `far` = π), so Newton's step inside a bracket, and a halving where the step would leave it,
+    /// cannot fail.
+    pub(crate) fn incidence(&self, deviation_rad: f64, far: f64) -> Option<f64> {
+        let near = self.least_deviated();
+        let limit = self.deviation(far);
+        if deviation_rad > limit {
+            // Rounding may put the last ray itself a digit beyond the axis.
+            return (deviation_rad < limit + 1e-12).then_some(far);
         }
         let (mut below, mut above) = (near, far);
-        // D − D_R = D'' (i − i0)²/2 with D'' = 2 ((p² − 1)/p²) tan i0.
-        let p2 = f64::from(self.ray.p).powi(2);
-        let curvature = 2.0 * (p2 - 1.0) / p2 * near.tan();
-        let beyond = (deviation_rad - self.ray.deviation_rad).max(0.0);
-        let mut incidence = near + (far - near).signum() * (2.0 * beyond / curvature).sqrt();
+        let mut incidence = self.first_guess(deviation_rad, far);
         for _ in 0..MOST_STEPS {
             if !(incidence > below.min(above) && incidence < below.max(above)) {
                 incidence = 0.5 * (below + above);
             }
-            let excess = self.deviation(incidence) - deviation_rad;
+            let ray = self.path.ray(incidence);
+            let excess = ray.deviation - deviation_rad;
             if excess < 0.0 {
                 below = incidence;
             } else {
                 above = incidence;
             }
-            let step = excess / self.slope(incidence);
+            let step = excess / ray.slope;
             incidence -= step;
             if step.abs() < CONVERGED_RAD {
                 break;
@@ -198,25 +228,35 @@ impl GeometricOrder {
         Some(incidence.clamp(near.min(far), near.max(far)))
     }
 
-    fn intensity(&self, incidence_rad: f64, theta_rad: f64) -> [f64; 2] {
-        let (n, order) = (self.ray.n, f64::from(self.ray.p));
-        let (sin_incidence, cos_incidence) = incidence_rad.sin_cos();
-        let cos_refraction = (1.0 - (sin_incidence / n).powi(2)).sqrt();
-        let slope = (2.0 - 2.0 * order * cos_incidence / (n * cos_refraction)).abs();
-        let sin_theta = theta_rad.sin();
-        let spread = if sin_theta < AXIAL_SIN {
-            1.0 / slope
-        } else {
-            sin_incidence / sin_theta
+    fn first_guess(&self, deviation_rad: f64, far: f64) -> f64 {
+        let Some(bow) = self.bow else {
+            return 0.5 * far;
         };
-        order_amplitudes(n, self.ray.p, cos_incidence, cos_refraction)
-            .map(|amplitude| spread * cos_incidence * amplitude * amplitude / (PI * slope))
+        let beyond = (deviation_rad - bow.deviation_rad).max(0.0);
+        let away = (beyond / bow.half_curvature()).sqrt();
+        bow.incidence_rad + (far - bow.incidence_rad).signum() * away
+    }
+
+    fn intensity(&self, incidence_rad: f64, theta_rad: f64) -> [f64; 2] {
+        let ray = self.path.ray(incidence_rad);
+        let sin_theta = theta_rad.sin();
+        let focus = if self.path.p == 0 {
+            // D = 2 i − π: sin i cos i/(sin θ dD/di) = 1/4 at every angle.
+            0.25
+        } else if sin_theta < AXIAL_SIN {
+            ray.cos_incidence / (ray.slope * ray.slope)
+        } else {
+            ray.sin_incidence * ray.cos_incidence / (sin_theta * ray.slope.abs())
+        };
+        ray.amplitudes()
+            .map(|amplitude| focus * amplitude * amplitude / PI)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fresnel::order_amplitudes;
 
     #[test]
     fn the_light_of_an_order_is_what_fresnel_lets_through() {

@@ -4,13 +4,16 @@
 mod airy;
 mod airy_integral;
 mod airy_table;
+mod bow_direction;
 mod fresnel;
 mod geometric;
 mod rainbow_ray;
+mod ray_path;
+mod uniform;
 
+pub use airy::AIRY_SMALLEST_RADIUS;
 pub use airy::AiryBow;
 pub use airy::AiryForm;
-pub use airy::BowDirection;
 pub use airy_integral::airy_integral;
 pub use airy_integral::airy_integral_derivative;
 pub use airy_integral::airy_integral_with_derivative;
@@ -20,6 +23,8 @@ pub use airy_table::TableError;
 pub use airy_table::fringe_coordinate;
 pub use airy_table::from_fringe_coordinate;
 pub use airy_table::quintic_hermite;
+pub use bow_direction::BowDirection;
 pub use geometric::GeometricOrder;
 pub use rainbow_ray::RainbowRay;
 pub use rainbow_ray::rainbow_ray;
+pub use uniform::UniformBow;

@@ -74,6 +74,12 @@ impl RainbowRay {
         }
     }
 
+    /// c of D − D_R = c (i − i0)² near the rainbow ray: ((p² − 1)/p²) tan i0.
+    pub(crate) fn half_curvature(&self) -> f64 {
+        let p2 = f64::from(self.p).powi(2);
+        (p2 - 1.0) / p2 * self.incidence_rad.tan()
+    }
+
     /// Deviation beyond the rainbow ray, D − D_R, of light at the scattering angle `theta_rad` on the
     /// branch of the bow; negative on the dark side.
     #[must_use]

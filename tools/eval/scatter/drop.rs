@@ -81,7 +81,11 @@ impl DropArguments {
         let (x, index) = self.effective_drop()?;
         // Checks x and index, whichever theory takes them.
         Sphere::new(x, index).map_err(|error| usage(&error))?;
-        let n_sizes = if self.effective_variance == 0.0 { 1 } else { N_SIZES };
+        let n_sizes = if self.effective_variance == 0.0 {
+            1
+        } else {
+            N_SIZES
+        };
         // In units of the size parameter: the law has no other scale.
         let nodes = gamma_area_quadrature(Micrometers(x), self.effective_variance, n_sizes)
             .map_err(|error| usage(&error))?;

@@ -105,7 +105,11 @@ fn efficiencies(drops: &Drops) -> Result<[f64; 3], Failure> {
         sums[2] += drop.area_weight * q.q_sca * q.asymmetry;
     }
     let [q_ext, q_sca, q_sca_g] = sums;
-    Ok([q_ext, q_sca, if q_sca > 0.0 { q_sca_g / q_sca } else { 0.0 }])
+    Ok([
+        q_ext,
+        q_sca,
+        if q_sca > 0.0 { q_sca_g / q_sca } else { 0.0 },
+    ])
 }
 
 fn amplitudes(sphere: &Sphere, angles_deg: &[f64], angles: &ScatteringAngles) -> String {
@@ -141,7 +145,11 @@ fn mean_phase_function(
     for (angle_deg, [i1, i2]) in angles_deg.iter().zip(means) {
         // 4π (i1 + i2)/(2 k²) / (π⟨r²⟩ Q_sca).
         let p11 = 2.0 * (i1 + i2) / (drops.mean_square_x * q_sca);
-        let polarization = if i1 + i2 > 0.0 { (i1 - i2) / (i1 + i2) } else { 0.0 };
+        let polarization = if i1 + i2 > 0.0 {
+            (i1 - i2) / (i1 + i2)
+        } else {
+            0.0
+        };
         csv += &line(&[*angle_deg, i1, i2, p11, polarization]);
     }
     Ok(csv)
@@ -199,12 +207,14 @@ impl OrderLight {
         let theta = Radians::from_degrees(angle_deg);
         let t = match self {
             Self::Rays(rays) => rays.normalized_cross_section(theta),
-            Self::Airy(bow) => bow
-                .direction(theta)
-                .normalized_cross_section(radius, wavelength, airy_squares),
-            Self::Uniform(bow) => bow
-                .direction(theta)
-                .normalized_cross_section(radius, wavelength, airy_squares),
+            Self::Airy(bow) => {
+                bow.direction(theta)
+                    .normalized_cross_section(radius, wavelength, airy_squares)
+            }
+            Self::Uniform(bow) => {
+                bow.direction(theta)
+                    .normalized_cross_section(radius, wavelength, airy_squares)
+            }
         };
         t.map(|t| PI * x * x * t)
     }

@@ -4,6 +4,8 @@
 //! with its best level. error = RMSE of spectral radiance / RMS of the best one; time = that of the
 //! stage that the decision belongs to, over the preset's level, best of repeated runs.
 
+mod theories;
+
 use std::path::Path;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -21,6 +23,7 @@ use niji_scatter::Theory;
 use niji_scene::Accuracy;
 use niji_scene::MeasuredLevel;
 use niji_scene::Stage;
+use serde::Serialize;
 
 use crate::cli::Common;
 use crate::failure::Failure;
@@ -41,15 +44,20 @@ const N_REPEATS: usize = 3;
 /// Measure error and time of every accuracy level.
 ///
 /// The CSV has the columns stage, level, scene, error, relative_time, seconds, date; plans and the
-/// table at the end of a run read it when the program is built.
+/// table at the end of a run read it when the program is built. With --theories: error against time
+/// of the theories of one drop by radius, for both bows, against the exact order and the exact light.
 #[derive(Debug, Args)]
-#[command(after_help = "Example:
+#[command(after_help = "Examples:
   niji calibrate data/scenes/paper-c-figure-3.toml data/scenes/paper-b-sun-10-inscatter.toml \\
-      --date 2026-11-21 -o data/measurements/levels.csv --force")]
+      --date 2026-11-21 -o data/measurements/levels.csv --force
+  niji calibrate --theories --date 2026-11-21 -o data/measurements/theories.csv --force")]
 pub(crate) struct CalibrateCommand {
     /// The scenes to measure on.
-    #[arg(required = true)]
+    #[arg(required_unless_present = "theories")]
     scenes: Vec<PathBuf>,
+    /// Measure the theories of one drop instead.
+    #[arg(long, conflicts_with = "scenes")]
+    theories: bool,
     /// Day of the measurement, written into the file.
     #[arg(long, value_name = "YYYY-MM-DD")]
     date: String,
@@ -84,6 +92,9 @@ const DECISIONS: [Decision; 9] = [
             },
             |a, _| {
                 a.theory = Some(Theory::Airy);
+            },
+            |a, _| {
+                a.theory = Some(Theory::Uniform);
             },
             |a, _| {
                 a.theory = Some(Theory::Debye { max_order: 7 });
@@ -248,6 +259,10 @@ const DECISIONS: [Decision; 9] = [
 pub(crate) fn execute(command: &CalibrateCommand, common: &Common) -> Result<(), Failure> {
     let manner = common.manner();
     output::check_free(&command.output, manner.existing)?;
+    if command.theories {
+        let rows = theories::rows(&command.date, manner.verbosity)?;
+        return write_csv(&rows, &command.output);
+    }
     let n_levels: usize = DECISIONS.iter().map(|decision| decision.levels.len()).sum();
     let n_steps = (n_levels + 1) * command.scenes.len();
     let bar = progress::bar("calibrate", n_steps as u64, manner.verbosity);
@@ -266,14 +281,18 @@ pub(crate) fn execute(command: &CalibrateCommand, common: &Common) -> Result<(),
         }
     }
     bar.finish_and_clear();
-    output::write_file(&command.output, |writer| {
+    write_csv(&rows, &command.output)
+}
+
+fn write_csv(rows: &[impl Serialize], path: &Path) -> Result<(), Failure> {
+    output::write_file(path, |writer| {
         let mut csv = csv::Writer::from_writer(writer);
-        for row in &rows {
+        for row in rows {
             csv.serialize(row).map_err(|error| error.to_string())?;
         }
         csv.flush().map_err(|error| error.to_string())
     })?;
-    println!("{}", command.output.display());
+    println!("{}", path.display());
     Ok(())
 }
 
