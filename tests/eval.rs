@@ -209,4 +209,12 @@ fn info_describes_and_asserts() {
         3,
         &["info", text(&path), "-q", "--assert", "max(nothing) < 1"],
     );
+    let preview = folder.path().join("drops.png");
+    niji_ends_with(0, &["info", text(&path), "-q", "--preview", text(&preview)]);
+    let png = std::fs::read(&preview).unwrap();
+    assert_eq!(&png[..8], b"\x89PNG\r\n\x1a\n");
+    // Width and height: six views side by side, a row for each of the grids.
+    let edge = |at: usize| u32::from_be_bytes(png[at..at + 4].try_into().unwrap());
+    assert!(edge(16) > 6 * 300 && edge(20) > names.len() as u32 * 300);
+    niji_ends_with(2, &["info", text(&path), "-q", "--preview", text(&preview)]);
 }

@@ -39,7 +39,7 @@ Stages, in order:
 
 Looking:
   info         Say what a VDB or EXR file holds; assert it in scripts
-  lee          Draw the color of the bow against drop radius (EXR, PNG)
+  lee          Draw the color of the bow against drop radius (EXR, PNG, SVG)
   eval         Print physics as CSV: airy, scatter, sizes, index, air
 
 Shell:

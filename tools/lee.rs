@@ -23,6 +23,7 @@ use crate::bow_curves::BowCurves;
 use crate::cli::Common;
 use crate::failure::Failure;
 use crate::output;
+use crate::plot::Picture;
 use crate::scatter::orders;
 use crate::scatter::range;
 use crate::scatter::spectrum;
@@ -35,9 +36,9 @@ use crate::theory_name::TheoryName;
 /// Interpolation error of the table behind the picture, over the peak of the bow.
 const RELATIVE_ERROR: f64 = 1e-3;
 
-/// Draw the color of the bow against drop radius (EXR, PNG).
+/// Draw the color of the bow against drop radius (EXR, PNG, SVG).
 ///
-/// Writes a spectral EXR and beside it a PNG. Columns are radii, even in their logarithm, rows are bow
+/// Writes a spectral EXR and beside it a PNG and an SVG with axes. Columns are radii, even in their logarithm, rows are bow
 /// angles (180 degrees less the scattering angle), the largest on top. Each column is relative to its
 /// own brightest direction.
 #[derive(Debug, Args)]
@@ -78,7 +79,7 @@ pub(crate) struct LeeCommand {
         allow_negative_numbers = true
     )]
     temperature_c: f64,
-    /// The spectral EXR to write; a PNG of the same name is written beside it.
+    /// The spectral EXR to write; a PNG and an SVG with axes of the same name are written beside it.
     #[arg(short, long, value_name = "EXR")]
     output: PathBuf,
 }
@@ -98,6 +99,7 @@ pub(crate) fn execute(command: &LeeCommand, common: &Common) -> Result<(), Failu
     let manner = common.manner();
     let diagram = diagram(command)?;
     let preview = command.output.with_extension("png");
+    let plot = command.output.with_extension("svg");
     let wavelengths = &diagram.wavelengths;
     let spectrum = (
         wavelengths.first_nm(),
@@ -108,7 +110,7 @@ pub(crate) fn execute(command: &LeeCommand, common: &Common) -> Result<(), Failu
         stage: "lee",
         settings: canonical_json(&(&diagram.need, spectrum, diagram.angles_rad.len())),
         inputs: Vec::new(),
-        outputs: vec![&command.output, &preview],
+        outputs: vec![&command.output, &preview, &plot],
     };
     perform(&request, manner, |provenance| {
         let table = stages::scatter::computed(&diagram.need, *wavelengths, None, manner.verbosity)?;
@@ -119,7 +121,12 @@ pub(crate) fn execute(command: &LeeCommand, common: &Common) -> Result<(), Failu
             provenance,
             ..diagram.image(&columns)
         };
-        output::write_file(&preview, |writer| image.write_png(writer, 0.0))?;
+        let mut png = Vec::new();
+        image
+            .write_png(&mut png, 0.0)
+            .map_err(|error| Failure::Failed(error.to_string()))?;
+        output::write_file(&preview, |writer| std::io::Write::write_all(writer, &png))?;
+        diagram.with_axes(&png).write_svg(&plot)?;
         output::write_file(&command.output, |writer| image.write_spectral(writer))
     })
     .map(|_| ())
@@ -151,6 +158,23 @@ impl Diagram {
             world_to_camera: None,
             attributes: self.attributes(),
             provenance: niji_exchange::Provenance::default(),
+        }
+    }
+
+    fn with_axes<'a>(&self, png: &'a [u8]) -> Picture<'a> {
+        let radii = &self.need.effective_radius_um;
+        let bow_angle_deg = |index: usize| (PI - self.angles_rad[index]).to_degrees();
+        Picture {
+            title: format!(
+                "{}, effective variance {}",
+                self.need.theory.name(),
+                self.need.effective_variance[0]
+            ),
+            x_label: "effective radius [µm]",
+            y_label: "angle from the antisolar point [degrees]",
+            x_range: (radii[0], radii[radii.len() - 1]),
+            y_range: (bow_angle_deg(self.angles_rad.len() - 1), bow_angle_deg(0)),
+            png,
         }
     }
 

@@ -1,7 +1,9 @@
-//! Line plots as SVG.
+//! Plots as SVG: curves, and pictures with axes.
 
 use std::path::Path;
 
+use base64::Engine;
+use base64::prelude::BASE64_STANDARD;
 use plotters::prelude::*;
 
 use crate::failure::Failure;
@@ -28,6 +30,18 @@ pub(crate) struct Plot {
     pub(crate) x_label: &'static str,
     pub(crate) y_label: &'static str,
     pub(crate) curves: Vec<Curve>,
+}
+
+/// A picture between axes, the horizontal one logarithmic.
+pub(crate) struct Picture<'a> {
+    pub(crate) title: String,
+    pub(crate) x_label: &'static str,
+    pub(crate) y_label: &'static str,
+    /// Values at the left and right edges.
+    pub(crate) x_range: (f64, f64),
+    /// Values at the lower and upper edges.
+    pub(crate) y_range: (f64, f64),
+    pub(crate) png: &'a [u8],
 }
 
 /// One curve with its name in the legend.
@@ -97,4 +111,54 @@ impl Plot {
         }
         Ok(svg)
     }
+}
+
+impl Picture<'_> {
+    /// Writes the picture with its axes; the pixels are inside the file.
+    ///
+    /// # Errors
+    /// An empty axis, or a file that cannot be written.
+    pub(crate) fn write_svg(&self, path: &Path) -> Result<(), Failure> {
+        write(self.svg(), path)
+    }
+
+    fn svg(&self) -> Result<String, Box<dyn std::error::Error>> {
+        let mut svg = String::new();
+        let (x_pixels, y_pixels) = {
+            let area = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
+            let (left, right) = self.x_range;
+            let mut chart = ChartBuilder::on(&area)
+                .caption(&self.title, ("sans-serif", 20))
+                .margin(12)
+                .x_label_area_size(44)
+                .y_label_area_size(60)
+                .build_cartesian_2d((left..right).log_scale(), self.y_range.0..self.y_range.1)?;
+            chart
+                .configure_mesh()
+                .disable_mesh()
+                .x_desc(self.x_label)
+                .y_desc(self.y_label)
+                .draw()?;
+            area.present()?;
+            chart.plotting_area().get_pixel_range()
+        };
+        let image = format!(
+            "<image x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" preserveAspectRatio=\"none\" \
+             href=\"data:image/png;base64,{}\"/>\n</svg>",
+            x_pixels.start,
+            y_pixels.start,
+            x_pixels.end - x_pixels.start,
+            y_pixels.end - y_pixels.start,
+            BASE64_STANDARD.encode(self.png)
+        );
+        Ok(svg.replace("</svg>", &image))
+    }
+}
+
+fn write(svg: Result<String, Box<dyn std::error::Error>>, path: &Path) -> Result<(), Failure> {
+    let cannot = |error| Failure::Failed(format!("cannot draw {}: {error}", path.display()));
+    let svg = svg.map_err(cannot)?;
+    output::write_file(path, |writer| {
+        std::io::Write::write_all(writer, svg.as_bytes())
+    })
 }

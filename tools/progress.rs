@@ -1,6 +1,8 @@
 //! Progress bars on standard error, only where a person looks at it.
 
+use std::sync::Once;
 use std::time::Duration;
+use std::time::Instant;
 
 use indicatif::ProgressBar;
 use indicatif::ProgressDrawTarget;
@@ -31,4 +33,43 @@ pub(crate) fn bar(stage: &str, n_steps: u64, verbosity: Verbosity) -> ProgressBa
     bar.set_prefix(stage.to_owned());
     bar.enable_steady_tick(Duration::from_millis(200));
     bar
+}
+
+/// Work that is watched before its time is estimated.
+const WATCHED_S: f64 = 1.0;
+/// Estimates below it are not worth a line.
+const LONG_S: f64 = 10.0;
+
+/// Says once, soon after the start of a long run, how long it will take, also where no bar is drawn.
+pub(crate) struct Estimate {
+    stage: &'static str,
+    verbosity: Verbosity,
+    start: Instant,
+    said: Once,
+}
+
+impl Estimate {
+    /// Starts the clock.
+    pub(crate) fn new(stage: &'static str, verbosity: Verbosity) -> Self {
+        Self {
+            stage,
+            verbosity,
+            start: Instant::now(),
+            said: Once::new(),
+        }
+    }
+
+    /// Hears which part is done, from 0 to 1.
+    pub(crate) fn hear(&self, part: f64, bar: &ProgressBar) {
+        let elapsed_s = self.start.elapsed().as_secs_f64();
+        if elapsed_s < WATCHED_S || part <= 0.0 || self.verbosity == Verbosity::Quiet {
+            return;
+        }
+        self.said.call_once(|| {
+            let left_s = elapsed_s * (1.0 - part) / part;
+            if left_s > LONG_S {
+                bar.suspend(|| eprintln!("{:>11}  about {left_s:.0} s more", self.stage));
+            }
+        });
+    }
 }

@@ -14,6 +14,7 @@ use niji_scene::canonical_json;
 use crate::failure::Failure;
 use crate::output;
 use crate::progress;
+use crate::progress::Estimate;
 use crate::progress::Verbosity;
 use crate::stages;
 use crate::stages::Done;
@@ -73,10 +74,12 @@ pub(crate) fn computed(
     let airy_table = airy.map(stages::airy::read).transpose()?;
     let bar = progress::bar("scatter", N_PROGRESS_STEPS as u64, verbosity);
     let shown = AtomicU64::new(0);
+    let estimate = Estimate::new("scatter", verbosity);
     let table = scattering_table(&need.request(wavelengths, airy_table.as_ref()), &|part| {
         let step = (part * N_PROGRESS_STEPS) as u64;
         if shown.fetch_max(step, Ordering::Relaxed) < step {
             bar.set_position(step);
+            estimate.hear(part, &bar);
         }
     });
     bar.finish_and_clear();
