@@ -25,7 +25,7 @@ const RADII_UM: [f64; 5] = [10.0, 50.0, 100.0, 500.0, 1000.0];
 /// Debye orders with the angles in which their bows lie for all these radii.
 const BOWS: [(&str, u32, (f64, f64)); 2] = [
     ("primary", 2, (134.0, 148.0)),
-    ("secondary", 3, (112.0, 132.0)),
+    ("secondary", 3, (116.0, 133.0)),
 ];
 /// Effective variance of the sizes that are compared with the full solution.
 const EFFECTIVE_VARIANCE: f64 = 0.01;

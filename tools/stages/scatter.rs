@@ -4,9 +4,11 @@ use std::path::Path;
 use std::sync::atomic::AtomicU64;
 use std::sync::atomic::Ordering;
 
+use niji_airy::AIRY_SMALLEST_RADIUS;
 use niji_exchange::ScatteringTable;
 use niji_exchange::TableFile;
 use niji_radiometry::WavelengthGrid;
+use niji_scatter::Theory;
 use niji_scatter::scattering_table;
 use niji_scene::ScatteringNeed;
 use niji_scene::canonical_json;
@@ -70,6 +72,7 @@ pub(crate) fn computed(
     airy: Option<&Path>,
     verbosity: Verbosity,
 ) -> Result<ScatteringTable, Failure> {
+    warn_of_small_drops(need, verbosity);
     let airy = airy.filter(|_| need.theory.uses_airy_table());
     let airy_table = airy.map(stages::airy::read).transpose()?;
     let bar = progress::bar("scatter", N_PROGRESS_STEPS as u64, verbosity);
@@ -84,6 +87,19 @@ pub(crate) fn computed(
     });
     bar.finish_and_clear();
     table.map_err(|error| Failure::Usage(error.to_string()))
+}
+
+/// Airy's theory is no theory of fog.
+fn warn_of_small_drops(need: &ScatteringNeed, verbosity: Verbosity) {
+    let smallest_um = need.effective_radius_um.first().copied().unwrap_or(f64::INFINITY);
+    let is_airy = matches!(need.theory, Theory::Airy | Theory::AiryPublished);
+    if is_airy && smallest_um < AIRY_SMALLEST_RADIUS.0 && verbosity > Verbosity::Quiet {
+        eprintln!(
+            "{:>11}  drops of {smallest_um} µm: below {} µm Airy's bow is wrong by more than 8 % and \
+             misplaced; use uniform, debye or mie",
+            "warning", AIRY_SMALLEST_RADIUS.0
+        );
+    }
 }
 
 /// Reads a scattering table.

@@ -3,7 +3,9 @@
 //! s(z) = sign(z) (2/3) [(1 + |z|)^(3/2) − 1]
 //! is the phase of f up to a factor, so nodes that are equidistant in s resolve every fringe alike;
 //! equidistant nodes in z would waste points at the bow and starve far inside it. Between two nodes f
-//! is the quintic through f, f' and f'' = −(π²/12) z f at both.
+//! is the quintic through f, f' and f'' = −(π²/12) z f at both. The table is for files and for programs
+//! that have no Ai: [`airy_integral_with_derivative`] itself takes two thirds of the time of a look-up
+//! and is exact.
 
 use crate::airy_integral::SECOND_DERIVATIVE;
 use crate::airy_integral::airy_integral_with_derivative;

@@ -47,6 +47,17 @@ const GAUSS_NODES: [(f64, f64); 6] = [
 pub struct GeometricOrder {
     path: RayPath,
     bow: Option<RainbowRay>,
+    /// Least deviation, and those of the central and of the grazing ray.
+    least_rad: f64,
+    central_rad: f64,
+    grazing_rad: f64,
+}
+
+/// Where a branch of rays ends that begins at the least deviated one.
+#[derive(Clone, Copy, Debug)]
+struct End {
+    incidence_rad: f64,
+    deviation_rad: f64,
 }
 
 impl GeometricOrder {
@@ -54,9 +65,18 @@ impl GeometricOrder {
     /// and n >= p) has rays all the same.
     #[must_use]
     pub fn new(n: f64, p: u32) -> Option<Self> {
-        (n > 1.0 && n.is_finite()).then(|| Self {
-            path: RayPath { n, p },
-            bow: rainbow_ray(n, p),
+        if !(n > 1.0 && n.is_finite()) {
+            return None;
+        }
+        let path = RayPath { n, p };
+        let bow = rainbow_ray(n, p);
+        let deviation = |incidence: f64| path.ray(incidence).deviation;
+        Some(Self {
+            path,
+            bow,
+            least_rad: deviation(bow.map_or(0.0, |ray| ray.incidence_rad)),
+            central_rad: deviation(0.0),
+            grazing_rad: deviation(FRAC_PI_2),
         })
     }
 
@@ -100,7 +120,7 @@ impl GeometricOrder {
     /// The light of the rays that are deviated by `deviation_rad`, which folds to `theta_rad`; 1/sr.
     pub(crate) fn at_deviation(&self, deviation_rad: f64, theta_rad: f64) -> [f64; 2] {
         let (mut deviation_rad, mut weight) = (deviation_rad, 1.0);
-        let least = self.deviation(self.least_deviated());
+        let least = self.least_rad;
         if deviation_rad < least {
             return [0.0; 2];
         }
@@ -109,8 +129,8 @@ impl GeometricOrder {
             (deviation_rad, weight) = (least + CAUSTIC_RAD, 2.0);
         }
         let mut sum = [0.0; 2];
-        for far in self.ends() {
-            let Some(incidence_rad) = self.incidence(deviation_rad, far) else {
+        for end in self.ends() {
+            let Some(incidence_rad) = self.incidence(deviation_rad, end) else {
                 continue;
             };
             let intensity = self.intensity(incidence_rad, theta_rad);
@@ -148,19 +168,19 @@ impl GeometricOrder {
         light.map(|light| light / (PI * height))
     }
 
-    /// Adds ∫ sin i cos i ε² di over the rays between the least deviated one and incidence `end` whose
-    /// deviation lies between `low` and `high`.
-    fn add_light(&self, low: f64, high: f64, end: f64, light: &mut [f64; 2]) {
-        let near = self.least_deviated();
-        let (least, limit) = (self.deviation(near), self.deviation(end));
-        if high <= least || low >= limit {
+    /// Adds ∫ sin i cos i ε² di over the rays of the branch up to `end` whose deviation lies between
+    /// `low` and `high`.
+    fn add_light(&self, low: f64, high: f64, end: End, light: &mut [f64; 2]) {
+        let limit = end.deviation_rad;
+        if high <= self.least_rad || low >= limit {
             return;
         }
         let at = |deviation: f64| {
-            if deviation <= least {
-                near
+            if deviation <= self.least_rad {
+                self.least_deviated()
             } else {
-                self.incidence(deviation, end).unwrap_or(end)
+                let incidence = self.incidence(deviation, end);
+                incidence.unwrap_or(end.incidence_rad)
             }
         };
         let (one, other) = (at(low.min(limit)), at(high.min(limit)));
@@ -179,32 +199,50 @@ impl GeometricOrder {
         self.bow.map_or(0.0, |ray| ray.incidence_rad)
     }
 
-    /// The incidences at which the branches of rays end that begin at the least deviated one.
-    fn ends(&self) -> impl Iterator<Item = f64> {
+    /// The ends of the branches of rays.
+    fn ends(&self) -> impl Iterator<Item = End> {
         let without_central = usize::from(self.bow.is_none());
-        [0.0, FRAC_PI_2].into_iter().skip(without_central)
+        let central = End {
+            incidence_rad: 0.0,
+            deviation_rad: self.central_rad,
+        };
+        let grazing = End {
+            incidence_rad: FRAC_PI_2,
+            deviation_rad: self.grazing_rad,
+        };
+        [central, grazing].into_iter().skip(without_central)
     }
 
     /// Whole turns up to the largest deviation.
     fn n_turns(&self) -> i32 {
-        let largest = self.ends().map(|end| self.deviation(end));
-        (largest.fold(0.0, f64::max) / TAU).ceil() as i32
+        (self.central_rad.max(self.grazing_rad) / TAU).ceil() as i32
     }
 
-    fn deviation(&self, incidence_rad: f64) -> f64 {
-        self.path.ray(incidence_rad).deviation
+    /// The incidences of the two rays of a bow with a deviation; the larger one follows the formulas
+    /// on beyond the grazing ray, the smaller one ends in the central ray.
+    pub(crate) fn pair_of_incidences(&self, deviation_rad: f64) -> [f64; 2] {
+        let central = End {
+            incidence_rad: 0.0,
+            deviation_rad: self.central_rad,
+        };
+        let beyond_grazing = End {
+            incidence_rad: PI,
+            deviation_rad: self.path.ray(PI).deviation,
+        };
+        [central, beyond_grazing].map(|end| {
+            let incidence = self.incidence(deviation_rad, end);
+            incidence.unwrap_or(end.incidence_rad)
+        })
     }
 
-    /// The incidence between that of the least deviated ray and `far` with the deviation asked for.
-    /// Between them the deviation rises monotonically (for a bow even beyond the grazing ray, up to
-    /// `far` = π), so Newton's step inside a bracket, and a halving where the step would leave it,
-    /// cannot fail.
-    pub(crate) fn incidence(&self, deviation_rad: f64, far: f64) -> Option<f64> {
-        let near = self.least_deviated();
-        let limit = self.deviation(far);
-        if deviation_rad > limit {
+    /// The incidence on the branch up to `end` with the deviation asked for. Along it the deviation
+    /// rises monotonically (for a bow even beyond the grazing ray, up to incidence π), so Newton's step
+    /// inside a bracket, and a halving where the step would leave it, cannot fail.
+    fn incidence(&self, deviation_rad: f64, end: End) -> Option<f64> {
+        let (near, far) = (self.least_deviated(), end.incidence_rad);
+        if deviation_rad > end.deviation_rad {
             // Rounding may put the last ray itself a digit beyond the axis.
-            return (deviation_rad < limit + 1e-12).then_some(far);
+            return (deviation_rad < end.deviation_rad + 1e-12).then_some(far);
         }
         let (mut below, mut above) = (near, far);
         let mut incidence = self.first_guess(deviation_rad, far);
@@ -254,117 +292,4 @@ impl GeometricOrder {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::fresnel::order_amplitudes;
-
-    #[test]
-    fn the_light_of_an_order_is_what_fresnel_lets_through() {
-        // ∫ t dΩ = ∫ 2 sin i cos i ε² di, both by the midpoint rule.
-        for p in [2, 3] {
-            let order = GeometricOrder::new(1.333, p).unwrap();
-            let n_steps = 40_000;
-            let (mut over_sphere, mut over_incidence) = ([0.0; 2], [0.0; 2]);
-            for step in 0..n_steps {
-                let part = (f64::from(step) + 0.5) / f64::from(n_steps);
-                let theta = PI * part;
-                let t = order.normalized_cross_section(Radians(theta));
-                let incidence = FRAC_PI_2 * part;
-                let cos_refraction = (1.0 - (incidence.sin() / 1.333).powi(2)).sqrt();
-                let amplitudes = order_amplitudes(1.333, p, incidence.cos(), cos_refraction);
-                for j in 0..2 {
-                    over_sphere[j] += TAU * theta.sin() * t[j] * PI / f64::from(n_steps);
-                    over_incidence[j] +=
-                        (2.0 * incidence).sin() * amplitudes[j].powi(2) * FRAC_PI_2
-                            / f64::from(n_steps);
-                }
-            }
-            for j in 0..2 {
-                assert!(
-                    (over_sphere[j] / over_incidence[j] - 1.0).abs() < 5e-3,
-                    "p = {p}: {over_sphere:?} against {over_incidence:?}"
-                );
-            }
-        }
-    }
-
-    /// Energy on the sphere over energy that enters; measured worst 1.3e-12.
-    const ENERGY_TOLERANCE: f64 = 1e-11;
-
-    #[test]
-    fn rings_share_out_all_the_light_of_an_order() {
-        for p in [2, 3, 4, 6] {
-            let order = GeometricOrder::new(1.333, p).unwrap();
-            let n_rings = 3000;
-            let mut over_sphere = [0.0; 2];
-            for ring in 0..n_rings {
-                let edge = |ring: i32| PI * f64::from(ring) / f64::from(n_rings);
-                let mean = order.mean_over_ring(Radians(edge(ring)), Radians(edge(ring + 1)));
-                let solid_angle = TAU * (edge(ring).cos() - edge(ring + 1).cos());
-                for (sum, mean) in over_sphere.iter_mut().zip(mean) {
-                    *sum += mean * solid_angle;
-                }
-            }
-            // 2 ∫ sin i cos i ε² di in one piece of 400 000 midpoints.
-            let n_steps = 400_000;
-            let mut entering = [0.0; 2];
-            for step in 0..n_steps {
-                let i = FRAC_PI_2 * (f64::from(step) + 0.5) / f64::from(n_steps);
-                let cos_refraction = (1.0 - (i.sin() / 1.333).powi(2)).sqrt();
-                let amplitudes = order_amplitudes(1.333, p, i.cos(), cos_refraction);
-                for (sum, amplitude) in entering.iter_mut().zip(amplitudes) {
-                    *sum +=
-                        (2.0 * i).sin() * amplitude * amplitude * FRAC_PI_2 / f64::from(n_steps);
-                }
-            }
-            for j in 0..2 {
-                let off = (over_sphere[j] / entering[j] - 1.0).abs();
-                assert!(off < ENERGY_TOLERANCE, "p = {p}: off by {off:e}");
-            }
-        }
-    }
-
-    #[test]
-    fn a_narrow_ring_has_the_intensity_of_its_middle() {
-        for (p, theta_deg) in [(2, 150.0), (2, 175.0), (3, 100.0), (3, 120.0)] {
-            let order = GeometricOrder::new(1.333, p).unwrap();
-            let at = |deg: f64| Radians::from_degrees(deg);
-            let mean = order.mean_over_ring(at(theta_deg - 0.01), at(theta_deg + 0.01));
-            let middle = order.normalized_cross_section(at(theta_deg));
-            for j in 0..2 {
-                assert!((mean[j] / middle[j] - 1.0).abs() < 1e-5);
-            }
-        }
-    }
-
-    #[test]
-    fn alexanders_band_is_dark_and_the_poles_are_finite() {
-        let primary = GeometricOrder::new(1.333, 2).unwrap();
-        let secondary = GeometricOrder::new(1.333, 3).unwrap();
-        for theta_deg in [129.5, 133.0, 137.5] {
-            let theta = Radians::from_degrees(theta_deg);
-            assert_eq!(primary.normalized_cross_section(theta), [0.0; 2]);
-            assert_eq!(secondary.normalized_cross_section(theta), [0.0; 2]);
-        }
-        for (order, pole_deg) in [(primary, 180.0), (secondary, 0.0)] {
-            let at = order.normalized_cross_section(Radians::from_degrees(pole_deg))[0];
-            let near_deg = (pole_deg - 1e-4_f64).abs();
-            let near = order.normalized_cross_section(Radians::from_degrees(near_deg))[0];
-            assert!(
-                at > 0.0 && (at / near - 1.0).abs() < 1e-6,
-                "{at} at the pole, {near} beside"
-            );
-        }
-    }
-
-    #[test]
-    fn past_the_grazing_ray_a_single_ray_is_left() {
-        // p = 2, n = 1.333: the grazing ray leaves at D = 165.63 degrees, with no light of its own.
-        let order = GeometricOrder::new(1.333, 2).unwrap();
-        let at = |deg| order.normalized_cross_section(Radians::from_degrees(deg))[0];
-        assert!(
-            (at(165.5) / at(165.8) - 1.0).abs() < 0.02,
-            "continuous across the grazing ray"
-        );
-    }
-}
+mod tests;

@@ -1,5 +1,5 @@
-//! Descartes geometry, the rainbow integral f(z) and its table, Airy's theory of the rainbow, and
-//! geometric optics.
+//! Descartes geometry, the rainbow integral f(z) and its table, Airy's and the uniform theory of the
+//! rainbow, and geometric optics.
 
 mod airy;
 mod airy_integral;
@@ -7,6 +7,7 @@ mod airy_table;
 mod bow_direction;
 mod fresnel;
 mod geometric;
+mod geometric_published;
 mod rainbow_ray;
 mod ray_path;
 mod uniform;
@@ -25,6 +26,8 @@ pub use airy_table::from_fringe_coordinate;
 pub use airy_table::quintic_hermite;
 pub use bow_direction::BowDirection;
 pub use geometric::GeometricOrder;
+pub use geometric_published::PublishedGeometricBow;
+pub use geometric_published::published_wavelength;
 pub use rainbow_ray::RainbowRay;
 pub use rainbow_ray::rainbow_ray;
 pub use uniform::UniformBow;

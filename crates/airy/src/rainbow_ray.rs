@@ -80,6 +80,16 @@ impl RainbowRay {
         (p2 - 1.0) / p2 * self.incidence_rad.tan()
     }
 
+    /// D''' at the rainbow ray: −2 [g² + g tan r/p + 1/(p cos r)² − 1/cos² i], g = tan r/p − tan i.
+    pub(crate) fn third_derivative(&self) -> f64 {
+        let order = f64::from(self.p);
+        let (cos_incidence, cos_refraction) = (self.incidence_rad.cos(), self.refraction_rad.cos());
+        let inner = self.refraction_rad.tan() / order;
+        let g = inner - self.incidence_rad.tan();
+        let secants = (order * cos_refraction).powi(-2) - cos_incidence.powi(-2);
+        -2.0 * (g * g + g * inner + secants)
+    }
+
     /// Deviation beyond the rainbow ray, D − D_R, of light at the scattering angle `theta_rad` on the
     /// branch of the bow; negative on the dark side.
     #[must_use]

@@ -16,7 +16,7 @@
 //!
 //! Beyond the grazing ray, which carries no light, i_b is gone: there A_b = 0, which leaves the light
 //! of ray `a` with a ripple of (1/6)/ζ^(3/2), and a quarter as far again this has faded into rays. On
-//! the axis the theory, without glory or forward focusing, is that of the rays. Within 20 degrees of
+//! the axis the theory, without glory or forward focusing, is that of the rays. Within 21 degrees of
 //! the forward direction the dark side of the primary bow keeps its coefficients: i(σ) ends at 0.
 //!
 //! Against the exact Debye order (see the tests): 2e-4 RMS within 2 degrees for 1 mm, 2e-3 for 100 µm,
@@ -53,8 +53,9 @@ const N_HALF_CIRCLE: usize = 64;
 const FADED: f64 = 1.25;
 /// Part of [`FADED`] at which the fading begins: the grazing ray.
 const FADES_FROM: f64 = 0.8;
-/// Least deviation of a complex ray.
-const DARKEST_RAD: f64 = 20.0 * PI / 180.0;
+/// Least deviation of a complex ray, in parts of that of the rainbow ray: below 21 degrees for the
+/// primary bow of water.
+const DARKEST: f64 = 0.15;
 /// Smallest sin θ: on the bright side the form has faded into rays long before; on the dark side the
 /// factor stops where a drop of 4 µm radius no longer focuses, 1/x.
 const SMALLEST_SIN: f64 = 0.02;
@@ -135,7 +136,10 @@ impl UniformBow {
         let root = pair.stretch.cbrt();
         // 4/(sin θ V²) and 4/(sin θ (V A)²): Ai = f/V, Ai' = −f'/(V A).
         let wave = 4.0 * (1.0 - rays_weight) / theta.0.sin().max(SMALLEST_SIN);
-        let (value, derivative) = (wave * root / (VALUE * VALUE), wave / (root * DERIVATIVE * DERIVATIVE));
+        let (value, derivative) = (
+            wave * root / (VALUE * VALUE),
+            wave / (root * DERIVATIVE * DERIVATIVE),
+        );
         let mut rays = self.rays.beside_deviation(deviation_rad, theta.0);
         if rays_weight > 0.0 {
             let own = self.rays.at_deviation(deviation_rad, theta.0);
@@ -184,9 +188,9 @@ impl UniformBow {
     fn bright_side(&self, beyond_rad: f64) -> RayPair {
         let deviation_rad = self.ray.deviation_rad + beyond_rad;
         let sigma = beyond_rad.sqrt();
-        // Past the last ray, on the axis, by rounding only. The phase goes on beyond the grazing ray.
-        let incidence = |far: f64| self.rays.incidence(deviation_rad, far).unwrap_or(far);
-        let (a, b) = (self.path.ray(incidence(0.0)), self.path.ray(incidence(PI)));
+        // The phase goes on beyond the grazing ray.
+        let incidences = self.rays.pair_of_incidences(deviation_rad);
+        let [a, b] = incidences.map(|incidence| self.path.ray(incidence));
         let inner = strengths(&a, -sigma);
         let outer = if b.cos_incidence > 0.0 {
             strengths(&b, sigma)
@@ -201,7 +205,7 @@ impl UniformBow {
     }
 
     fn dark_side(&self, beyond_rad: f64) -> RayPair {
-        let beyond_rad = beyond_rad.max(DARKEST_RAD - self.ray.deviation_rad);
+        let beyond_rad = beyond_rad.max((DARKEST - 1.0) * self.ray.deviation_rad);
         let depth = (-beyond_rad).sqrt();
         let guess = self.incidence_near_caustic(Complex64::new(0.0, depth));
         let ray = self.complex_ray(Complex64::from(beyond_rad), guess).0;
@@ -282,3 +286,6 @@ fn strengths<T: Incidence>(ray: &Ray<T>, sigma: T) -> [T; 2] {
     let spread = ray.sin_incidence * ray.cos_incidence * sigma / ray.slope;
     ray.amplitudes().map(|amplitude| amplitude * spread.sqrt())
 }
+
+#[cfg(test)]
+mod tests;

@@ -73,29 +73,31 @@ def intensities(a, b, theta_deg):
     return [abs(s) ** 2 for s in (s1, s2)]
 
 
-# 10, 50, 100 and 500 um and 1 mm at 650 nm; the secondary bow; orders 4 and 5.
+# 10, 50, 100 and 500 um and 1 mm at 650 nm; the secondary bow; orders 4 to 7.
 N = 1.3312
 CASES = [(97.0, 2), (483.0, 2), (967.0, 2), (4833.0, 2), (9666.0, 2), (97.0, 3), (967.0, 3), (4833.0, 3),
-         (4833.0, 4), (4833.0, 5)]
+         (4833.0, 4), (4833.0, 5), (4833.0, 6), (4833.0, 7)]
 # First angle and step: 2 degrees to either side of the bow.
-ANGLES_DEG = {2: 135.625, 3: 127.625, 4: 40.125, 5: 40.875}
+ANGLES_DEG = {2: 135.625, 3: 127.625, 4: 40.125, 5: 40.875, 6: 125.25, 7: 147.0}
 STEP_DEG = 0.125
-# Far in the dark and far inside: primary, 100 um.
-FAR_DEG = [120.0, 126.0, 132.0, 135.0, 141.0, 150.0, 158.0, 164.0, 168.0, 174.0]
+# First peaks of the primary: 10 and 30 um.
+PEAKS = [(97.0, 139.0, 0.25), (290.0, 138.5, 0.125)]
+# The dark side of the primary, 100 um.
+DARK_DEG = [132.0, 133.0, 134.0, 135.0]
 
 
 def rust(value):
     return mp.nstr(value, 12, strip_zeros=True, min_fixed=1, max_fixed=0)
 
 
-def print_case(x, order, angles_deg):
+def print_case(x, order, angles_deg, end="},"):
     mp.mp.dps = digits(x)
     a, b = debye(mp.mpf(x), mp.mpf(N), order)
     print(f"    Reference {{ x: {x!r}, order: {order}, intensities: &[")
     for theta in angles_deg:
         s, p = intensities(a, b, theta)
         print(f"        ({theta!r}, [{rust(s)}, {rust(p)}]),", flush=True)
-    print("    ] },")
+    print(f"    ] {end}")
 
 
 def main():
@@ -108,10 +110,12 @@ def main():
     for x, order in CASES:
         first = ANGLES_DEG[order]
         print_case(x, order, [first + STEP_DEG * k for k in range(33)])
-    print("];\n\n/// The primary bow far from the rainbow ray.")
-    print("pub(crate) const FAR: [Reference; 1] = [")
-    print_case(967.0, 2, FAR_DEG)
-    print("];")
+    print(f"];\n\n/// First peaks of the primary bow.\npub(crate) const PEAKS: [Reference; {len(PEAKS)}] = [")
+    for x, first, step in PEAKS:
+        print_case(x, 2, [first + step * k for k in range(21)])
+    print("];\n\n/// The dark side of the primary bow.")
+    print("pub(crate) const DARK: Reference = ")
+    print_case(967.0, 2, DARK_DEG, end="};")
 
 
 main()
