@@ -36,9 +36,9 @@ pub(crate) fn bar(stage: &str, n_steps: u64, verbosity: Verbosity) -> ProgressBa
 }
 
 /// Work that is watched before its time is estimated.
-const WATCHED_S: f64 = 1.0;
+const WATCHED_S: f64 = 2.0;
 /// Estimates below it are not worth a line.
-const LONG_S: f64 = 10.0;
+const LONG_S: f64 = 20.0;
 
 /// Says once, soon after the start of a long run, how long it will take, also where no bar is drawn.
 pub(crate) struct Estimate {

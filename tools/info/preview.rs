@@ -9,7 +9,6 @@ use std::path::Path;
 use ndarray::Array2;
 use niji_vdb::FloatTree;
 use niji_vdb::VdbFile;
-use plotters::style::colors::colormaps::ColorMap;
 use plotters::style::colors::colormaps::ViridisRGB;
 
 use crate::failure::Failure;
@@ -100,8 +99,15 @@ fn reduced(panel: &Panel) -> Panel {
     let (rows, columns) = panel.dim();
     let block = rows.max(columns).div_ceil(PANEL_PX);
     // Small grids are enlarged.
-    let enlarge = if block == 1 { PANEL_PX / rows.max(columns) } else { 1 };
-    let shape = (rows.div_ceil(block) * enlarge, columns.div_ceil(block) * enlarge);
+    let enlarge = if block == 1 {
+        PANEL_PX / rows.max(columns)
+    } else {
+        1
+    };
+    let shape = (
+        rows.div_ceil(block) * enlarge,
+        columns.div_ceil(block) * enlarge,
+    );
     Array2::from_shape_fn(shape, |(row, column)| {
         let (first_row, first_column) = (row / enlarge * block, column / enlarge * block);
         let (mut sum, mut n) = (0.0, 0.0);
@@ -118,10 +124,12 @@ fn reduced(panel: &Panel) -> Panel {
 /// All panels on one sheet: width, height and RGB.
 fn sheet(rows: &[Vec<Panel>]) -> (usize, usize, Vec<u8>) {
     let row_width = |row: &Vec<Panel>| -> usize {
-        row.iter().map(|panel| panel.ncols() + GAP_PX).sum::<usize>() + GAP_PX
+        row.iter()
+            .map(|panel| panel.ncols() + GAP_PX)
+            .sum::<usize>()
+            + GAP_PX
     };
-    let row_height =
-        |row: &Vec<Panel>| row.iter().map(Array2::nrows).max().unwrap_or(0) + GAP_PX;
+    let row_height = |row: &Vec<Panel>| row.iter().map(Array2::nrows).max().unwrap_or(0) + GAP_PX;
     let width = rows.iter().map(row_width).max().unwrap_or(0);
     let height = rows.iter().map(row_height).sum::<usize>() + GAP_PX;
     let mut bytes = vec![255; 3 * width * height];
@@ -133,7 +141,11 @@ fn sheet(rows: &[Vec<Panel>]) -> (usize, usize, Vec<u8>) {
             let smallest = panel.iter().copied().fold(0.0, f64::min);
             for ((y, x), &value) in panel.indexed_iter() {
                 let range = largest - smallest;
-                let part = if range > 0.0 { (value - smallest) / range } else { 0.0 };
+                let part = if range > 0.0 {
+                    (value - smallest) / range
+                } else {
+                    0.0
+                };
                 // f32: a color of 8 bits.
                 let color = ViridisRGB::get_color(part as f32);
                 let at = 3 * ((top + y) * width + left + x);

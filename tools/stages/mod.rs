@@ -17,7 +17,7 @@ use std::time::Instant;
 use niji_exchange::Provenance;
 use niji_exchange::content_hash;
 use niji_exchange::read_provenance;
-use niji_vdb::VdbFile;
+use niji_vdb::VdbHeader;
 use serde::Serialize;
 
 use crate::failure::Failure;
@@ -120,8 +120,9 @@ fn fits(request: &Request, provenance: &Provenance) -> bool {
 /// The provenance of a VDB or EXR file; `None` where it has none or cannot be read.
 pub(crate) fn stored_provenance(path: &Path) -> Option<Provenance> {
     if is_vdb(path) {
-        let file = VdbFile::read(path).ok()?;
-        let texts = file
+        // Without the voxels: a few kilobytes, however large the file is.
+        let header = VdbHeader::read(path).ok()?;
+        let texts = header
             .metadata
             .iter()
             .filter_map(|(name, value)| match value {

@@ -91,7 +91,11 @@ pub(crate) fn computed(
 
 /// Airy's theory is no theory of fog.
 fn warn_of_small_drops(need: &ScatteringNeed, verbosity: Verbosity) {
-    let smallest_um = need.effective_radius_um.first().copied().unwrap_or(f64::INFINITY);
+    let smallest_um = need
+        .effective_radius_um
+        .first()
+        .copied()
+        .unwrap_or(f64::INFINITY);
     let is_airy = matches!(need.theory, Theory::Airy | Theory::AiryPublished);
     if is_airy && smallest_um < AIRY_SMALLEST_RADIUS.0 && verbosity > Verbosity::Quiet {
         eprintln!(

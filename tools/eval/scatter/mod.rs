@@ -10,6 +10,7 @@ use std::f64::consts::TAU;
 
 use clap::Args;
 use niji_airy::AiryBow;
+use niji_airy::BowDirection;
 use niji_airy::GeometricOrder;
 use niji_airy::UniformBow;
 use niji_airy::airy_squares;
@@ -70,18 +71,17 @@ pub(super) fn csv(arguments: &ScatterArguments) -> Result<String, Failure> {
     }
     let needs = || Failure::Usage("this theory needs --order, 2 primary, 3 secondary".to_owned());
     let order = arguments.order.ok_or_else(needs)?;
-    let means = match arguments.theory {
-        TheoryName::Debye => mean_intensities(&drops, |drop| {
+    let means = if arguments.theory == TheoryName::Debye {
+        mean_intensities(&drops, |drop| {
             let waves = drop.sphere()?.debye(order);
             Ok(waves.amplitudes(&angles).intensities().collect())
-        }),
-        _ => {
-            let light = OrderLight::new(arguments.theory, drops.nodes[0].index.n, order)?;
-            mean_intensities(&drops, |drop| {
-                let at = |angle_deg: &f64| light.intensities(drop.x, *angle_deg);
-                Ok(angles_deg.iter().map(at).collect())
-            })
-        }
+        })
+    } else {
+        let directions = directions(arguments.theory, drops.nodes[0].index.n, order, &angles_deg)?;
+        mean_intensities(&drops, |drop| {
+            let at = |direction: &BowDirection| intensities(direction, drop.x);
+            Ok(directions.iter().map(at).collect())
+        })
     }?;
     let mut csv = "angle_deg,i1,i2\n".to_owned();
     for (angle_deg, [i1, i2]) in angles_deg.iter().zip(means) {
@@ -173,49 +173,50 @@ fn mean_intensities(
     Ok(means)
 }
 
-/// The light of one order by a theory of rays or of bows.
-enum OrderLight {
-    Rays(GeometricOrder),
-    Airy(AiryBow),
-    Uniform(UniformBow),
+/// The light of one order in each direction, for drops of every size.
+fn directions(
+    theory: TheoryName,
+    n: f64,
+    order: u32,
+    angles_deg: &[f64],
+) -> Result<Vec<BowDirection>, Failure> {
+    let no_bow = || Failure::Impossible(format!("no bow of order {order} at index {n}"));
+    let angles = angles_deg
+        .iter()
+        .map(|&angle_deg| Radians::from_degrees(angle_deg));
+    match theory {
+        TheoryName::Geometric => {
+            let order = GeometricOrder::new(n, order).ok_or_else(no_bow)?;
+            let rays = |theta| BowDirection {
+                argument: 0.0,
+                strength: [0.0; 2],
+                derivative_strength: [0.0; 2],
+                rays: order.normalized_cross_section(theta),
+            };
+            Ok(angles.map(rays).collect())
+        }
+        TheoryName::Airy => {
+            let bow = AiryBow::new(n, order).ok_or_else(no_bow)?;
+            Ok(angles.map(|theta| bow.direction(theta)).collect())
+        }
+        TheoryName::Uniform => {
+            let bow = UniformBow::new(n, order).ok_or_else(no_bow)?;
+            Ok(angles.map(|theta| bow.direction(theta)).collect())
+        }
+        TheoryName::GeometricPublished
+        | TheoryName::AiryPublished
+        | TheoryName::Debye
+        | TheoryName::Mie => Err(Failure::Usage(
+            "expected geometric, airy, uniform, debye or mie: the published forms have no amplitude"
+                .to_owned(),
+        )),
+    }
 }
 
-impl OrderLight {
-    fn new(theory: TheoryName, n: f64, order: u32) -> Result<Self, Failure> {
-        let light = match theory {
-            TheoryName::Geometric => GeometricOrder::new(n, order).map(Self::Rays),
-            TheoryName::Airy => AiryBow::new(n, order).map(Self::Airy),
-            TheoryName::Uniform => UniformBow::new(n, order).map(Self::Uniform),
-            TheoryName::GeometricPublished
-            | TheoryName::AiryPublished
-            | TheoryName::Debye
-            | TheoryName::Mie => {
-                return Err(Failure::Usage(
-                    "expected geometric, airy, uniform, debye or mie: the published forms have no \
-                     amplitude"
-                        .to_owned(),
-                ));
-            }
-        };
-        light.ok_or_else(|| Failure::Impossible(format!("no bow of order {order} at index {n}")))
-    }
-
-    /// |S|² = π x² (dσ/dΩ)/(π a²) for both polarisations.
-    fn intensities(&self, x: f64, angle_deg: f64) -> [f64; 2] {
-        // Only the ratio of radius and wavelength matters.
-        let (radius, wavelength) = (Micrometers(x / TAU), Nanometers(1000.0));
-        let theta = Radians::from_degrees(angle_deg);
-        let t = match self {
-            Self::Rays(rays) => rays.normalized_cross_section(theta),
-            Self::Airy(bow) => {
-                bow.direction(theta)
-                    .normalized_cross_section(radius, wavelength, airy_squares)
-            }
-            Self::Uniform(bow) => {
-                bow.direction(theta)
-                    .normalized_cross_section(radius, wavelength, airy_squares)
-            }
-        };
-        t.map(|t| PI * x * x * t)
-    }
+/// |S|² = π x² (dσ/dΩ)/(π a²) for both polarisations.
+fn intensities(direction: &BowDirection, x: f64) -> [f64; 2] {
+    // Only the ratio of radius and wavelength matters.
+    let (radius, wavelength) = (Micrometers(x / TAU), Nanometers(1000.0));
+    let t = direction.normalized_cross_section(radius, wavelength, airy_squares);
+    t.map(|t| PI * x * x * t)
 }

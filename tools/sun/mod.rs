@@ -1,0 +1,203 @@
+//! `niji sun`: where the sun stands by pixels of a photograph where a bow is or should be.
+
+mod bow_edges;
+pub(crate) mod camera_flags;
+mod report;
+
+use std::path::Path;
+use std::path::PathBuf;
+
+use clap::Args;
+use glam::DVec3;
+use niji_exchange::Provenance;
+use niji_photo::FitRequest;
+use niji_photo::Photograph;
+use niji_photo::PickedEdge;
+use niji_photo::SunSolution;
+use niji_photo::Verdict;
+use niji_photo::bow_path;
+use niji_photo::diagnose_picks;
+use niji_photo::draw_line;
+use niji_photo::published_directions;
+use niji_photo::sun_from_picks;
+use niji_photo::write_png;
+use niji_radiometry::Radians;
+use serde_json::json;
+
+use crate::cli::Common;
+use crate::failure::Failure;
+use crate::output;
+use crate::stages::Request;
+use crate::stages::perform;
+use crate::sun::bow_edges::Bow;
+use crate::sun::bow_edges::EDGE_ERROR_DEG;
+use crate::sun::bow_edges::Edge;
+use crate::sun::bow_edges::picked_edge;
+use crate::sun::camera_flags::CameraFlags;
+use crate::sun::camera_flags::point;
+
+/// Colors of the drawn bows, linear: the best one, the others, the picks.
+const BEST: [f32; 3] = [1.0, 1.0, 1.0];
+const OTHER: [f32; 3] = [1.0, 0.6, 0.0];
+const PICK: [f32; 3] = [1.0, 0.0, 0.0];
+
+/// Say where the sun stands, by pixels where a bow is or should be.
+///
+/// All fits are listed, mirror solutions too, each with standard errors. Pixels count from the top
+/// left corner of the upright picture. Results on standard output, `--json` for scripts.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  niji sun data/photos/pavilion.jpg --fov-deg 60 --pick 90,250 --pick 320,120 --pick 550,250
+  niji sun photo.jpg --pick 412,900 --pick 1800,300 --pick 3100,880 --edge red --preview bow.png")]
+pub(crate) struct SunCommand {
+    /// The photograph (PNG, JPEG, EXR).
+    photo: PathBuf,
+    /// A point of the bow in pixels; give three or more, on one color edge.
+    #[arg(long = "pick", value_name = "X,Y", value_parser = point, required = true, allow_hyphen_values = true)]
+    picks: Vec<[f64; 2]>,
+    /// Which bow was picked.
+    #[arg(long, value_enum, default_value_t = Bow::Primary)]
+    bow: Bow,
+    /// Which color edge of it was picked.
+    #[arg(long, value_enum, default_value_t = Edge::Red)]
+    edge: Edge,
+    /// The bow angle in degrees, instead of that of the edge for large drops.
+    #[arg(long, value_name = "DEG")]
+    bow_angle_deg: Option<f64>,
+    /// Standard error of the bow angle in degrees.
+    #[arg(long, value_name = "DEG", default_value_t = EDGE_ERROR_DEG)]
+    bow_angle_error_deg: f64,
+    /// Assume no bow angle: it comes out and is a check.
+    #[arg(long)]
+    no_prior: bool,
+    /// Standard error of a pick in pixels.
+    #[arg(long, value_name = "PX", default_value_t = 1.0)]
+    noise_px: f64,
+    /// Search as published: directions on a grid of this step with 40 to 43 degrees at every pick.
+    #[arg(long, value_name = "STEP_DEG", num_args = 0..=1, default_missing_value = "0.25")]
+    published: Option<f64>,
+    /// Draw the picks and the bows that follow into a copy of the picture.
+    #[arg(long, value_name = "PNG")]
+    preview: Option<PathBuf>,
+    /// The camera.
+    #[command(flatten)]
+    camera: CameraFlags,
+}
+
+/// Solves for the sun.
+///
+/// # Errors
+/// A photograph that cannot be read, flags that contradict each other, or [`Failure::Impossible`]
+/// after the report where no place of the sun is possible.
+pub(crate) fn execute(command: &SunCommand, common: &Common) -> Result<(), Failure> {
+    let photo = Photograph::read(&command.photo)
+        .map_err(|error| Failure::bad_input(&command.photo, error))?;
+    let camera = command.camera.camera(&photo)?;
+    let pinhole = camera.pinhole()?;
+    if let Some(step_deg) = command.published {
+        return published(command, &pinhole, step_deg, common);
+    }
+    let edge = edge(command)?;
+    let offsets_rad = vec![0.0; command.picks.len()];
+    let request = FitRequest {
+        camera: &pinhole,
+        picks_px: &command.picks,
+        offsets_rad: &offsets_rad,
+        noise_px: command.noise_px,
+        prior: (!command.no_prior).then_some(edge.expected),
+    };
+    let usage = |error: niji_photo::Error| Failure::Usage(error.to_string());
+    let solutions = sun_from_picks(&request).map_err(usage)?;
+    let findings = diagnose_picks(&request, edge, &solutions);
+    let report = report::Report::new(&camera, &solutions, &findings);
+    if common.json {
+        report::print_json(&report)?;
+    } else {
+        report::print_text(&report);
+    }
+    if let Some(path) = &command.preview {
+        draw_preview(command, (&request, &solutions), photo, path, common)?;
+    }
+    if solutions.iter().any(|s| s.verdict == Verdict::Possible) {
+        return Ok(());
+    }
+    let first = findings.first().map(|finding| finding.reason.clone());
+    Err(Failure::Impossible(first.unwrap_or_else(|| {
+        "no place of the sun gives a bow through these picks".to_owned()
+    })))
+}
+
+fn edge(command: &SunCommand) -> Result<PickedEdge, Failure> {
+    let error_deg = command.bow_angle_error_deg;
+    let angle_deg = command.bow_angle_deg;
+    let is_sound = error_deg > 0.0
+        && error_deg.is_finite()
+        && angle_deg.is_none_or(|angle| angle > 0.0 && angle < 180.0);
+    if !is_sound {
+        return Err(Failure::Usage(format!(
+            "found a bow angle of {angle_deg:?} ± {error_deg} degrees, expected 0 to 180 and an error \
+             above 0; --no-prior assumes none"
+        )));
+    }
+    Ok(picked_edge(command.bow, command.edge, (angle_deg, error_deg)))
+}
+
+fn published(
+    command: &SunCommand,
+    camera: &niji_geometry::PinholeCamera,
+    step_deg: f64,
+    common: &Common,
+) -> Result<(), Failure> {
+    let picks = command.picks.iter();
+    let views: Vec<DVec3> = picks
+        .map(|[x_px, y_px]| camera.ray(*x_px, *y_px).direction)
+        .collect();
+    let examples = published_directions(&views, Radians::from_degrees(step_deg))
+        .map_err(|error| Failure::Usage(error.to_string()))?;
+    report::print_examples(&examples, common.json)?;
+    if examples.is_empty() {
+        return Err(Failure::Impossible(
+            "no direction of the sun puts a bow of 40 to 43 degrees through all picks".to_owned(),
+        ));
+    }
+    Ok(())
+}
+
+fn draw_preview(
+    command: &SunCommand,
+    (request, solutions): (&FitRequest, &[SunSolution]),
+    photo: Photograph,
+    path: &Path,
+    common: &Common,
+) -> Result<(), Failure> {
+    let settings = json!({
+        "picks_px": command.picks,
+        "noise_px": command.noise_px,
+        "antisolar": solutions.iter().map(|s| s.fit.antisolar.to_array()).collect::<Vec<_>>(),
+        "bow_angle_rad": solutions.iter().map(|s| s.fit.bow_angle.0).collect::<Vec<_>>(),
+    });
+    let job = Request {
+        stage: "sun",
+        settings: settings.to_string(),
+        inputs: vec![("photo", &command.photo)],
+        outputs: vec![path],
+    };
+    perform(&job, common.manner(), |provenance: Provenance| {
+        let mut picture = photo.light;
+        let width_px = (picture.ncols() as f64 / 500.0).max(1.5);
+        for (index, solution) in solutions.iter().enumerate().rev() {
+            let color = if index == 0 { BEST } else { OTHER };
+            let fit = &solution.fit;
+            for line in bow_path(request.camera, fit.antisolar, fit.bow_angle) {
+                draw_line(&mut picture, &line, color, width_px);
+            }
+        }
+        for [x, y] in &command.picks {
+            let arm = 4.0 * width_px;
+            draw_line(&mut picture, &[[x - arm, *y], [x + arm, *y]], PICK, width_px);
+            draw_line(&mut picture, &[[*x, y - arm], [*x, y + arm]], PICK, width_px);
+        }
+        output::write_file(path, |writer| write_png(&picture, &provenance, writer))
+    })
+    .map(|_| ())
+}
