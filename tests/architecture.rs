@@ -20,6 +20,7 @@ const ARROWS: [(&str, &[&str]); 13] = [
     ("scatter", &["airy", "mie", "sizes", "exchange"]),
     ("atmosphere", &["geometry", "exchange"]),
     ("render", &["dropfield", "geometry", "exchange"]),
+    ("photo", &["geometry", "exchange"]),
     (
         "scene",
         &[

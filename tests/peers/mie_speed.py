@@ -126,7 +126,8 @@ def main():
         for name, (seconds, values) in best.items():
             error = max(float(abs(v / r - 1)) for v, r in zip(values, references[x]))
             ratio = f"{min(peer_times) / seconds:.1f}" if peer_times else "-"
-            print(f"| {x:g} | {n_angles} | {name} | {1e3 * seconds:.2f} | {ratio} | {error:.1e} |", flush=True)
+            cells = (f"{x:g}", n_angles, name, f"{1e3 * seconds:.2f}", ratio, f"{error:.1e}")
+            print("|", " | ".join(map(str, cells)), "|", flush=True)
 
 
 if __name__ == "__main__":

@@ -17,7 +17,7 @@ mod closed_form;
 mod file;
 mod interpolation;
 mod lookup;
-mod sphere;
+mod ray_start;
 
 use ndarray::Array2;
 use niji_radiometry::WavelengthGrid;

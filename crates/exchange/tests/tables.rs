@@ -147,6 +147,73 @@ fn a_scattering_table_comes_back_exactly_even_on_an_odd_wavelength_grid() {
     assert_eq!(file.provenance, provenance());
 }
 
+/// A table of drops whose bow moves three ways, the values of each by its place on the axis.
+fn flattened_table() -> ScatteringTable {
+    let mut table = scattering_table();
+    table.flattening = vec![-1.0, 0.0, 0.75];
+    table.values = Array6::from_shape_fn((2, 3, 2, 3, 4, 31), |(j, r, v, m, l, t)| {
+        sample((((((j * 3 + r) * 2 + v) * 3 + m) * 4) + l) * 31 + t).abs()
+    });
+    table
+}
+
+#[test]
+fn a_table_of_flattened_drops_comes_back_exactly_with_the_flattening_fastest_in_its_rows() {
+    let table = flattened_table();
+    let file = table.to_file(provenance());
+    let found = read(&bytes(&file)).unwrap();
+    assert_eq!(ScatteringTable::from_file(&found).unwrap(), table);
+    let part = &file.parts[0];
+    assert_eq!(part.row_axes[2].name, "flattening");
+    assert_eq!(part.row_axes[2].values, table.flattening);
+    // Second radius, first variance, last flattening; s at the third wavelength.
+    let row = part.channels[2].values.row(8);
+    assert!(
+        row.iter()
+            .eq(table.values.slice(ndarray::s![0, 1, 0, 2, 2, ..]))
+    );
+}
+
+#[test]
+fn a_table_of_spheres_has_no_axis_of_flattening() {
+    let file = scattering_table().to_file(provenance());
+    assert_eq!(file.parts[0].row_axes.len(), 2);
+    let table = ScatteringTable {
+        flattening: vec![0.5],
+        ..scattering_table()
+    };
+    let file = read(&bytes(&table.to_file(provenance()))).unwrap();
+    assert_eq!(ScatteringTable::from_file(&file).unwrap(), table);
+}
+
+#[test]
+fn flattening_beyond_one_is_refused() {
+    for (index, value) in [(0, -1.000_001), (2, 1.5)] {
+        let mut file = flattened_table().to_file(provenance());
+        file.parts[0].row_axes[2].values[index] = value;
+        let error = ScatteringTable::from_file(&file).unwrap_err();
+        let Error::Range { axis, found, .. } = error else {
+            panic!("{error}");
+        };
+        assert_eq!((axis.as_str(), found), ("flattening", value));
+    }
+    let mut file = flattened_table().to_file(provenance());
+    let more = Axis::new("tilt", "-", vec![0.0]);
+    file.parts[0].row_axes.push(more);
+    let error = ScatteringTable::from_file(&file).unwrap_err();
+    assert!(
+        matches!(
+            error,
+            Error::Shape {
+                found: 5,
+                expected: 4,
+                ..
+            }
+        ),
+        "{error}"
+    );
+}
+
 #[test]
 fn a_scattering_table_is_never_renormalised() {
     let mut table = scattering_table();

@@ -52,10 +52,38 @@ fn whole_job_1801_angles(bencher: divan::Bencher, x: f64) {
     bencher.bench_local(|| sphere(black_box(x)).amplitudes(&angles));
 }
 
-#[divan::bench(args = SIZES)]
-fn primary_bow_1801_angles(bencher: divan::Bencher, x: f64) {
-    let angles = grid();
-    bencher.bench_local(|| sphere(black_box(x)).debye(2).amplitudes(&angles));
+/// A table of the bows: 2500 angles, none of which has its mirror image in the grid.
+fn bow_grid() -> ScatteringAngles {
+    let angles_deg: Vec<f64> = (0..2500).map(|i| 118.0 + 0.0108 * f64::from(i)).collect();
+    ScatteringAngles::from_degrees(&angles_deg).expect("a grid from 118 to 145 degrees")
+}
+
+#[divan::bench(args = SIZES, sample_count = 20)]
+fn whole_job_2500_bow_angles(bencher: divan::Bencher, x: f64) {
+    let angles = bow_grid();
+    bencher.bench_local(|| {
+        sphere(black_box(x))
+            .waves()
+            .normalized_cross_sections(&angles)
+    });
+}
+
+#[divan::bench(args = SIZES, sample_count = 20)]
+fn debye_order_2_2500_bow_angles(bencher: divan::Bencher, x: f64) {
+    debye(bencher, x, &[2]);
+}
+
+#[divan::bench(args = SIZES, sample_count = 20)]
+fn debye_orders_0_to_7_2500_bow_angles(bencher: divan::Bencher, x: f64) {
+    debye(bencher, x, &[0, 1, 2, 3, 4, 5, 6, 7]);
+}
+
+fn debye(bencher: divan::Bencher, x: f64, orders: &[u32]) {
+    let (sphere, angles) = (sphere(x), bow_grid());
+    bencher.bench_local(|| {
+        let series = black_box(&sphere).debye_series();
+        series.incoherent_cross_sections(orders, &angles)
+    });
 }
 
 #[divan::bench(args = [1e3, 1e4], sample_count = 5)]

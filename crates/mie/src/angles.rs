@@ -102,7 +102,12 @@ impl ScatteringAngles {
         &self.places
     }
 
-    /// w of each pair.
+    /// Whether the first pair is that of the poles, whose w is stored as exactly 0.
+    pub(crate) fn has_pole(&self) -> bool {
+        self.w.first().is_some_and(|w| *w <= 0.0)
+    }
+
+    /// w of each pair, ascending.
     pub(crate) fn w(&self) -> &[f64] {
         &self.w
     }

@@ -6,7 +6,9 @@
 //!   T = -4m/(u(x) v(y) Delta)^2                    into the sphere and out again
 //!   Delta = alpha B - beta A,  y = m x,  (alpha, beta) = (1, m) for a_n, (m, 1) for b_n
 //! with outgoing u = psi - i chi, incoming v = psi + i chi, and A = u'/u, C = v'/v at x, D = u'/u,
-//! B = v'/v at y. T comes from the Wronskian v u' - v' u = 2i without a subtraction.
+//! B = v'/v at y. T comes from the Wronskian v u' - v' u = 2i without a subtraction. Each of the
+//! four is w_{n-1}/w_n - n/z, and n/z is subtracted by hand: in magnetic waves it drops out, in
+//! electric ones n/x (m - 1/m) is left. Where m = 1 there is no surface.
 //! Order 0 is (1 - R22)/2, diffraction and outer reflection; order p >= 1 is -T R11^(p-1)/2.
 //! u and v dominate beyond the turning point and are recurred upwards; in an absorbing sphere v is
 //! recessive below it (the error grows as exp(2 Im y)) and is taken as 2 psi - u instead. Phases
@@ -22,7 +24,10 @@ use num_complex::Complex64;
 use crate::angles::ScatteringAngles;
 use crate::lorenz_mie::n_partial_waves;
 use crate::partial_waves::PartialWaves;
-use crate::riccati_bessel::psi_and_chi;
+use crate::partial_waves::incoherent_cross_sections;
+use crate::riccati_bessel::chi;
+use crate::riccati_bessel::neighbors;
+use crate::riccati_bessel::psi;
 use crate::riccati_bessel::psi_ratios;
 
 /// Im y above which v is no longer recurred itself; its error there is a factor e^2.
@@ -55,23 +60,32 @@ impl DebyeSeries {
     /// The series of a sphere of size `x` and index `m`, already checked.
     pub(crate) fn new(x: f64, m: Complex64) -> Self {
         let n_waves = n_partial_waves(x);
-        let (psi, chi) = psi_and_chi(x, n_waves);
-        let outside = |n: usize| Complex64::new(psi[n], -chi[n]);
         let mut inside = Inside::new(m * x, n_waves);
-        let mut surfaces = Vec::with_capacity(n_waves);
-        for n in 1..=n_waves {
+        let outside = neighbors(psi(x, n_waves)).zip(neighbors(chi(x, n_waves)));
+        let surfaces = (1..).zip(outside).map(|(n, (psi, chi))| {
+            let u = |i: usize| Complex64::new(psi[i], -chi[i]);
+            let inverse = u(1).inv();
+            let outer = Outer {
+                inverse_outgoing: inverse,
+                incoming_over_outgoing: u(1).conj() * inverse,
+                a: u(0) * inverse,
+            };
             let inner = inside.next_wave(n);
-            let u = outside(n);
-            let a = outside(n - 1) / u - n as f64 / x;
-            let outer = Outer { u, a };
-            surfaces.push(
-                [(Complex64::ONE, m), (m, Complex64::ONE)]
-                    .map(|weights| surface(m, weights, &outer, &inner)),
-            );
-        }
+            let electric = Weights {
+                alpha: Complex64::ONE,
+                beta: m,
+                left: n as f64 / x * ((m - 1.0) * (m + 1.0) / m),
+            };
+            let magnetic = Weights {
+                alpha: m,
+                beta: Complex64::ONE,
+                left: Complex64::ZERO,
+            };
+            [electric, magnetic].map(|weights| surface(m, &weights, &outer, &inner))
+        });
         Self {
             size_parameter: x,
-            surfaces,
+            surfaces: surfaces.collect(),
         }
     }
 
@@ -90,20 +104,15 @@ impl DebyeSeries {
     /// perpendicular and parallel to the scattering plane.
     ///
     /// Intensities add, not amplitudes: that is the mean over drop sizes, whose interference
-    /// between orders has every phase. Orders are added as they stand in the list.
+    /// between orders has every phase. Orders are added as they stand in the list. They share the
+    /// recurrence over n: eight take the time of five sums of all orders together.
     pub fn incoherent_cross_sections(
         &self,
         orders: &[u32],
         angles: &ScatteringAngles,
     ) -> Vec<[f64; 2]> {
-        let mut sums = vec![[0.0; 2]; angles.len()];
-        for order in orders {
-            let of_order = self.order(*order).normalized_cross_sections(angles);
-            for (sum, [s, p]) in sums.iter_mut().zip(of_order) {
-                *sum = [sum[0] + s, sum[1] + p];
-            }
-        }
-        sums
+        let series: Vec<PartialWaves> = orders.iter().map(|order| self.order(*order)).collect();
+        incoherent_cross_sections(&series, angles)
     }
 
     fn waves(&self, coefficient: impl Fn(&Surface) -> Complex64) -> PartialWaves {
@@ -123,16 +132,19 @@ impl DebyeSeries {
 
 /// The wave outside; the incoming one is its conjugate.
 struct Outer {
-    u: Complex64,
-    /// u'/u.
+    /// 1/u.
+    inverse_outgoing: Complex64,
+    /// v/u, where v is the conjugate of u.
+    incoming_over_outgoing: Complex64,
+    /// u_{n-1}/u_n.
     a: Complex64,
 }
 
 /// The waves inside, as far as a surface needs them.
 struct Inner {
-    /// v'/v.
+    /// v_{n-1}/v_n.
     b: Complex64,
-    /// u'/u.
+    /// u_{n-1}/u_n.
     d: Complex64,
     /// u/v.
     outgoing_over_incoming: Complex64,
@@ -140,18 +152,31 @@ struct Inner {
     inverse_incoming: Complex64,
 }
 
-fn surface(
-    m: Complex64,
-    (alpha, beta): (Complex64, Complex64),
-    outer: &Outer,
-    inner: &Inner,
-) -> Surface {
-    let a = outer.a;
-    let delta = alpha * inner.b - beta * a;
+/// What distinguishes electric and magnetic waves.
+struct Weights {
+    alpha: Complex64,
+    beta: Complex64,
+    /// What is left of n/z: beta n/x - alpha n/y.
+    left: Complex64,
+}
+
+fn surface(m: Complex64, weights: &Weights, outer: &Outer, inner: &Inner) -> Surface {
+    // Exactly, as the user gave it.
+    if m == Complex64::ONE {
+        return Surface {
+            outer_reflection: Complex64::ZERO,
+            inner_reflection: Complex64::ZERO,
+            transmission: Complex64::ONE,
+        };
+    }
+    let Weights { alpha, beta, left } = weights;
+    let mismatch = |inside: Complex64, outside: Complex64| alpha * inside - beta * outside + left;
+    let inverse_delta = mismatch(inner.b, outer.a).inv();
     let outer_reflection =
-        -(outer.u.conj() / outer.u) * (alpha * inner.b - beta * a.conj()) / delta;
-    let inner_reflection = -inner.outgoing_over_incoming * (alpha * inner.d - beta * a) / delta;
-    let passage = 2.0 * inner.inverse_incoming / (outer.u * delta);
+        -outer.incoming_over_outgoing * mismatch(inner.b, outer.a.conj()) * inverse_delta;
+    let inner_reflection =
+        -inner.outgoing_over_incoming * mismatch(inner.d, outer.a) * inverse_delta;
+    let passage = 2.0 * inner.inverse_incoming * outer.inverse_outgoing * inverse_delta;
     Surface {
         outer_reflection,
         inner_reflection,
@@ -164,7 +189,7 @@ struct Inside {
     y: Complex64,
     /// exp(iy), 0 for an opaque sphere.
     phase: Complex64,
-    /// psi_n/psi_{n-1} where there is absorption; empty without.
+    /// psi_n/psi_{n-1} from n = 1 where there is absorption; empty without.
     ratios: Vec<Complex64>,
     u: [Complex64; 2],
     v: [Complex64; 2],
@@ -184,7 +209,7 @@ impl Inside {
         };
         let is_absorbing = y.im > MAX_ABSORPTION_OF_RECURRENCE;
         let ratios = if is_absorbing {
-            psi_ratios(y, n_waves)
+            psi_ratios(y, 1, n_waves)
         } else {
             Vec::new()
         };
@@ -209,7 +234,7 @@ impl Inside {
         }
         let factor = (2 * n - 1) as f64 / self.y;
         self.u = [self.u[1], factor * self.u[1] - self.u[0]];
-        let v = match self.ratios.get(n) {
+        let v = match self.ratios.get(n - 1) {
             None => factor * self.v[1] - self.v[0],
             Some(ratio) => {
                 self.psi *= ratio;
@@ -217,12 +242,12 @@ impl Inside {
             }
         };
         self.v = [self.v[1], v];
-        let n_over_y = n as f64 / self.y;
+        let inverse_v = self.v[1].inv();
         let inner = Inner {
-            b: self.v[0] / self.v[1] - n_over_y,
-            d: self.u[0] / self.u[1] - n_over_y,
-            outgoing_over_incoming: self.u[1] * self.phase / self.v[1] * self.phase,
-            inverse_incoming: self.phase / self.v[1] * self.scale,
+            b: self.v[0] * inverse_v,
+            d: self.u[0] / self.u[1],
+            outgoing_over_incoming: self.u[1] * self.phase * inverse_v * self.phase,
+            inverse_incoming: self.phase * inverse_v * self.scale,
         };
         self.scale_down();
         inner
@@ -231,7 +256,7 @@ impl Inside {
     /// v = 2 psi to the last digit, and nothing comes back.
     fn opaque(&self, n: usize) -> Inner {
         Inner {
-            b: 1.0 / self.ratios[n] - n as f64 / self.y,
+            b: 1.0 / self.ratios[n - 1],
             d: Complex64::ZERO,
             outgoing_over_incoming: Complex64::ZERO,
             inverse_incoming: Complex64::ZERO,
@@ -239,7 +264,7 @@ impl Inside {
     }
 
     fn scale_down(&mut self) {
-        if self.u[1].norm() > LARGE {
+        if self.u[1].l1_norm() > LARGE {
             let factor = 1.0 / LARGE;
             self.u = self.u.map(|u| u * factor);
             self.v = self.v.map(|v| v * factor);

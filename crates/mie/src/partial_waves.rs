@@ -5,12 +5,15 @@
 //! sum (2n+1)/2 (-1)^n (b_n - a_n), taken from these sums directly: the optical theorem then holds
 //! to the last digits.
 
+use std::f64::consts::PI;
+
 use num_complex::Complex64;
+use pulp::Arch;
 
 use crate::amplitudes::Amplitudes;
-use crate::angles::Place;
 use crate::angles::ScatteringAngles;
 use crate::angles::Side;
+use crate::wave_sum::Coefficients;
 use crate::wave_sum::PairSums;
 use crate::wave_sum::pair_sums;
 
@@ -40,18 +43,20 @@ impl PartialWaves {
 
     /// S1 and S2 at each angle.
     pub fn amplitudes(&self, angles: &ScatteringAngles) -> Amplitudes {
-        self.amplitudes_from(angles, &pair_sums(&self.a, &self.b, angles.w()))
+        self.amplitudes_by(angles, Arch::new())
+    }
+
+    /// S1 and S2 at each angle by chosen instructions: for measuring what each costs.
+    #[doc(hidden)]
+    pub fn amplitudes_by(&self, angles: &ScatteringAngles, arch: Arch) -> Amplitudes {
+        let sums = pair_sums(arch, &[[&self.a, &self.b]], angles.w());
+        self.amplitudes_from(angles, &sums[0])
     }
 
     /// (dsigma/dOmega)/(pi a^2) = |S_j|^2/(pi x^2) at each angle, 1/sr, for light polarized
     /// perpendicular and parallel to the scattering plane. Natural light is half the sum.
     pub fn normalized_cross_sections(&self, angles: &ScatteringAngles) -> Vec<[f64; 2]> {
-        let per_area = 1.0 / (std::f64::consts::PI * self.size_parameter * self.size_parameter);
-        let amplitudes = self.amplitudes(angles);
-        amplitudes
-            .intensities()
-            .map(|pair| pair.map(|i| i * per_area))
-            .collect()
+        incoherent_cross_sections(std::slice::from_ref(self), angles)
     }
 
     /// S1(0) = S2(0); sums from low to high n.
@@ -75,23 +80,49 @@ impl PartialWaves {
     }
 
     fn amplitudes_from(&self, angles: &ScatteringAngles, sums: &PairSums) -> Amplitudes {
-        let at_poles = [self.forward_amplitude(), self.backward_amplitude()];
-        let at = |place: &Place| {
-            // A pole is stored as exactly 0.
-            let is_pole = angles.w()[place.pair_index] <= 0.0;
-            match (place.side, is_pole) {
-                (Side::Forward, true) => [at_poles[0]; 2],
-                (Side::Backward, true) => [at_poles[1], -at_poles[1]],
-                (Side::Forward, false) => sums.forward(place.pair_index),
-                (Side::Backward, false) => sums.backward(place.pair_index),
-            }
-        };
-        let (s1, s2) = angles
-            .places()
-            .iter()
-            .map(at)
+        let (s1, s2) = self
+            .each_amplitude(angles, sums)
             .map(|[s1, s2]| (s1, s2))
             .unzip();
         Amplitudes { s1, s2 }
     }
+
+    fn each_amplitude(
+        &self,
+        angles: &ScatteringAngles,
+        sums: &PairSums,
+    ) -> impl Iterator<Item = [Complex64; 2]> {
+        let at_poles = angles
+            .has_pole()
+            .then(|| [self.forward_amplitude(), self.backward_amplitude()]);
+        angles
+            .places()
+            .iter()
+            .map(move |place| match (place.side, at_poles) {
+                (Side::Forward, Some([forward, _])) if place.pair_index == 0 => [forward; 2],
+                (Side::Backward, Some([_, back])) if place.pair_index == 0 => [back, -back],
+                (Side::Forward, _) => sums.forward(place.pair_index),
+                (Side::Backward, _) => sums.backward(place.pair_index),
+            })
+    }
+}
+
+/// Sum over series of |S_j|^2/(pi x^2) at each angle, 1/sr, from the first series to the last.
+pub(crate) fn incoherent_cross_sections(
+    series: &[PartialWaves],
+    angles: &ScatteringAngles,
+) -> Vec<[f64; 2]> {
+    let coefficients: Vec<Coefficients> =
+        series.iter().map(|waves| [waves.a(), waves.b()]).collect();
+    let sums = pair_sums(Arch::new(), &coefficients, angles.w());
+    let mut cross_sections = vec![[0.0; 2]; angles.len()];
+    for (waves, sums) in series.iter().zip(&sums) {
+        let per_area = 1.0 / (PI * waves.size_parameter * waves.size_parameter);
+        let amplitudes = waves.each_amplitude(angles, sums);
+        for ([s, p], [s1, s2]) in cross_sections.iter_mut().zip(amplitudes) {
+            *s += per_area * s1.norm_sqr();
+            *p += per_area * s2.norm_sqr();
+        }
+    }
+    cross_sections
 }

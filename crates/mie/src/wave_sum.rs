@@ -9,15 +9,19 @@
 //!   q_{n+1} = alpha_n mu q_n - q_{n-1},  alpha_n = (2n+1)/n s_n/s_{n+1} = 2 - e_n
 //! and in differences, after Reinsch, with w = 1 - mu = 2 sin^2(theta'/2):
 //!   d_{n+1} = d_n - (e_n + alpha_n w) q_n,  q_{n+1} = q_n + d_{n+1}
-//! That is 7 vector operations for a wave and a pair, against 24 of the textbook loop, and it keeps
-//! its digits at the poles, where mu cannot represent the angle.
+//! That is 7 vector operations for a wave and a pair, against 24 of the textbook loop; 3 of them
+//! are the recurrence, which all orders of a Debye series share. It keeps its digits at the poles,
+//! where mu cannot represent the angle.
 //! Symmetry alpha_n alpha_{n+1} = 4 + 3/(n(n+2)) gives e_n.
 //! [R67] Reinsch's form of such recurrences: Gentleman, Computer Journal 12, 160-165 (1969).
 
 mod kernels;
 
 use num_complex::Complex64;
+use pulp::Arch;
 
+use self::kernels::Progress;
+use self::kernels::Waves;
 use self::kernels::add_waves;
 
 /// s_n s_{n+1}/(n+1); the value for which s_n grows as sqrt(n) without alternating.
@@ -26,15 +30,26 @@ const SCALE: f64 = std::f64::consts::FRAC_2_PI;
 /// From here the asymptotic series of e_n is exact to 1e-20.
 const N_ASYMPTOTIC: usize = 64;
 
-/// Numbers that a wave contributes with: -e_n, -alpha_n, then gamma_n s_n and delta_n s_n as real
-/// and imaginary part.
-type Row = [f64; 6];
+/// Waves of one pass over all angles, an even number: the factors of eight series fit into a
+/// second-level cache.
+const N_PASS: usize = 512;
+
+/// What leads from q_n to q_{n+1}: -e_n and -alpha_n.
+type Step = [f64; 2];
+
+/// What q_n is multiplied by: gamma_n s_n and delta_n s_n as real and imaginary part.
+type Factors = [f64; 4];
+
+/// Real and imaginary part of U of S1, U of S2, V of S1, V of S2; one element for each pair.
+type Parts = [Vec<f64>; 8];
+
+/// a_n and b_n of one series.
+pub(crate) type Coefficients<'a> = [&'a [Complex64]; 2];
 
 /// U and V of S1 and S2 for each pair of angles.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct PairSums {
-    /// Real and imaginary part of U of S1, U of S2, V of S1, V of S2; one element for each pair.
-    parts: [Vec<f64>; 8],
+    parts: Parts,
 }
 
 impl PairSums {
@@ -56,49 +71,96 @@ impl PairSums {
     }
 }
 
-/// The sums over all waves at each w = 2 sin^2(theta'/2), each from low to high n.
-pub(crate) fn pair_sums(a: &[Complex64], b: &[Complex64], w: &[f64]) -> PairSums {
+/// The sums of each series over its waves at each w = 2 sin^2(theta'/2), each from low to high n.
+pub(crate) fn pair_sums(arch: Arch, series: &[Coefficients], w: &[f64]) -> Vec<PairSums> {
     let n_padded = w.len().next_multiple_of(kernels::MAX_LANES);
     let mut padded_w = w.to_vec();
     padded_w.resize(n_padded, 0.0);
-    let mut parts = std::array::from_fn(|_| vec![0.0; n_padded]);
-    add_waves(&rows(a, b), &padded_w, &mut parts);
-    PairSums { parts }
+    let zeros = || std::array::from_fn(|_| vec![0.0; n_padded]);
+    let mut progress = Progress {
+        w: padded_w,
+        // q_1 = 1, and d_1 = q_1 - q_0 with q_0 = 0.
+        q: vec![1.0; n_padded],
+        d: vec![1.0; n_padded],
+        sums: series.iter().map(|_| zeros()).collect(),
+    };
+    let n_waves = series.iter().map(|[a, _]| a.len()).max().unwrap_or(0);
+    for first in (1..=n_waves + 1).step_by(N_PASS) {
+        let weights = weights(first, (n_waves + 2 - first).min(N_PASS));
+        let steps: Vec<Step> = weights.iter().map(|weights| weights.step).collect();
+        let factors: Vec<_> = series
+            .iter()
+            .map(|coefficients| factors(first, &weights, *coefficients))
+            .collect();
+        let waves = Waves {
+            steps: &steps,
+            series: &factors,
+        };
+        add_waves(arch, waves, &mut progress);
+    }
+    let sums = progress.sums.into_iter();
+    sums.map(|parts| PairSums { parts }).collect()
 }
 
-/// One row for each n from 1, filled up with empty rows to an even number.
-fn rows(a: &[Complex64], b: &[Complex64]) -> Vec<Row> {
-    let n_last = a.len() + 1;
-    let wave = |c: &[Complex64], n: usize| {
-        let index = n.checked_sub(1);
-        index
-            .and_then(|index| c.get(index))
-            .copied()
-            .unwrap_or(Complex64::ZERO)
+/// What one n brings to every series.
+struct Weights {
+    step: Step,
+    /// Of a_n in gamma_n s_n: (2n+1)/(n(n+1)) s_n.
+    own: f64,
+    /// Of b_{n-1}: (n-1)/n s_n.
+    before: f64,
+    /// Of b_{n+1}: -(n+2)/(n+1) s_n.
+    after: f64,
+}
+
+/// Weights of n from `first`; one more than asked for where that makes their number even.
+fn weights(first: usize, n_weights: usize) -> Vec<Weights> {
+    let low = if first < N_ASYMPTOTIC {
+        low_e()
+    } else {
+        [0.0; N_ASYMPTOTIC]
     };
-    let low = low_e();
-    let row = |n: usize| {
-        let (m, e) = (
-            n as f64,
-            if n < N_ASYMPTOTIC {
-                low[n]
-            } else {
-                asymptotic_e(n)
-            },
-        );
+    let weights = |n: usize| {
+        let m = n as f64;
+        let e = if n < N_ASYMPTOTIC {
+            low[n]
+        } else {
+            asymptotic_e(n)
+        };
         let alpha = 2.0 - e;
         let scale = (SCALE * alpha * m * (m + 1.0) / (2.0 * m + 1.0)).sqrt();
-        let own = (2.0 * m + 1.0) / (m * (m + 1.0));
-        let (before, after) = ((m - 1.0) / m, (m + 2.0) / (m + 1.0));
-        let combine = |c: &[Complex64], other: &[Complex64]| {
-            (own * wave(c, n) + before * wave(other, n - 1) - after * wave(other, n + 1)) * scale
-        };
-        let (gamma, delta) = (combine(a, b), combine(b, a));
-        [-e, -alpha, gamma.re, gamma.im, delta.re, delta.im]
+        Weights {
+            step: [-e, -alpha],
+            own: (2.0 * m + 1.0) / (m * (m + 1.0)) * scale,
+            before: (m - 1.0) / m * scale,
+            after: -(m + 2.0) / (m + 1.0) * scale,
+        }
     };
-    let mut rows: Vec<Row> = (1..=n_last).map(row).collect();
-    rows.resize(n_last.next_multiple_of(2), [0.0; 6]);
-    rows
+    let end = first + n_weights.next_multiple_of(2);
+    (first..end).map(weights).collect()
+}
+
+/// Factors of n from `first`, from coefficients whose index 0 is n = 1.
+fn factors(first: usize, weights: &[Weights], [a, b]: Coefficients) -> Vec<Factors> {
+    // From n - 1 of the first to n + 1 of the last, 0 where there is none.
+    let with_neighbors = |c: &[Complex64]| -> Vec<Complex64> {
+        let n = first - 1..first + weights.len() + 1;
+        n.map(|n| match n.checked_sub(1) {
+            Some(index) => c.get(index).copied().unwrap_or_default(),
+            None => Complex64::ZERO,
+        })
+        .collect()
+    };
+    let (a, b) = (with_neighbors(a), with_neighbors(b));
+    let neighbors = a.windows(3).zip(b.windows(3));
+    neighbors
+        .zip(weights)
+        .map(|((a, b), w)| {
+            let gamma = a[1] * w.own + b[0] * w.before + b[2] * w.after;
+            let delta = b[1] * w.own + a[0] * w.before + a[2] * w.after;
+            [gamma.re, gamma.im, delta.re, delta.im]
+        })
+        .collect()
 }
 
 /// e_n for n below `N_ASYMPTOTIC`, by the recurrence downwards; element 0 is not used.
@@ -156,7 +218,7 @@ mod tests {
         for theta_deg in [0.0_f64, 10.0, 60.0, 90.0] {
             let w = 2.0 * (0.5 * theta_deg.to_radians()).sin().powi(2);
             let mu = 1.0 - w;
-            let sums = pair_sums(&a, &b, &[w]);
+            let sums = &pair_sums(Arch::new(), &[[&a, &b]], &[w])[0];
             let [pi, tau] = [
                 (15.0 * mu * mu - 3.0) / 2.0,
                 (45.0 * mu.powi(3) - 33.0 * mu) / 2.0,

@@ -4,33 +4,10 @@
 //!   integral (r - a) dx = ½ [x r + p^2 asinh(x/p)] - a x
 //! so a layer of density  alpha + beta (r - a)  is integrated exactly. The two large terms cancel to
 //! 1e-9 of the length at most, for a planet of the Earth's size.
-//! Distances along a rising line come from heights:  x = sqrt((h - h_p)(2R + h + h_p)).
 
 use super::AirConstituent;
-use super::sphere::RayStart;
-use super::sphere::safe_sqrt;
-
-/// Distance along a line that rises through both heights, without the difference of two distances
-/// where they are close: (t - h)(2R + t + h)/(x_t + x_h).
-pub(super) fn distance_between(line: RayStart, low_m: f64, high_m: f64) -> f64 {
-    let (low_x, high_x) = (
-        perigee_distance(line, low_m),
-        perigee_distance(line, high_m),
-    );
-    let difference_of_squares = (high_m - low_m) * (2.0 * line.radius_m + high_m + low_m);
-    if high_x > 0.0 {
-        difference_of_squares / (high_x + low_x)
-    } else {
-        0.0
-    }
-}
-
-/// Distance from the perigee of a line to where it crosses a height; 0 below the perigee.
-fn perigee_distance(line: RayStart, height_m: f64) -> f64 {
-    let b = (line.radius_m + line.height_m) * line.mu;
-    let c = (height_m - line.height_m) * (2.0 * line.radius_m + height_m + line.height_m);
-    safe_sqrt(b * b + c)
-}
+use super::ray_start::RayStart;
+use super::ray_start::safe_sqrt;
 
 /// Equivalent length of a rising ray from its start up to a height.
 pub(super) fn rising_length(air: &AirConstituent, ray: RayStart, end_height_m: f64) -> f64 {
@@ -44,7 +21,7 @@ pub(super) fn rising_length(air: &AirConstituent, ray: RayStart, end_height_m: f
         }
         let slope_m1 = (densities[1] - densities[0]) / (heights[1] - heights[0]);
         let low_density = densities[0] + slope_m1 * (low_m - heights[0]);
-        let length_m = distance_between(ray, low_m, high_m);
+        let length_m = ray.rising_distance_m(low_m, high_m);
         low_density * length_m + slope_m1 * integral_of_height(ray, low_m, high_m)
     });
     below + inside.sum::<f64>()
@@ -56,7 +33,7 @@ fn below_the_first_node(air: &AirConstituent, ray: RayStart, end_height_m: f64) 
     if ray.height_m >= high_m {
         return 0.0;
     }
-    air.density[0] * distance_between(ray, ray.height_m, high_m)
+    air.density[0] * ray.rising_distance_m(ray.height_m, high_m)
 }
 
 /// Integral of (h - low) ds along a rising line between two heights, m^2.
@@ -64,21 +41,17 @@ fn below_the_first_node(air: &AirConstituent, ray: RayStart, end_height_m: f64) 
 /// The closed form loses digits on short pieces, where Simpson's rule in the height's own factored
 /// form is exact enough: the height is a parabola of the distance up to terms (s/R)^2.
 fn integral_of_height(line: RayStart, low_m: f64, high_m: f64) -> f64 {
-    let low = RayStart {
-        height_m: low_m,
-        mu: line.rising_mu_at(low_m),
-        ..line
-    };
-    let length_m = distance_between(line, low_m, high_m);
-    if length_m < SHORT_LENGTH * line.radius_m {
-        let middle_m = low.advanced(0.5 * length_m).height_m;
+    let low = line.rising_at(low_m);
+    let length_m = line.rising_distance_m(low_m, high_m);
+    if length_m < SHORT_LENGTH * line.planet.radius_m {
+        let middle_m = low.height_after_m(0.5 * length_m);
         return length_m / 6.0 * (4.0 * (middle_m - low_m) + (high_m - low_m));
     }
-    let r0 = low.radius_m + low_m;
+    let r0 = low.radius_m();
     let p2 = r0 * r0 * (1.0 - low.mu) * (1.0 + low.mu);
     let p = safe_sqrt(p2);
     let (x0, x1) = (r0 * low.mu, r0 * low.mu + length_m);
-    let r1 = line.radius_m + high_m;
+    let r1 = line.planet.radius_m + high_m;
     // p^2 asinh(x/p) falls to 0 with p, where its two factors are 0 and infinity.
     let bend = if p > 0.0 {
         p2 * ((x1 / p).asinh() - (x0 / p).asinh())

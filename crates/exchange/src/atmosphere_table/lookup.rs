@@ -6,11 +6,13 @@
 //! by less than a factor of e^3, and is the difference of two columns beyond: there the columns
 //! themselves differ by so much that their difference keeps its digits.
 
+use niji_geometry::Planet;
+
 use super::AirConstituent;
 use super::DensityLaw;
 use super::closed_form;
 use super::interpolation::Stencil;
-use super::sphere::RayStart;
+use super::ray_start::RayStart;
 
 /// Largest |ln| of a ratio of densities on a segment that is integrated directly.
 const LARGEST_LOG_RATIO: f64 = 3.0;
@@ -57,11 +59,11 @@ pub(super) fn density(air: &AirConstituent, height_m: f64) -> f64 {
 /// Equivalent length to the top of the air, infinite for a ray that ends on the ground.
 pub(super) fn column(air: &AirConstituent, radius_m: f64, height_m: f64, mu: f64) -> f64 {
     let ray = RayStart {
-        radius_m,
+        planet: Planet { radius_m },
         height_m,
         mu,
     };
-    if mu < 0.0 && ray.perigee_height_m() < 0.0 {
+    if mu < 0.0 && ray.perigee().height_m < 0.0 {
         return f64::INFINITY;
     }
     column_through_the_ground(air, ray)
@@ -72,12 +74,7 @@ fn column_through_the_ground(air: &AirConstituent, ray: RayStart) -> f64 {
     if ray.mu >= 0.0 {
         return rising_column(air, ray);
     }
-    let perigee = RayStart {
-        height_m: ray.perigee_height_m(),
-        mu: 0.0,
-        ..ray
-    };
-    2.0 * rising_column(air, perigee) - rising_column(air, ray.reversed())
+    2.0 * rising_column(air, ray.perigee()) - rising_column(air, ray.reversed())
 }
 
 /// Equivalent length to the top of the air along a ray that leads upwards or level.
@@ -89,13 +86,8 @@ fn rising_column(air: &AirConstituent, ray: RayStart) -> f64 {
     match air.law {
         DensityLaw::Linear => closed_form::rising_length(air, ray, top_m),
         DensityLaw::Exponential if ray.height_m < bottom_m => {
-            let at_bottom = RayStart {
-                height_m: bottom_m,
-                mu: ray.rising_mu_at(bottom_m),
-                ..ray
-            };
-            let below_m = closed_form::distance_between(ray, ray.height_m, bottom_m);
-            air.density[0] * (below_m + reach(air, at_bottom))
+            let below_m = ray.rising_distance_m(ray.height_m, bottom_m);
+            air.density[0] * (below_m + reach(air, ray.rising_at(bottom_m)))
         }
         DensityLaw::Exponential => density(air, ray.height_m) * reach(air, ray),
     }
@@ -121,7 +113,7 @@ fn reach(air: &AirConstituent, ray: RayStart) -> f64 {
 pub(super) fn segment(air: &AirConstituent, radius_m: f64, start: [f64; 3]) -> f64 {
     let [height_m, mu, length_m] = start;
     let ray = RayStart {
-        radius_m,
+        planet: Planet { radius_m },
         height_m,
         mu,
     };
@@ -130,11 +122,7 @@ pub(super) fn segment(air: &AirConstituent, radius_m: f64, start: [f64; 3]) -> f
     }
     let end = ray.advanced(length_m);
     if ray.mu < 0.0 && end.mu > 0.0 {
-        let perigee = RayStart {
-            height_m: ray.perigee_height_m(),
-            mu: 0.0,
-            ..ray
-        };
+        let perigee = ray.perigee();
         return rising_segment(air, perigee, ray.reversed()) + rising_segment(air, perigee, end);
     }
     if ray.mu < 0.0 {
@@ -159,7 +147,7 @@ fn rising_segment(air: &AirConstituent, low: RayStart, high: RayStart) -> f64 {
             if log_ratio > LARGEST_LOG_RATIO {
                 return rising_column(air, low) - rising_column(air, high);
             }
-            let length_m = closed_form::distance_between(low, low.height_m, high.height_m);
+            let length_m = low.rising_distance_m(low.height_m, high.height_m);
             if log_ratio < SMALL_LOG_RATIO {
                 gauss_legendre(air, low, length_m, &HALF_RULE_OF_4)
             } else {
@@ -178,7 +166,7 @@ fn gauss_legendre(
 ) -> f64 {
     let half_m = 0.5 * length_m;
     let pair = |&(x, weight): &(f64, f64)| {
-        let at = |x: f64| density(air, ray.advanced(half_m * (1.0 + x)).height_m);
+        let at = |x: f64| density(air, ray.height_after_m(half_m * (1.0 + x)));
         weight * (at(-x) + at(x))
     };
     half_m * half_rule.iter().map(pair).sum::<f64>()

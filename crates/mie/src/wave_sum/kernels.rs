@@ -1,5 +1,10 @@
 //! The inner loop of the sums over waves, for the vectors that the processor has.
 //!
+//! A block of angles goes through the waves in strips: first q_n of the whole strip, which is the
+//! same for every series, then one series after the other, odd waves into U and even ones into V.
+//! So the recurrence is paid once for all orders of a Debye series, and few enough sums are live at
+//! a time for 16 registers.
+//!
 //! One lane holds one pair of angles, so no sum crosses lanes and every processor with fused
 //! multiply-add gives the same bits, whatever its vector length and the number of angles. Without
 //! fused multiply-add the compiler vectorizes plain products; those differ in the last digits.
@@ -13,142 +18,255 @@ use pulp::Arch;
 use pulp::Simd;
 use pulp::WithSimd;
 
-use super::Row;
+use super::Factors;
+use super::Parts;
+use super::Step;
 
 /// f64 lanes of the longest vectors; the number of pairs is padded to a multiple.
 pub(super) const MAX_LANES: usize = 8;
 
-/// Vectors in a block where there are 32 registers: enough to hide the latency of two FMAs.
-const BLOCK_OF_32_REGISTERS: usize = 3;
-/// Vectors in a block where there are 16 registers.
-const BLOCK_OF_16_REGISTERS: usize = 2;
+/// Waves of a strip, an even number: the q_n of a block stay in the first-level cache.
+const N_STRIP: usize = 64;
 
-/// Adds all waves at each `w`, with the best instructions at hand.
-pub(super) fn add_waves(rows: &[Row], w: &[f64], parts: &mut [Vec<f64>; 8]) {
-    let arch = Arch::new();
+/// Lanes of a vector where the compiler vectorizes.
+const PLAIN_LANES: usize = 4;
+
+/// What is added in one pass: steps of consecutive n from an odd one, an even number of them, and
+/// as many factors of each series.
+#[derive(Clone, Copy)]
+pub(super) struct Waves<'a> {
+    pub(super) steps: &'a [Step],
+    pub(super) series: &'a [Vec<Factors>],
+}
+
+/// How far the sums of all pairs are; all vectors have one length, a multiple of `MAX_LANES`.
+pub(super) struct Progress {
+    pub(super) w: Vec<f64>,
+    /// q_n and d_n of the next wave.
+    pub(super) q: Vec<f64>,
+    pub(super) d: Vec<f64>,
+    /// Of each series.
+    pub(super) sums: Vec<Parts>,
+}
+
+/// Adds waves with the instructions of `arch`.
+pub(super) fn add_waves(arch: Arch, waves: Waves, progress: &mut Progress) {
+    let sum = WaveSum { waves, progress };
     if matches!(arch, Arch::Scalar) {
-        add_waves_without_fma(rows, w, parts);
+        // Each vector is two short ones.
+        sum.add::<_, 2, 1>(PlainProducts);
     } else {
-        arch.dispatch(VectorSum { rows, w, parts });
+        arch.dispatch(sum);
     }
 }
 
-/// The sums with explicit vectors.
-struct VectorSum<'a> {
-    rows: &'a [Row],
-    w: &'a [f64],
-    parts: &'a mut [Vec<f64>; 8],
+/// Arithmetic on vectors of f64.
+trait Lanes: Copy {
+    type Vector: Copy;
+
+    fn splat(self, value: f64) -> Self::Vector;
+    /// a b + c.
+    fn mul_add(self, a: Self::Vector, b: Self::Vector, c: Self::Vector) -> Self::Vector;
+    fn add(self, a: Self::Vector, b: Self::Vector) -> Self::Vector;
+    fn vectors(values: &[f64]) -> &[Self::Vector];
+    fn vectors_mut(values: &mut [f64]) -> &mut [Self::Vector];
 }
 
-impl WithSimd for VectorSum<'_> {
+/// Fused products in the vectors of a processor.
+#[derive(Clone, Copy)]
+struct Fused<S>(S);
+
+impl<S: Simd> Lanes for Fused<S> {
+    type Vector = S::f64s;
+
+    #[inline(always)]
+    fn splat(self, value: f64) -> S::f64s {
+        self.0.splat_f64s(value)
+    }
+
+    #[inline(always)]
+    fn mul_add(self, a: S::f64s, b: S::f64s, c: S::f64s) -> S::f64s {
+        self.0.mul_add_f64s(a, b, c)
+    }
+
+    #[inline(always)]
+    fn add(self, a: S::f64s, b: S::f64s) -> S::f64s {
+        self.0.add_f64s(a, b)
+    }
+
+    #[inline(always)]
+    fn vectors(values: &[f64]) -> &[S::f64s] {
+        S::as_simd_f64s(values).0
+    }
+
+    #[inline(always)]
+    fn vectors_mut(values: &mut [f64]) -> &mut [S::f64s] {
+        S::as_mut_simd_f64s(values).0
+    }
+}
+
+/// Products that are rounded before they are added, in loops that the compiler turns into vectors.
+#[derive(Clone, Copy)]
+struct PlainProducts;
+
+impl Lanes for PlainProducts {
+    type Vector = [f64; PLAIN_LANES];
+
+    #[inline(always)]
+    fn splat(self, value: f64) -> Self::Vector {
+        [value; PLAIN_LANES]
+    }
+
+    #[inline(always)]
+    fn mul_add(self, a: Self::Vector, b: Self::Vector, c: Self::Vector) -> Self::Vector {
+        std::array::from_fn(|i| a[i] * b[i] + c[i])
+    }
+
+    #[inline(always)]
+    fn add(self, a: Self::Vector, b: Self::Vector) -> Self::Vector {
+        std::array::from_fn(|i| a[i] + b[i])
+    }
+
+    #[inline(always)]
+    fn vectors(values: &[f64]) -> &[Self::Vector] {
+        values.as_chunks().0
+    }
+
+    #[inline(always)]
+    fn vectors_mut(values: &mut [f64]) -> &mut [Self::Vector] {
+        values.as_chunks_mut().0
+    }
+}
+
+/// The waves of one pass and where they go.
+struct WaveSum<'a> {
+    waves: Waves<'a>,
+    progress: &'a mut Progress,
+}
+
+impl WithSimd for WaveSum<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let (w, _) = S::as_simd_f64s(self.w);
-        let mut parts = self
-            .parts
-            .each_mut()
-            .map(|part| S::as_mut_simd_f64s(part).0);
-        let mut first = 0;
+        // Four vectors hide the latency of the recurrence; 4 or 2 of them with 4 sums each hide
+        // that of a fused multiply-add and fit into the registers.
         if S::REGISTER_COUNT >= 32 {
-            while w.len() - first >= BLOCK_OF_32_REGISTERS {
-                block::<S, BLOCK_OF_32_REGISTERS>(simd, self.rows, (w, first), &mut parts);
-                first += BLOCK_OF_32_REGISTERS;
-            }
-        }
-        while w.len() - first >= BLOCK_OF_16_REGISTERS {
-            block::<S, BLOCK_OF_16_REGISTERS>(simd, self.rows, (w, first), &mut parts);
-            first += BLOCK_OF_16_REGISTERS;
-        }
-        while w.len() > first {
-            block::<S, 1>(simd, self.rows, (w, first), &mut parts);
-            first += 1;
+            self.add::<_, 4, 4>(Fused(simd));
+        } else {
+            self.add::<_, 4, 2>(Fused(simd));
         }
     }
 }
 
-/// `B` vectors of pairs through all waves.
-#[inline(always)]
-fn block<S: Simd, const B: usize>(
-    simd: S,
-    rows: &[Row],
-    (all_w, first): (&[S::f64s], usize),
-    parts: &mut [&mut [S::f64s]; 8],
-) {
-    let one = simd.splat_f64s(1.0);
-    let zero = simd.splat_f64s(0.0);
-    let mut w = [zero; B];
-    w.copy_from_slice(&all_w[first..first + B]);
-    let mut state = State {
-        w,
-        q: [one; B],
-        d: [one; B],
-    };
-    let mut u = [[zero; B]; 4];
-    let mut v = [[zero; B]; 4];
-    let (pairs, _) = rows.as_chunks::<2>();
-    for [odd, even] in pairs {
-        state.add(simd, odd, &mut u);
-        state.add(simd, even, &mut v);
-    }
-    for part in 0..4 {
-        parts[part][first..first + B].copy_from_slice(&u[part]);
-        parts[part + 4][first..first + B].copy_from_slice(&v[part]);
-    }
-}
-
-/// q_n and d_n of a block, and where it is.
-struct State<S: Simd, const B: usize> {
-    w: [S::f64s; B],
-    q: [S::f64s; B],
-    d: [S::f64s; B],
-}
-
-impl<S: Simd, const B: usize> State<S, B> {
-    /// Adds wave n and steps to n + 1.
+impl WaveSum<'_> {
+    /// Blocks of `B` vectors through the recurrence, `H` of them at a time through the sums.
     #[inline(always)]
-    fn add(&mut self, simd: S, row: &Row, sums: &mut [[S::f64s; B]; 4]) {
-        for (sums, factor) in sums.iter_mut().zip(&row[2..]) {
-            let factor = simd.splat_f64s(*factor);
-            for (sum, q) in sums.iter_mut().zip(self.q) {
-                *sum = simd.mul_add_f64s(factor, q, *sum);
-            }
+    fn add<L: Lanes, const B: usize, const H: usize>(self, lanes: L) {
+        let Progress { w, q, d, sums } = self.progress;
+        let mut all = Vectors::<L> {
+            w: L::vectors(w),
+            q: L::vectors_mut(q),
+            d: L::vectors_mut(d),
+            sums: sums
+                .iter_mut()
+                .map(|parts| parts.each_mut().map(|part| L::vectors_mut(part)))
+                .collect(),
+        };
+        let n_vectors = all.w.len();
+        let n_in_blocks = n_vectors / B * B;
+        for first in (0..n_in_blocks).step_by(B) {
+            all.add_to_block::<B, H>(lanes, self.waves, first);
         }
-        let minus_e = simd.splat_f64s(row[0]);
-        let minus_alpha = simd.splat_f64s(row[1]);
-        for i in 0..B {
-            let factor = simd.mul_add_f64s(minus_alpha, self.w[i], minus_e);
-            self.d[i] = simd.mul_add_f64s(factor, self.q[i], self.d[i]);
-            self.q[i] = simd.add_f64s(self.q[i], self.d[i]);
+        for first in n_in_blocks..n_vectors {
+            all.add_to_block::<1, 1>(lanes, self.waves, first);
         }
     }
 }
 
-/// The sums with plain products, in loops that the compiler turns into short vectors.
-fn add_waves_without_fma(rows: &[Row], w: &[f64], parts: &mut [Vec<f64>; 8]) {
-    const B: usize = MAX_LANES;
-    let (blocks, _) = w.as_chunks::<B>();
-    for (block_index, w) in blocks.iter().enumerate() {
-        let (mut q, mut d) = ([1.0; B], [1.0; B]);
-        let mut sums = [[[0.0; B]; 4]; 2];
-        let (pairs, _) = rows.as_chunks::<2>();
-        for pair in pairs {
-            for (row, sums) in pair.iter().zip(&mut sums) {
-                for i in 0..B {
-                    for part in 0..4 {
-                        sums[part][i] += row[part + 2] * q[i];
-                    }
-                    d[i] += (row[1] * w[i] + row[0]) * q[i];
-                    q[i] += d[i];
+/// [`Progress`] as vectors.
+struct Vectors<'a, L: Lanes> {
+    w: &'a [L::Vector],
+    q: &'a mut [L::Vector],
+    d: &'a mut [L::Vector],
+    sums: Vec<[&'a mut [L::Vector]; 8]>,
+}
+
+impl<L: Lanes> Vectors<'_, L> {
+    #[inline(always)]
+    fn add_to_block<const B: usize, const H: usize>(
+        &mut self,
+        lanes: L,
+        waves: Waves,
+        first: usize,
+    ) {
+        let block =
+            |all: &[L::Vector]| -> [L::Vector; B] { std::array::from_fn(|i| all[first + i]) };
+        let (w, mut q, mut d) = (block(self.w), block(self.q), block(self.d));
+        let mut strip = [q; N_STRIP];
+        for (strip_index, steps) in waves.steps.chunks(N_STRIP).enumerate() {
+            let strip = &mut strip[..steps.len()];
+            fill_strip(lanes, steps, &w, [&mut q, &mut d], strip);
+            for (factors, sums) in waves.series.iter().zip(&mut self.sums) {
+                let factors = &factors[strip_index * N_STRIP..][..steps.len()];
+                let (u, v) = sums.split_at_mut(4);
+                for h in (0..B).step_by(H) {
+                    add_strip::<L, B, H, 0>(lanes, factors, (strip, h), (u, first + h));
+                    add_strip::<L, B, H, 1>(lanes, factors, (strip, h), (v, first + h));
                 }
             }
         }
-        let first = block_index * B;
-        for part in 0..4 {
-            parts[part][first..first + B].copy_from_slice(&sums[0][part]);
-            parts[part + 4][first..first + B].copy_from_slice(&sums[1][part]);
+        self.q[first..first + B].copy_from_slice(&q);
+        self.d[first..first + B].copy_from_slice(&d);
+    }
+}
+
+/// Keeps q_n before each step, and leaves q and d behind the last.
+#[inline(always)]
+fn fill_strip<L: Lanes, const B: usize>(
+    lanes: L,
+    steps: &[Step],
+    w: &[L::Vector; B],
+    [q, d]: [&mut [L::Vector; B]; 2],
+    strip: &mut [[L::Vector; B]],
+) {
+    for ([minus_e, minus_alpha], strip) in steps.iter().zip(strip) {
+        *strip = *q;
+        let minus_e = lanes.splat(*minus_e);
+        let minus_alpha = lanes.splat(*minus_alpha);
+        for i in 0..B {
+            let factor = lanes.mul_add(minus_alpha, w[i], minus_e);
+            d[i] = lanes.mul_add(factor, q[i], d[i]);
+            q[i] = lanes.add(q[i], d[i]);
         }
+    }
+}
+
+/// Adds the waves of one parity, 0 for odd n and 1 for even, to `H` vectors of a block.
+#[inline(always)]
+fn add_strip<L: Lanes, const B: usize, const H: usize, const PARITY: usize>(
+    lanes: L,
+    factors: &[Factors],
+    (strip, first_in_strip): (&[[L::Vector; B]], usize),
+    (parts, first): (&mut [&mut [L::Vector]], usize),
+) {
+    let mut sums = [[lanes.splat(0.0); H]; 4];
+    for (sums, part) in sums.iter_mut().zip(parts.iter()) {
+        sums.copy_from_slice(&part[first..first + H]);
+    }
+    let (factors, _) = factors.as_chunks::<2>();
+    let (strip, _) = strip.as_chunks::<2>();
+    for (factors, q) in factors.iter().zip(strip) {
+        let q: [L::Vector; H] = std::array::from_fn(|i| q[PARITY][first_in_strip + i]);
+        for (sums, factor) in sums.iter_mut().zip(factors[PARITY]) {
+            let factor = lanes.splat(factor);
+            for (sum, q) in sums.iter_mut().zip(q) {
+                *sum = lanes.mul_add(factor, q, *sum);
+            }
+        }
+    }
+    for (sums, part) in sums.iter().zip(parts.iter_mut()) {
+        part[first..first + H].copy_from_slice(sums);
     }
 }
 
@@ -156,35 +274,48 @@ fn add_waves_without_fma(rows: &[Row], w: &[f64], parts: &mut [Vec<f64>; 8]) {
 mod tests {
     use super::*;
 
-    /// Rows of a converging sum and arguments from pole to equator.
-    fn example() -> (Vec<Row>, Vec<f64>) {
-        let row = |n: usize| {
-            let m = n as f64;
+    /// Two converging series and arguments from pole to equator.
+    fn example() -> (Vec<Step>, Vec<Vec<Factors>>, Vec<f64>) {
+        let step = |n: usize| {
             let e = super::super::asymptotic_e(n.max(3));
-            [
-                -e,
-                e - 2.0,
-                m.sin(),
-                (1.3 * m).cos(),
-                (0.7 * m).sin(),
-                1.0 / m,
-            ]
+            [-e, e - 2.0]
+        };
+        let factors = |phase: f64| {
+            let factors = |n: usize| {
+                let m = n as f64;
+                [(m + phase).sin(), (1.3 * m).cos(), (0.7 * m).sin(), 1.0 / m]
+            };
+            (1..=200).map(factors).collect()
         };
         let w = (0..104).map(|i| f64::from(i) / 103.0);
-        ((1..=200).map(row).collect(), w.collect())
+        let series = vec![factors(0.0), factors(0.5)];
+        ((1..=200).map(step).collect(), series, w.collect())
     }
 
-    fn sums(add: impl FnOnce(&[Row], &[f64], &mut [Vec<f64>; 8])) -> [Vec<f64>; 8] {
-        let (rows, w) = example();
-        let mut parts = std::array::from_fn(|_| vec![0.0; w.len()]);
-        add(&rows, &w, &mut parts);
-        parts
+    fn sums(add: impl Fn(Waves, &mut Progress)) -> Vec<Parts> {
+        let (steps, series, w) = example();
+        let ones = vec![1.0; w.len()];
+        let zeros = std::array::from_fn(|_| vec![0.0; w.len()]);
+        let mut progress = Progress {
+            w,
+            q: ones.clone(),
+            d: ones,
+            sums: vec![zeros; 2],
+        };
+        let waves = Waves {
+            steps: &steps,
+            series: &series,
+        };
+        add(waves, &mut progress);
+        progress.sums
     }
 
     #[test]
     fn plain_products_agree_with_the_fused_ones() {
-        let (fused, plain) = (sums(add_waves), sums(add_waves_without_fma));
-        for (fused, plain) in fused.iter().flatten().zip(plain.iter().flatten()) {
+        let fused = sums(|waves, progress| add_waves(Arch::new(), waves, progress));
+        let plain = sums(|waves, progress| add_waves(Arch::Scalar, waves, progress));
+        let values = |sums: Vec<Parts>| sums.into_iter().flatten().flatten();
+        for (fused, plain) in values(fused).zip(values(plain)) {
             // Worst found 7.9e-15.
             assert!(
                 (fused - plain).abs() <= 1e-13 * (1.0 + plain.abs()),
@@ -197,16 +328,16 @@ mod tests {
     #[test]
     fn short_and_long_vectors_give_the_same_bits_as_one_lane() {
         let scalar =
-            sums(|rows, w, parts| Simd::vectorize(pulp::Scalar, VectorSum { rows, w, parts }));
+            sums(|waves, progress| Simd::vectorize(pulp::Scalar, WaveSum { waves, progress }));
         if let Some(v3) = pulp::x86::V3::try_new() {
             assert_eq!(
-                sums(|rows, w, parts| Simd::vectorize(v3, VectorSum { rows, w, parts })),
+                sums(|waves, progress| Simd::vectorize(v3, WaveSum { waves, progress })),
                 scalar
             );
         }
         if let Some(v4) = pulp::x86::V4::try_new() {
             assert_eq!(
-                sums(|rows, w, parts| Simd::vectorize(v4, VectorSum { rows, w, parts })),
+                sums(|waves, progress| Simd::vectorize(v4, WaveSum { waves, progress })),
                 scalar
             );
         }
