@@ -168,7 +168,10 @@ fn write(
             output::write_file(beside, |to| write_png(&result.picture, provenance, to))?;
             // f32: what the file holds.
             let gain = result.gain as f32;
-            let light = result.added.light.mapv(|pixel| pixel.map(|value| gain * value));
+            let light = result
+                .added
+                .light
+                .mapv(|pixel| pixel.map(|value| gain * value));
             let alpha = result.added.transmittance.mapv(|t| 1.0 - t);
             output::write_file(main, |to| {
                 write_premultiplied(&light, &alpha, provenance, to)

@@ -71,7 +71,11 @@ pub(crate) fn edge_angle(bow: Bow, edge: Edge) -> Radians {
 }
 
 /// What is picked, as the fit takes it; the bow angle may be given instead.
-pub(crate) fn picked_edge(bow: Bow, edge: Edge, (angle_deg, error_deg): (Option<f64>, f64)) -> PickedEdge {
+pub(crate) fn picked_edge(
+    bow: Bow,
+    edge: Edge,
+    (angle_deg, error_deg): (Option<f64>, f64),
+) -> PickedEdge {
     let natural = edge_angle(bow, edge);
     let angle = angle_deg.map_or(natural, Radians::from_degrees);
     PickedEdge {
@@ -99,7 +103,10 @@ mod tests {
             (Bow::Secondary, Edge::Violet, 53.5),
         ] {
             let found_deg = edge_angle(bow, edge).to_degrees();
-            assert!((found_deg - expected_deg).abs() < 0.25, "{bow:?} {edge:?} {found_deg}");
+            assert!(
+                (found_deg - expected_deg).abs() < 0.25,
+                "{bow:?} {edge:?} {found_deg}"
+            );
         }
     }
 }

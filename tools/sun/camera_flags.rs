@@ -35,10 +35,20 @@ pub(crate) struct CameraFlags {
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     azimuth_deg: Option<f64>,
     /// Elevation of the optical axis above the horizon [default: 0, a level camera].
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true, conflicts_with = "horizon")]
+    #[arg(
+        long,
+        value_name = "DEG",
+        allow_negative_numbers = true,
+        conflicts_with = "horizon"
+    )]
     elevation_deg: Option<f64>,
     /// Rotation about the optical axis, positive where the right side goes down [default: 0].
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true, conflicts_with = "horizon")]
+    #[arg(
+        long,
+        value_name = "DEG",
+        allow_negative_numbers = true,
+        conflicts_with = "horizon"
+    )]
     roll_deg: Option<f64>,
     /// A point of the horizon in pixels; give two, and elevation and roll follow.
     #[arg(long, value_name = "X,Y", value_parser = point, allow_hyphen_values = true)]

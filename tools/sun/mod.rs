@@ -1,8 +1,8 @@
 //! `niji sun`: where the sun stands by pixels of a photograph where a bow is or should be.
 
-mod bow_edges;
+pub(crate) mod bow_edges;
 pub(crate) mod camera_flags;
-mod report;
+pub(crate) mod report;
 
 use std::path::Path;
 use std::path::PathBuf;
@@ -47,7 +47,7 @@ const PICK: [f32; 3] = [1.0, 0.0, 0.0];
 /// left corner of the upright picture. Results on standard output, `--json` for scripts.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
-  niji sun data/photos/pavilion.jpg --fov-deg 60 --pick 90,250 --pick 320,120 --pick 550,250
+  niji sun data/photos/pavilion.jpg --fov-deg 60 --pick 119,113 --pick 320,72 --pick 521,113
   niji sun photo.jpg --pick 412,900 --pick 1800,300 --pick 3100,880 --edge red --preview bow.png")]
 pub(crate) struct SunCommand {
     /// The photograph (PNG, JPEG, EXR).

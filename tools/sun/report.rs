@@ -78,11 +78,7 @@ impl FindingText {
 
 impl<'a> Report<'a> {
     /// Gathers what there is to say.
-    pub(crate) fn new(
-        camera: &'a Camera,
-        solutions: &[SunSolution],
-        findings: &[Finding],
-    ) -> Self {
+    pub(crate) fn new(camera: &'a Camera, solutions: &[SunSolution], findings: &[Finding]) -> Self {
         Self {
             camera,
             solutions: solutions.iter().map(Solution::from).collect(),
@@ -101,7 +97,14 @@ impl From<&SunSolution> for Solution {
                 "its sun is below the horizon: the bow bends the other way than one from the ground",
             ),
             Verdict::Misfit => ("misfit", "the picks miss this bow by more than their noise"),
-            Verdict::NoBow => ("no-bow", "the picks lie on a straight line, which no bow is"),
+            Verdict::Undetermined => (
+                "undetermined",
+                "the picks are too close together to determine it",
+            ),
+            Verdict::NoBow => (
+                "no-bow",
+                "the picks lie on a straight line, which no bow is",
+            ),
         };
         Self {
             elevation_deg: solution.elevation.to_degrees(),
@@ -146,7 +149,9 @@ pub(crate) fn print_text(report: &Report) {
         camera.roll_deg
     );
     if camera.cropped {
-        println!("warning: the picture was cropped, so EXIF tells a wrong field of view: give --fov-deg");
+        println!(
+            "warning: the picture was cropped, so EXIF tells a wrong field of view: give --fov-deg"
+        );
     }
     for solution in &report.solutions {
         println!(

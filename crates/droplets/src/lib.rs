@@ -21,12 +21,15 @@
 //! ```
 
 mod error;
+mod fog_bank;
 mod gradient;
 mod rain_shaft;
 mod shape;
 mod uniform;
 
 pub use error::Error;
+pub use fog_bank::FogBank;
+pub use fog_bank::FogProfile;
 pub use gradient::Axis;
 pub use gradient::Gradient;
 pub use rain_shaft::Footprint;

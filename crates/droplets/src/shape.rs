@@ -6,6 +6,7 @@ use serde::Deserialize;
 use serde::Serialize;
 
 use crate::Error;
+use crate::FogBank;
 use crate::Gradient;
 use crate::RainShaft;
 use crate::Uniform;
@@ -20,6 +21,8 @@ pub enum Shape {
     Gradient(Gradient),
     /// A shaft of rain below a cloud.
     RainShaft(RainShaft),
+    /// A bank of fog whose water changes with height.
+    FogBank(FogBank),
 }
 
 /// Evaluate an expression for the shape inside, whichever it is.
@@ -29,6 +32,7 @@ macro_rules! for_each_shape {
             Shape::Uniform($inner) => $value,
             Shape::Gradient($inner) => $value,
             Shape::RainShaft($inner) => $value,
+            Shape::FogBank($inner) => $value,
         }
     };
 }
@@ -40,6 +44,7 @@ impl Shape {
             Self::Uniform(_) => "uniform",
             Self::Gradient(_) => "gradient",
             Self::RainShaft(_) => "rain-shaft",
+            Self::FogBank(_) => "fog-bank",
         }
     }
 
@@ -47,7 +52,7 @@ impl Shape {
     pub fn law_name(&self) -> &'static str {
         match self {
             Self::Uniform(shape) => shape.law.name(),
-            Self::Gradient(_) => "gamma",
+            Self::Gradient(_) | Self::FogBank(_) => "gamma",
             Self::RainShaft(_) => "marshall-palmer",
         }
     }

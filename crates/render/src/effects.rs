@@ -27,6 +27,8 @@ pub struct RenderEffects {
     pub primary_bow: Toggle,
     /// Light at scattering angles below the split: the secondary bow and what lies outside it.
     pub secondary_bow: Toggle,
+    /// Light that is neither bow's, on both sides of the split: what else the table holds.
+    pub higher_orders: Toggle,
     /// Drops between a point and the eye take light away, also from what shines behind them.
     pub drop_extinction: Toggle,
     /// Drops between a point and the sun take light away.
@@ -49,6 +51,7 @@ impl RenderEffects {
     pub const BOWS_ONLY: Self = Self {
         primary_bow: Toggle::On,
         secondary_bow: Toggle::On,
+        higher_orders: Toggle::Off,
         drop_extinction: Toggle::Off,
         drop_shadow: Toggle::Off,
         skylit_drops: Toggle::Off,
@@ -62,6 +65,7 @@ impl RenderEffects {
     pub const ALL: Self = Self {
         primary_bow: Toggle::On,
         secondary_bow: Toggle::On,
+        higher_orders: Toggle::On,
         drop_extinction: Toggle::On,
         drop_shadow: Toggle::On,
         skylit_drops: Toggle::On,

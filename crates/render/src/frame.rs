@@ -1,7 +1,9 @@
 //! What all rays of a picture share, decided once before the first ray.
 
 use glam::DVec3;
+use niji_exchange::ScatteringTable;
 use niji_geometry::Aabb;
+use niji_geometry::Ray;
 use niji_radiometry::Colorimetry;
 use rayon::prelude::*;
 
@@ -9,6 +11,7 @@ use crate::air::Air;
 use crate::air_glow::AirGlow;
 use crate::air_slabs::DimmedBy;
 use crate::error::Error;
+use crate::flattening::flattening_along;
 use crate::footprint::offsets;
 use crate::footprint::rays_along;
 use crate::levels::PixelFootprint;
@@ -34,7 +37,7 @@ pub(crate) struct Frame<'a> {
     /// Between secondary and primary bow.
     pub(crate) split_theta_rad: f64,
     /// Which side of the split is wanted: below, above.
-    pub(crate) bows: (bool, bool),
+    pub(crate) sides: (bool, bool),
     /// Whether what lies behind drops is dimmed.
     pub(crate) drops_dim: bool,
     /// The air, where any of its effects is on.
@@ -99,7 +102,7 @@ pub(crate) fn frame<'a>(
         },
         rows: None,
         split_theta_rad,
-        bows: (effects.secondary_bow.is_on(), effects.primary_bow.is_on()),
+        sides: request.wanted_sides(),
         drops_dim: effects.drop_extinction.is_on(),
         air,
         dimmed_by,
@@ -120,23 +123,10 @@ fn rows(
     let Some(table) = request.table.filter(|_| request.wants_bow()) else {
         return Ok(None);
     };
-    let Some(needed_rad) = angles_seen(request, frame) else {
+    let Some(seen) = directions_seen(request, frame) else {
         return Ok(None);
     };
-    let covered_rad = (
-        table.theta_rad[0],
-        table.theta_rad[table.theta_rad.len() - 1],
-    );
-    // Rounding of angles that were computed in two ways.
-    let slack = 1e-7;
-    if needed_rad.0 < covered_rad.0 - slack || needed_rad.1 > covered_rad.1 + slack {
-        let degrees = |(low, high): (f64, f64)| (low.to_degrees(), high.to_degrees());
-        let (found_deg, expected_deg) = (degrees(covered_rad), degrees(needed_rad));
-        return Err(Error::AngleRange {
-            found_deg,
-            expected_deg,
-        });
-    }
+    check_coverage(table, &seen)?;
     let luminance_weights: Vec<f64> = colorimetry
         .weights()
         .iter()
@@ -148,14 +138,39 @@ fn rows(
         PixelFootprint::Prefiltered => request.camera.pixel_angle().0,
         PixelFootprint::Center | PixelFootprint::Grid { .. } => 0.0,
     };
-    let range_rad = (needed_rad.0 - margin_rad, needed_rad.1 + margin_rad);
+    let range_rad = (seen.theta_rad.0 - margin_rad, seen.theta_rad.1 + margin_rad);
     ScatteringRows::new(table, range_rad, &luminance_weights).map(Some)
 }
 
-/// Smallest and largest scattering angle of the rays that cross the drops' box and want a bow.
-fn angles_seen(request: &RenderRequest, frame: &Frame) -> Option<(f64, f64)> {
+/// Smallest and largest scattering angle and flattening of the rays that cross the drops' box and
+/// want a bow.
+#[derive(Clone, Copy)]
+struct Seen {
+    theta_rad: (f64, f64),
+    flattening: (f64, f64),
+}
+
+impl Seen {
+    fn by(ray: &Ray, sun_direction: DVec3) -> Self {
+        let theta_rad = scattering_angle_rad(ray.direction, sun_direction);
+        let flattening = flattening_along(ray.direction, sun_direction);
+        Self {
+            theta_rad: (theta_rad, theta_rad),
+            flattening: (flattening, flattening),
+        }
+    }
+
+    fn union(self, other: Self) -> Self {
+        let union = |a: (f64, f64), b: (f64, f64)| (a.0.min(b.0), a.1.max(b.1));
+        Self {
+            theta_rad: union(self.theta_rad, other.theta_rad),
+            flattening: union(self.flattening, other.flattening),
+        }
+    }
+}
+
+fn directions_seen(request: &RenderRequest, frame: &Frame) -> Option<Seen> {
     let n = rays_along(request.levels.pixel_footprint);
-    let union = |a: (f64, f64), b: (f64, f64)| (a.0.min(b.0), a.1.max(b.1));
     (0..request.camera.height_px())
         .into_par_iter()
         .filter_map(|y| {
@@ -164,10 +179,32 @@ fn angles_seen(request: &RenderRequest, frame: &Frame) -> Option<(f64, f64)> {
             pixels
                 .map(|(x, (dx, dy))| request.camera.ray(f64::from(x) + dx, f64::from(y) + dy))
                 .filter(|ray| frame.range_m(ray).is_some())
-                .map(|ray| scattering_angle_rad(ray.direction, request.sun_direction))
-                .filter(|theta| frame.wants(*theta))
-                .map(|theta| (theta, theta))
-                .reduce(union)
+                .map(|ray| Seen::by(&ray, request.sun_direction))
+                .filter(|seen| frame.wants(seen.theta_rad.0))
+                .reduce(Seen::union)
         })
-        .reduce_with(union)
+        .reduce_with(Seen::union)
+}
+
+/// Refuse a table that lacks directions which the picture needs. A single flattening stands for all.
+fn check_coverage(table: &ScatteringTable, seen: &Seen) -> Result<(), Error> {
+    // Rounding of angles that were computed in two ways.
+    let slack = 1e-7;
+    let ends = |axis: &[f64]| (axis[0], axis[axis.len() - 1]);
+    let lacks = |found: (f64, f64), expected: (f64, f64)| {
+        expected.0 < found.0 - slack || expected.1 > found.1 + slack
+    };
+    let covered_rad = ends(&table.theta_rad);
+    if lacks(covered_rad, seen.theta_rad) {
+        let degrees = |(low, high): (f64, f64)| (low.to_degrees(), high.to_degrees());
+        return Err(Error::AngleRange {
+            found_deg: degrees(covered_rad),
+            expected_deg: degrees(seen.theta_rad),
+        });
+    }
+    let (found, expected) = (ends(&table.flattening), seen.flattening);
+    if table.flattening.len() > 1 && lacks(found, expected) {
+        return Err(Error::FlatteningRange { found, expected });
+    }
+    Ok(())
 }

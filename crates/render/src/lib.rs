@@ -1,14 +1,15 @@
 //! The ray integral: sunlight scattered by drops and air along every view ray.
 //!
-//! L(lambda) = E_sun int pi M2 t(theta, lambda; r_e, v_e) T_sun T_view ds
+//! L(lambda) = E_sun int pi M2 t(theta, m, lambda; r_e, v_e) T_sun T_view ds
 //!             + air in-scattering + what shines through
 //!
 //! `L` radiance [W m^-2 sr^-1 nm^-1], `E_sun` irradiance [W m^-2 nm^-1], `M2` second moment of the
-//! drops' radius [m²/m³], `t` scattering table [1/sr], `T` what drops and air let pass.
+//! drops' radius [m²/m³], `t` scattering table [1/sr], `m` how the flat shape of large drops moves
+//! the bow ([`flattening_along`]), `T` what drops and air let pass.
 //!
-//! The sun is far, so the scattering angle theta is the same all along a ray. Light is therefore
-//! *deposited* by drop size while the ray is followed ([`Integration`]), and *shaded* with spectra
-//! only at its end: the cost hardly depends on the number of wavelengths.
+//! The sun is far, so the scattering angle theta and m are the same all along a ray. Light is
+//! therefore *deposited* by drop size while the ray is followed ([`Integration`]), and *shaded* with
+//! spectra only at its end: the cost hardly depends on the number of wavelengths.
 //!
 //! Scattering and air are known as tables only; any theory that fills one can be rendered.
 //!
@@ -21,6 +22,7 @@ mod deposits;
 mod effects;
 mod error;
 mod exponential;
+mod flattening;
 mod footprint;
 mod frame;
 mod gauss_nodes;
@@ -43,6 +45,7 @@ pub use effects::RenderEffects;
 pub use effects::Toggle;
 pub use error::Error;
 pub use error::Wavelengths;
+pub use flattening::flattening_along;
 pub use levels::AirPath;
 pub use levels::DropExtinctionModel;
 pub use levels::Integration;

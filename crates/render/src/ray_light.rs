@@ -2,10 +2,10 @@
 //!
 //! L(lambda) = E_sun sum_b W_b t_b(theta, lambda) T_air + L_air + T_drops L_beyond + (1 - T_drops) S
 //!
-//! `W_b` light of drops in size bin b [-], `t_b` row of the scattering table [1/sr], `T_air` what air
-//! on both paths lets pass, `L_air` light of the air from the eye to the far side of the drops,
-//! `L_beyond` sky and ground, `T_drops = exp(-tau)` what the drops let pass without diffraction, `S`
-//! mean of the surroundings.
+//! `W_b` light of drops in size bin b [-], `t_b` row of the scattering table at the ray's angle and
+//! flattening [1/sr], `T_air` what air on both paths lets pass, `L_air` light of the air from the eye
+//! to the far side of the drops, `L_beyond` sky and ground, `T_drops = exp(-tau)` what the drops let
+//! pass without diffraction, `S` mean of the surroundings.
 
 use glam::Vec4;
 use niji_geometry::Ray;
@@ -16,10 +16,12 @@ use crate::air_glow::GlowNodes;
 use crate::air_glow::GlowRange;
 use crate::air_slabs::AirSlabs;
 use crate::deposits::Deposits;
+use crate::flattening::flattening_along;
 use crate::frame::Frame;
 use crate::march::Walk;
 use crate::scattering_angle::scattering_angle_rad;
-use crate::scattering_rows::AngleStencil;
+use crate::scattering_rows::RayPlace;
+use crate::scattering_rows::RowStencil;
 use crate::scattering_rows::ScatteringRows;
 use crate::size_axes::SizeAxes;
 use crate::surround::skylit_radiance;
@@ -46,7 +48,7 @@ pub(crate) struct RayLight {
     /// Estimated error of luminance from the quadrature and from the table's sizes [cd/m²].
     pub(crate) error_cd_m2: f64,
     deposits: Deposits,
-    stencil: AngleStencil,
+    stencil: RowStencil,
     slab_ends_m: Vec<f64>,
     slab: Vec<f32>,
     transmitted: Vec<f32>,
@@ -72,7 +74,7 @@ impl RayLight {
             light_tau_sun: 0.0,
             error_cd_m2: 0.0,
             deposits: Deposits::new(axes),
-            stencil: AngleStencil::default(),
+            stencil: RowStencil::default(),
             slab_ends_m: Vec::new(),
             slab: dark.clone(),
             transmitted: dark.clone(),
@@ -111,9 +113,9 @@ impl Frame<'_> {
     /// Whether a bow is wanted at a scattering angle.
     pub(crate) fn wants(&self, theta_rad: f64) -> bool {
         if theta_rad < self.split_theta_rad {
-            self.bows.0
+            self.sides.0
         } else {
-            self.bows.1
+            self.sides.1
         }
     }
 
@@ -155,11 +157,17 @@ impl Frame<'_> {
             return;
         }
         if let Some(rows) = rows {
-            if width_rad > 0.0 {
-                rows.stencil_over(theta_rad, width_rad, &mut out.stencil);
+            let flattening = if rows.are_of_flat_drops() {
+                flattening_along(ray.direction, self.sun_direction)
             } else {
-                rows.stencil_at(theta_rad, &mut out.stencil);
-            }
+                0.0
+            };
+            let place = RayPlace {
+                theta_rad,
+                width_rad,
+                flattening,
+            };
+            rows.stencil(&place, &mut out.stencil);
         }
         let slabs = match &self.air {
             Some(air) if rows.is_some() && !self.dimmed_by.nothing() => Some(AirSlabs::cut(
@@ -268,7 +276,7 @@ struct Sums {
 }
 
 impl Sums {
-    fn add(&mut self, rows: &ScatteringRows, stencil: &AngleStencil, deposits: &Deposits) {
+    fn add(&mut self, rows: &ScatteringRows, stencil: &RowStencil, deposits: &Deposits) {
         let (luminance, size_error) = rows.luminance(&deposits.bins, stencil);
         let quadrature_error = luminance * deposits.error.abs() / deposits.light;
         self.light += deposits.light;

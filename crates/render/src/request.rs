@@ -39,7 +39,7 @@ pub struct RenderRequest<'a> {
     pub sun_irradiance: &'a [f64],
     /// The drops, lit by this sun.
     pub drops: &'a LitDrops,
-    /// How drops scatter; needed where a bow is on and there are drops.
+    /// How drops scatter; needed where light of drops is on and there are drops.
     pub table: Option<&'a ScatteringTable>,
     /// The air; needed where an effect of the air is on.
     pub air: Option<&'a AtmosphereTable>,
@@ -50,10 +50,20 @@ pub struct RenderRequest<'a> {
 }
 
 impl RenderRequest<'_> {
-    /// Whether any drop can send a bow into the picture.
+    /// Whether any drop can send sunlight into the picture.
     pub(crate) fn wants_bow(&self) -> bool {
-        let bow = self.effects.primary_bow.is_on() || self.effects.secondary_bow.is_on();
-        bow && self.drops.bounds().is_some()
+        let (below, above) = self.wanted_sides();
+        (below || above) && self.drops.bounds().is_some()
+    }
+
+    /// Which sides of the table's split are wanted: smaller angles, larger angles.
+    pub(crate) fn wanted_sides(&self) -> (bool, bool) {
+        let effects = &self.effects;
+        let both = effects.higher_orders.is_on();
+        (
+            both || effects.secondary_bow.is_on(),
+            both || effects.primary_bow.is_on(),
+        )
     }
 
     /// Whether sky and ground stand behind the drops.
@@ -213,6 +223,9 @@ impl RenderRequest<'_> {
         }
         if radii[0] <= 0.0 || variances[0] < 0.0 {
             return bad("an effective radius or variance is negative");
+        }
+        if !is_axis(&table.flattening) || table.flattening.iter().any(|m| m.abs() > 1.0) {
+            return bad("flattenings do not ascend within -1 to 1");
         }
         let found_um = (radii[0], radii[radii.len() - 1]);
         match self.drops.size_range_um() {

@@ -1,10 +1,11 @@
 //! The scattering table, laid out for rays.
 //!
-//! With the sun in one direction the scattering angle theta is the same all along a ray, so a ray
-//! needs one row of the table, t(lambda; r_e, v_e) at its theta, and of that only the sizes it meets.
-//! The table comes as [polarization, r_e, v_e, wavelength, theta]; here it is
-//! [theta, r_e x v_e, wavelength], natural light (half the sum of both polarizations), and only the
-//! angles that the picture sees. f32 as in the file.
+//! With the sun in one direction the scattering angle theta, and m, by which the flat shape of large
+//! drops moves the bow, are the same all along a ray. So a ray needs one row of the table,
+//! t(lambda; r_e, v_e) at its theta and m, and of that only the sizes it meets. The table comes as
+//! [polarization, r_e, v_e, m, wavelength, theta]; here it is [m, theta, r_e x v_e, wavelength],
+//! natural light (half the sum of both polarizations), and only the angles that the picture sees.
+//! f32 as in the file.
 
 use niji_exchange::ScatteringTable;
 use rayon::prelude::*;
@@ -16,23 +17,35 @@ use crate::size_axes::SizeBins;
 /// Angles that are copied at a time: a cache line of the table.
 const BLOCK: usize = 16;
 
-/// Rows by angle and size.
+/// Rows by flattening, angle and size.
 #[derive(Clone, Debug)]
 pub(crate) struct ScatteringRows {
     axes: SizeAxes,
     theta_rad: Vec<f64>,
+    flattening: Vec<f64>,
     n_wavelengths: usize,
     /// [1/sr], wavelength fastest.
     values_sr1: Vec<f32>,
-    /// Luminance of a row in sunlight, by angle and bin [cd/m² per unit of light].
+    /// Luminance of a row in sunlight, by flattening, angle and bin [cd/m² per unit of light].
     luminance: Vec<f32>,
 }
 
-/// The table's angles that a ray takes part in, with weights that sum to 1.
+/// Where a ray stands on the table's axes of directions.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RayPlace {
+    /// Scattering angle of the ray.
+    pub(crate) theta_rad: f64,
+    /// Scattering angles that its pixel spans; 0 for a point.
+    pub(crate) width_rad: f64,
+    /// m; not asked for in a table of spheres.
+    pub(crate) flattening: f64,
+}
+
+/// The nodes of flattening and angle that a ray takes part in, with weights that sum to 1.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct AngleStencil {
-    first: usize,
-    weights: Vec<f32>,
+pub(crate) struct RowStencil {
+    /// Node of both axes, the angle fastest, and its weight.
+    terms: Vec<(usize, f32)>,
 }
 
 impl ScatteringRows {
@@ -54,33 +67,44 @@ impl ScatteringRows {
             (angles.partition_point(|theta| *theta < theta_range_rad.1) + 1).min(angles.len());
         let axes = SizeAxes::new(&table.effective_radius_um, &table.effective_variance);
         let n_wavelengths = table.wavelengths.len();
-        let n_bins = axes.n_bins();
-        let n_angles = end - first;
+        let n_flattenings = table.flattening.len();
+        let (n_bins, n_angles) = (axes.n_bins(), end - first);
         let angle_size = n_bins * n_wavelengths;
-        let mut values_sr1 = vec![0.0; n_angles * angle_size];
-        let mut luminance = vec![0.0; n_angles * n_bins];
+        let mut values_sr1 = vec![0.0; n_flattenings * n_angles * angle_size];
+        let mut luminance = vec![0.0; n_flattenings * n_angles * n_bins];
         let standard = table.values.as_standard_layout();
-        let flat = standard
-            .as_slice()
-            .expect("an array in standard layout is a slice");
-        let blocks = values_sr1.par_chunks_mut(BLOCK * angle_size);
-        let sound = blocks
-            .zip(luminance.par_chunks_mut(BLOCK * n_bins))
-            .enumerate()
-            .map(|(block, (values, luminance))| {
-                let from = first + block * BLOCK;
-                copy_block(flat, angles.len(), from..(from + BLOCK).min(end), values);
-                for (row, sum) in values.chunks_exact(n_wavelengths).zip(luminance) {
-                    let terms = row.iter().zip(luminance_weights);
-                    *sum = terms.map(|(t, y)| f64::from(*t) * y).sum::<f64>() as f32;
-                }
-                // Bits of numbers from 0 up to infinity are ordered; those of negative numbers and
-                // NaN lie above. Without a branch this is a few vector instructions.
-                values.iter().fold(true, |sound, value| {
-                    sound & ((value + 0.0).to_bits() < f32::INFINITY.to_bits())
+        let source = Source {
+            values: standard
+                .as_slice()
+                .expect("an array in standard layout is a slice"),
+            n_wavelengths,
+            n_flattenings,
+            n_theta: angles.len(),
+        };
+        let mut sound = true;
+        for index in 0..n_flattenings {
+            let part = index * n_angles..(index + 1) * n_angles;
+            let values = &mut values_sr1[part.start * angle_size..part.end * angle_size];
+            let luminance = &mut luminance[part.start * n_bins..part.end * n_bins];
+            let blocks = values.par_chunks_mut(BLOCK * angle_size);
+            sound &= blocks
+                .zip(luminance.par_chunks_mut(BLOCK * n_bins))
+                .enumerate()
+                .map(|(block, (values, luminance))| {
+                    let from = first + block * BLOCK;
+                    source.copy_block(index, from..(from + BLOCK).min(end), values);
+                    for (row, sum) in values.chunks_exact(n_wavelengths).zip(luminance) {
+                        let terms = row.iter().zip(luminance_weights);
+                        *sum = terms.map(|(t, y)| f64::from(*t) * y).sum::<f64>() as f32;
+                    }
+                    // Bits of numbers from 0 up to infinity are ordered; those of negative numbers
+                    // and NaN lie above. Without a branch this is a few vector instructions.
+                    values.iter().fold(true, |sound, value| {
+                        sound & ((value + 0.0).to_bits() < f32::INFINITY.to_bits())
+                    })
                 })
-            })
-            .reduce(|| true, |a, b| a && b);
+                .reduce(|| true, |a, b| a && b);
+        }
         if !sound {
             let reason = "a value is negative or not finite";
             return Err(Error::BadTable {
@@ -88,10 +112,10 @@ impl ScatteringRows {
                 reason,
             });
         }
-        let theta_rad = angles[first..end].to_vec();
         Ok(Self {
             axes,
-            theta_rad,
+            theta_rad: angles[first..end].to_vec(),
+            flattening: table.flattening.clone(),
             n_wavelengths,
             values_sr1,
             luminance,
@@ -103,39 +127,48 @@ impl ScatteringRows {
         &self.axes
     }
 
-    /// Linear interpolation at an angle.
-    pub(crate) fn stencil_at(&self, theta_rad: f64, stencil: &mut AngleStencil) {
-        stencil.weights.clear();
-        let nodes = &self.theta_rad;
-        if nodes.len() == 1 {
-            stencil.first = 0;
-            stencil.weights.push(1.0);
-            return;
-        }
-        let above = nodes.partition_point(|node| *node <= theta_rad);
-        let lower = above.saturating_sub(1).min(nodes.len() - 2);
-        let fraction = (theta_rad - nodes[lower]) / (nodes[lower + 1] - nodes[lower]);
-        let fraction = fraction.clamp(0.0, 1.0) as f32;
-        stencil.first = lower;
-        stencil.weights.extend([1.0 - fraction, fraction]);
+    /// Whether the rows of a ray depend on its flattening.
+    pub(crate) fn are_of_flat_drops(&self) -> bool {
+        self.flattening.len() > 1
     }
 
-    /// The mean of the linear interpolant over an interval of angles around `theta_rad`, which ends
-    /// where the rows end.
-    pub(crate) fn stencil_over(&self, theta_rad: f64, width_rad: f64, stencil: &mut AngleStencil) {
+    /// The rows of a ray: linear in both axes, of the angle the mean over the pixel.
+    pub(crate) fn stencil(&self, place: &RayPlace, stencil: &mut RowStencil) {
+        stencil.terms.clear();
+        self.add_angles(place, stencil);
+        if !self.are_of_flat_drops() {
+            return;
+        }
+        let (lower, fraction) = linear_place(&self.flattening, place.flattening);
+        let (n_angles, n_terms) = (self.theta_rad.len(), stencil.terms.len());
+        for index in 0..n_terms {
+            let (angle, weight) = stencil.terms[index];
+            let upper = ((lower + 1) * n_angles + angle, weight * fraction);
+            stencil.terms[index] = (lower * n_angles + angle, weight * (1.0 - fraction));
+            stencil.terms.push(upper);
+        }
+    }
+
+    /// The mean of the linear interpolant over the angles of a pixel, which end where the rows end;
+    /// its value where they are too few for a mean.
+    fn add_angles(&self, place: &RayPlace, stencil: &mut RowStencil) {
         let nodes = &self.theta_rad;
-        let low = (theta_rad - 0.5 * width_rad).max(nodes[0]);
-        let high = (theta_rad + 0.5 * width_rad).min(nodes[nodes.len() - 1]);
-        // Too narrow for a mean in f64, or one node only.
+        let low = (place.theta_rad - 0.5 * place.width_rad).max(nodes[0]);
+        let high = (place.theta_rad + 0.5 * place.width_rad).min(nodes[nodes.len() - 1]);
+        if nodes.len() == 1 {
+            stencil.terms.push((0, 1.0));
+            return;
+        }
+        // Too narrow for a mean in f64.
         if high - low <= 1e-12 {
-            self.stencil_at(theta_rad, stencil);
+            let (lower, fraction) = linear_place(nodes, place.theta_rad);
+            let terms = [(lower, 1.0 - fraction), (lower + 1, fraction)];
+            stencil.terms.extend(terms);
             return;
         }
         let first = nodes.partition_point(|node| *node <= low).saturating_sub(1);
         let end = (nodes.partition_point(|node| *node < high) + 1).min(nodes.len());
-        stencil.first = first;
-        stencil.weights.clear();
-        stencil.weights.resize(end - first, 0.0);
+        stencil.terms.extend((first..end).map(|node| (node, 0.0)));
         for lower in first..end - 1 {
             let step = nodes[lower + 1] - nodes[lower];
             let from = ((low - nodes[lower]) / step).clamp(0.0, 1.0);
@@ -143,17 +176,17 @@ impl ScatteringRows {
             // Integrals of the two hat functions of a step over its covered part.
             let upper_part = 0.5 * (to * to - from * from) * step / (high - low);
             let lower_part = (to - from) * step / (high - low) - upper_part;
-            stencil.weights[lower - first] += lower_part as f32;
-            stencil.weights[lower - first + 1] += upper_part as f32;
+            stencil.terms[lower - first].1 += lower_part as f32;
+            stencil.terms[lower - first + 1].1 += upper_part as f32;
         }
     }
 
     /// Add to `spectrum` [1/sr] the rows of the light in `bins`.
-    pub(crate) fn shade(&self, bins: &SizeBins, stencil: &AngleStencil, spectrum: &mut [f32]) {
+    pub(crate) fn shade(&self, bins: &SizeBins, stencil: &RowStencil, spectrum: &mut [f32]) {
         for (bin, light) in bins.iter() {
-            for (offset, weight) in stencil.weights.iter().enumerate() {
+            for (node, weight) in &stencil.terms {
                 let scale = light * weight;
-                let row = self.row(stencil.first + offset, bin);
+                let row = self.row(*node, bin);
                 for (sum, value) in spectrum.iter_mut().zip(row) {
                     *sum += scale * value;
                 }
@@ -163,7 +196,7 @@ impl ScatteringRows {
 
     /// Luminance in sunlight of the light in `bins`, and its estimated error from the linear
     /// interpolation between sizes: h²/12 times the second derivative is its mean over a step.
-    pub(crate) fn luminance(&self, bins: &SizeBins, stencil: &AngleStencil) -> (f64, f64) {
+    pub(crate) fn luminance(&self, bins: &SizeBins, stencil: &RowStencil) -> (f64, f64) {
         let stride = self.axes.n_variances();
         let n_bins = self.axes.n_bins();
         let (mut sum, mut bend) = (0.0, 0.0);
@@ -192,33 +225,57 @@ impl ScatteringRows {
     }
 
     #[inline]
-    fn luminance_of(&self, bin: usize, stencil: &AngleStencil) -> f64 {
+    fn luminance_of(&self, bin: usize, stencil: &RowStencil) -> f64 {
         let n_bins = self.axes.n_bins();
-        let terms = stencil.weights.iter().enumerate().map(|(offset, weight)| {
-            f64::from(*weight) * f64::from(self.luminance[(stencil.first + offset) * n_bins + bin])
-        });
-        terms.sum()
+        let term = |(node, weight): &(usize, f32)| {
+            f64::from(*weight) * f64::from(self.luminance[node * n_bins + bin])
+        };
+        stencil.terms.iter().map(term).sum()
     }
 
     #[inline]
-    fn row(&self, angle: usize, bin: usize) -> &[f32] {
-        let start = (angle * self.axes.n_bins() + bin) * self.n_wavelengths;
+    fn row(&self, node: usize, bin: usize) -> &[f32] {
+        let start = (node * self.axes.n_bins() + bin) * self.n_wavelengths;
         &self.values_sr1[start..start + self.n_wavelengths]
     }
 }
 
-/// Natural light at some angles, from [polarization, radius x variance x wavelength, angle] to
-/// [angle, radius x variance x wavelength].
-fn copy_block(table: &[f32], n_theta: usize, angles: std::ops::Range<usize>, values: &mut [f32]) {
-    let angle_size = values.len() / angles.len();
-    let (s_part, p_part) = table.split_at(table.len() / 2);
-    let lanes = s_part
-        .chunks_exact(n_theta)
-        .zip(p_part.chunks_exact(n_theta));
-    for (place, (s_lane, p_lane)) in lanes.enumerate() {
-        let natural = s_lane[angles.clone()].iter().zip(&p_lane[angles.clone()]);
-        for (angle, (s, p)) in natural.enumerate() {
-            values[angle * angle_size + place] = 0.5 * (s + p);
+/// Lower node and fraction above it on an axis of at least two; the ends hold beyond it.
+fn linear_place(nodes: &[f64], value: f64) -> (usize, f32) {
+    let above = nodes.partition_point(|node| *node <= value);
+    let lower = above.saturating_sub(1).min(nodes.len() - 2);
+    let fraction = (value - nodes[lower]) / (nodes[lower + 1] - nodes[lower]);
+    (lower, fraction.clamp(0.0, 1.0) as f32)
+}
+
+/// The values of a table, [polarization, radius x variance, flattening, wavelength, angle].
+struct Source<'a> {
+    values: &'a [f32],
+    n_wavelengths: usize,
+    n_flattenings: usize,
+    n_theta: usize,
+}
+
+impl Source<'_> {
+    /// Natural light of one flattening at some angles, as [angle, radius x variance, wavelength].
+    fn copy_block(&self, flattening: usize, angles: std::ops::Range<usize>, values: &mut [f32]) {
+        let angle_size = values.len() / angles.len();
+        let (s_part, p_part) = self.values.split_at(self.values.len() / 2);
+        // Lanes of a flattening at one size, and of all flattenings.
+        let own = self.n_wavelengths * self.n_theta;
+        let all = self.n_flattenings * own;
+        let sizes = s_part.chunks_exact(all).zip(p_part.chunks_exact(all));
+        let lanes = sizes.flat_map(|(s, p)| {
+            let of_flattening = flattening * own..(flattening + 1) * own;
+            s[of_flattening.clone()]
+                .chunks_exact(self.n_theta)
+                .zip(p[of_flattening].chunks_exact(self.n_theta))
+        });
+        for (place, (s_lane, p_lane)) in lanes.enumerate() {
+            let natural = s_lane[angles.clone()].iter().zip(&p_lane[angles.clone()]);
+            for (angle, (s, p)) in natural.enumerate() {
+                values[angle * angle_size + place] = 0.5 * (s + p);
+            }
         }
     }
 }
@@ -230,12 +287,14 @@ mod tests {
 
     use super::*;
 
-    /// t = theta (1 + bin) (1 + wavelength), s and p apart by a factor 3.
-    fn table() -> ScatteringTable {
+    /// t = theta (1 + bin) (1 + wavelength) (2 + m), s and p apart by a factor 3.
+    fn table(flattening: &[f64]) -> ScatteringTable {
         let wavelengths = WavelengthGrid::new(500.0, 50.0, 3).unwrap();
         let theta_rad: Vec<f64> = (0..=20).map(|step| 2.0 + 0.05 * f64::from(step)).collect();
-        let values = Array6::from_shape_fn((2, 4, 1, 1, 3, 21), |(j, r, _, _, w, a)| {
-            ([0.5, 1.5][j] * theta_rad[a] * (1 + r) as f64 * (1 + w) as f64) as f32
+        let shape = (2, 4, 1, flattening.len(), 3, 21);
+        let values = Array6::from_shape_fn(shape, |(j, r, _, m, w, a)| {
+            let of_size = (1 + r) as f64 * (1 + w) as f64;
+            ([0.5, 1.5][j] * theta_rad[a] * of_size * (2.0 + flattening[m])) as f32
         });
         ScatteringTable {
             theory: "test".into(),
@@ -244,7 +303,7 @@ mod tests {
             theta_rad,
             effective_radius_um: vec![10.0, 20.0, 40.0, 80.0],
             effective_variance: vec![0.0],
-            flattening: vec![0.0],
+            flattening: flattening.to_vec(),
             values,
             sun_disc_diameter_rad: 0.0,
             split_theta_rad: 2.2,
@@ -253,52 +312,90 @@ mod tests {
         }
     }
 
-    fn rows() -> ScatteringRows {
-        ScatteringRows::new(&table(), (2.3, 2.61), &[0.0, 1.0, 0.0]).unwrap()
+    const SPHERES: [f64; 1] = [0.0];
+    const FLAT: [f64; 4] = [-1.0, -0.25, 0.5, 1.0];
+
+    fn rows(flattening: &[f64]) -> ScatteringRows {
+        ScatteringRows::new(&table(flattening), (2.3, 2.61), &[0.0, 1.0, 0.0]).unwrap()
     }
 
-    fn shaded(stencil: &AngleStencil) -> Vec<f32> {
-        let rows = rows();
+    /// The spectrum of twice a unit of light of the third size.
+    fn shaded(rows: &ScatteringRows, theta_rad: f64, width_rad: f64, flattening: f64) -> Vec<f32> {
+        let place = RayPlace {
+            theta_rad,
+            width_rad,
+            flattening,
+        };
+        let mut stencil = RowStencil::default();
+        rows.stencil(&place, &mut stencil);
+        let sum: f32 = stencil.terms.iter().map(|(_, weight)| weight).sum();
+        assert!((sum - 1.0).abs() < 1e-5);
         let mut bins = SizeBins::new(rows.axes());
         bins.add(rows.axes().place(1.0, 40.0, 1600.0), 2.0);
         let mut spectrum = vec![0.0; 3];
-        rows.shade(&bins, stencil, &mut spectrum);
-        assert!((rows.luminance(&bins, stencil).0 - f64::from(spectrum[1])).abs() < 1e-4);
+        rows.shade(&bins, &stencil, &mut spectrum);
+        let luminance = rows.luminance(&bins, &stencil).0;
+        assert!((luminance / f64::from(spectrum[1]) - 1.0).abs() < 1e-5);
         spectrum
+    }
+
+    fn agrees(spectrum: &[f32], theta_rad: f64, flattening: f64) -> bool {
+        (1..).zip(spectrum).all(|(wavelength, value)| {
+            let expected = 2.0 * theta_rad * 3.0 * f64::from(wavelength) * (2.0 + flattening);
+            (f64::from(*value) / expected - 1.0).abs() < 1e-5
+        })
     }
 
     #[test]
     fn natural_light_of_a_linear_table_is_reproduced() {
-        let mut stencil = AngleStencil::default();
         for theta in [2.3, 2.33, 2.5, 2.61] {
-            rows().stencil_at(theta, &mut stencil);
-            for (wavelength, value) in shaded(&stencil).into_iter().enumerate() {
-                let expected = 2.0 * theta * 3.0 * (1 + wavelength) as f64;
-                assert!((f64::from(value) / expected - 1.0).abs() < 1e-5, "{theta}");
-            }
+            assert!(agrees(
+                &shaded(&rows(&SPHERES), theta, 0.0, 0.0),
+                theta,
+                0.0
+            ));
         }
     }
 
     #[test]
     fn the_mean_of_a_linear_table_over_an_interval_is_its_middle() {
-        let mut stencil = AngleStencil::default();
-        for width in [1e-4, 0.02, 0.2] {
-            rows().stencil_over(2.45, width, &mut stencil);
-            assert!((stencil.weights.iter().sum::<f32>() - 1.0).abs() < 1e-5);
-            assert!(
-                (shaded(&stencil)[0] / (2.0 * 2.45 * 3.0) - 1.0).abs() < 1e-5,
-                "{width}"
-            );
+        for width in [0.0, 1e-4, 0.02, 0.2] {
+            assert!(agrees(
+                &shaded(&rows(&SPHERES), 2.45, width, 0.0),
+                2.45,
+                0.0
+            ));
         }
-        rows().stencil_over(2.45, 0.0, &mut stencil);
-        assert!((shaded(&stencil)[0] / (2.0 * 2.45 * 3.0) - 1.0).abs() < 1e-5);
+    }
+
+    #[test]
+    fn a_table_that_is_linear_in_flattening_is_reproduced_between_its_nodes() {
+        let rows = rows(&FLAT);
+        for flattening in [-1.0, -0.7, -0.25, 0.0, 0.31, 0.5, 0.9, 1.0] {
+            for width in [0.0, 0.2] {
+                let found = shaded(&rows, 2.45, width, flattening);
+                assert!(agrees(&found, 2.45, flattening), "{flattening}");
+            }
+        }
+        // The ends hold: rounding may put m a little beyond them.
+        assert!(agrees(&shaded(&rows, 2.45, 0.0, 1.0 + 1e-15), 2.45, 1.0));
+    }
+
+    #[test]
+    fn a_table_of_spheres_does_not_ask_for_flattening() {
+        let rows = rows(&SPHERES);
+        assert!(!rows.are_of_flat_drops());
+        let found = shaded(&rows, 2.5, 0.02, f64::NAN);
+        assert_eq!(found, shaded(&rows, 2.5, 0.02, 0.7));
     }
 
     #[test]
     fn a_table_with_nan_is_refused() {
-        let mut table = table();
-        table.values[[1, 2, 0, 0, 1, 8]] = f32::NAN;
-        let refused = ScatteringRows::new(&table, (2.3, 2.61), &[0.0, 1.0, 0.0]);
-        assert!(matches!(refused, Err(Error::BadTable { .. })));
+        for last in [SPHERES.len(), FLAT.len()] {
+            let mut table = table(&FLAT[..last]);
+            table.values[[1, 2, 0, last - 1, 1, 8]] = f32::NAN;
+            let refused = ScatteringRows::new(&table, (2.3, 2.61), &[0.0, 1.0, 0.0]);
+            assert!(matches!(refused, Err(Error::BadTable { .. })));
+        }
     }
 }

@@ -325,6 +325,26 @@ fn an_off_bow_is_black_and_needs_no_table() {
 }
 
 #[test]
+fn light_of_neither_bow_shows_on_both_sides_of_the_split() {
+    let drops = lit(&cube(DVec3::ZERO), 0.2);
+    let camera = camera(DVec3::ZERO, (0.0, 0.0), 10.0, (13, 7));
+    let mut table = isotropic(0.1);
+    let sun = sun_in_the_south(25.0);
+    // The picture lies wholly on one side, then on the other.
+    for split_deg in [100.0_f64, 179.0] {
+        table.split_theta_rad = split_deg.to_radians();
+        let mut request = request(&camera, sun, &drops, &table);
+        let both_bows = rendered(&request).radiance;
+        request.effects.primary_bow = Toggle::Off;
+        request.effects.secondary_bow = Toggle::Off;
+        request.effects.higher_orders = Toggle::On;
+        assert!(rendered(&request).radiance == both_bows);
+        request.table = None;
+        assert!(niji_render::render(&request, &|_| ()).is_err());
+    }
+}
+
+#[test]
 fn sweep_and_march_agree_for_suns_in_all_directions() {
     // A ball with a sharp edge, empty space around it.
     let grid = GridBox {

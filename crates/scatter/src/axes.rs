@@ -1,4 +1,11 @@
 //! The axes of a table: as few nodes as linear interpolation to a tolerance allows.
+//!
+//! The laws below are measured, not derived: for theories of bows and Debye orders the error half way
+//! between radii is a fifth to a hundredth of the tolerance from 5 µm to 3 mm, and the exact solution
+//! keeps it from v_e = 0.05 on (see the tests and [`crate::interpolation_error()`]). Its rows of single
+//! sizes do not: what their cells leave of the ripple differs from node to node by 0.025 rms of the peak
+//! at 20 µm, 0.005 at 0.1 mm and 0.001 at 0.4 mm radius. Flattening moves the bow of single large drops
+//! faster than these radii follow; laws as broad as those of rain hide that.
 
 use crate::error::Error;
 
@@ -11,8 +18,23 @@ const ERROR_AT_STEPS: f64 = 4.5e-3;
 /// Effective variance from which on the bow changes so slowly with the radius that a quarter of the
 /// nodes is enough.
 const BROAD_VARIANCE: f64 = 0.04;
-/// Nodes of the effective variance between which the bow is nearly linear.
-const VARIANCES: [f64; 9] = [0.0, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 1.0 / 3.0];
+/// Nodes of the effective variance. Half way between them the uniform theory is off by at most 1.2e-3
+/// rms of the peak, measured for 20, 50, 150 and 500 µm radius.
+const VARIANCES: [f64; 13] = [
+    0.0,
+    0.002,
+    0.005,
+    0.01,
+    0.02,
+    0.033,
+    0.05,
+    0.07,
+    0.1,
+    0.14,
+    0.2,
+    0.26,
+    1.0 / 3.0,
+];
 
 /// Effective radii from `min_um` to `max_um`, even in their logarithm.
 ///

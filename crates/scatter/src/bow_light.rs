@@ -1,17 +1,26 @@
-//! The bows of one wavelength by geometric optics or Airy's theory, for every size law.
+//! The orders of one wavelength by rays, Airy's theory or the uniform one, for every size law.
 //!
-//! What does not depend on size is computed once: for each order the argument of f at the edges of the
-//! rings and the strengths and rays in them; [`MeanSquare`] then gives the mean over sizes and ring.
+//! t_j = x^(1/3) (A_j F(z) + B_j x^(−2/3) G(z)) + rays_j,   z = argument x^(2/3)
+//! What does not depend on size is computed once: for each order the argument at the edges of the rings
+//! and the strengths A, B and rays in them; [`MeanSquare`] then gives the means F and G over sizes and
+//! ring. Orders without a bow, 0 and 1, are rays in every theory.
 
 use std::ops::Range;
 
 use niji_airy::AiryBow;
 use niji_airy::AiryForm;
+use niji_airy::BowDirection;
 use niji_airy::GeometricOrder;
+use niji_airy::PublishedGeometricBow;
+use niji_airy::UniformBow;
+use niji_radiometry::Nanometers;
 use niji_radiometry::Radians;
+use niji_radiometry::water_refractive_index;
 
 use crate::error::Error;
 use crate::mean_square::MeanSquare;
+use crate::mean_square::Primitives;
+use crate::request::TableRequest;
 use crate::rings::Rings;
 
 /// Where light is asked for.
@@ -40,16 +49,73 @@ impl Places {
     }
 }
 
+/// One wavelength of a table.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Bin {
+    pub(crate) center: Nanometers,
+    pub(crate) width: Nanometers,
+    /// Refractive index of the water at the center.
+    pub(crate) index: f64,
+}
+
+impl Bin {
+    pub(crate) fn new(request: &TableRequest, index: usize) -> Self {
+        let center = request.wavelengths.center(index);
+        Self {
+            center,
+            width: Nanometers(request.wavelengths.step_nm()),
+            index: water_refractive_index(center, request.temperature_c),
+        }
+    }
+}
+
 /// How the bows are computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum BowTheory {
+    /// The published color scale.
+    Colors,
     /// Rays alone.
     Geometric,
     /// Airy's theory.
     Airy(AiryForm),
+    /// The uniform theory.
+    Uniform,
 }
 
-/// The bows of one wavelength.
+impl BowTheory {
+    /// The form of the factor that depends on size.
+    pub(crate) fn form(self) -> AiryForm {
+        match self {
+            Self::Airy(form) => form,
+            Self::Colors | Self::Geometric | Self::Uniform => AiryForm::Absolute,
+        }
+    }
+
+    /// An order in this theory; `None` where it does not exist.
+    pub(crate) fn order(self, bin: Bin, p: u32) -> Option<Order> {
+        let waves = p >= 2;
+        let index = bin.index;
+        Some(match self {
+            Self::Colors => Order::Colors(PublishedGeometricBow::new(bin.center, bin.width)?),
+            Self::Airy(form) if waves => Order::Airy(AiryBow::new(index, p)?, form),
+            Self::Uniform if waves => Order::Uniform(Box::new(UniformBow::new(index, p)?)),
+            Self::Geometric | Self::Airy(_) | Self::Uniform => {
+                Order::Rays(GeometricOrder::new(index, p)?)
+            }
+        })
+    }
+}
+
+/// One order of a drop.
+#[derive(Clone, Debug)]
+pub(crate) enum Order {
+    Colors(PublishedGeometricBow),
+    Rays(GeometricOrder),
+    Airy(AiryBow, AiryForm),
+    Uniform(Box<UniformBow>),
+}
+
+/// The orders of one wavelength.
 #[derive(Clone, Debug)]
 pub(crate) struct BowLight {
     /// What no size changes, in 1/sr.
@@ -60,85 +126,113 @@ pub(crate) struct BowLight {
 /// The part of an order that depends on size.
 #[derive(Clone, Debug)]
 struct WaveOrder {
-    /// Places where the strength is not zero.
+    /// Places where a strength is not zero.
     active: Range<usize>,
     /// z x^(−2/3) at the edges of the active rings, or in the active directions.
     arguments: Vec<f64>,
-    /// Factor of the mean square, for each active place.
-    strength: Vec<[f64; 2]>,
+    /// A and B of both polarisations, for each active place.
+    strengths: Vec<[[f64; 2]; 2]>,
 }
 
 impl BowLight {
     pub(crate) fn new(
         theory: BowTheory,
-        index: f64,
+        bin: Bin,
         orders: &[u32],
         places: &Places,
     ) -> Result<Self, Error> {
-        let no_bow = || Error::Orders {
-            found: orders.to_vec(),
-        };
         let mut light = Self {
             rays: vec![[0.0; 2]; places.n()],
             orders: Vec::new(),
         };
         for &p in orders {
-            match theory {
-                BowTheory::Geometric => {
-                    let order = GeometricOrder::new(index, p).ok_or_else(no_bow)?;
-                    light.add_rays(&order, places);
+            let order = theory.order(bin, p).ok_or_else(|| Error::Orders {
+                found: orders.to_vec(),
+            })?;
+            match &order {
+                Order::Colors(bow) => light.add_rays(
+                    places,
+                    |from, to| bow.mean_over_ring(from, to),
+                    |theta| bow.normalized_cross_section(theta),
+                ),
+                Order::Rays(rays) => light.add_rays(
+                    places,
+                    |from, to| rays.mean_over_ring(from, to),
+                    |theta| rays.normalized_cross_section(theta),
+                ),
+                Order::Airy(bow, AiryForm::Absolute) => {
+                    light.add_bow(
+                        places,
+                        |theta| bow.argument(theta),
+                        |theta| bow.direction(theta),
+                    );
                 }
-                BowTheory::Airy(form) => {
-                    let bow = AiryBow::new(index, p).ok_or_else(no_bow)?;
-                    light.add_bow(&bow, form, places);
+                Order::Airy(bow, AiryForm::Published) => light.add_bow(
+                    places,
+                    |theta| bow.argument(theta),
+                    |theta| bow.published_direction(theta),
+                ),
+                Order::Uniform(bow) => {
+                    light.add_bow(
+                        places,
+                        |theta| bow.argument(theta),
+                        |theta| bow.direction(theta),
+                    );
                 }
             }
         }
         Ok(light)
     }
 
-    fn add_rays(&mut self, order: &GeometricOrder, places: &Places) {
+    fn add_rays(
+        &mut self,
+        places: &Places,
+        mean: impl Fn(Radians, Radians) -> [f64; 2],
+        value: impl Fn(Radians) -> [f64; 2],
+    ) {
         for (index, sum) in self.rays.iter_mut().enumerate() {
             let light = match places {
                 Places::Rings(rings) => {
                     let edge = |index| Radians(rings.edge_rad(index));
-                    order.mean_over_ring(edge(index), edge(index + 1))
+                    mean(edge(index), edge(index + 1))
                 }
-                Places::Angles(angles) => order.normalized_cross_section(Radians(angles[index])),
+                Places::Angles(angles) => value(Radians(angles[index])),
             };
             add(sum, light);
         }
     }
 
-    fn add_bow(&mut self, bow: &AiryBow, form: AiryForm, places: &Places) {
-        let mut strength = Vec::with_capacity(places.n());
+    fn add_bow(
+        &mut self,
+        places: &Places,
+        argument: impl Fn(Radians) -> f64,
+        direction: impl Fn(Radians) -> BowDirection,
+    ) {
+        let mut strengths = Vec::with_capacity(places.n());
         for (index, sum) in self.rays.iter_mut().enumerate() {
-            let direction = match form {
-                AiryForm::Absolute => bow.direction(places.middle(index)),
-                AiryForm::Published => bow.published_direction(places.middle(index)),
-            };
-            strength.push(direction.strength);
+            let direction = direction(places.middle(index));
+            strengths.push([direction.strength, direction.derivative_strength]);
             add(sum, direction.rays);
         }
-        let is_lit = |strength: &[f64; 2]| strength[0] > 0.0 || strength[1] > 0.0;
-        let first = strength.iter().position(is_lit).unwrap_or(0);
-        let end = strength
+        let is_lit = |pair: &[[f64; 2]; 2]| pair.iter().flatten().any(|strength| *strength > 0.0);
+        let first = strengths.iter().position(is_lit).unwrap_or(0);
+        let end = strengths
             .iter()
             .rposition(is_lit)
             .map_or(first, |last| last + 1);
         let arguments = match places {
             Places::Rings(rings) => (first..=end)
-                .map(|index| bow.argument(Radians(rings.edge_rad(index))))
+                .map(|index| argument(Radians(rings.edge_rad(index))))
                 .collect(),
             Places::Angles(angles) => angles[first..end]
                 .iter()
-                .map(|&angle| bow.argument(Radians(angle)))
+                .map(|&angle| argument(Radians(angle)))
                 .collect(),
         };
         self.orders.push(WaveOrder {
             active: first..end,
             arguments,
-            strength: strength[first..end].to_vec(),
+            strengths: strengths[first..end].to_vec(),
         });
     }
 
@@ -157,28 +251,35 @@ impl BowLight {
         mean_square: &MeanSquare,
     ) -> Vec<[f64; 2]> {
         let scale = (size_parameter * size_parameter).cbrt();
+        // Of F and of G.
+        let factors = [size_factor, size_factor / scale];
         let mut light = self.rays.clone();
         for order in &self.orders {
-            let is_rings = order.arguments.len() > order.strength.len();
-            let lit = light[order.active.clone()].iter_mut().zip(&order.strength);
+            let is_rings = order.arguments.len() > order.strengths.len();
+            let lit = light[order.active.clone()].iter_mut().zip(&order.strengths);
             if is_rings {
-                let at =
-                    |argument: f64| (scale * argument, mean_square.primitive(scale * argument));
-                let mut from = at(order.arguments[0]);
-                for ((sum, strength), &argument) in lit.zip(&order.arguments[1..]) {
+                let at = |argument: f64| mean_square.primitives(scale * argument);
+                let mut from: Primitives = at(order.arguments[0]);
+                for ((sum, strengths), &argument) in lit.zip(&order.arguments[1..]) {
                     let to = at(argument);
-                    let square = size_factor * mean_square.mean(from, to);
-                    add(sum, strength.map(|strength| strength * square));
+                    add_wave(sum, strengths, factors, mean_square.means(&from, &to));
                     from = to;
                 }
             } else {
-                for ((sum, strength), argument) in lit.zip(&order.arguments) {
-                    let square = size_factor * mean_square.value(scale * argument);
-                    add(sum, strength.map(|strength| strength * square));
+                for ((sum, strengths), argument) in lit.zip(&order.arguments) {
+                    let squares = mean_square.values(scale * argument);
+                    add_wave(sum, strengths, factors, squares);
                 }
             }
         }
         light
+    }
+}
+
+fn add_wave(sum: &mut [f64; 2], strengths: &[[f64; 2]; 2], factors: [f64; 2], squares: [f64; 2]) {
+    let waves = [factors[0] * squares[0], factors[1] * squares[1]];
+    for j in 0..2 {
+        sum[j] += strengths[0][j] * waves[0] + strengths[1][j] * waves[1];
     }
 }
 

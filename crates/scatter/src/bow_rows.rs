@@ -2,11 +2,10 @@
 
 use std::f64::consts::TAU;
 
-use niji_airy::AiryForm;
 use niji_radiometry::Micrometers;
-use niji_radiometry::water_refractive_index;
 use rayon::prelude::*;
 
+use crate::bow_light::Bin;
 use crate::bow_light::BowLight;
 use crate::bow_light::BowTheory;
 use crate::bow_light::Places;
@@ -24,7 +23,7 @@ const RINGS_PER_DISC: f64 = 20.0;
 /// Everything that the rows of all sizes and wavelengths share.
 pub(crate) struct BowRows<'a> {
     request: &'a TableRequest<'a>,
-    form: AiryForm,
+    theory: BowTheory,
     /// By wavelength.
     lights: Vec<BowLight>,
     /// By effective variance.
@@ -59,19 +58,14 @@ impl<'a> BowRows<'a> {
         let lights: Vec<BowLight> = (0..request.wavelengths.len())
             .into_par_iter()
             .map(|index| {
-                let wavelength = request.wavelengths.center(index);
-                let n = water_refractive_index(wavelength, request.temperature_c);
-                BowLight::new(theory, n, &request.orders, &places)
+                let bin = Bin::new(request, index);
+                BowLight::new(theory, bin, &request.orders_in(), &places)
             })
             .collect::<Result<_, _>>()?;
-        let form = match theory {
-            BowTheory::Airy(form) => form,
-            BowTheory::Geometric => AiryForm::Absolute,
-        };
         let mean_squares = mean_squares(request, theory, highest_z(request, &lights));
         Ok(Self {
             request,
-            form,
+            theory,
             lights,
             mean_squares,
             averages,
@@ -95,7 +89,7 @@ impl<'a> BowRows<'a> {
         let wavelength = self.request.wavelengths.center(wavelength_index);
         let radius = Micrometers(self.request.effective_radius_um[size.radius_index]);
         let light = self.lights[wavelength_index].evaluate(
-            self.form.size_factor(radius, wavelength),
+            self.theory.form().size_factor(radius, wavelength),
             TAU * 1e3 * radius.0 / wavelength.0,
             &self.mean_squares[size.variance_index],
         );
@@ -118,9 +112,11 @@ fn highest_z(request: &TableRequest, lights: &[BowLight]) -> f64 {
 fn mean_squares(request: &TableRequest, theory: BowTheory, highest_z: f64) -> Vec<MeanSquare> {
     let mean_square = |&effective_variance: &f64| {
         let (exponent, effective_variance) = match theory {
-            BowTheory::Airy(form) => (form.radius_exponent(), effective_variance),
+            BowTheory::Airy(_) | BowTheory::Uniform => {
+                (theory.form().radius_exponent(), effective_variance)
+            }
             // Rays do not ask for it.
-            BowTheory::Geometric => (0.0, 0.0),
+            BowTheory::Colors | BowTheory::Geometric => (0.0, 0.0),
         };
         MeanSquare::compute(Averaging {
             exponent,

@@ -5,17 +5,17 @@ use std::sync::Mutex;
 
 use ndarray::Array6;
 use ndarray::Axis;
-use niji_airy::AiryForm;
 use niji_airy::rainbow_ray;
 use niji_exchange::ScatteringTable;
 use niji_radiometry::Nanometers;
 use niji_radiometry::water_refractive_index;
 use rayon::prelude::*;
 
+use crate::bow_light::Bin;
 use crate::bow_light::BowTheory;
 use crate::bow_rows::BowRows;
+use crate::drop_rows::DropRows;
 use crate::error::Error;
-use crate::exact_rows::ExactRows;
 use crate::request::TableRequest;
 use crate::theory::Theory;
 use crate::theta_axis::theta_axis;
@@ -39,21 +39,20 @@ pub fn scattering_table(
 ) -> Result<ScatteringTable, Error> {
     request.check()?;
     let theta_rad = theta_axis(request)?;
-    let values = match request.theory {
-        Theory::GeometricPublished | Theory::Geometric => {
-            bow_values(request, BowTheory::Geometric, &theta_rad, progress)
-        }
-        Theory::AiryPublished => {
-            let theory = BowTheory::Airy(AiryForm::Published);
-            bow_values(request, theory, &theta_rad, progress)
-        }
-        Theory::Airy | Theory::Uniform => {
-            let theory = BowTheory::Airy(AiryForm::Absolute);
-            bow_values(request, theory, &theta_rad, progress)
-        }
-        Theory::Debye { .. } | Theory::Mie => exact_values(request, &theta_rad, progress),
-    }?;
+    let values = values_at(request, &theta_rad, progress)?;
     Ok(described(request, theta_rad, values))
+}
+
+/// The values of a table at angles of one's own.
+pub(crate) fn values_at(
+    request: &TableRequest,
+    theta_rad: &[f64],
+    progress: &(dyn Fn(f64) + Sync),
+) -> Result<Array6<f32>, Error> {
+    match request.theory.bow_theory() {
+        Some(theory) if !request.is_flattened() => bow_values(request, theory, theta_rad, progress),
+        Some(_) | None => drop_values(request, theta_rad, progress),
+    }
 }
 
 fn bow_values(
@@ -81,24 +80,25 @@ fn bow_values(
     Ok(values)
 }
 
-fn exact_values(
+fn drop_values(
     request: &TableRequest,
     theta_rad: &[f64],
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<Array6<f32>, Error> {
-    let rows = ExactRows::new(request, theta_rad)?;
-    let n_variances = request.effective_variance.len();
+    let rows = DropRows::new(request, theta_rad)?;
+    let (n_variances, n_flattenings) = (request.effective_variance.len(), request.flattening.len());
     let count = Count::new(request.wavelengths.len() * rows.n_drops(), progress);
     let mut values = zeros(request, theta_rad.len());
     let planes: Vec<_> = values.axis_iter_mut(Axis(4)).enumerate().collect();
     planes.into_par_iter().try_for_each(|(index, mut plane)| {
-        let wavelength = request.wavelengths.center(index);
-        let rows = rows.at(wavelength, &|n| count.add(n))?;
-        for (row, values) in rows.iter().enumerate() {
-            let (radius, variance) = (row / n_variances, row % n_variances);
-            for (angle, pair) in values.iter().enumerate() {
-                plane[[0, radius, variance, 0, angle]] = stored(pair[0]);
-                plane[[1, radius, variance, 0, angle]] = stored(pair[1]);
+        let bin = Bin::new(request, index);
+        for (row, light) in rows.at(bin, &|n| count.add(n))?.iter().enumerate() {
+            let (sizes, flattening) = (row / n_flattenings, row % n_flattenings);
+            let (radius, variance) = (sizes / n_variances, sizes % n_variances);
+            for (angle, pair) in light.iter().enumerate() {
+                for (j, &value) in pair.iter().enumerate() {
+                    plane[[j, radius, variance, flattening, angle]] = stored(value);
+                }
             }
         }
         Ok(())
@@ -163,12 +163,15 @@ fn described(request: &TableRequest, theta_rad: Vec<f64>, values: Array6<f32>) -
         | Theory::Airy
         | Theory::Uniform
         | Theory::Debye { .. } => {
-            let names: Vec<String> = request.orders.iter().map(u32::to_string).collect();
+            let names: Vec<String> = request.orders_in().iter().map(u32::to_string).collect();
             names.join(",")
         }
     };
+    let starts_in_lobe = theta_rad[0] < FORWARD_LOBE_RAD;
     let holds_diffraction = match request.theory {
-        Theory::Mie | Theory::Debye { .. } => theta_rad[0] < FORWARD_LOBE_RAD,
+        Theory::Mie => starts_in_lobe,
+        // Order 0 is reflection and diffraction together.
+        Theory::Debye { .. } => starts_in_lobe && request.orders.contains(&0),
         Theory::GeometricPublished
         | Theory::Geometric
         | Theory::AiryPublished

@@ -13,8 +13,10 @@ pub enum Error {
         /// What was expected.
         expected: &'static str,
     },
-    /// No order, or one without a bow.
-    #[error("found orders {found:?}, expected some of 2 (primary) to 7")]
+    /// No order that takes part, one twice or one beyond 7.
+    #[error(
+        "found orders {found:?}, expected some of 0 to 7, 2 primary and 3 secondary bow, each once"
+    )]
     Orders {
         /// The orders asked for.
         found: Vec<u32>,

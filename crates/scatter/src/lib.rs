@@ -1,13 +1,17 @@
 //! Scattering tables: a theory, averaged over drop sizes and the sun's disc.
 
 mod airy_file;
+mod angle_grids;
 mod axes;
 mod bow_light;
 mod bow_rows;
 mod builder;
+mod drop_rows;
 mod drop_theory;
 mod error;
-mod exact_rows;
+mod flattening;
+mod gamma_sample;
+mod interpolation_error;
 mod mean_square;
 mod request;
 mod rings;
@@ -22,5 +26,8 @@ pub use axes::radius_axis;
 pub use axes::variance_axis;
 pub use builder::scattering_table;
 pub use error::Error;
+pub use interpolation_error::AxisError;
+pub use interpolation_error::InterpolationError;
+pub use interpolation_error::interpolation_error;
 pub use request::TableRequest;
 pub use theory::Theory;

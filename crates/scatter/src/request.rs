@@ -8,12 +8,18 @@ use niji_radiometry::WavelengthGrid;
 use crate::error::Error;
 use crate::theory::Theory;
 
+/// Highest order of a table.
+const HIGHEST_ORDER: u32 = 7;
+
 /// What a scattering table is made from.
 #[derive(Clone, Debug)]
 pub struct TableRequest<'a> {
     /// How a drop scatters.
     pub theory: Theory,
-    /// Orders with a bow that take part, 2 primary, 3 secondary; ignored by [`Theory::Mie`].
+    /// Orders that take part, each once: 2 primary, 3 secondary, up to 7; 0 reflected and 1 transmitted
+    /// light are rays in the theories of bows, without the light diffracted forward, which the orders
+    /// of [`Theory::Debye`] have in 0. Those add the orders up to theirs, the published color scale is
+    /// the primary alone, and [`Theory::Mie`] has them all whatever is asked for.
     pub orders: Vec<u32>,
     /// Smallest and largest scattering angle in radians.
     pub theta_range_rad: (f64, f64),
@@ -37,6 +43,26 @@ pub struct TableRequest<'a> {
 }
 
 impl TableRequest<'_> {
+    /// Are any drops flattened?
+    pub(crate) fn is_flattened(&self) -> bool {
+        // Compared with the value that stands for spheres.
+        self.flattening != [0.0]
+    }
+
+    /// The orders that take part.
+    pub(crate) fn orders_in(&self) -> Vec<u32> {
+        let is_in = |p: &u32| match self.theory {
+            Theory::Debye { max_order } => *p <= max_order,
+            Theory::GeometricPublished => *p == 2,
+            Theory::Geometric
+            | Theory::AiryPublished
+            | Theory::Airy
+            | Theory::Uniform
+            | Theory::Mie => true,
+        };
+        self.orders.iter().copied().filter(is_in).collect()
+    }
+
     pub(crate) fn check(&self) -> Result<(), Error> {
         let radii = &self.effective_radius_um;
         let sound_radius = |radius: &f64| *radius > 0.0 && radius.is_finite();
@@ -53,6 +79,12 @@ impl TableRequest<'_> {
                 format!("{variances:?}"),
                 expected,
             ));
+        }
+        let flattenings = &self.flattening;
+        let sound_flattening = |m: &f64| (-1.0..=1.0).contains(m);
+        if !(is_ascending(flattenings) && flattenings.iter().all(sound_flattening)) {
+            let expected = "ascending values from -1 to 1";
+            return Err(axis("flattening", format!("{flattenings:?}"), expected));
         }
         let (low, high) = self.theta_range_rad;
         if !(low >= 0.0 && high > low && high <= PI + 1e-12) {
@@ -71,8 +103,10 @@ impl TableRequest<'_> {
             let found = format!("{} rad", self.sun_disc_diameter_rad);
             return Err(axis("sun disc", found, "0 to 0.1 rad"));
         }
-        let sound_orders =
-            !self.orders.is_empty() && self.orders.iter().all(|p| (2..8).contains(p));
+        let is_new = |(index, p): (usize, &u32)| !self.orders[..index].contains(p);
+        let sound_orders = !self.orders_in().is_empty()
+            && self.orders.iter().all(|p| *p <= HIGHEST_ORDER)
+            && self.orders.iter().enumerate().all(is_new);
         if self.theory != Theory::Mie && !sound_orders {
             return Err(Error::Orders {
                 found: self.orders.clone(),

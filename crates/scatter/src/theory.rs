@@ -1,7 +1,10 @@
 //! Theories of scattering by one drop, from the cheapest to the exact one.
 
+use niji_airy::AiryForm;
 use serde::Deserialize;
 use serde::Serialize;
+
+use crate::bow_light::BowTheory;
 
 /// How a drop scatters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -47,6 +50,18 @@ impl Theory {
         match self {
             Self::AiryPublished | Self::Airy | Self::Uniform => true,
             Self::GeometricPublished | Self::Geometric | Self::Debye { .. } | Self::Mie => false,
+        }
+    }
+
+    /// The theory of its bows; `None` where drops are computed one after the other.
+    pub(crate) fn bow_theory(self) -> Option<BowTheory> {
+        match self {
+            Self::GeometricPublished => Some(BowTheory::Colors),
+            Self::Geometric => Some(BowTheory::Geometric),
+            Self::AiryPublished => Some(BowTheory::Airy(AiryForm::Published)),
+            Self::Airy => Some(BowTheory::Airy(AiryForm::Absolute)),
+            Self::Uniform => Some(BowTheory::Uniform),
+            Self::Debye { .. } | Self::Mie => None,
         }
     }
 }

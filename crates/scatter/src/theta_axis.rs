@@ -1,13 +1,15 @@
 //! The scattering angles of a table: as few as linear interpolation to a tolerance allows.
 //!
 //! Judged on every wavelength, because each has its bow elsewhere, on the smallest, the largest and
-//! some radii between, and on the narrowest and the broadest law, by Airy's theory (rays alone for rays
-//! alone) after the sun's disc.
+//! some radii between, and on the narrowest and the broadest law, by the theory itself (the uniform one
+//! for exact theories) after the sun's disc. Two things these curves do not show, so that steps are
+//! limited: exact theories keep a ripple, of the orders' interference or of small drops, as wide as the
+//! disc; and flattening puts a bow wherever some drop size carries it, so that the finest step of the
+//! spheres' bows is taken everywhere.
 
 use std::f64::consts::PI;
 use std::f64::consts::TAU;
 
-use niji_airy::AiryForm;
 use rayon::prelude::*;
 
 use crate::axes::needed_nodes;
@@ -16,8 +18,11 @@ use crate::bow_rows::BowRows;
 use crate::bow_rows::SizeRow;
 use crate::error::Error;
 use crate::request::TableRequest;
-use crate::theory::Theory;
 
+/// Bows of the exact theories.
+const EXACT_BOWS: BowTheory = BowTheory::Uniform;
+/// Amplitude of the ripple after the disc, in parts of the peak.
+const RIPPLE: f64 = 0.02;
 /// Candidates at most.
 const MOST_ANGLES: usize = 40_000;
 /// Radii that are judged, at most.
@@ -29,7 +34,8 @@ const RESOLVED_RAD: f64 = 12.0 * PI / 180.0;
 pub(crate) fn theta_axis(request: &TableRequest) -> Result<Vec<f64>, Error> {
     let candidates = candidates(request);
     let probe = probe(request);
-    let rows = BowRows::new(&probe, bow_theory(probe.theory), &candidates)?;
+    let theory = request.theory.bow_theory().unwrap_or(EXACT_BOWS);
+    let rows = BowRows::new(&probe, theory, &candidates)?;
     let sizes = rows.size_rows();
     let curves: Vec<Vec<Vec<f64>>> = (0..request.wavelengths.len())
         .into_par_iter()
@@ -43,7 +49,38 @@ pub(crate) fn theta_axis(request: &TableRequest) -> Result<Vec<f64>, Error> {
         .collect();
     let curves: Vec<Vec<f64>> = curves.into_iter().flatten().collect();
     let kept = needed_nodes(&candidates, &curves, request.theta_tolerance);
-    Ok(kept.into_iter().map(|index| candidates[index]).collect())
+    let angles: Vec<f64> = kept.into_iter().map(|index| candidates[index]).collect();
+    if request.is_flattened() {
+        let steps = angles.windows(2).map(|pair| pair[1] - pair[0]);
+        return Ok(with_steps_up_to(&angles, steps.fold(PI, f64::min)));
+    }
+    if request.theory.bow_theory().is_none() && radius_of(request) > 0.0 {
+        let root = (2.0 * request.theta_tolerance / RIPPLE).sqrt();
+        return Ok(with_steps_up_to(
+            &angles,
+            root * 2.0 * radius_of(request) / PI,
+        ));
+    }
+    Ok(angles)
+}
+
+fn radius_of(request: &TableRequest) -> f64 {
+    0.5 * request.sun_disc_diameter_rad
+}
+
+/// The same angles, with even ones between those that are farther apart than `largest_rad`.
+fn with_steps_up_to(angles: &[f64], largest_rad: f64) -> Vec<f64> {
+    let mut filled = vec![angles[0]];
+    for pair in angles.windows(2) {
+        let width = pair[1] - pair[0];
+        // A step that is the largest itself is not halved by rounding.
+        let n = (width / largest_rad - 1e-6)
+            .ceil()
+            .clamp(1.0, MOST_ANGLES as f64) as usize;
+        filled.extend((1..n).map(|index| pair[0] + width * index as f64 / n as f64));
+        filled.push(pair[1]);
+    }
+    filled
 }
 
 /// Even angles, close enough that linear interpolation between neighbours keeps the tolerance.
@@ -61,7 +98,11 @@ fn candidates(request: &TableRequest) -> Vec<f64> {
     let n_steps = ((high - low) / step_rad).ceil().max(1.0) as usize;
     let n_steps = n_steps.min(MOST_ANGLES);
     (0..=n_steps)
-        .map(|index| (low + (high - low) * index as f64 / n_steps as f64).min(high))
+        // Both ends exactly.
+        .map(|index| {
+            let part = index as f64 / n_steps as f64;
+            low * (1.0 - part) + high * part
+        })
         .collect()
 }
 
@@ -74,21 +115,12 @@ fn fringe_period_rad(request: &TableRequest) -> f64 {
 
 /// The request with the few sizes that are judged.
 fn probe<'a>(request: &TableRequest<'a>) -> TableRequest<'a> {
-    let theory = match request.theory {
-        Theory::GeometricPublished | Theory::Geometric => Theory::Geometric,
-        Theory::AiryPublished
-        | Theory::Airy
-        | Theory::Uniform
-        | Theory::Debye { .. }
-        | Theory::Mie => Theory::Airy,
-    };
     let orders = if request.orders.is_empty() {
         vec![2, 3]
     } else {
         request.orders.clone()
     };
     TableRequest {
-        theory,
         orders,
         effective_radius_um: some_of(&request.effective_radius_um, N_RADII),
         effective_variance: some_of(&request.effective_variance, 2),
@@ -102,16 +134,4 @@ fn some_of(values: &[f64], n: usize) -> Vec<f64> {
     let mut indices: Vec<usize> = (0..n).map(|index| index * last / (n - 1)).collect();
     indices.dedup();
     indices.into_iter().map(|index| values[index]).collect()
-}
-
-/// The bows of a theory; the exact theories have those of Airy's.
-fn bow_theory(theory: Theory) -> BowTheory {
-    match theory {
-        Theory::GeometricPublished | Theory::Geometric => BowTheory::Geometric,
-        Theory::AiryPublished
-        | Theory::Airy
-        | Theory::Uniform
-        | Theory::Debye { .. }
-        | Theory::Mie => BowTheory::Airy(AiryForm::Absolute),
-    }
 }

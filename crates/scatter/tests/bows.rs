@@ -80,7 +80,9 @@ fn small_drops_put_the_primary_at_41_degrees_and_large_ones_near_descartes() {
         .collect();
     // The exact peak of a single small size is moved by the ripple between orders 0 and 2.
     for (found, (expected, tolerance)) in
-        peaks.iter().zip([(40.30, 0.2), (40.97, 0.1), (41.40, 0.1)])
+        peaks
+            .iter()
+            .zip([(40.30, 0.25), (40.97, 0.1), (41.40, 0.1)])
     {
         assert!(
             (found - expected).abs() < tolerance,
@@ -135,17 +137,18 @@ fn airy_meets_lorenz_mie_where_it_is_said_to() {
 
 #[test]
 fn debye_orders_without_background_lie_below_mie_in_alexanders_band() {
-    let band = |theory| {
+    let band = |theory, orders: &[u32]| {
         let mut request = request(theory, &[50.0]);
+        request.orders = orders.to_vec();
         request.effective_variance = vec![0.01];
         request.theta_range_rad = (131.0_f64.to_radians(), 135.0_f64.to_radians());
         let curve = curve(&table(&request), [0, 0], 0);
         curve.iter().map(|(_, t)| t).sum::<f64>() / curve.len() as f64
     };
     let (airy, debye, mie) = (
-        band(Theory::Airy),
-        band(Theory::Debye { max_order: 7 }),
-        band(Theory::Mie),
+        band(Theory::Airy, &[2, 3]),
+        band(Theory::Debye { max_order: 7 }, &[0, 1, 2, 3, 4, 5, 6, 7]),
+        band(Theory::Mie, &[]),
     );
     assert!(
         airy < 0.2 * mie,
@@ -372,7 +375,7 @@ fn impossible_requests_are_refused() {
         ..sound()
     }));
     assert!(refused(TableRequest {
-        orders: vec![1],
+        orders: vec![8],
         ..sound()
     }));
     assert!(refused(TableRequest {

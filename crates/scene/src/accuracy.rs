@@ -42,7 +42,7 @@ impl Preset {
     /// The levels of the preset for drops on a lattice of `voxel_m`.
     pub fn levels(self, voxel_m: f64) -> Levels {
         let standard = Levels {
-            theory: Theory::Airy,
+            theory: Theory::Uniform,
             table_relative_error: 5e-3,
             integration: Integration::CellExact,
             interpolation: Interpolation::Moments,
@@ -54,6 +54,7 @@ impl Preset {
         };
         match self {
             Self::Draft => Levels {
+                theory: Theory::Airy,
                 table_relative_error: 2e-2,
                 integration: Integration::Adaptive {
                     relative_error: 1e-2,
@@ -66,6 +67,7 @@ impl Preset {
             },
             Self::Standard => standard,
             Self::Reference => Levels {
+                theory: Theory::Mie,
                 table_relative_error: 5e-4,
                 integration: Integration::Adaptive {
                     relative_error: 1e-6,

@@ -14,7 +14,8 @@ pub enum Effect {
     PrimaryBow,
     /// Light reflected twice inside a drop (p = 3).
     SecondaryBow,
-    /// External reflection (p = 0) and three or more internal reflections (p >= 4).
+    /// External reflection (p = 0), light straight through (p = 1) and three to six internal
+    /// reflections (p = 4 to 7): the light between, inside and around the bows.
     HigherOrders,
     /// Interference fringes inside the primary and outside the secondary.
     Supernumeraries,
@@ -26,7 +27,7 @@ pub enum Effect {
     SunDisc,
     /// Drops of one place differ in size.
     SizeSpread,
-    /// Large drops are not round.
+    /// Large drops are flat, which moves the bow by an angle that changes along it.
     DropFlattening,
     /// Drops on the view path take light away.
     DropExtinction,
@@ -100,9 +101,11 @@ impl Effect {
         match self {
             Self::PrimaryBow
             | Self::SecondaryBow
+            | Self::HigherOrders
             | Self::Supernumeraries
             | Self::SunDisc
             | Self::SizeSpread
+            | Self::DropFlattening
             | Self::DropExtinction
             | Self::DropShadow
             | Self::SkylitDrops
@@ -111,11 +114,7 @@ impl Effect {
             | Self::AirInscatter
             | Self::Sky
             | Self::Occluders => true,
-            Self::HigherOrders
-            | Self::Glory
-            | Self::Corona
-            | Self::DropFlattening
-            | Self::MultipleScattering => false,
+            Self::Glory | Self::Corona | Self::MultipleScattering => false,
         }
     }
 

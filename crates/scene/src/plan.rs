@@ -7,11 +7,15 @@
 mod air_light;
 mod bounds;
 mod bow_light;
+mod curve;
 mod decide;
+mod directed_curve;
 mod display;
 mod drop_summary;
 mod estimates;
 mod facts;
+mod flat_drops;
+mod higher_orders;
 mod light_curves;
 mod reasons;
 mod size_mean;
@@ -109,7 +113,8 @@ pub struct Plan {
     pub scene: String,
     /// Largest RMS error of luminance over the picture, relative to `reference_luminance_cd_m2`.
     pub tolerance: f64,
-    /// A gray card (albedo 0.18) that faces the sun above the air: 0.18 E_sun/pi.
+    /// What a gray card (albedo 0.18) that faces the sun above the air looks like at exposure 0:
+    /// 0.18 E_sun/pi, half as much for every stop of the picture's exposure.
     pub reference_luminance_cd_m2: f64,
     /// What the camera sees of the drops.
     pub view: View,
@@ -163,7 +168,7 @@ pub fn plan(scene: &Scene, inputs: &PlanInputs<'_>) -> Result<Plan, PlanError> {
         .filter_map(|decision| decision.bound)
         .map(|bound| bound.value)
         .sum();
-    let scattering = stages::scattering_need(scene, &situation, &on)?;
+    let scattering = stages::scattering_need(scene, (&situation, &curves), &on)?;
     let stages = stages::stages(
         scene,
         &situation,
@@ -218,6 +223,7 @@ impl Plan {
         RenderEffects {
             primary_bow: toggle(Effect::PrimaryBow),
             secondary_bow: toggle(Effect::SecondaryBow),
+            higher_orders: toggle(Effect::HigherOrders),
             drop_extinction: toggle(Effect::DropExtinction),
             drop_shadow: toggle(Effect::DropShadow),
             skylit_drops: toggle(Effect::SkylitDrops),
@@ -242,6 +248,7 @@ impl Plan {
         let lights = [
             Effect::PrimaryBow,
             Effect::SecondaryBow,
+            Effect::HigherOrders,
             Effect::AirInscatter,
             Effect::Sky,
         ];

@@ -57,6 +57,18 @@ impl SizeMoments {
         Micrometers(self.mean_r3_um3 / self.mean_r2_um2)
     }
 
+    /// The same area and water with a variance that a gamma law can have.
+    ///
+    /// A gamma law needs v_e < 1/2, wide lognormal and spray laws have more. The fourth moment is
+    /// then given up: extinction, water and effective radius stay.
+    #[must_use]
+    pub fn with_variance_at_most(self, limit: f64) -> Self {
+        Self {
+            effective_variance: self.effective_variance.min(limit),
+            ..self
+        }
+    }
+
     /// Drops of the gamma law with the same <r²>, r_e and v_e, per drop of this law:
     /// <r²>/(r_e² (1 - v_e)(1 - 2 v_e)).
     ///

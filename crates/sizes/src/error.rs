@@ -24,6 +24,20 @@ pub enum Error {
         /// Upper end.
         max: f64,
     },
+    /// A Rosin-Rammler law with infinitely many drops.
+    #[error(
+        "spread = {spread} has infinitely many small drops: expected d_min_mm, or a spread above 3"
+    )]
+    NumberDiverges {
+        /// The spread n.
+        spread: f64,
+    },
+    /// A Rosin-Rammler law whose drops have infinite area, hence infinite extinction.
+    #[error("spread = {spread} has infinite extinction: expected d_min_mm, or a spread above 3")]
+    AreaDiverges {
+        /// The spread n.
+        spread: f64,
+    },
 }
 
 /// Accept a finite number above zero.

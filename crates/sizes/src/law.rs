@@ -4,10 +4,16 @@ use serde::Deserialize;
 use serde::Serialize;
 
 use crate::Error;
+use crate::HansenTravis;
+use crate::Lognormal;
 use crate::MarshallPalmer;
+use crate::ModifiedGamma;
 use crate::Monodisperse;
 use crate::Normal;
+use crate::RosinRammler;
 use crate::SizeMoments;
+use crate::TruncatedNormal;
+use crate::Ulbrich;
 use crate::Uniform;
 
 /// How the radii of drops are distributed.
@@ -22,6 +28,36 @@ pub enum SizeLaw {
     Normal(Normal),
     /// Natural rain by rain rate.
     MarshallPalmer(MarshallPalmer),
+    /// Cloud drops by the exponents of a modified gamma law.
+    ModifiedGamma(ModifiedGamma),
+    /// A gamma law by effective radius and effective variance.
+    HansenTravis(HansenTravis),
+    /// Raindrops of a gamma law by shape and slope.
+    Ulbrich(Ulbrich),
+    /// Lognormally distributed radii.
+    Lognormal(Lognormal),
+    /// A spray by share of the water.
+    RosinRammler(RosinRammler),
+    /// Normally distributed radii, cut off at two diameters.
+    TruncatedNormal(TruncatedNormal),
+}
+
+/// Evaluate an expression for the law inside, whichever it is.
+macro_rules! for_each_law {
+    ($law:expr, $inner:ident => $value:expr) => {
+        match $law {
+            SizeLaw::Monodisperse($inner) => $value,
+            SizeLaw::Uniform($inner) => $value,
+            SizeLaw::Normal($inner) => $value,
+            SizeLaw::MarshallPalmer($inner) => $value,
+            SizeLaw::ModifiedGamma($inner) => $value,
+            SizeLaw::HansenTravis($inner) => $value,
+            SizeLaw::Ulbrich($inner) => $value,
+            SizeLaw::Lognormal($inner) => $value,
+            SizeLaw::RosinRammler($inner) => $value,
+            SizeLaw::TruncatedNormal($inner) => $value,
+        }
+    };
 }
 
 impl SizeLaw {
@@ -30,29 +66,27 @@ impl SizeLaw {
     /// # Errors
     /// [`Error::Parameter`] or [`Error::EmptyRange`], naming the parameter.
     pub fn validate(&self) -> Result<(), Error> {
-        match self {
-            Self::Monodisperse(law) => law.validate(),
-            Self::Uniform(law) => law.validate(),
-            Self::Normal(law) => law.validate(),
-            Self::MarshallPalmer(law) => law.validate(),
-        }
+        for_each_law!(self, law => law.validate())
     }
 
     /// Moments per drop.
     pub fn moments(&self) -> SizeMoments {
-        match self {
-            Self::Monodisperse(law) => law.moments(),
-            Self::Uniform(law) => law.moments(),
-            Self::Normal(law) => law.moments(),
-            Self::MarshallPalmer(law) => law.moments(),
-        }
+        for_each_law!(self, law => law.moments())
     }
 
     /// The number density (1/m³), if the law says it and not only the shape of the distribution.
     pub fn natural_number_density_m3(&self) -> Option<f64> {
         match self {
             Self::MarshallPalmer(law) => Some(law.number_density_m3()),
-            Self::Monodisperse(_) | Self::Uniform(_) | Self::Normal(_) => None,
+            Self::Monodisperse(_)
+            | Self::Uniform(_)
+            | Self::Normal(_)
+            | Self::ModifiedGamma(_)
+            | Self::HansenTravis(_)
+            | Self::Ulbrich(_)
+            | Self::Lognormal(_)
+            | Self::RosinRammler(_)
+            | Self::TruncatedNormal(_) => None,
         }
     }
 
@@ -63,6 +97,12 @@ impl SizeLaw {
             Self::Uniform(_) => "uniform",
             Self::Normal(_) => "normal",
             Self::MarshallPalmer(_) => "marshall-palmer",
+            Self::ModifiedGamma(_) => "modified-gamma",
+            Self::HansenTravis(_) => "hansen-travis",
+            Self::Ulbrich(_) => "ulbrich",
+            Self::Lognormal(_) => "lognormal",
+            Self::RosinRammler(_) => "rosin-rammler",
+            Self::TruncatedNormal(_) => "truncated-normal",
         }
     }
 }

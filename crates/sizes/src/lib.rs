@@ -14,25 +14,42 @@
 //! # Ok::<(), niji_sizes::Error>(())
 //! ```
 
+mod amount;
 mod bulk;
+mod cloud_preset;
 mod error;
 mod gamma;
 mod gamma_quadrature;
+mod hansen_travis;
 mod law;
+mod lognormal;
 mod marshall_palmer;
+mod modified_gamma;
 mod monodisperse;
 mod normal;
+mod rosin_rammler;
+mod truncated_moments;
+mod truncated_normal;
+mod ulbrich;
 mod uniform;
 
+pub use amount::Amount;
 pub use bulk::BulkProperties;
 pub use bulk::SizeMoments;
 pub use bulk::WATER_DENSITY_G_M3;
 pub use bulk::liquid_water_g_m3;
+pub use cloud_preset::CloudPreset;
 pub use error::Error;
 pub use gamma::GammaSizes;
 pub use gamma_quadrature::gamma_area_quadrature;
+pub use hansen_travis::HansenTravis;
 pub use law::SizeLaw;
+pub use lognormal::Lognormal;
 pub use marshall_palmer::MarshallPalmer;
+pub use modified_gamma::ModifiedGamma;
 pub use monodisperse::Monodisperse;
 pub use normal::Normal;
+pub use rosin_rammler::RosinRammler;
+pub use truncated_normal::TruncatedNormal;
+pub use ulbrich::Ulbrich;
 pub use uniform::Uniform;

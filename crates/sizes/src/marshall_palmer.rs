@@ -5,7 +5,8 @@
 //! metre of air and millimetre of diameter.
 //!
 //! Over all diameters: N = N0/Lambda, LWC = pi rho_w N0/Lambda⁴, r_e = 3/(2 Lambda), v_e = 1/3 at
-//! every rain rate. Over D1 <= D <= D2, with x = Lambda D1, w = Lambda (D2 - D1), u = Lambda D - x:
+//! every rain rate; the radar reflectivity factor is Z = 720 N0/Lambda⁷ [mm⁶/m³], dBZ = 10 log10 Z.
+//! Over D1 <= D <= D2, with x = Lambda D1, w = Lambda (D2 - D1), u = Lambda D - x:
 //! integral D² u^k N(D) dD = N0/Lambda³ e^-x A_k,
 //! A_k = x² g(k+1, w) + 2 x g(k+2, w) + g(k+3, w),   `g` lower incomplete gamma function,
 //! r_e = (x + A_1/A_0)/(2 Lambda),   v_e = (A_0 A_2 - A_1²)/(x A_0 + A_1)².
@@ -49,6 +50,19 @@ impl MarshallPalmer {
             d_min_mm: None,
             d_max_mm: None,
         }
+    }
+
+    /// Drops of all diameters in the rain that a radar sees: Lambda = (720 N0/Z)^(1/7), and R from
+    /// Lambda.
+    pub fn from_reflectivity_dbz(reflectivity_dbz: f64) -> Self {
+        let z = 10.0_f64.powf(0.1 * reflectivity_dbz);
+        let slope_per_mm = (720.0 * INTERCEPT_PER_M3_MM / z).powf(1.0 / 7.0);
+        Self::untruncated((4.1 / slope_per_mm).powf(1.0 / 0.21))
+    }
+
+    /// Radar reflectivity factor of drops of all diameters, as 10 log10 of Z in mm⁶/m³ (dBZ).
+    pub fn reflectivity_dbz(&self) -> f64 {
+        10.0 * (720.0 * INTERCEPT_PER_M3_MM / self.slope_per_mm().powi(7)).log10()
     }
 
     /// Check the rain rate and the range of diameters.
@@ -158,6 +172,20 @@ mod tests {
     /// Whether a number rounds to the digits of a table, within one unit of the last.
     fn rounds_to(found: f64, printed: f64, unit: f64) -> bool {
         (found - printed).abs() <= unit
+    }
+
+    #[test]
+    fn radar_reflectivity_and_rain_rate_are_one_law() {
+        // Z = 296 R^1.47 is what Marshall and Palmer's law gives: 24.7 dBZ at 1 mm/h.
+        for rate in [0.1_f64, 1.0, 25.0] {
+            let dbz = MarshallPalmer::untruncated(rate).reflectivity_dbz();
+            assert!(
+                (dbz - 10.0 * (296.0 * rate.powf(1.47)).log10()).abs() < 0.02,
+                "{dbz}"
+            );
+            let back = MarshallPalmer::from_reflectivity_dbz(dbz).rain_rate_mm_h;
+            assert!((back / rate - 1.0).abs() < 1e-12);
+        }
     }
 
     #[test]

@@ -16,8 +16,6 @@
 //!
 //! Source: OpenVDB, io/Compression.h.
 
-use std::io::Read;
-
 use flate2::Decompress;
 use flate2::FlushDecompress;
 use flate2::Status;
@@ -26,7 +24,7 @@ use crate::Error;
 use crate::Value;
 use crate::blosc;
 use crate::blosc::Fault;
-use crate::input::Input;
+use crate::source::Source;
 
 /// Bit of a grid's compression word: values are deflated.
 pub(crate) const FLAG_ZIP: u32 = 1;
@@ -85,11 +83,16 @@ impl Decoder {
         }
     }
 
+    /// Another one for the same grid, for another thread.
+    pub(crate) fn another(&self) -> Self {
+        Self::new(self.flags, self.half)
+    }
+
     /// Read a block into `out`, which holds the background in every place; `mask` says which
     /// places are active. Gives whether all others are known to hold the background still.
-    pub(crate) fn block<T: Value, R: Read>(
+    pub(crate) fn block<T: Value>(
         &mut self,
-        input: &mut Input<R>,
+        input: &mut impl Source,
         mask: &[u64],
         background: T,
         out: &mut [T],
@@ -101,23 +104,17 @@ impl Decoder {
             )));
         }
         let inactive = self.inactive_values(input, code, mask.len(), background)?;
-        let mask_compressed = self.flags & FLAG_ACTIVE_MASK != 0 && code != code::ALL;
-        let n_active = mask
-            .iter()
-            .map(|word| word.count_ones() as usize)
-            .sum::<usize>();
-        let n_stored = if mask_compressed { n_active } else { out.len() };
+        let n_stored = self.n_stored(code, mask, out.len());
         if n_stored < out.len() && code != code::BACKGROUND {
             let selection = matches!(code, code::BOTH_SIGNS..=code::TWO);
             fill_inactive(selection.then_some(&self.selection), inactive, out);
         }
         let only_active_changed = n_stored < out.len() && code == code::BACKGROUND;
-        let half = self.half && T::HALF_SIZE > 0;
+        let (half, size) = self.stored_form::<T>();
         if half && n_stored == 0 {
             // OpenVDB writes no length in this one case.
             return Ok(only_active_changed);
         }
-        let size = if half { T::HALF_SIZE } else { T::SIZE };
         let bytes = self.stored_bytes(input, n_stored * size)?;
         let every = n_stored == out.len();
         match (half, every) {
@@ -129,10 +126,50 @@ impl Decoder {
         Ok(only_active_changed)
     }
 
+    /// Length of the block that `bytes` start with; `None` if they do not hold all of it, or if it
+    /// cannot be told because the block is not sound.
+    pub(crate) fn block_length<T: Value>(&self, bytes: &[u8], mask: &[u64]) -> Option<usize> {
+        let code = *bytes.first()?;
+        let n_values = match code {
+            code::ONE | code::BACKGROUND_OR_ONE => 1,
+            code::TWO => 2,
+            _ => 0,
+        };
+        let selection = matches!(code, code::BOTH_SIGNS..=code::TWO);
+        let n_selection = if selection { 8 * mask.len() } else { 0 };
+        let head = 1 + n_values * T::SIZE + n_selection;
+        let n_stored = self.n_stored(code, mask, 64 * mask.len());
+        let (half, size) = self.stored_form::<T>();
+        let length = if half && n_stored == 0 {
+            head
+        } else if self.flags & (FLAG_ZIP | FLAG_BLOSC) == 0 {
+            head + n_stored * size
+        } else {
+            let field = bytes.get(head..)?.first_chunk()?;
+            let packed = usize::try_from(i64::from_le_bytes(*field).unsigned_abs()).ok()?;
+            (head + 8).checked_add(packed)?
+        };
+        (length <= bytes.len()).then_some(length)
+    }
+
+    /// Number of values that are stored of a block.
+    fn n_stored(&self, code: u8, mask: &[u64], n_places: usize) -> usize {
+        if self.flags & FLAG_ACTIVE_MASK == 0 || code == code::ALL {
+            return n_places;
+        }
+        mask.iter().map(|word| word.count_ones() as usize).sum()
+    }
+
+    /// Whether values are stored as halves, and the bytes of each.
+    fn stored_form<T: Value>(&self) -> (bool, usize) {
+        let half = self.half && T::HALF_SIZE > 0;
+        (half, if half { T::HALF_SIZE } else { T::SIZE })
+    }
+
     /// The two values between which the selection mask selects; reads that mask.
-    fn inactive_values<T: Value, R: Read>(
+    fn inactive_values<T: Value>(
         &mut self,
-        input: &mut Input<R>,
+        input: &mut impl Source,
         code: u8,
         n_words: usize,
         background: T,
@@ -152,9 +189,9 @@ impl Decoder {
     }
 
     /// The next `n_bytes` of values, decompressed.
-    fn stored_bytes<'a, R: Read>(
+    fn stored_bytes<'a>(
         &'a mut self,
-        input: &'a mut Input<R>,
+        input: &'a mut impl Source,
         n_bytes: usize,
     ) -> Result<&'a [u8], Error> {
         if self.flags & (FLAG_ZIP | FLAG_BLOSC) == 0 {

@@ -11,6 +11,7 @@ use crate::output::push_mask;
 
 /// Writes value blocks; keeps memory from block to block.
 pub(crate) struct Encoder {
+    compression: Compression,
     deflate: Option<Compress>,
     plain: Vec<u8>,
     packed: Vec<u8>,
@@ -42,10 +43,16 @@ impl Encoder {
             Compression::Zip => Some(Compress::new(flate2::Compression::default(), true)),
         };
         Self {
+            compression,
             deflate,
             plain: Vec::new(),
             packed: Vec::new(),
         }
+    }
+
+    /// Another one for the same file, for another thread.
+    pub(crate) fn another(&self) -> Self {
+        Self::new(self.compression)
     }
 
     /// Append a block.
@@ -80,9 +87,7 @@ fn push_stored<T: Value>(out: &mut Vec<u8>, slots: Slots<T>, all: bool) {
     for (values, &active) in slots.values.chunks(64).zip(slots.active) {
         let mut rest = if all { u64::MAX } else { active };
         if rest == u64::MAX {
-            for value in values {
-                value.encode(out);
-            }
+            T::encode_all(values, out);
             continue;
         }
         while rest != 0 {
@@ -116,11 +121,12 @@ fn inactive_places<T: Value>(slots: Slots<'_, T>) -> impl Iterator<Item = T> {
         .chunks(64)
         .zip(masks)
         .flat_map(|(values, (active, children))| {
-            let told = active | children;
-            let places = values.iter().enumerate();
-            places
-                .filter(move |(place, _)| told >> place & 1 == 0)
-                .map(|(_, &value)| value)
+            let mut left = !(active | children);
+            std::iter::from_fn(move || {
+                let place = left.trailing_zeros() as usize;
+                left &= left.wrapping_sub(1);
+                values.get(place).copied()
+            })
         })
 }
 

@@ -1,15 +1,20 @@
 //! A file, its grids, and the types of their trees.
 
-use std::fs::File;
+use std::io::Cursor;
 use std::io::Seek;
 use std::io::Write;
 use std::path::Path;
 
+use half::f16;
+
 use crate::Error;
 use crate::FloatTree;
+use crate::GridHeader;
 use crate::Metadata;
 use crate::SparseTree;
 use crate::Transform;
+use crate::input::open;
+use crate::read::Archive;
 
 /// Class of a grid whose values are densities: 0 outside, above 0 inside.
 pub const FOG_VOLUME: &str = "fog volume";
@@ -34,6 +39,8 @@ pub enum Tree {
     Float(FloatTree),
     /// `double`, in the file as 64 or 16 bits.
     Double(SparseTree<f64>),
+    /// `half`: 16 bits in memory and in the file, which then is of version 225.
+    Half(SparseTree<f16>),
     /// `vec3s`, in the file as three times 32 or 16 bits.
     Vec3s(SparseTree<[f32; 3]>),
     /// `int32`.
@@ -47,7 +54,21 @@ impl Tree {
     pub fn as_float(&self) -> Option<&FloatTree> {
         match self {
             Self::Float(tree) => Some(tree),
-            Self::Double(_) | Self::Vec3s(_) | Self::Int32(_) | Self::Bool(_) => None,
+            Self::Double(_) | Self::Half(_) | Self::Vec3s(_) | Self::Int32(_) | Self::Bool(_) => {
+                None
+            }
+        }
+    }
+
+    /// Bytes that the leaves and tiles take in memory.
+    pub(crate) fn memory(&self) -> u64 {
+        match self {
+            Self::Float(tree) => tree.memory(),
+            Self::Double(tree) => tree.memory(),
+            Self::Half(tree) => tree.memory(),
+            Self::Vec3s(tree) => tree.memory(),
+            Self::Int32(tree) => tree.memory(),
+            Self::Bool(tree) => tree.memory(),
         }
     }
 }
@@ -61,6 +82,12 @@ impl From<FloatTree> for Tree {
 impl From<SparseTree<f64>> for Tree {
     fn from(tree: SparseTree<f64>) -> Self {
         Self::Double(tree)
+    }
+}
+
+impl From<SparseTree<f16>> for Tree {
+    fn from(tree: SparseTree<f16>) -> Self {
+        Self::Half(tree)
     }
 }
 
@@ -141,20 +168,22 @@ impl VdbFile {
     }
 
     /// Read a file, in pieces: memory is needed for the voxels, not for the file beside them.
+    /// Leaves are decoded in parallel, with the same result for any number of threads.
     ///
     /// # Errors
     /// [`Error::Open`] if the file cannot be read, else as for [`VdbFile::parse`].
     pub fn read(path: &Path) -> Result<Self, Error> {
-        let open = || {
-            let file = File::open(path)?;
-            let length = file.metadata()?.len();
-            Ok((file, length))
-        };
-        let (file, length) = open().map_err(|reason| Error::Open {
-            path: path.to_owned(),
-            reason,
-        })?;
-        crate::read::file(file, length)
+        Self::read_grids(path, |_| true)
+    }
+
+    /// Read the grids that are wanted; the voxels of the others are passed over, and may be of types
+    /// that are not read.
+    ///
+    /// # Errors
+    /// As for [`VdbFile::read`].
+    pub fn read_grids(path: &Path, wanted: impl Fn(&GridHeader) -> bool) -> Result<Self, Error> {
+        let (file, length) = open(path)?;
+        Archive::open(file, length)?.grids(wanted)
     }
 
     /// Read a file that lies in memory.
@@ -162,7 +191,8 @@ impl VdbFile {
     /// # Errors
     /// Any [`Error`] that says why the bytes are not a VDB file of a supported kind.
     pub fn parse(bytes: &[u8]) -> Result<Self, Error> {
-        crate::read::file(bytes, bytes.len() as u64)
+        let length = bytes.len() as u64;
+        Archive::open(Cursor::new(bytes), length)?.grids(|_| true)
     }
 
     /// Write a file of version 224. The same content always gives the same bytes.

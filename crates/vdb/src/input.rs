@@ -3,9 +3,14 @@
 //! Two bounds hold whatever the bytes say: no piece is larger than what is left of the file, and
 //! what the decoder allocates is charged against [`MEMORY_FACTOR`] times the length of the file.
 
+use std::fs::File;
 use std::io::Read;
+use std::io::Seek;
+use std::io::SeekFrom;
+use std::path::Path;
 
 use crate::Error;
+use crate::source::Source;
 
 /// Decoded bytes for each byte of a file, at most.
 ///
@@ -21,6 +26,19 @@ const MEMORY_BASE: u64 = 1 << 20;
 /// Bytes that are fetched at a time.
 const CHUNK: usize = 1 << 18;
 
+/// Open a file; gives its length too.
+pub(crate) fn open(path: &Path) -> Result<(File, u64), Error> {
+    let open = || {
+        let file = File::open(path)?;
+        let length = file.metadata()?.len();
+        Ok((file, length))
+    };
+    open().map_err(|reason| Error::Open {
+        path: path.to_owned(),
+        reason,
+    })
+}
+
 /// A stream with its position, its length and the memory that may still be used.
 pub(crate) struct Input<R> {
     source: R,
@@ -32,7 +50,7 @@ pub(crate) struct Input<R> {
     memory_left: u64,
 }
 
-impl<R: Read> Input<R> {
+impl<R: Read + Seek> Input<R> {
     /// A stream of `length` bytes.
     pub(crate) fn new(source: R, length: u64) -> Self {
         let buffer = Vec::new();
@@ -48,11 +66,6 @@ impl<R: Read> Input<R> {
         }
     }
 
-    /// Number of bytes before the next one.
-    pub(crate) fn position(&self) -> u64 {
-        self.position
-    }
-
     /// Account for memory that is about to be allocated.
     pub(crate) fn charge(&mut self, n_bytes: u64) -> Result<(), Error> {
         let limit = memory_limit(self.length);
@@ -61,23 +74,24 @@ impl<R: Read> Input<R> {
         Ok(())
     }
 
-    /// An error at the present position.
-    pub(crate) fn damaged(&self, what: impl Into<String>) -> Error {
-        Error::Damaged {
-            position: self.position,
-            what: what.into(),
+    /// The next bytes, at least `n` of them or all that are left; they are not yet consumed.
+    pub(crate) fn window(&mut self, n: usize) -> Result<&[u8], Error> {
+        let left = self.length - self.position;
+        let n = n.min(usize::try_from(left).unwrap_or(usize::MAX));
+        if self.end - self.start < n {
+            self.fetch(n, "the file")?;
         }
+        Ok(&self.buffer[self.start..self.end])
     }
 
-    /// The next `n` bytes.
-    pub(crate) fn bytes(&mut self, n: usize, what: &'static str) -> Result<&[u8], Error> {
-        if self.end - self.start < n {
-            self.fetch(n, what)?;
-        }
-        let piece = &self.buffer[self.start..self.start + n];
+    /// Go on by bytes that [`Input::window`] has shown.
+    pub(crate) fn consume(&mut self, n: usize) {
+        assert!(
+            n <= self.end - self.start,
+            "only bytes that were shown are consumed"
+        );
         self.start += n;
         self.position += n as u64;
-        Ok(piece)
     }
 
     /// Fill the buffer until it holds `n` unread bytes.
@@ -116,75 +130,45 @@ impl<R: Read> Input<R> {
     pub(crate) fn skip_to(&mut self, target: i64, what: &'static str) -> Result<(), Error> {
         let ahead = u64::try_from(target)
             .ok()
-            .and_then(|at| at.checked_sub(self.position));
-        let Some(mut ahead) = ahead else {
+            .filter(|&target| target >= self.position);
+        let Some(target) = ahead else {
             return Err(self.damaged(format!("{what} is to be at byte {target}, before this one")));
         };
-        while ahead > 0 {
-            let step = ahead.min(CHUNK as u64);
-            self.bytes(step as usize, what)?;
-            ahead -= step;
+        if target > self.length {
+            return Err(self.truncated(target - self.length, what));
         }
+        self.seek(target)
+    }
+
+    /// Go to a position inside the file where reading has stood before.
+    pub(crate) fn seek(&mut self, target: u64) -> Result<(), Error> {
+        let buffered = target
+            .checked_sub(self.position)
+            .filter(|&ahead| ahead <= (self.end - self.start) as u64);
+        if let Some(ahead) = buffered {
+            self.start += ahead as usize;
+        } else {
+            self.source.seek(SeekFrom::Start(target))?;
+            (self.start, self.end) = (0, 0);
+        }
+        self.position = target;
         Ok(())
     }
+}
 
-    /// The next `N` bytes by value.
-    pub(crate) fn array<const N: usize>(&mut self, what: &'static str) -> Result<[u8; N], Error> {
-        let mut out = [0; N];
-        out.copy_from_slice(self.bytes(N, what)?);
-        Ok(out)
+impl<R: Read + Seek> Source for Input<R> {
+    fn position(&self) -> u64 {
+        self.position
     }
 
-    /// A number of 8 bits.
-    pub(crate) fn u8(&mut self, what: &'static str) -> Result<u8, Error> {
-        Ok(self.array::<1>(what)?[0])
-    }
-
-    /// A number of 32 bits.
-    pub(crate) fn u32(&mut self, what: &'static str) -> Result<u32, Error> {
-        self.array(what).map(u32::from_le_bytes)
-    }
-
-    /// A signed number of 32 bits.
-    pub(crate) fn i32(&mut self, what: &'static str) -> Result<i32, Error> {
-        self.array(what).map(i32::from_le_bytes)
-    }
-
-    /// A signed number of 64 bits.
-    pub(crate) fn i64(&mut self, what: &'static str) -> Result<i64, Error> {
-        self.array(what).map(i64::from_le_bytes)
-    }
-
-    /// `N` floating-point numbers of 64 bits.
-    pub(crate) fn f64s<const N: usize>(&mut self, what: &'static str) -> Result<[f64; N], Error> {
-        let mut out = [0.0; N];
-        for value in &mut out {
-            *value = f64::from_le_bytes(self.array(what)?);
+    fn bytes(&mut self, n: usize, what: &'static str) -> Result<&[u8], Error> {
+        if self.end - self.start < n {
+            self.fetch(n, what)?;
         }
-        Ok(out)
-    }
-
-    /// Three signed numbers of 32 bits.
-    pub(crate) fn coordinates(&mut self, what: &'static str) -> Result<[i32; 3], Error> {
-        Ok([self.i32(what)?, self.i32(what)?, self.i32(what)?])
-    }
-
-    /// A length of 32 bits and that many bytes of text. Bytes that are not UTF-8 are replaced.
-    pub(crate) fn text(&mut self, what: &'static str) -> Result<String, Error> {
-        let n_bytes = self.u32(what)?;
-        let bytes = self.bytes(n_bytes as usize, what)?;
-        Ok(String::from_utf8_lossy(bytes).into_owned())
-    }
-
-    /// Fill the words of a bit mask.
-    pub(crate) fn mask(&mut self, words: &mut [u64], what: &'static str) -> Result<(), Error> {
-        let bytes = self.bytes(8 * words.len(), what)?;
-        for (word, bytes) in words.iter_mut().zip(bytes.chunks_exact(8)) {
-            let mut little_endian = [0; 8];
-            little_endian.copy_from_slice(bytes);
-            *word = u64::from_le_bytes(little_endian);
-        }
-        Ok(())
+        let piece = &self.buffer[self.start..self.start + n];
+        self.start += n;
+        self.position += n as u64;
+        Ok(piece)
     }
 }
 

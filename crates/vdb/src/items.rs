@@ -2,13 +2,10 @@
 //!
 //! Source: OpenVDB, MetaMap.cc and Metadata.h.
 
-use std::io::Read;
-
 use crate::Error;
 use crate::MetaValue;
 use crate::Metadata;
-use crate::input::Input;
-use crate::output::push_text;
+use crate::source::Source;
 use crate::value::sealed::Bytes;
 
 const ITEM: &str = "a metadata item";
@@ -16,15 +13,34 @@ const ITEM: &str = "a metadata item";
 /// Types whose name starts so exist only while OpenVDB itself reads a file.
 const TEMPORARY: &str = "__";
 
+/// An item as it stands in a file.
+pub(crate) struct RawItem {
+    pub(crate) name: Vec<u8>,
+    type_name: Vec<u8>,
+    value: Vec<u8>,
+}
+
+impl RawItem {
+    /// An item that is to be written.
+    pub(crate) fn new(name: &[u8], value: &MetaValue) -> Self {
+        let (type_name, value) = encoded(value);
+        Self {
+            name: name.to_vec(),
+            type_name: type_name.as_bytes().to_vec(),
+            value,
+        }
+    }
+}
+
 /// Read all items.
-pub(crate) fn read<R: Read>(input: &mut Input<R>) -> Result<Metadata, Error> {
+pub(crate) fn read(input: &mut impl Source) -> Result<Metadata, Error> {
     let mut metadata = Metadata::new();
     for _ in 0..input.u32("the number of metadata items")? {
-        let name = input.text(ITEM)?;
-        let type_name = input.text(ITEM)?;
-        let n_bytes = input.u32(ITEM)?;
-        let value = value(&type_name, input.bytes(n_bytes as usize, ITEM)?);
-        let Some(value) = value else {
+        let item = raw_item(input)?;
+        let name = String::from_utf8_lossy(&item.name).into_owned();
+        let type_name = String::from_utf8_lossy(&item.type_name);
+        let Some(value) = value(&type_name, &item.value) else {
+            let n_bytes = item.value.len();
             let what = format!("the item `{name}` of type {type_name} with {n_bytes} bytes");
             return Err(input.damaged(what));
         };
@@ -33,6 +49,24 @@ pub(crate) fn read<R: Read>(input: &mut Input<R>) -> Result<Metadata, Error> {
         }
     }
     Ok(metadata)
+}
+
+/// Read all items as they are, in their order.
+pub(crate) fn read_raw(input: &mut impl Source) -> Result<Vec<RawItem>, Error> {
+    let n_items = input.u32("the number of metadata items")?;
+    (0..n_items).map(|_| raw_item(input)).collect()
+}
+
+fn raw_item(input: &mut impl Source) -> Result<RawItem, Error> {
+    let mut text = || {
+        let n_bytes = input.u32(ITEM)?;
+        Ok::<_, Error>(input.bytes(n_bytes as usize, ITEM)?.to_vec())
+    };
+    Ok(RawItem {
+        name: text()?,
+        type_name: text()?,
+        value: text()?,
+    })
 }
 
 /// Nothing if the value has not the size of its type.
@@ -72,41 +106,40 @@ fn three<T: Bytes>(bytes: &[u8]) -> Option<[T; 3]> {
 
 /// Append all items.
 pub(crate) fn push(bytes: &mut Vec<u8>, metadata: &Metadata) {
-    bytes.extend_from_slice(&(metadata.len() as u32).to_le_bytes());
-    for (name, value) in metadata.iter() {
-        push_text(bytes, name);
-        push_value(bytes, value);
+    let items = metadata.iter();
+    let items = items.map(|(name, value)| RawItem::new(name.as_bytes(), value));
+    push_raw(bytes, &items.collect::<Vec<_>>());
+}
+
+/// Append items as they are.
+pub(crate) fn push_raw(bytes: &mut Vec<u8>, items: &[RawItem]) {
+    bytes.extend_from_slice(&(items.len() as u32).to_le_bytes());
+    for item in items {
+        for part in [&item.name, &item.type_name, &item.value] {
+            bytes.extend_from_slice(&(part.len() as u32).to_le_bytes());
+            bytes.extend_from_slice(part);
+        }
     }
 }
 
-fn push_value(bytes: &mut Vec<u8>, value: &MetaValue) {
+/// Type and bytes of a value.
+fn encoded(value: &MetaValue) -> (&str, Vec<u8>) {
     match value {
-        MetaValue::Bool(value) => push_typed(bytes, "bool", &[u8::from(*value)]),
-        MetaValue::Int32(value) => push_typed(bytes, "int32", &value.to_le_bytes()),
-        MetaValue::Int64(value) => push_typed(bytes, "int64", &value.to_le_bytes()),
-        MetaValue::Float(value) => push_typed(bytes, "float", &value.to_le_bytes()),
-        MetaValue::Double(value) => push_typed(bytes, "double", &value.to_le_bytes()),
-        MetaValue::String(text) => push_typed(bytes, "string", text.as_bytes()),
-        MetaValue::Vec3i(vector) => push_typed(bytes, "vec3i", &encoded(vector)),
-        MetaValue::Vec3s(vector) => push_typed(bytes, "vec3s", &encoded(vector)),
-        MetaValue::Vec3d(vector) => push_typed(bytes, "vec3d", &encoded(vector)),
-        MetaValue::Unknown {
-            type_name,
-            bytes: value,
-        } => push_typed(bytes, type_name, value),
+        MetaValue::Bool(value) => ("bool", vec![u8::from(*value)]),
+        MetaValue::Int32(value) => ("int32", value.to_le_bytes().to_vec()),
+        MetaValue::Int64(value) => ("int64", value.to_le_bytes().to_vec()),
+        MetaValue::Float(value) => ("float", value.to_le_bytes().to_vec()),
+        MetaValue::Double(value) => ("double", value.to_le_bytes().to_vec()),
+        MetaValue::String(text) => ("string", text.as_bytes().to_vec()),
+        MetaValue::Vec3i(vector) => ("vec3i", components(vector)),
+        MetaValue::Vec3s(vector) => ("vec3s", components(vector)),
+        MetaValue::Vec3d(vector) => ("vec3d", components(vector)),
+        MetaValue::Unknown { type_name, bytes } => (type_name, bytes.clone()),
     }
 }
 
-fn encoded<T: Bytes>(vector: &[T; 3]) -> Vec<u8> {
-    let mut bytes = Vec::with_capacity(3 * T::SIZE);
-    for component in vector {
-        component.encode(&mut bytes);
-    }
+fn components<T: Bytes>(vector: &[T; 3]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    T::encode_all(vector, &mut bytes);
     bytes
-}
-
-fn push_typed(bytes: &mut Vec<u8>, type_name: &str, value: &[u8]) {
-    push_text(bytes, type_name);
-    bytes.extend_from_slice(&(value.len() as u32).to_le_bytes());
-    bytes.extend_from_slice(value);
 }

@@ -4,15 +4,13 @@
 //! scale is information. An affine map holds a 4x4 matrix by rows, for row vectors on its left.
 //! Source: OpenVDB, math/Maps.h.
 
-use std::io::Read;
-
 use glam::DMat3;
 use glam::DVec3;
 
 use crate::Error;
 use crate::Transform;
-use crate::input::Input;
 use crate::output::push_text;
+use crate::source::Source;
 
 const MAP: &str = "a map";
 
@@ -23,7 +21,7 @@ const N_DERIVED: usize = 4;
 const AFFINE_COLUMN: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
 
 /// Read the name and the body of a map.
-pub(crate) fn read<R: Read>(input: &mut Input<R>) -> Result<Transform, Error> {
+pub(crate) fn read(input: &mut impl Source) -> Result<Transform, Error> {
     let name = input.text(MAP)?;
     match name.as_str() {
         "UniformScaleMap" | "ScaleMap" => scale(input, DVec3::ZERO),
@@ -41,7 +39,7 @@ pub(crate) fn read<R: Read>(input: &mut Input<R>) -> Result<Transform, Error> {
     }
 }
 
-fn scale<R: Read>(input: &mut Input<R>, translation: DVec3) -> Result<Transform, Error> {
+fn scale(input: &mut impl Source, translation: DVec3) -> Result<Transform, Error> {
     let scale = DVec3::from(input.f64s(MAP)?);
     for _ in 0..N_DERIVED {
         input.f64s::<3>(MAP)?;
@@ -49,7 +47,7 @@ fn scale<R: Read>(input: &mut Input<R>, translation: DVec3) -> Result<Transform,
     Transform::affine(DMat3::from_diagonal(scale), translation)
 }
 
-fn affine<R: Read>(input: &mut Input<R>) -> Result<Transform, Error> {
+fn affine(input: &mut impl Source) -> Result<Transform, Error> {
     let mut rows = [DVec3::ZERO; 4];
     for (row, affine) in rows.iter_mut().zip(AFFINE_COLUMN) {
         let [x, y, z, last] = input.f64s(MAP)?;

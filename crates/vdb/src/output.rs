@@ -51,6 +51,23 @@ impl<W: Write + Seek> Output<W> {
         Ok(())
     }
 
+    /// Write these parts, one behind the other, and hash them; do something else meanwhile.
+    pub(crate) fn append_all(
+        &mut self,
+        parts: &[Vec<u8>],
+        meanwhile: impl FnOnce() + Send,
+    ) -> Result<(), Error> {
+        self.hand_on()?;
+        let Self { sink, hash, .. } = self;
+        rayon::in_place_scope(|scope| {
+            scope.spawn(|_| meanwhile());
+            scope.spawn(|_| parts.iter().for_each(|part| hash.update(part)));
+            parts.iter().try_for_each(|part| sink.write_all(part))
+        })?;
+        self.n_written += parts.iter().map(|part| part.len() as u64).sum::<u64>();
+        Ok(())
+    }
+
     fn hand_on(&mut self) -> Result<(), Error> {
         self.hash.update(&self.waiting);
         self.sink.write_all(&self.waiting)?;

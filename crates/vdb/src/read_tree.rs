@@ -3,9 +3,17 @@
 //! The root holds tiles of 4096³ voxels and nodes of 32³ slots; a slot is a tile of 128³ voxels or a
 //! node of 16³ slots; a slot of these is a tile of 8³ voxels or a leaf. A node is a mask of its
 //! children, a mask of its active tiles, and a value block with a place for every slot.
+//!
+//! Where a leaf ends is told by its first few bytes, so leaves are cut out of the file one after
+//! the other and decoded in parallel. A leaf that cannot be cut out is decoded alone, from the
+//! stream, which finds out what is wrong with it.
 //! Sources: OpenVDB, tree/RootNode.h, tree/InternalNode.h, tree/LeafNode.h, tree/LeafNodeBool.h.
 
 use std::io::Read;
+use std::io::Seek;
+use std::ops::Range;
+
+use rayon::prelude::*;
 
 use crate::Error;
 use crate::LEAF_VOXELS;
@@ -16,8 +24,22 @@ use crate::TileLevel;
 use crate::Value;
 use crate::decode::Decoder;
 use crate::input::Input;
+use crate::source::Piece;
+use crate::source::Source;
 use crate::tree::NODE_SLOTS;
 use crate::tree::ROOT_NODE_SLOTS;
+
+/// Bytes of leaves that are decoded together: a few hundred leaves, and within the caches.
+const BATCH_BYTES: usize = 1 << 20;
+
+/// Leaves that one thread decodes before it asks for more.
+const LEAVES_PER_TASK: usize = 32;
+
+/// Bytes of the mask of a leaf.
+const MASK_BYTES: usize = 64;
+
+/// Bytes of a leaf of bools: mask, origin, values.
+const BOOL_LEAF_BYTES: usize = MASK_BYTES + 12 + 64;
 
 /// Reads one tree.
 pub(crate) struct TreeReader {
@@ -64,7 +86,7 @@ impl<T: Value> Slots<T> {
 
 impl TreeReader {
     /// Read the tree.
-    pub(crate) fn read<T: Value, R: Read>(
+    pub(crate) fn read<T: Value, R: Read + Seek>(
         mut self,
         input: &mut Input<R>,
     ) -> Result<SparseTree<T>, Error> {
@@ -72,14 +94,76 @@ impl TreeReader {
         if let Some(position) = self.leaves_position {
             input.skip_to(position, "the leaves of a grid")?;
         }
-        let mut leaves = Vec::with_capacity(parts.leaves.len());
-        for place in &parts.leaves {
-            leaves.push(self.leaf(input, place, parts.background)?);
-        }
+        let leaves = self.leaves(input, &parts.leaves, parts.background)?;
         SparseTree::from_parts(parts.background, leaves, parts.tiles)
     }
 
-    fn topology<T: Value, R: Read>(&mut self, input: &mut Input<R>) -> Result<Parts<T>, Error> {
+    fn leaves<T: Value, R: Read + Seek>(
+        &mut self,
+        input: &mut Input<R>,
+        mut places: &[LeafPlace],
+        background: T,
+    ) -> Result<Vec<Leaf<T>>, Error> {
+        let mut leaves = Vec::with_capacity(places.len());
+        while let Some(first) = places.first() {
+            let position = input.position();
+            let window = input.window(BATCH_BYTES)?;
+            let cut = self.cut_leaves::<T>(window, places);
+            let Some(n_bytes) = cut.last().map(|piece| piece.end) else {
+                leaves.push(leaf(&mut self.decoder, input, first, background)?);
+                places = &places[1..];
+                continue;
+            };
+            let (batch, rest) = places.split_at(cut.len());
+            let tasks = cut
+                .par_chunks(LEAVES_PER_TASK)
+                .zip(batch.par_chunks(LEAVES_PER_TASK));
+            let decoded = tasks.map(|(pieces, places)| {
+                let mut decoder = self.decoder.another();
+                let decode = |(piece, place): (&Range<usize>, &LeafPlace)| {
+                    let mut source = Piece {
+                        bytes: &window[piece.clone()],
+                        position: position + piece.start as u64,
+                    };
+                    leaf(&mut decoder, &mut source, place, background)
+                };
+                let decoded = pieces.iter().zip(places).map(decode);
+                decoded.collect::<Result<Vec<_>, Error>>()
+            });
+            // Looked at in their order, so that of several errors the first is told.
+            for task in decoded.collect::<Vec<_>>() {
+                leaves.extend(task?);
+            }
+            input.consume(n_bytes);
+            places = rest;
+        }
+        Ok(leaves)
+    }
+
+    /// Where the leaves are that lie in `bytes` from their start on, as far as they are whole.
+    fn cut_leaves<T: Value>(&self, bytes: &[u8], places: &[LeafPlace]) -> Vec<Range<usize>> {
+        let mut start = 0;
+        let length = |bytes: &[u8], place: &LeafPlace| {
+            if T::IS_BOOL {
+                return (bytes.len() >= BOOL_LEAF_BYTES).then_some(BOOL_LEAF_BYTES);
+            }
+            let block = bytes.get(MASK_BYTES..)?;
+            let length = self.decoder.block_length::<T>(block, &place.mask)?;
+            Some(MASK_BYTES + length)
+        };
+        let cut = places.iter().map_while(|place| {
+            let end = start + length(&bytes[start..], place)?;
+            let piece = start..end;
+            start = end;
+            Some(piece)
+        });
+        cut.collect()
+    }
+
+    fn topology<T: Value, R: Read + Seek>(
+        &mut self,
+        input: &mut Input<R>,
+    ) -> Result<Parts<T>, Error> {
         const WHAT: &str = "the root of a tree";
         let n_buffers = input.u32(WHAT)?;
         if n_buffers != 1 {
@@ -122,7 +206,7 @@ impl TreeReader {
     }
 
     /// Read the masks and values of a node.
-    fn node<T: Value, R: Read>(
+    fn node<T: Value, R: Read + Seek>(
         &mut self,
         input: &mut Input<R>,
         slots: &mut Slots<T>,
@@ -140,35 +224,35 @@ impl TreeReader {
         *plain = self.decoder.block(input, active, background, values)?;
         Ok(())
     }
+}
 
-    fn leaf<T: Value, R: Read>(
-        &mut self,
-        input: &mut Input<R>,
-        place: &LeafPlace,
-        background: T,
-    ) -> Result<Leaf<T>, Error> {
-        const WHAT: &str = "a leaf";
-        let mut mask = [0; 8];
-        input.mask(&mut mask, WHAT)?;
-        if mask != place.mask {
-            return Err(input.damaged(format!("the two masks of leaf {:?} differ", place.origin)));
-        }
-        let mut leaf = Leaf::new(place.origin, background);
-        leaf.mask = mask;
-        if T::IS_BOOL {
-            // Leaves of bool grids repeat their origin and hold their values as bits.
-            input.coordinates(WHAT)?;
-            let mut bits = [0; 8];
-            input.mask(&mut bits, WHAT)?;
-            for index in 0..LEAF_VOXELS {
-                leaf.values[index] = T::decode(&[(bits[index >> 6] >> (index & 63) & 1) as u8]);
-            }
-        } else {
-            self.decoder
-                .block(input, &mask, background, leaf.values.as_mut_slice())?;
-        }
-        Ok(leaf)
+/// Read the values of a leaf.
+fn leaf<T: Value>(
+    decoder: &mut Decoder,
+    source: &mut impl Source,
+    place: &LeafPlace,
+    background: T,
+) -> Result<Leaf<T>, Error> {
+    const WHAT: &str = "a leaf";
+    let mut mask = [0; 8];
+    source.mask(&mut mask, WHAT)?;
+    if mask != place.mask {
+        return Err(source.damaged(format!("the two masks of leaf {:?} differ", place.origin)));
     }
+    let mut leaf = Leaf::new(place.origin, background);
+    leaf.mask = mask;
+    if T::IS_BOOL {
+        // Leaves of bool grids repeat their origin and hold their values as bits.
+        source.coordinates(WHAT)?;
+        let mut bits = [0; 8];
+        source.mask(&mut bits, WHAT)?;
+        for index in 0..LEAF_VOXELS {
+            leaf.values[index] = T::decode(&[(bits[index >> 6] >> (index & 63) & 1) as u8]);
+        }
+    } else {
+        decoder.block(source, &mask, background, leaf.values.as_mut_slice())?;
+    }
+    Ok(leaf)
 }
 
 impl<T: Value> Parts<T> {
@@ -179,7 +263,7 @@ impl<T: Value> Parts<T> {
         }
     }
 
-    fn push_tiles<R: Read>(
+    fn push_tiles<R: Read + Seek>(
         &mut self,
         input: &mut Input<R>,
         slots: &Slots<T>,
@@ -212,7 +296,7 @@ impl<T: Value> Parts<T> {
         input.charge(2 * ((self.tiles.len() - before) * size_of::<Tile<T>>()) as u64)
     }
 
-    fn push_leaves<R: Read>(
+    fn push_leaves<R: Read + Seek>(
         &mut self,
         input: &mut Input<R>,
         slots: &Slots<T>,

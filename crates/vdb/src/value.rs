@@ -2,7 +2,7 @@
 
 use half::f16;
 
-/// A voxel value: `f32`, `f64`, `[f32; 3]`, `i32` or `bool`.
+/// A voxel value: `f32`, `f64`, `half::f16`, `[f32; 3]`, `i32` or `bool`.
 ///
 /// Sealed: the tree types of a VDB file are a closed list.
 pub trait Value:
@@ -28,8 +28,21 @@ pub(crate) mod sealed {
         fn decode(bytes: &[u8]) -> Self;
         /// Decode `HALF_SIZE` bytes.
         fn decode_half(bytes: &[u8]) -> Self;
+        /// Fill `SIZE` bytes.
+        fn fill(self, bytes: &mut [u8]);
         /// Append `SIZE` bytes.
-        fn encode(self, bytes: &mut Vec<u8>);
+        fn encode(self, bytes: &mut Vec<u8>) {
+            Self::encode_all(&[self], bytes);
+        }
+        /// Append all values, one behind the other.
+        fn encode_all(values: &[Self], bytes: &mut Vec<u8>) {
+            let start = bytes.len();
+            bytes.resize(start + values.len() * Self::SIZE, 0);
+            let places = bytes[start..].chunks_exact_mut(Self::SIZE);
+            for (place, value) in places.zip(values) {
+                value.fill(place);
+            }
+        }
         /// The value with the other sign, as `-background` is meant in a file.
         fn negated(self) -> Self;
         /// Equality of the stored bytes, so that a NaN equals itself and -0 differs from 0.
@@ -52,16 +65,19 @@ impl sealed::Bytes for f32 {
     const HALF_SIZE: usize = 2;
     const TYPE_NAME: &'static str = "float";
 
+    #[inline]
     fn decode(bytes: &[u8]) -> Self {
         Self::from_le_bytes(array(bytes))
     }
 
+    #[inline]
     fn decode_half(bytes: &[u8]) -> Self {
         f16::from_le_bytes(array(bytes)).to_f32()
     }
 
-    fn encode(self, bytes: &mut Vec<u8>) {
-        bytes.extend_from_slice(&self.to_le_bytes());
+    #[inline]
+    fn fill(self, bytes: &mut [u8]) {
+        bytes.copy_from_slice(&self.to_le_bytes());
     }
 
     fn negated(self) -> Self {
@@ -81,16 +97,52 @@ impl sealed::Bytes for f64 {
     const HALF_SIZE: usize = 2;
     const TYPE_NAME: &'static str = "double";
 
+    #[inline]
     fn decode(bytes: &[u8]) -> Self {
         Self::from_le_bytes(array(bytes))
     }
 
+    #[inline]
     fn decode_half(bytes: &[u8]) -> Self {
         f16::from_le_bytes(array(bytes)).to_f64()
     }
 
-    fn encode(self, bytes: &mut Vec<u8>) {
-        bytes.extend_from_slice(&self.to_le_bytes());
+    #[inline]
+    fn fill(self, bytes: &mut [u8]) {
+        bytes.copy_from_slice(&self.to_le_bytes());
+    }
+
+    fn negated(self) -> Self {
+        -self
+    }
+
+    fn same_bytes(self, other: Self) -> bool {
+        self.to_bits() == other.to_bits()
+    }
+}
+
+impl Value for f16 {}
+
+impl sealed::Bytes for f16 {
+    const ZERO: Self = Self::ZERO;
+    const SIZE: usize = 2;
+    // OpenVDB: `RealToHalf` knows no shorter form of a half.
+    const HALF_SIZE: usize = 0;
+    const TYPE_NAME: &'static str = "half";
+
+    #[inline]
+    fn decode(bytes: &[u8]) -> Self {
+        Self::from_le_bytes(array(bytes))
+    }
+
+    #[inline]
+    fn decode_half(bytes: &[u8]) -> Self {
+        Self::decode(bytes)
+    }
+
+    #[inline]
+    fn fill(self, bytes: &mut [u8]) {
+        bytes.copy_from_slice(&self.to_le_bytes());
     }
 
     fn negated(self) -> Self {
@@ -110,17 +162,20 @@ impl sealed::Bytes for [f32; 3] {
     const HALF_SIZE: usize = 6;
     const TYPE_NAME: &'static str = "vec3s";
 
+    #[inline]
     fn decode(bytes: &[u8]) -> Self {
         [0, 4, 8].map(|at| f32::decode(&bytes[at..at + 4]))
     }
 
+    #[inline]
     fn decode_half(bytes: &[u8]) -> Self {
         [0, 2, 4].map(|at| f32::decode_half(&bytes[at..at + 2]))
     }
 
-    fn encode(self, bytes: &mut Vec<u8>) {
-        for component in self {
-            component.encode(bytes);
+    #[inline]
+    fn fill(self, bytes: &mut [u8]) {
+        for (place, component) in bytes.chunks_exact_mut(4).zip(self) {
+            component.fill(place);
         }
     }
 
@@ -141,16 +196,19 @@ impl sealed::Bytes for i32 {
     const HALF_SIZE: usize = 0;
     const TYPE_NAME: &'static str = "int32";
 
+    #[inline]
     fn decode(bytes: &[u8]) -> Self {
         Self::from_le_bytes(array(bytes))
     }
 
+    #[inline]
     fn decode_half(bytes: &[u8]) -> Self {
         Self::decode(bytes)
     }
 
-    fn encode(self, bytes: &mut Vec<u8>) {
-        bytes.extend_from_slice(&self.to_le_bytes());
+    #[inline]
+    fn fill(self, bytes: &mut [u8]) {
+        bytes.copy_from_slice(&self.to_le_bytes());
     }
 
     fn negated(self) -> Self {
@@ -172,16 +230,19 @@ impl sealed::Bytes for bool {
     const IS_BOOL: bool = true;
     const TYPE_NAME: &'static str = "bool";
 
+    #[inline]
     fn decode(bytes: &[u8]) -> Self {
         bytes[0] != 0
     }
 
+    #[inline]
     fn decode_half(bytes: &[u8]) -> Self {
         Self::decode(bytes)
     }
 
-    fn encode(self, bytes: &mut Vec<u8>) {
-        bytes.push(u8::from(self));
+    #[inline]
+    fn fill(self, bytes: &mut [u8]) {
+        bytes[0] = u8::from(self);
     }
 
     fn negated(self) -> Self {

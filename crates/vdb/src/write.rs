@@ -1,4 +1,4 @@
-//! Writing a file of version 224: header, then grid after grid, as `read.rs` describes them.
+//! Writing a file of version 224 (225 if it has grids of halves): header, then grid after grid, as `read.rs` describes them.
 //!
 //! The UUID is a hash of the content (RFC 9562, version 8), not a random number, so that the same
 //! content gives the same bytes.
@@ -28,14 +28,14 @@ use crate::read::NAME_SEPARATOR;
 use crate::read::UUID_LENGTH;
 use crate::write_tree;
 
-/// The version that OpenVDB 5 to 12 write.
-const VERSION: u32 = 224;
+/// The version that OpenVDB 5 to 12 write, and that of the library that the header then names.
+const VERSION: [u32; 3] = [224, 10, 0];
 
-/// The library version that the header names; readers do not act on it.
-const LIBRARY_VERSION: [u32; 2] = [10, 0];
+/// The version that has grids of halves, and the first library that wrote it.
+const VERSION_WITH_HALVES: [u32; 3] = [225, 13, 0];
 
 /// Items that follow from the grid or from the way it is stored.
-const DERIVED_ITEMS: [&str; 9] = [
+pub(crate) const DERIVED_ITEMS: [&str; 9] = [
     "class",
     "name",
     "file_bbox_max",
@@ -54,10 +54,15 @@ pub(crate) fn file<W: Write + Seek>(
     compression: Compression,
 ) -> Result<(), Error> {
     let mut output = Output::new(sink)?;
+    let has_halves = |grid: &Grid| matches!(grid.tree, Tree::Half(_));
+    let version = if file.grids.iter().any(has_halves) {
+        VERSION_WITH_HALVES
+    } else {
+        VERSION
+    };
     output.append(|bytes| {
         bytes.extend_from_slice(&MAGIC.to_le_bytes());
-        bytes.extend_from_slice(&VERSION.to_le_bytes());
-        for part in LIBRARY_VERSION {
+        for part in version {
             bytes.extend_from_slice(&part.to_le_bytes());
         }
         // Grid offsets are present.
@@ -79,6 +84,7 @@ pub(crate) fn file<W: Write + Seek>(
         match &grid.tree {
             Tree::Float(tree) => writer.grid(grid, &unique_name, tree)?,
             Tree::Double(tree) => writer.grid(grid, &unique_name, tree)?,
+            Tree::Half(tree) => writer.grid(grid, &unique_name, tree)?,
             Tree::Vec3s(tree) => writer.grid(grid, &unique_name, tree)?,
             Tree::Int32(tree) => writer.grid(grid, &unique_name, tree)?,
             Tree::Bool(tree) => writer.grid(grid, &unique_name, tree)?,
@@ -110,7 +116,7 @@ fn unique_names(grids: &[Grid]) -> Vec<String> {
 }
 
 /// The first 16 bytes of a hash, with the bits that mark a UUID of version 8.
-fn uuid(hash: &[u8; 32]) -> String {
+pub(crate) fn uuid(hash: &[u8; 32]) -> String {
     let mut bytes = [0; 16];
     bytes.copy_from_slice(&hash[..16]);
     bytes[6] = bytes[6] & 0x0f | 0x80;

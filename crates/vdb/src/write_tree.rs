@@ -4,6 +4,8 @@ use std::collections::BTreeSet;
 use std::io::Seek;
 use std::io::Write;
 
+use rayon::prelude::*;
+
 use crate::Error;
 use crate::LEAF_VOXELS;
 use crate::Leaf;
@@ -19,6 +21,12 @@ use crate::tree::NODE_SLOTS;
 use crate::tree::ROOT_NODE_SLOTS;
 use crate::tree::TreeOrder;
 use crate::tree::tree_order;
+
+/// Leaves that are encoded before they are written.
+const LEAVES_PER_BATCH: usize = 2048;
+
+/// Leaves that one thread encodes before it asks for more.
+const LEAVES_PER_TASK: usize = 64;
 
 /// The leaves and tiles inside a node, each sorted.
 #[derive(Clone, Copy)]
@@ -74,30 +82,50 @@ pub(crate) fn topology<T: Value, W: Write + Seek>(
     Ok(())
 }
 
-/// Write the values of all leaves.
+/// Write the values of all leaves: a batch is encoded in parallel while the one before it is
+/// written.
 pub(crate) fn leaves<T: Value, W: Write + Seek>(
     output: &mut Output<W>,
-    encoder: &mut Encoder,
+    encoder: &Encoder,
     tree: &SparseTree<T>,
 ) -> Result<(), Error> {
-    for leaf in tree.leaves() {
-        output.append(|bytes| {
-            push_mask(bytes, &leaf.mask);
-            if T::IS_BOOL {
-                push_origin(bytes, leaf.origin);
-                push_mask(bytes, &value_bits(leaf));
-            } else {
-                let values = leaf.values.as_slice();
-                let slots = Slots {
-                    children: &[0; 8],
-                    active: &leaf.mask,
-                    values,
-                };
-                encoder.block(bytes, slots, tree.background);
+    let mut batches = tree.leaves().chunks(LEAVES_PER_BATCH);
+    let mut encoded = Vec::new();
+    let mut next = Vec::new();
+    let encode = |batch: Option<&[Leaf<T>]>, parts: &mut Vec<Vec<u8>>| {
+        let leaves = batch.unwrap_or_default();
+        parts.resize_with(leaves.len().div_ceil(LEAVES_PER_TASK), Vec::new);
+        let tasks = leaves.par_chunks(LEAVES_PER_TASK).zip(parts);
+        tasks.for_each(|(leaves, bytes)| {
+            let mut encoder = encoder.another();
+            bytes.clear();
+            for leaf in leaves {
+                push_leaf(bytes, &mut encoder, leaf, tree.background);
             }
-        })?;
+        });
+    };
+    encode(batches.next(), &mut encoded);
+    while !encoded.is_empty() {
+        let batch = batches.next();
+        output.append_all(&encoded, || encode(batch, &mut next))?;
+        std::mem::swap(&mut encoded, &mut next);
     }
     Ok(())
+}
+
+fn push_leaf<T: Value>(bytes: &mut Vec<u8>, encoder: &mut Encoder, leaf: &Leaf<T>, background: T) {
+    push_mask(bytes, &leaf.mask);
+    if T::IS_BOOL {
+        push_origin(bytes, leaf.origin);
+        push_mask(bytes, &value_bits(leaf));
+    } else {
+        let slots = Slots {
+            children: &[0; 8],
+            active: &leaf.mask,
+            values: leaf.values.as_slice(),
+        };
+        encoder.block(bytes, slots, background);
+    }
 }
 
 fn upper_node<T: Value, W: Write + Seek>(

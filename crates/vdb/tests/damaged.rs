@@ -7,7 +7,9 @@ mod common;
 use common::BLOSC;
 use common::Random;
 use common::bytes;
+use common::replaced;
 use common::small_file;
+use common::stream_with_instances;
 use common::transform;
 use niji_vdb::Compression;
 use niji_vdb::Error;
@@ -122,15 +124,6 @@ fn a_file_that_ends_too_early_is_an_error_at_every_length() {
             );
         }
     }
-}
-
-/// Replace the first place where `from` stands.
-fn replaced(bytes: &[u8], from: &[u8], to: &[u8]) -> Vec<u8> {
-    let place = bytes
-        .windows(from.len())
-        .position(|window| window == from)
-        .unwrap();
-    [&bytes[..place], to, &bytes[place + from.len()..]].concat()
 }
 
 #[test]
@@ -251,39 +244,12 @@ fn the_file_with_most_memory_for_its_length_is_read() {
     );
 }
 
-/// A file without offsets, with copies behind its one grid that share the tree of `parent`.
-fn with_instances(original: &[u8], n_instances: u32, parent: &str) -> Vec<u8> {
-    let place = |of: &[u8]| {
-        original
-            .windows(of.len())
-            .position(|window| window == of)
-            .unwrap()
-    };
-    let type_name = b"Tree_float_5_4_3\0\0\0\0";
-    let type_place = place(type_name);
-    let map_name = b"UniformScaleTranslateMap";
-    let map_end = place(map_name) + map_name.len() + 18 * 8;
-    let head = &original[type_place + type_name.len() + 24..map_end];
-    let text = |text: &str| [&(text.len() as u32).to_le_bytes(), text.as_bytes()].concat();
-    let mut file = original.to_vec();
-    // The flag for offsets stands before the UUID, the number of grids before the first name.
-    file[20] = 0;
-    let count_place = type_place - 4 - "density".len() - 4 - 4;
-    file[count_place..count_place + 4].copy_from_slice(&(n_instances + 1).to_le_bytes());
-    for _ in 0..n_instances {
-        file.extend([text("copy"), text("Tree_float_5_4_3"), text(parent)].concat());
-        file.extend([0; 24]);
-        file.extend_from_slice(head);
-    }
-    file
-}
-
 #[test]
 fn instances_share_the_tree_of_an_earlier_grid() {
-    let file = VdbFile::parse(&with_instances(&mask_only(), 3, "density")).unwrap();
+    let file = VdbFile::parse(&stream_with_instances(&mask_only(), 3, "density")).unwrap();
     assert_eq!(file.grids.len(), 4);
     assert_eq!(file.grids[3].tree, common::small_tree().into());
-    let error = VdbFile::parse(&with_instances(&mask_only(), 1, "other")).unwrap_err();
+    let error = VdbFile::parse(&stream_with_instances(&mask_only(), 1, "other")).unwrap_err();
     assert!(
         error.to_string().contains("an instance of `other`"),
         "{error}"
@@ -300,8 +266,8 @@ fn instances_cannot_multiply_a_tree_without_end() {
     let tree = FloatTree::from_leaves(0.0, (0..1000).map(leaf).collect()).unwrap();
     let file = VdbFile::new(vec![Grid::new("density", "unknown", transform(), tree)]);
     let original = bytes(&file, Compression::None);
-    assert!(VdbFile::parse(&with_instances(&original, 3, "density")).is_ok());
-    let error = VdbFile::parse(&with_instances(&original, 1000, "density")).unwrap_err();
+    assert!(VdbFile::parse(&stream_with_instances(&original, 3, "density")).is_ok());
+    let error = VdbFile::parse(&stream_with_instances(&original, 1000, "density")).unwrap_err();
     assert!(
         error.to_string().contains("decoding needs more than"),
         "{error}"

@@ -10,6 +10,7 @@ use common::small_tree;
 use common::transform;
 use glam::DMat3;
 use glam::DVec3;
+use half::f16;
 use niji_vdb::Compression;
 use niji_vdb::Error;
 use niji_vdb::FOG_VOLUME;
@@ -80,11 +81,33 @@ fn varied_tree<T: Value>(background: T, minus: T, others: [T; 3]) -> SparseTree<
     SparseTree::from_parts(background, leaves, tiles).unwrap()
 }
 
+fn half(value: f32) -> f16 {
+    f16::from_f32(value)
+}
+
+#[test]
+fn only_grids_of_halves_need_the_newest_version() {
+    let mut file = small_file();
+    let version = |file: &VdbFile| bytes(file, Compression::None)[8..20].to_vec();
+    let words = |words: [u32; 3]| words.map(u32::to_le_bytes).concat();
+    assert_eq!(version(&file), words([224, 10, 0]));
+    let tree = SparseTree::new(half(1.5));
+    file.grids
+        .push(Grid::new("short", FOG_VOLUME, transform(), tree));
+    assert_eq!(version(&file), words([225, 13, 0]));
+}
+
 #[test]
 fn every_type_with_every_kind_of_inactive_value_and_tile_comes_back() {
-    let trees: [Tree; 5] = [
+    let trees: [Tree; 6] = [
         varied_tree(3.0_f32, -3.0, [7.5, f32::MIN_POSITIVE / 2.0, f32::INFINITY]).into(),
         varied_tree(3.0_f64, -3.0, [7.5, 1e300, 0.1]).into(),
+        varied_tree(
+            half(3.0),
+            half(-3.0),
+            [half(7.5), f16::MIN_POSITIVE, f16::INFINITY],
+        )
+        .into(),
         varied_tree(
             [0.5_f32; 3],
             [-0.5; 3],

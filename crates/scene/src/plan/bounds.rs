@@ -9,8 +9,10 @@
 //! * their shadow takes at most 1 - exp(-q tau_s) of the bow, tau_s the largest optical depth
 //!   towards the sun;
 //! * the air takes at most 1 - exp(-tau_air) of each wavelength of the bow, on either path;
+//! * the other orders add their own P, and show both sides of the split where a bow is off;
 //! * light scattered by the air is bounded by itself (see `air_light`);
-//! * sun's disc, spread of sizes and supernumeraries change P by a difference of two curves.
+//! * sun's disc, spread of sizes and supernumeraries change P by a difference of two curves;
+//! * flat drops change P by what moving the bow of every size does (see `flat_drops`).
 //!
 //! tau <= sigma_max times the longest way of a block through the box. All are monotone: they grow
 //! when light is added and fall when attenuation is. So bounds computed with every light that may be
@@ -22,10 +24,10 @@ use std::collections::BTreeSet;
 use crate::effect::Effect;
 
 use super::air_light::AirLight;
-use super::bow_light::Curve;
 use super::bow_light::Line;
+use super::directed_curve::DirectedCurve;
 use super::light_curves::LightCurves;
-use super::light_curves::Variant;
+use super::light_curves::Shapes;
 use super::light_curves::variants;
 use super::view::Block;
 
@@ -74,18 +76,20 @@ pub(super) struct Assumed {
 }
 
 impl Assumed {
-    /// The ways in which the bows may be shaped.
-    fn variants(&self) -> Vec<Variant> {
-        variants(|effect| {
-            match (
-                self.may_be_on.contains(&effect),
-                self.is_on.contains(&effect),
-            ) {
-                (true, true) => Some(true),
-                (true, false) => None,
-                (false, _) => Some(false),
-            }
-        })
+    /// The ways in which light may be shaped.
+    fn shapes(&self) -> Shapes {
+        let known = |effect: Effect| match (
+            self.may_be_on.contains(&effect),
+            self.is_on.contains(&effect),
+        ) {
+            (true, true) => Some(true),
+            (true, false) => None,
+            (false, _) => Some(false),
+        };
+        Shapes {
+            variants: variants(known),
+            flat: known(Effect::DropFlattening),
+        }
     }
 }
 
@@ -103,6 +107,9 @@ pub(super) struct BoundScene<'a> {
     pub(super) farthest_m: f64,
 }
 
+/// Both bows.
+const BOWS: [Effect; 2] = [Effect::PrimaryBow, Effect::SecondaryBow];
+
 /// -expm1(-x): the share that an optical depth takes.
 fn taken(depth: f64) -> f64 {
     -(-depth).exp_m1()
@@ -116,14 +123,27 @@ impl BoundScene<'_> {
             Effect::PrimaryBow | Effect::SecondaryBow => {
                 let curve = self
                     .light
-                    .bow(effect, &self.sunlight(assumed), &assumed.variants());
+                    .bow(effect, &self.sunlight(assumed), &assumed.shapes());
                 proved(&|index| self.brightest(&curve, index) * self.column(index, assumed))
             }
             Effect::Supernumeraries | Effect::SunDisc | Effect::SizeSpread => {
-                let (factor, variants) = (self.sunlight(assumed), assumed.variants());
-                let curve = self.light.difference(effect, &factor, &variants);
+                let (factor, shapes) = (self.sunlight(assumed), assumed.shapes());
+                let curve = self.light.difference(effect, &factor, &shapes);
                 let change = |index| self.brightest(&curve, index) * self.column(index, assumed);
                 Some(self.over(BoundKind::TableDifference, &change))
+            }
+            Effect::HigherOrders => {
+                let factor = self.sunlight(assumed);
+                let shown = BOWS.map(|bow| assumed.is_on.contains(&bow));
+                let curve = self.light.higher_light(&factor, &assumed.shapes(), shown);
+                proved(&|index| self.brightest(&curve, index) * self.column(index, assumed))
+            }
+            Effect::DropFlattening => {
+                let curve = self
+                    .light
+                    .flattening(&self.sunlight(assumed), &assumed.shapes());
+                let change = |index| self.brightest(&curve, index) * self.column(index, assumed);
+                Some(self.over(BoundKind::Estimated, &change))
             }
             Effect::DropExtinction => {
                 let curve = self.bows(assumed, &self.sunlight(assumed));
@@ -159,11 +179,7 @@ impl BoundScene<'_> {
             Effect::AirInscatter => proved(&|index| self.inscatter(index)),
             Effect::Sky => proved(&|index| self.sky(index)),
             Effect::Occluders => proved(&|_| 0.0),
-            Effect::HigherOrders
-            | Effect::Glory
-            | Effect::Corona
-            | Effect::DropFlattening
-            | Effect::MultipleScattering => None,
+            Effect::Glory | Effect::Corona | Effect::MultipleScattering => None,
         }
     }
 
@@ -186,8 +202,9 @@ impl BoundScene<'_> {
     }
 
     /// Largest value of a curve within a block.
-    pub(super) fn brightest(&self, curve: &Curve, block_index: usize) -> f64 {
-        curve.max_within(self.blocks[block_index].theta_rad)
+    fn brightest(&self, curve: &DirectedCurve, block_index: usize) -> f64 {
+        let block = &self.blocks[block_index];
+        curve.max_within(block.theta_rad, block.flattening)
     }
 
     /// Effective column of the drops that scatters into the view.
@@ -208,14 +225,20 @@ impl BoundScene<'_> {
         }
     }
 
-    /// Light of all bows that may be on.
-    fn bows(&self, assumed: &Assumed, factor: &[f64]) -> Curve {
-        [Effect::PrimaryBow, Effect::SecondaryBow]
+    /// Light of all orders that may be on.
+    fn bows(&self, assumed: &Assumed, factor: &[f64]) -> DirectedCurve {
+        let shapes = assumed.shapes();
+        let bows = BOWS
             .into_iter()
             .filter(|bow| assumed.may_be_on.contains(bow))
-            .map(|bow| self.light.bow(bow, factor, &assumed.variants()))
+            .map(|bow| self.light.bow(bow, factor, &shapes));
+        let higher = assumed
+            .may_be_on
+            .contains(&Effect::HigherOrders)
+            .then(|| self.light.higher_light(factor, &shapes, [true; 2]));
+        bows.chain(higher)
             .reduce(|a, b| a.plus(&b))
-            .unwrap_or_else(Curve::empty)
+            .unwrap_or_else(DirectedCurve::empty)
     }
 
     /// Light of the air in front of the far side of the drops. It is dimmed by the air in any case.
@@ -237,7 +260,12 @@ impl BoundScene<'_> {
 
     /// What extinction takes from the bows and from the light behind the drops. Skylit drops exist
     /// only with it and add light, so the larger of both changes bounds their difference.
-    fn extinction_change(&self, block_index: usize, curve: &Curve, assumed: &Assumed) -> f64 {
+    fn extinction_change(
+        &self,
+        block_index: usize,
+        curve: &DirectedCurve,
+        assumed: &Assumed,
+    ) -> f64 {
         let depth = self.depth(block_index);
         let share = taken(self.efficiency * depth);
         let from_bow = self.brightest(curve, block_index) * (depth - share / self.efficiency);

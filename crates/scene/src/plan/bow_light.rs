@@ -6,24 +6,24 @@
 //! in natural light, averaged over sizes and the sun's disc; `E_l` irradiance, `y_l` the observer.
 //!
 //! The stage that makes tables resolves fringes and lines that no bound needs: here sizes,
-//! wavelengths and angles are coarse, and [`MARGIN`] covers the difference.
+//! wavelengths and angles are coarse, and a margin on every maximum covers the difference.
 
 use niji_airy::AiryBow;
 use niji_airy::AiryTable;
+use niji_airy::BowDirection;
 use niji_airy::GeometricOrder;
+use niji_airy::PublishedGeometricBow;
+use niji_airy::UniformBow;
+use niji_airy::rainbow_ray;
 use niji_radiometry::Micrometers;
 use niji_radiometry::Nanometers;
 use niji_radiometry::Radians;
 use niji_radiometry::water_refractive_index;
 use niji_scatter::Theory;
 
+use super::curve::Curve;
+use super::curve::STEP_RAD;
 use super::size_mean::SizeMean;
-
-/// Factor on every maximum, for the coarseness of this table.
-pub(super) const MARGIN: f64 = 1.15;
-
-/// Step of the angles, 0.05 degrees.
-const STEP_RAD: f64 = 0.05 * std::f64::consts::PI / 180.0;
 
 /// Steps across the sun's disc that replace an average.
 const MIN_STEPS_PER_DISC: f64 = 2.0;
@@ -35,6 +35,8 @@ pub(super) struct Line {
     pub(super) index: usize,
     /// Center of the bin.
     pub(super) wavelength: Nanometers,
+    /// Width of the bins that it stands for.
+    pub(super) width: Nanometers,
     /// Share of the sun's luminance times pi/0.18.
     pub(super) weight: f64,
 }
@@ -60,7 +62,7 @@ pub(super) struct BowLight {
 }
 
 impl BowLight {
-    /// Computes the light of one order in Airy's theory, or of rays.
+    /// Computes the light of one order; the exact theories are those of its uniform form.
     pub(super) fn new(request: &LightRequest<'_>) -> Self {
         let (low, high) = request.theta_rad;
         let n_steps = ((high - low).max(0.0) / STEP_RAD).ceil() as usize + 1;
@@ -85,7 +87,7 @@ impl BowLight {
         let laws: Vec<(Micrometers, SizeMean)> = request.sizes.iter().map(mean).collect();
         let mut values = vec![Vec::with_capacity(request.lines.len()); laws.len()];
         for line in request.lines {
-            let rows = rows(request, &laws, line.wavelength, &angles);
+            let rows = rows(request, &laws, line, &angles);
             for (values, row) in values.iter_mut().zip(rows) {
                 values.push(row);
             }
@@ -94,6 +96,23 @@ impl BowLight {
             first_rad: low,
             values,
         }
+    }
+
+    /// No light at any angle.
+    pub(super) fn empty() -> Self {
+        Self {
+            first_rad: 0.0,
+            values: Vec::new(),
+        }
+    }
+
+    /// The light of both together.
+    pub(super) fn plus(mut self, other: &Self) -> Self {
+        let mine = self.values.iter_mut().flatten().flatten();
+        for (sum, value) in mine.zip(other.values.iter().flatten().flatten()) {
+            *sum += value;
+        }
+        self
     }
 
     /// The same light from a sun of `diameter_rad`: the mean over the disc, which across the bow is
@@ -129,27 +148,42 @@ impl BowLight {
         }
     }
 
+    /// Relative luminance of every size by angle, with a factor for each line.
+    pub(super) fn luminance_by_size(&self, lines: &[Line], factor: &[f64]) -> Vec<Vec<f64>> {
+        let rows = self.values.iter();
+        rows.map(|size| weighted(size, lines, factor)).collect()
+    }
+
     /// Relative luminance by angle, with a factor for each line: largest over the sizes.
     pub(super) fn luminance(&self, lines: &[Line], factor: &[f64]) -> Curve {
-        let rows = self.values.iter().map(|size| weighted(size, lines, factor));
-        self.curve(rows.reduce(|a, b| pointwise(&a, &b, f64::max)))
+        self.largest(self.luminance_by_size(lines, factor))
     }
 
     /// Largest difference of relative luminance to `other` by angle, over the sizes.
     pub(super) fn difference(&self, other: &Self, lines: &[Line], factor: &[f64]) -> Curve {
-        let rows = self.values.iter().zip(&other.values).map(|(mine, others)| {
-            let others = weighted(others, lines, factor);
-            pointwise(&weighted(mine, lines, factor), &others, |a, b| {
-                (a - b).abs()
-            })
-        });
-        self.curve(rows.reduce(|a, b| pointwise(&a, &b, f64::max)))
+        let mine = self.luminance_by_size(lines, factor);
+        let others = other.luminance_by_size(lines, factor);
+        let rows = mine.iter().zip(&others);
+        self.largest(rows.map(|(mine, others)| pointwise(mine, others, |a, b| (a - b).abs())))
     }
 
-    fn curve(&self, values: Option<Vec<f64>>) -> Curve {
+    /// The light with every row of a size, one for each line, replaced.
+    pub(super) fn map_rows(&self, change: impl Fn(usize, &[f64]) -> Vec<f64>) -> Self {
+        let of_size = |(size, lines): (usize, &Vec<Vec<f64>>)| {
+            lines.iter().map(|row| change(size, row)).collect()
+        };
+        Self {
+            first_rad: self.first_rad,
+            values: self.values.iter().enumerate().map(of_size).collect(),
+        }
+    }
+
+    /// The largest of rows over this light's angles.
+    pub(super) fn largest(&self, rows: impl IntoIterator<Item = Vec<f64>>) -> Curve {
+        let largest = rows.into_iter().reduce(|a, b| pointwise(&a, &b, f64::max));
         Curve {
             first_rad: self.first_rad,
-            values: values.unwrap_or_default(),
+            values: largest.unwrap_or_default(),
         }
     }
 }
@@ -175,40 +209,88 @@ type LightOfLaw<'a> = dyn Fn(Micrometers, &dyn Fn(f64) -> [f64; 2]) -> [f64; 2] 
 fn rows(
     request: &LightRequest<'_>,
     laws: &[(Micrometers, SizeMean)],
-    wavelength: Nanometers,
+    line: &Line,
     angles: &[Radians],
 ) -> Vec<Vec<f64>> {
+    let wavelength = line.wavelength;
     let index = water_refractive_index(wavelength, request.temperature_c);
-    let (Some(rays), Some(bow)) = (
-        GeometricOrder::new(index, request.order),
-        AiryBow::new(index, request.order),
-    ) else {
+    let Some(light) = OrderLight::new(request, line, index) else {
         return vec![vec![0.0; angles.len()]; laws.len()];
     };
     let mut rows = vec![Vec::with_capacity(angles.len()); laws.len()];
-    let mut extend = |one: &LightOfLaw<'_>| {
-        for (row, (radius, mean)) in rows.iter_mut().zip(laws) {
-            row.push(natural(one(*radius, &|z| mean.squares(z, request.airy))));
-        }
-    };
     for theta in angles {
-        match request.theory {
-            Theory::GeometricPublished | Theory::Geometric => {
-                let light = near_caustic(&rays, bow.ray().theta_rad(), *theta);
+        let mut extend = |one: &LightOfLaw<'_>| {
+            for (row, (radius, mean)) in rows.iter_mut().zip(laws) {
+                row.push(natural(one(*radius, &|z| mean.squares(z, request.airy))));
+            }
+        };
+        match &light {
+            OrderLight::Rays(rays, caustic_rad) => {
+                let light = near_caustic(rays, *caustic_rad, *theta);
                 extend(&|_, _| light);
             }
-            Theory::AiryPublished => {
+            OrderLight::Colors(bow) => {
+                let light = bow.normalized_cross_section(*theta);
+                extend(&|_, _| light);
+            }
+            OrderLight::Published(bow) => {
                 extend(&|radius, squares| bow.published(radius, wavelength, *theta, squares));
             }
-            Theory::Airy | Theory::Uniform | Theory::Debye { .. } | Theory::Mie => {
-                let direction = bow.direction(*theta);
-                extend(&|radius, squares| {
-                    direction.normalized_cross_section(radius, wavelength, squares)
-                });
-            }
+            OrderLight::Airy(bow) => extend(&of_direction(&bow.direction(*theta), wavelength)),
+            OrderLight::Uniform(bow) => extend(&of_direction(&bow.direction(*theta), wavelength)),
         }
     }
     rows
+}
+
+/// One order at one wavelength.
+enum OrderLight {
+    /// Rays, and where their light is not bounded.
+    Rays(GeometricOrder, Option<f64>),
+    /// The published color scale.
+    Colors(PublishedGeometricBow),
+    Published(AiryBow),
+    Airy(AiryBow),
+    Uniform(Box<UniformBow>),
+}
+
+impl OrderLight {
+    /// An order that has no bow is rays in every theory; `None` if it does not exist.
+    fn new(request: &LightRequest<'_>, line: &Line, index: f64) -> Option<Self> {
+        let (theory, order) = (request.theory, request.order);
+        let rays = || {
+            let caustic_rad = rainbow_ray(index, order).map(|ray| ray.theta_rad());
+            GeometricOrder::new(index, order).map(|rays| Self::Rays(rays, caustic_rad))
+        };
+        if theory == Theory::GeometricPublished {
+            let bow = PublishedGeometricBow::new(line.wavelength, line.width).map(Self::Colors);
+            // It knows the primary alone.
+            return bow.filter(|_| order == FIRST_BOW);
+        }
+        if order < FIRST_BOW {
+            return rays();
+        }
+        match theory {
+            Theory::GeometricPublished | Theory::Geometric => rays(),
+            Theory::AiryPublished => AiryBow::new(index, order).map(Self::Published),
+            Theory::Airy => AiryBow::new(index, order).map(Self::Airy),
+            Theory::Uniform | Theory::Debye { .. } | Theory::Mie => {
+                let bow = UniformBow::new(index, order)?;
+                Some(Self::Uniform(Box::new(bow)))
+            }
+        }
+    }
+}
+
+/// The lowest order with a rainbow ray, the primary's.
+const FIRST_BOW: u32 = 2;
+
+/// Light of a direction for any law.
+fn of_direction(
+    direction: &BowDirection,
+    wavelength: Nanometers,
+) -> impl Fn(Micrometers, &dyn Fn(f64) -> [f64; 2]) -> [f64; 2] {
+    move |radius, squares| direction.normalized_cross_section(radius, wavelength, squares)
 }
 
 /// Half of the narrowest ring over which tables average the light of rays, 0.005 degrees.
@@ -216,8 +298,9 @@ const HALF_RING_RAD: f64 = 0.005 * std::f64::consts::PI / 180.0;
 
 /// Light of rays; within steps of the caustic, where it is not bounded, the largest mean over a ring
 /// as narrow as in a table.
-fn near_caustic(rays: &GeometricOrder, caustic_rad: f64, theta: Radians) -> [f64; 2] {
-    if (theta.0 - caustic_rad).abs() > 3.0 * STEP_RAD {
+fn near_caustic(rays: &GeometricOrder, caustic_rad: Option<f64>, theta: Radians) -> [f64; 2] {
+    let is_near = |caustic_rad: f64| (theta.0 - caustic_rad).abs() <= 3.0 * STEP_RAD;
+    if !caustic_rad.is_some_and(is_near) {
         return rays.normalized_cross_section(theta);
     }
     let ring = |center_rad: f64| {
@@ -234,71 +317,4 @@ fn near_caustic(rays: &GeometricOrder, caustic_rad: f64, theta: Radians) -> [f64
 /// Unpolarized light of both polarizations.
 fn natural([s, p]: [f64; 2]) -> f64 {
     0.5 * (s + p)
-}
-
-/// A quantity by scattering angle.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Curve {
-    first_rad: f64,
-    values: Vec<f64>,
-}
-
-impl Curve {
-    /// No light at any angle.
-    pub(super) fn empty() -> Self {
-        Self {
-            first_rad: 0.0,
-            values: Vec::new(),
-        }
-    }
-
-    /// Largest value within a range of angles, the neighbors of its ends included, times
-    /// [`MARGIN`]; 0 beyond the curve.
-    pub(super) fn max_within(&self, (low_rad, high_rad): (f64, f64)) -> f64 {
-        let place = |theta_rad: f64| (theta_rad - self.first_rad) / STEP_RAD;
-        if self.values.is_empty() || place(high_rad) < 0.0 {
-            return 0.0;
-        }
-        let first = place(low_rad).floor().max(0.0) as usize;
-        let last = (place(high_rad).ceil() as usize).min(self.values.len() - 1);
-        let range = self.values.get(first..=last).unwrap_or_default();
-        MARGIN * range.iter().fold(0.0, |max: f64, value| max.max(*value))
-    }
-
-    /// Pointwise sum of curves over the same angles.
-    pub(super) fn plus(&self, other: &Self) -> Self {
-        if self.values.is_empty() {
-            return other.clone();
-        }
-        let mut sum = self.clone();
-        for (sum, value) in sum.values.iter_mut().zip(&other.values) {
-            *sum += value;
-        }
-        sum
-    }
-
-    /// Pointwise larger of two curves over the same angles.
-    pub(super) fn or_larger(&self, other: &Self) -> Self {
-        if self.values.is_empty() {
-            return other.clone();
-        }
-        let mut larger = self.clone();
-        for (larger, value) in larger.values.iter_mut().zip(&other.values) {
-            *larger = larger.max(*value);
-        }
-        larger
-    }
-
-    /// The curve with zeros where `keep` does not hold.
-    pub(super) fn only(&self, keep: impl Fn(f64) -> bool) -> Self {
-        let angle = |index: usize| self.first_rad + STEP_RAD * index as f64;
-        let values = self.values.iter().enumerate();
-        let values = values
-            .map(|(i, value)| if keep(angle(i)) { *value } else { 0.0 })
-            .collect();
-        Self {
-            first_rad: self.first_rad,
-            values,
-        }
-    }
 }

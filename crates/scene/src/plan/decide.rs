@@ -107,7 +107,12 @@ fn drop_dependents(switches: &EffectSwitches, on: &mut BTreeSet<Effect>) {
     let bow = on.contains(&Effect::PrimaryBow) || on.contains(&Effect::SecondaryBow);
     let is_open = |effect: &Effect| switches.of(*effect) == Switch::Auto;
     if !bow {
-        let of_bows = [Effect::Supernumeraries, Effect::SunDisc, Effect::SizeSpread];
+        let of_bows = [
+            Effect::Supernumeraries,
+            Effect::SunDisc,
+            Effect::SizeSpread,
+            Effect::DropFlattening,
+        ];
         on.retain(|effect| !(of_bows.contains(effect) && is_open(effect)));
     }
 }

@@ -29,7 +29,7 @@ use super::reasons::Facts;
 use super::view;
 use super::view::Block;
 
-/// Albedo of the card that luminances are compared with.
+/// Albedo of the card in the sun above the air that luminances are compared with at exposure 0.
 const REFERENCE_ALBEDO: f64 = 0.18;
 
 /// Most wavelengths that bounds are computed with.
@@ -49,6 +49,8 @@ pub(super) struct Situation {
     pub(super) drops: DropSummary,
     pub(super) levels: Levels,
     pub(super) view: View,
+    /// Smallest and largest m of rays that may meet drops; `None` where there are none.
+    pub(super) flattening: Option<(f64, f64)>,
     pub(super) reference_luminance_cd_m2: f64,
     /// Scattering angle of the rainbow rays of order 2 and 3, rad.
     pub(super) bows_rad: (f64, f64),
@@ -78,14 +80,17 @@ impl Situation {
             let index = water_refractive_index(SPLIT_WAVELENGTH, scene.water.temperature_c);
             rainbow_ray(index, order).map_or(0.0, |ray| ray.theta_rad())
         };
-        let (lines, sun_luminance) = lines(&grid);
+        // What a gray card in the sun looks like is what that is worth at other exposures.
+        let reference_albedo = REFERENCE_ALBEDO * (-scene.picture.exposure_ev).exp2();
+        let (lines, sun_luminance) = lines(&grid, reference_albedo);
         Ok(Self {
             view: seen(&blocks, &drops, sun_chord_m),
+            flattening: flattening_seen(&blocks),
             camera,
             sun,
             levels: scene.accuracy.levels(drops.voxel_m),
             drops,
-            reference_luminance_cd_m2: REFERENCE_ALBEDO * sun_luminance / std::f64::consts::PI,
+            reference_luminance_cd_m2: reference_albedo * sun_luminance / std::f64::consts::PI,
             bows_rad: (bow(2), bow(3)),
             lines,
             grid,
@@ -123,6 +128,7 @@ impl Situation {
 
     pub(super) fn curves(&self, scene: &Scene) -> LightCurves<'_> {
         LightCurves::new(CurvesRequest {
+            flattening: self.flattening.unwrap_or_default(),
             theory: self.levels.theory,
             lines: &self.lines,
             sizes: self.sizes(),
@@ -196,7 +202,7 @@ fn summary(scene: &Scene, inputs: &PlanInputs<'_>) -> Result<DropSummary, PlanEr
 }
 
 /// Representative wavelengths with their weights, and the sun's illuminance (lx).
-fn lines(grid: &WavelengthGrid) -> (Vec<Line>, f64) {
+fn lines(grid: &WavelengthGrid, reference_albedo: f64) -> (Vec<Line>, f64) {
     let irradiance = solar_irradiance(grid);
     let observer = Colorimetry::new(grid);
     let luminance: Vec<f64> = observer
@@ -207,7 +213,7 @@ fn lines(grid: &WavelengthGrid) -> (Vec<Line>, f64) {
         .collect();
     let total: f64 = luminance.iter().sum();
     let group = grid.len().div_ceil(MAX_LINES);
-    let scale = std::f64::consts::PI / REFERENCE_ALBEDO / total.max(f64::MIN_POSITIVE);
+    let scale = std::f64::consts::PI / reference_albedo / total.max(f64::MIN_POSITIVE);
     let line = |(number, bins): (usize, &[f64])| {
         let first = number * group;
         let index = first + (bins.len() - 1) / 2;
@@ -215,6 +221,7 @@ fn lines(grid: &WavelengthGrid) -> (Vec<Line>, f64) {
         Line {
             index,
             wavelength: grid.center(index),
+            width: Nanometers(grid.step_nm() * bins.len() as f64),
             weight,
         }
     };
@@ -222,6 +229,13 @@ fn lines(grid: &WavelengthGrid) -> (Vec<Line>, f64) {
         luminance.chunks(group).enumerate().map(line).collect(),
         total,
     )
+}
+
+/// Smallest and largest m of the blocks that may meet drops.
+fn flattening_seen(blocks: &[Block]) -> Option<(f64, f64)> {
+    let with_drops = blocks.iter().filter(|block| block.drops.is_some());
+    let ranges = with_drops.map(|block| block.flattening);
+    ranges.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
 }
 
 fn seen(blocks: &[Block], drops: &DropSummary, sun_chord_m: f64) -> View {
@@ -273,14 +287,14 @@ pub(super) fn warnings(
     }
     let flattening = effects
         .iter()
-        .find(|decision| decision.effect == Effect::DropFlattening);
+        .find(|decision| decision.effect == Effect::DropFlattening && !decision.on);
     let bound = flattening
         .and_then(|decision| decision.bound)
         .map_or(0.0, |bound| bound.value);
     if bound > scene.accuracy.tolerance {
         warnings.push(
-            "drops as large as these are not round, which moves the top of the bow; they are taken \
-             as spheres"
+            "drop_flattening is off, but drops as large as these are flat: the top of their bow \
+             stands elsewhere than the picture will show"
                 .to_string(),
         );
     }

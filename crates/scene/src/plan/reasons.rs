@@ -55,9 +55,10 @@ fn fact(effect: Effect, facts: &Facts) -> String {
     match effect {
         Effect::PrimaryBow => view_of(facts, "the bow itself stands near 138 degrees"),
         Effect::SecondaryBow => view_of(facts, "the bow itself stands near 129 degrees"),
-        Effect::HigherOrders => {
-            "external reflection and p >= 4, spread over all angles".to_string()
-        }
+        Effect::HigherOrders => view_of(
+            facts,
+            "light reflected outside the drops at all angles, light through them below 83, weak bows",
+        ),
         Effect::Supernumeraries | Effect::SizeSpread => format!(
             "effective radius {} to {} um, effective variance up to {}",
             brief(facts.smallest_radius_um),
@@ -67,12 +68,10 @@ fn fact(effect: Effect, facts: &Facts) -> String {
         Effect::Glory => view_of(facts, "rings within 5 degrees of 180, of drops below 30 um"),
         Effect::Corona => view_of(facts, "rings within 10 degrees of 0, of drops below 30 um"),
         Effect::SunDisc => "the sun is 0.533 degrees wide".to_string(),
-        Effect::DropFlattening => {
-            format!(
-                "diameters around {} mm",
-                brief(2e-3 * facts.largest_radius_um)
-            )
-        }
+        Effect::DropFlattening => format!(
+            "effective diameters up to {} mm; the top of the bow of 1 mm moves by 2 degrees",
+            brief(2e-3 * facts.largest_radius_um)
+        ),
         Effect::DropExtinction => {
             format!(
                 "optical depth of the drops in view up to {}",

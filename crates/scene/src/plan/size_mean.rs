@@ -1,13 +1,14 @@
 //! Airy's integral averaged over the sizes of a gamma law.
 //!
-//! F(z) = <t^q f^2(z t^(2/3))>,  t = radius over effective radius, < > weighted by cross-section;
-//! q = 1/3 for the absolute intensity (a/lambda)^(1/3) f^2, q = -2/3 for the published f^2 M^2.
-//! Airy's theory knows radius and wavelength through z alone, so one function of z serves all
-//! effective radii, wavelengths and angles, and sqrt(F) takes the place of f.
+//! F(z) = <t^q f^2(z t^(2/3))>,  G(z) = <t^(q - 2/3) f'^2(z t^(2/3))>
+//! t = radius over effective radius, < > weighted by cross-section; q = 1/3 for the absolute
+//! intensity (a/lambda)^(1/3) f^2, q = -2/3 for the published f^2 M^2. The wave theories of a bow
+//! know radius and wavelength through z alone, so two functions of z serve all effective radii,
+//! wavelengths and angles: F stands for f^2 and G for f'^2.
 //!
 //! The fringes of f^2 have the phase (4/3) sqrt(pi^2/12) z^(3/2): a law of effective variance v blurs
 //! them to nothing where sqrt(v) times the phase exceeds a few radians. From there on F falls as
-//! 1/sqrt(z), like the mean of f^2.
+//! 1/sqrt(z), like the mean of f^2, and G rises as sqrt(z), like that of f'^2.
 //! [HT74] Hansen and Travis, Space Sci. Rev. 16, 527-610 (1974), eq. 2.56, the gamma law.
 
 use niji_airy::AiryTable;
@@ -37,10 +38,10 @@ const UNIT: Micrometers = Micrometers(1.0);
 /// What stands for f when drops differ in size.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum SizeMean {
-    /// One size: f itself.
+    /// One size: f and f' themselves.
     Single,
-    /// sqrt(F) at even steps from the lowest z.
-    Table(Vec<f64>),
+    /// sqrt(F) and sqrt(G) at even steps from the lowest z.
+    Table(Vec<[f64; 2]>),
 }
 
 impl SizeMean {
@@ -54,53 +55,61 @@ impl SizeMean {
         if sizes.is_empty() {
             return Self::Single;
         }
-        let powers: Vec<(f64, f64)> = sizes
+        // t^(2/3), and the weights of f² and f'².
+        let powers: Vec<(f64, [f64; 2])> = sizes
             .iter()
-            .map(|(t, weight)| (t.powf(2.0 / 3.0), weight * t.powf(q)))
+            .map(|(t, weight)| {
+                let scale = t.powf(2.0 / 3.0);
+                let of_value = weight * t.powf(q);
+                (scale, [of_value, of_value / scale])
+            })
             .collect();
         let blurred_z = (BLURRED_RAD / (PHASE * variance.sqrt())).powf(2.0 / 3.0);
         let last_z = (blurred_z + 1.0).min(HIGHEST_Z);
         let n = ((last_z - LOWEST_Z) / STEP_Z) as usize;
         let mean = |index: usize| {
             let z = LOWEST_Z + STEP_Z * index as f64;
-            let squares = powers
-                .iter()
-                .map(|(scale, weight)| weight * airy.value(z * scale).powi(2));
-            squares.sum::<f64>().sqrt()
+            let mut sums = [0.0; 2];
+            for (scale, weights) in &powers {
+                let (f, dfdz) = airy.value_with_derivative(z * scale);
+                sums[0] += weights[0] * f * f;
+                sums[1] += weights[1] * dfdz * dfdz;
+            }
+            sums.map(f64::sqrt)
         };
         Self::Table((0..=n).map(mean).collect())
     }
 
-    /// What stands for f² and f'² of z; the latter, a few per cent of the weak polarisation, is left
-    /// out of estimates.
+    /// What stands for f² and f'² of z.
     pub(super) fn squares(&self, z: f64, airy: &AiryTable) -> [f64; 2] {
-        [self.root(z, airy).powi(2), 0.0]
+        self.roots(z, airy).map(|root| root * root)
     }
 
-    /// What stands for f(z).
-    fn root(&self, z: f64, airy: &AiryTable) -> f64 {
+    /// What stands for f(z) and f'(z), but for the sign.
+    fn roots(&self, z: f64, airy: &AiryTable) -> [f64; 2] {
         let Self::Table(values) = self else {
-            return airy.value(z);
+            return airy.value_with_derivative(z).into();
         };
         let place = (z - LOWEST_Z) / STEP_Z;
         let last = values.len() - 1;
         if place < 0.0 {
-            return 0.0;
+            return [0.0; 2];
         }
         if place >= last as f64 {
-            // f^2 falls as z^(-1/2) on the mean, its root as z^(-1/4).
+            // f² falls as z^(-1/2) on the mean, its root as z^(-1/4); f'² rises as it falls.
             let last_z = LOWEST_Z + STEP_Z * last as f64;
-            return values[last] * (last_z / z).powf(0.25);
+            let fall = (last_z / z).powf(0.25);
+            return [values[last][0] * fall, values[last][1] / fall];
         }
         let lower = place as usize;
         let part = place - lower as f64;
-        values[lower] * (1.0 - part) + values[lower + 1] * part
+        [0, 1].map(|j| values[lower][j] * (1.0 - part) + values[lower + 1][j] * part)
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use niji_airy::AiryBow;
+    use niji_airy::UniformBow;
     use niji_radiometry::Nanometers;
     use niji_radiometry::Radians;
 
@@ -110,9 +119,9 @@ mod tests {
     const TOLERANCE: f64 = 1e-2;
 
     #[test]
-    fn one_function_of_z_is_the_mean_over_drops() {
+    fn two_functions_of_z_are_the_mean_over_drops() {
         let airy = AiryTable::compute();
-        let bow = AiryBow::new(1.334, 2).unwrap();
+        let bow = UniformBow::new(1.334, 2).unwrap();
         let wavelength = Nanometers(550.0);
         for (radius_um, variance) in [(300.0, 0.05), (500.0, 1.0 / 3.0), (100.0, 0.01)] {
             let mean = SizeMean::new(variance, 1.0 / 3.0, &airy);
@@ -127,9 +136,12 @@ mod tests {
                         mean.squares(z, &airy)
                     })[0];
                 let one = |(radius, weight): &(f64, f64)| {
-                    let f = |z| [airy.value(z).powi(2), 0.0];
-                    weight
-                        * direction.normalized_cross_section(Micrometers(*radius), wavelength, f)[0]
+                    let squares = |z| {
+                        let (f, dfdz) = airy.value_with_derivative(z);
+                        [f * f, dfdz * dfdz]
+                    };
+                    let radius = Micrometers(*radius);
+                    weight * direction.normalized_cross_section(radius, wavelength, squares)[0]
                 };
                 let by_sum: f64 = drops.iter().map(one).sum();
                 peak = peak.max(by_sum);
@@ -148,7 +160,8 @@ mod tests {
         let airy = AiryTable::compute();
         let mean = SizeMean::new(0.0, 1.0 / 3.0, &airy);
         for z in [-3.0, 0.0, 1.3, 900.0] {
-            assert!((mean.root(z, &airy) - airy.value(z)).abs() < 1e-15);
+            let (f, dfdz) = airy.value_with_derivative(z);
+            assert_eq!(mean.squares(z, &airy), [f * f, dfdz * dfdz]);
         }
     }
 }

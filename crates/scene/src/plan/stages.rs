@@ -16,7 +16,9 @@ use crate::scene::Scene;
 
 use super::PlanError;
 use super::facts::Situation;
+use super::light_curves::LightCurves;
 use super::light_curves::SUN_DISC_DIAMETER_RAD;
+use super::light_curves::variant;
 
 /// Beyond the angles in view, so that pixel footprints and rounding stay inside the table, degrees.
 const ANGLE_MARGIN_DEG: f64 = 0.05;
@@ -118,34 +120,21 @@ impl ScatteringNeed {
     }
 }
 
-/// The table that the bows in view need; `None` if there are none.
+/// The table that the drops in view need; `None` if no light of theirs is wanted.
 pub(super) fn scattering_need(
     scene: &Scene,
-    situation: &Situation,
+    (situation, curves): (&Situation, &LightCurves<'_>),
     on: &BTreeSet<Effect>,
 ) -> Result<Option<ScatteringNeed>, PlanError> {
-    let Some((low_deg, high_deg)) = situation.view.theta_deg else {
+    let bows = [(Effect::PrimaryBow, 2), (Effect::SecondaryBow, 3)];
+    let bows = bows.into_iter().filter(|(bow, _)| on.contains(bow));
+    let mut orders: Vec<u32> = bows.map(|(_, order)| order).collect();
+    let Some(theta_range_rad) = angles_needed(situation, on, &orders) else {
         return Ok(None);
     };
-    let orders: Vec<u32> = [(Effect::PrimaryBow, 2), (Effect::SecondaryBow, 3)]
-        .into_iter()
-        .filter_map(|(bow, order)| on.contains(&bow).then_some(order))
-        .collect();
-    if orders.is_empty() {
-        return Ok(None);
-    }
-    let margin_rad = ANGLE_MARGIN_DEG.to_radians() + situation.camera.pixel_angle().0;
-    let mut low_rad = (low_deg.to_radians() - margin_rad).max(0.0);
-    let mut high_rad = (high_deg.to_radians() + margin_rad).min(std::f64::consts::PI);
-    // The renderer leaves out the side of a bow that is off; its split lies between both bows.
-    let (primary_rad, secondary_rad) = situation.bows_rad;
-    if orders == [2] {
-        low_rad = low_rad.max(secondary_rad);
-    } else if orders == [3] {
-        high_rad = high_rad.min(primary_rad);
-    }
-    if low_rad >= high_rad {
-        return Ok(None);
+    if on.contains(&Effect::HigherOrders) {
+        orders.extend(curves.higher_orders());
+        orders.sort_unstable();
     }
     let levels = &situation.levels;
     let (narrowest, broadest) = situation.drops.effective_variance;
@@ -156,18 +145,24 @@ pub(super) fn scattering_need(
     };
     let radii = situation.drops.effective_radius_um;
     let with_disc = on.contains(&Effect::SunDisc);
+    let error = levels.table_relative_error;
+    let theory = if on.contains(&Effect::Supernumeraries) {
+        levels.theory
+    } else {
+        Theory::Geometric
+    };
+    if theory == Theory::GeometricPublished && orders.contains(&2) {
+        // The published color scale knows the primary alone.
+        orders = vec![2];
+    }
     Ok(Some(ScatteringNeed {
-        theory: if on.contains(&Effect::Supernumeraries) {
-            levels.theory
-        } else {
-            Theory::Geometric
-        },
+        theory,
         orders,
-        theta_range_rad: (low_rad, high_rad),
-        relative_error: levels.table_relative_error,
-        effective_radius_um: radius_axis(radii, variances.0, levels.table_relative_error)?,
+        theta_range_rad,
+        relative_error: error,
+        effective_radius_um: radius_axis(radii, variances.0, error)?,
         effective_variance: variance_axis(variances)?,
-        flattening: vec![0.0],
+        flattening: flattening_axis(situation, curves, on),
         sun_disc_diameter_rad: if with_disc {
             SUN_DISC_DIAMETER_RAD
         } else {
@@ -175,6 +170,44 @@ pub(super) fn scattering_need(
         },
         temperature_c: scene.water.temperature_c,
     }))
+}
+
+/// Scattering angles of the light that is wanted; `None` if there is none.
+fn angles_needed(situation: &Situation, on: &BTreeSet<Effect>, bows: &[u32]) -> Option<(f64, f64)> {
+    let both_sides = on.contains(&Effect::HigherOrders);
+    if bows.is_empty() && !both_sides {
+        return None;
+    }
+    let (low_deg, high_deg) = situation.view.theta_deg?;
+    let margin_rad = ANGLE_MARGIN_DEG.to_radians() + situation.camera.pixel_angle().0;
+    let mut low_rad = (low_deg.to_radians() - margin_rad).max(0.0);
+    let mut high_rad = (high_deg.to_radians() + margin_rad).min(std::f64::consts::PI);
+    // The renderer leaves out the side of a bow that is off; its split lies between both bows.
+    let (primary_rad, secondary_rad) = situation.bows_rad;
+    if bows == [2] && !both_sides {
+        low_rad = low_rad.max(secondary_rad);
+    } else if bows == [3] && !both_sides {
+        high_rad = high_rad.min(primary_rad);
+    }
+    (low_rad < high_rad).then_some((low_rad, high_rad))
+}
+
+/// Even nodes over what rays through the drops see, as many as the table's error asks for.
+fn flattening_axis(
+    situation: &Situation,
+    curves: &LightCurves<'_>,
+    on: &BTreeSet<Effect>,
+) -> Vec<f64> {
+    let seen = situation.flattening.filter(|(low, high)| low < high);
+    let (Some((low, high)), true) = (seen, on.contains(&Effect::DropFlattening)) else {
+        return vec![0.0];
+    };
+    let error = situation.levels.table_relative_error;
+    let n = curves.n_flattenings((low, high), error, variant(on));
+    let place = |index: usize| index as f64 / (n as f64 - 1.0);
+    (0..n)
+        .map(|index| low * (1.0 - place(index)) + high * place(index))
+        .collect()
 }
 
 /// Bytes of a node of a drop volume: density, radius and variance in f32, in the file with the
@@ -232,14 +265,15 @@ pub(super) fn stages(
             );
         }
         let makes = format!(
-            "{}, orders {:?}, theta {:.1} to {:.1} degrees, {} radii x {} variances x {} wavelengths, \
-             {}",
+            "{}, orders {:?}, theta {:.1} to {:.1} degrees, {} radii x {} variances x {} flattenings \
+             x {} wavelengths, {}",
             need.theory.name(),
             need.orders,
             need.theta_range_rad.0.to_degrees(),
             need.theta_range_rad.1.to_degrees(),
             need.effective_radius_um.len(),
             need.effective_variance.len(),
+            need.flattening.len(),
             n_wavelengths,
             if need.sun_disc_diameter_rad > 0.0 {
                 "sun's disc"

@@ -8,13 +8,17 @@
 //!   of the box give intervals of the ray parameter: entry at or after the largest of the smallest
 //!   entries, exit at or before the smallest of the largest exits.
 //!
-//! theta is the scattering angle, cos theta = s . d, `s` towards the sun, `d` from the eye.
+//! theta is the scattering angle, cos theta = s . d, `s` towards the sun, `d` from the eye. m is the
+//! difference of the squared heights of the unit vectors along s + d and s - d
+//! ([`flattening_along`]). A square changes by at most the turn of its vector, and a turn of d by an
+//! angle a turns the two by at most a/(2 cos(theta/2)) and a/(2 sin(theta/2)).
 
 use std::f64::consts::PI;
 
 use glam::DVec3;
 use niji_geometry::Aabb;
 use niji_geometry::PinholeCamera;
+use niji_render::flattening_along;
 
 /// Most blocks along the width and the height of the picture.
 const MAX_BLOCKS: (u32, u32) = (32, 24);
@@ -26,6 +30,8 @@ pub(super) struct Block {
     pub(super) share: f64,
     /// Smallest and largest scattering angle, rad.
     pub(super) theta_rad: (f64, f64),
+    /// Smallest and largest m, by which flat drops move the bow.
+    pub(super) flattening: (f64, f64),
     /// Unit vectors to the corners and the middle.
     pub(super) samples: [DVec3; 5],
     /// What the rays may meet of the drops; `None` where all of them miss.
@@ -97,6 +103,10 @@ impl Rectangle {
             .map(|corner| angle_rad(middle, *corner))
             .fold(0.0, f64::max);
         let theta_rad = angle_rad(middle, sun);
+        let theta_range_rad = (
+            (theta_rad - radius_rad).max(0.0),
+            (theta_rad + radius_rad).min(PI),
+        );
         let whole_chord = chord(camera, &corners, &drops.whole);
         let depth = whole_chord.map_or(0.0, |whole| {
             let in_part = |(bounds, extinction_m1): &Part| {
@@ -108,15 +118,21 @@ impl Rectangle {
         let pixels = f64::from(camera.width_px()) * f64::from(camera.height_px());
         Block {
             share: (x1 - x0) * (y1 - y0) / pixels,
-            theta_rad: (
-                (theta_rad - radius_rad).max(0.0),
-                (theta_rad + radius_rad).min(PI),
-            ),
+            theta_rad: theta_range_rad,
+            flattening: flattening(flattening_along(middle, sun), radius_rad, theta_range_rad),
             samples: [corners[0], corners[1], corners[2], corners[3], middle],
             drops: whole_chord,
             depth,
         }
     }
+}
+
+/// m of all rays within an angle of one.
+fn flattening(of_middle: f64, radius_rad: f64, (low_rad, high_rad): (f64, f64)) -> (f64, f64) {
+    // At the antisolar point and at the sun nothing is known but that m lies within -1 to 1.
+    let turn = 0.5 * radius_rad / (0.5 * high_rad).cos().max(f64::MIN_POSITIVE)
+        + 0.5 * radius_rad / (0.5 * low_rad).sin().max(f64::MIN_POSITIVE);
+    ((of_middle - turn).max(-1.0), (of_middle + turn).min(1.0))
 }
 
 /// Angle between unit vectors without the loss of an arc cosine near 0 and pi.
@@ -267,6 +283,8 @@ mod tests {
                     let slack = 1e-7;
                     assert!(theta >= block.theta_rad.0 - slack);
                     assert!(theta <= block.theta_rad.1 + slack);
+                    let m = flattening_along(ray.direction, sun);
+                    assert!(m >= block.flattening.0 - slack && m <= block.flattening.1 + slack);
                     if let Some((enter, leave)) = bounds.intersect(&ray) {
                         let chord = block.drops.expect("a ray of the block meets the box");
                         assert!(enter >= chord.enter_m - slack && leave <= chord.leave_m + slack);

@@ -70,3 +70,39 @@ pub(crate) fn small_file() -> VdbFile {
     file.grids[0].metadata.insert("unit", "1/m");
     file
 }
+
+/// Replace the first place where `from` stands.
+pub(crate) fn replaced(bytes: &[u8], from: &[u8], to: &[u8]) -> Vec<u8> {
+    let place = bytes
+        .windows(from.len())
+        .position(|window| window == from)
+        .unwrap();
+    [&bytes[..place], to, &bytes[place + from.len()..]].concat()
+}
+
+/// A file without offsets, with copies behind its one grid that share the tree of `parent`.
+pub(crate) fn stream_with_instances(original: &[u8], n_instances: u32, parent: &str) -> Vec<u8> {
+    let place = |of: &[u8]| {
+        original
+            .windows(of.len())
+            .position(|window| window == of)
+            .unwrap()
+    };
+    let type_name = b"Tree_float_5_4_3\0\0\0\0";
+    let type_place = place(type_name);
+    let map_name = b"UniformScaleTranslateMap";
+    let map_end = place(map_name) + map_name.len() + 18 * 8;
+    let head = &original[type_place + type_name.len() + 24..map_end];
+    let text = |text: &str| [&(text.len() as u32).to_le_bytes(), text.as_bytes()].concat();
+    let mut file = original.to_vec();
+    // The flag for offsets stands before the UUID, the number of grids before the first name.
+    file[20] = 0;
+    let count_place = type_place - 4 - "density".len() - 4 - 4;
+    file[count_place..count_place + 4].copy_from_slice(&(n_instances + 1).to_le_bytes());
+    for _ in 0..n_instances {
+        file.extend([text("copy"), text("Tree_float_5_4_3"), text(parent)].concat());
+        file.extend([0; 24]);
+        file.extend_from_slice(head);
+    }
+    file
+}

@@ -1,0 +1,225 @@
+//! Rows of a table from single drops: drop after drop, flattened, averaged over the sun's disc, then
+//! summed over sizes.
+//!
+//! t̄(θ; r_e, v_e, m) = Σ_i w_i ⟨Σ_parts t_part(θ' − m e(r_i) k_part; r_i)⟩ over the disc around θ
+//! with the weights of [`crate::size_average`] and the shifts of [`crate::flattening`].
+//!
+//! Blocks of drops are independent and are added in one order, so that a table does not depend on the
+//! number of threads, and no more than a block of rows a thread is held at once.
+
+use std::f64::consts::TAU;
+use std::ops::Range;
+
+use niji_airy::AiryTable;
+use niji_radiometry::Micrometers;
+use rayon::prelude::*;
+
+use crate::angle_grids::AngleGrid;
+use crate::angle_grids::AngleGrids;
+use crate::angle_grids::Extent;
+use crate::bow_light::Bin;
+use crate::drop_theory::DropTheory;
+use crate::drop_theory::Part;
+use crate::drop_theory::Setting;
+use crate::error::Error;
+use crate::flattening::eccentricity;
+use crate::request::TableRequest;
+use crate::size_average::SizeNode;
+use crate::size_average::SizeSampling;
+use crate::size_average::size_nodes;
+use crate::theory::Theory;
+
+/// Largest size parameter that the exact theories take; drops beyond it, in the tails of laws of the
+/// largest raindrops, scatter per area as one of this size.
+const LARGEST_SIZE_PARAMETER: f64 = 1e5;
+/// Blocks of drops for a table of one wavelength; tables of more wavelengths have fewer each.
+const N_BLOCKS: usize = 32;
+/// Sizes for each factor e of radius where drops are flattened: the bow of drops of 2 mm diameter moves
+/// by 0.3 degrees from one to the next.
+const NODES_OF_FLATTENED: f64 = 64.0;
+/// How far flattened drops are followed, in radians: farther away nothing is left of a bow.
+const LARGEST_SHIFT_RAD: f64 = 0.8;
+/// The largest of dθ/d(m e), that of the primary.
+const LARGEST_SHIFT_PER_ECCENTRICITY_RAD: f64 = 5.0;
+
+/// What the rows of all wavelengths share.
+pub(crate) struct DropRows<'a> {
+    request: &'a TableRequest<'a>,
+    grids: AngleGrids,
+    nodes: Vec<SizeNode>,
+    /// Airy's integral for theories that use it.
+    airy_table: Option<AiryTable>,
+    n_angles: usize,
+}
+
+/// Rows of one wavelength by (row of sizes, flattening), each by angle.
+pub(crate) type Rows = Vec<Vec<[f64; 2]>>;
+
+impl<'a> DropRows<'a> {
+    pub(crate) fn new(request: &'a TableRequest<'a>, theta_rad: &[f64]) -> Result<Self, Error> {
+        let sampling = sampling(request);
+        let nodes = size_nodes(
+            &request.effective_radius_um,
+            &request.effective_variance,
+            sampling.sizes,
+        )?;
+        let largest = nodes.last().map_or(0.0, |node| eccentricity(node.radius));
+        let reach_rad = (LARGEST_SHIFT_PER_ECCENTRICITY_RAD * largest).min(LARGEST_SHIFT_RAD);
+        let needs_airy_table = request.theory.uses_airy_table() && request.airy_table.is_none();
+        Ok(Self {
+            request,
+            grids: AngleGrids::new(Extent {
+                theta_rad,
+                disc_diameter_rad: request.sun_disc_diameter_rad,
+                reach_rad: request.is_flattened().then_some(reach_rad),
+                steps_per_disc: sampling.steps_per_disc,
+                n_shifts: sampling.n_shifts,
+            })?,
+            nodes,
+            airy_table: needs_airy_table.then(AiryTable::compute),
+            n_angles: theta_rad.len(),
+        })
+    }
+
+    pub(crate) fn n_drops(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// All rows at one wavelength.
+    pub(crate) fn at(&self, bin: Bin, count: &(dyn Fn(usize) + Sync)) -> Result<Rows, Error> {
+        let theory = self.theory(bin)?;
+        let n_blocks = N_BLOCKS.div_ceil(self.request.wavelengths.len());
+        let blocks = self.blocks(n_blocks);
+        let of_blocks: Vec<Rows> = blocks
+            .into_par_iter()
+            .map(|block| {
+                let rows = self.block(&theory, bin, block.clone())?;
+                count(block.len());
+                Ok(rows)
+            })
+            .collect::<Result<_, Error>>()?;
+        // In the order of the blocks.
+        let sum = of_blocks.into_iter().reduce(|mut sum, rows| {
+            for (sum, value) in sum.iter_mut().flatten().zip(rows.iter().flatten()) {
+                *sum = [sum[0] + value[0], sum[1] + value[1]];
+            }
+            sum
+        });
+        Ok(sum.unwrap_or_default())
+    }
+
+    fn theory(&self, bin: Bin) -> Result<DropTheory<'_>, Error> {
+        let request = self.request;
+        let setting = Setting {
+            bin,
+            is_flattened: request.is_flattened(),
+            grids: &self.grids,
+        };
+        let airy_table = request.airy_table.or(self.airy_table.as_ref());
+        match (request.theory.bow_theory(), request.theory) {
+            (Some(theory), _) => {
+                DropTheory::bows(setting, theory, &request.orders_in(), airy_table)
+            }
+            (None, Theory::Debye { .. }) => Ok(DropTheory::debye(setting, &request.orders_in())),
+            (None, _) => DropTheory::mie(setting),
+        }
+    }
+
+    /// Ranges of drops of about the same cost, which goes with the radius.
+    fn blocks(&self, n_blocks: usize) -> Vec<Range<usize>> {
+        let total: f64 = self.nodes.iter().map(|node| node.radius.0).sum();
+        let mut blocks = Vec::with_capacity(n_blocks);
+        let (mut start, mut sum) = (0, 0.0);
+        for (index, node) in self.nodes.iter().enumerate() {
+            sum += node.radius.0;
+            let is_last = index + 1 == self.nodes.len();
+            if is_last || sum >= total * (blocks.len() + 1) as f64 / n_blocks as f64 {
+                blocks.push(start..index + 1);
+                start = index + 1;
+            }
+        }
+        blocks
+    }
+
+    fn block(&self, theory: &DropTheory, bin: Bin, block: Range<usize>) -> Result<Rows, Error> {
+        let request = self.request;
+        let n_flattenings = request.flattening.len();
+        let n_rows = request.effective_radius_um.len() * request.effective_variance.len();
+        let mut rows = vec![vec![[0.0; 2]; self.n_angles]; n_rows * n_flattenings];
+        let per_um = TAU * 1e3 / bin.center.0;
+        // Ascending radii, so that every sum has one order.
+        for index in block {
+            let node = &self.nodes[index];
+            let x = (per_um * node.radius.0).min(LARGEST_SIZE_PARAMETER);
+            let grid_index = self.grids.index(index, x);
+            let parts = theory.drop(Micrometers(x / per_um), grid_index)?;
+            let grid = self.grids.at(grid_index);
+            let eccentricity = eccentricity(node.radius);
+            for (flattening, &m) in request.flattening.iter().enumerate() {
+                let averaged = grid.averages(&flattened(&parts, grid, m * eccentricity));
+                for &(row, weight) in &node.uses {
+                    let row = &mut rows[row * n_flattenings + flattening];
+                    for (sum, value) in row.iter_mut().zip(&averaged) {
+                        sum[0] += weight * value[0];
+                        sum[1] += weight * value[1];
+                    }
+                }
+            }
+        }
+        Ok(rows)
+    }
+}
+
+/// Sum of the parts, each moved by `eccentricity` times its shift.
+fn flattened(parts: &[Part], grid: &AngleGrid, eccentricity: f64) -> Vec<[f64; 2]> {
+    let mut sum = vec![[0.0; 2]; grid.angles_rad.len()];
+    for part in parts {
+        let shift_rad =
+            (eccentricity * part.shift_rad).clamp(-LARGEST_SHIFT_RAD, LARGEST_SHIFT_RAD);
+        // Compared with what was stored for light that stays.
+        if shift_rad == 0.0 {
+            for (sum, light) in sum.iter_mut().zip(&part.light) {
+                *sum = [sum[0] + light[0], sum[1] + light[1]];
+            }
+        } else {
+            grid.add_moved(&part.light, shift_rad, &mut sum);
+        }
+    }
+    sum
+}
+
+/// How a request is sampled.
+struct Sampling {
+    sizes: SizeSampling,
+    steps_per_disc: f64,
+    n_shifts: usize,
+}
+
+/// Settings by theory. Against 3 to 8 times as many sizes and twice as many angles, 0.25 to 0.83 mm
+/// at 550 nm, 118 to 145 degrees, rms and maximum in parts of the peak: exact solution 7e-4 and 2.6e-3
+/// for v_e = 1/3, 1.6e-3 and 9e-3 for single sizes (what is left of the ripple); Debye orders 4e-4 and
+/// 2e-3.
+fn sampling(request: &TableRequest) -> Sampling {
+    let (nodes_per_efold, n_in_cell, steps_per_disc, n_shifts) = match request.theory {
+        Theory::Mie => (64.0, 8, 24.0, 16),
+        Theory::Debye { .. } => (16.0, 1, 16.0, 4),
+        Theory::GeometricPublished
+        | Theory::Geometric
+        | Theory::AiryPublished
+        | Theory::Airy
+        | Theory::Uniform => (NODES_OF_FLATTENED, 1, 16.0, 4),
+    };
+    let least: f64 = if request.is_flattened() {
+        NODES_OF_FLATTENED
+    } else {
+        0.0
+    };
+    Sampling {
+        sizes: SizeSampling {
+            nodes_per_efold: least.max(nodes_per_efold),
+            n_in_cell,
+        },
+        steps_per_disc,
+        n_shifts,
+    }
+}

@@ -1,0 +1,133 @@
+//! A quantity over the scattering angle, at even steps.
+
+use std::collections::VecDeque;
+
+/// Factor on every maximum, for the coarseness of curves.
+const MARGIN: f64 = 1.15;
+
+/// Step of the angles, 0.05 degrees.
+pub(super) const STEP_RAD: f64 = 0.05 * std::f64::consts::PI / 180.0;
+
+/// A quantity by scattering angle.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Curve {
+    pub(super) first_rad: f64,
+    pub(super) values: Vec<f64>,
+}
+
+impl Curve {
+    /// No light at any angle.
+    pub(super) fn empty() -> Self {
+        Self {
+            first_rad: 0.0,
+            values: Vec::new(),
+        }
+    }
+
+    /// Largest value within a range of angles, the neighbors of its ends included, times
+    /// [`MARGIN`]; 0 beyond the curve.
+    pub(super) fn max_within(&self, (low_rad, high_rad): (f64, f64)) -> f64 {
+        let place = |theta_rad: f64| (theta_rad - self.first_rad) / STEP_RAD;
+        if self.values.is_empty() || place(high_rad) < 0.0 {
+            return 0.0;
+        }
+        let first = place(low_rad).floor().max(0.0) as usize;
+        let last = (place(high_rad).ceil() as usize).min(self.values.len() - 1);
+        let range = self.values.get(first..=last).unwrap_or_default();
+        MARGIN * range.iter().fold(0.0, |max: f64, value| max.max(*value))
+    }
+
+    /// Pointwise sum of curves over the same angles.
+    pub(super) fn plus(&self, other: &Self) -> Self {
+        if self.values.is_empty() {
+            return other.clone();
+        }
+        let mut sum = self.clone();
+        for (sum, value) in sum.values.iter_mut().zip(&other.values) {
+            *sum += value;
+        }
+        sum
+    }
+
+    /// Pointwise larger of two curves over the same angles.
+    pub(super) fn or_larger(&self, other: &Self) -> Self {
+        if self.values.is_empty() {
+            return other.clone();
+        }
+        let mut larger = self.clone();
+        for (larger, value) in larger.values.iter_mut().zip(&other.values) {
+            *larger = larger.max(*value);
+        }
+        larger
+    }
+
+    /// The largest value within `reach_rad` on either side of each angle.
+    pub(super) fn widened(&self, reach_rad: f64) -> Self {
+        let n_side = (reach_rad / STEP_RAD).ceil() as usize;
+        if n_side == 0 {
+            return self.clone();
+        }
+        let n = self.values.len();
+        // Places of falling values, the largest first.
+        let mut falling: VecDeque<usize> = VecDeque::new();
+        let mut values = Vec::with_capacity(n);
+        for last in 0..n + n_side {
+            if last < n {
+                while falling
+                    .back()
+                    .is_some_and(|at| self.values[*at] <= self.values[last])
+                {
+                    falling.pop_back();
+                }
+                falling.push_back(last);
+            }
+            if last >= n_side {
+                while falling.front().is_some_and(|at| at + 2 * n_side < last) {
+                    falling.pop_front();
+                }
+                values.push(falling.front().map_or(0.0, |at| self.values[*at]));
+            }
+        }
+        Self {
+            first_rad: self.first_rad,
+            values,
+        }
+    }
+
+    /// The curve with zeros where `keep` does not hold.
+    pub(super) fn only(&self, keep: impl Fn(f64) -> bool) -> Self {
+        let angle = |index: usize| self.first_rad + STEP_RAD * index as f64;
+        let values = self.values.iter().enumerate();
+        let values = values
+            .map(|(i, value)| if keep(angle(i)) { *value } else { 0.0 })
+            .collect();
+        Self {
+            first_rad: self.first_rad,
+            values,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_widened_curve_is_the_largest_value_around() {
+        let values: Vec<f64> = (0..200_u32).map(|i| f64::from(i * 7919 % 101)).collect();
+        let curve = Curve {
+            first_rad: 1.0,
+            values: values.clone(),
+        };
+        assert_eq!(curve.widened(0.0), curve);
+        for n in [1, 4, 250] {
+            let wide = curve.widened((n as f64 - 0.5) * STEP_RAD);
+            for (index, found) in wide.values.iter().enumerate() {
+                let near = index.saturating_sub(n)..(index + n + 1).min(values.len());
+                let expected = values[near].iter().copied().fold(0.0, f64::max);
+                assert_eq!(*found, expected, "{n} {index}");
+            }
+        }
+        assert_eq!(Curve::empty().widened(0.1), Curve::empty());
+    }
+}

@@ -1,0 +1,285 @@
+//! `niji depth`: how far away the surfaces of a photograph are.
+
+use std::io::Write as _;
+use std::path::Path;
+use std::path::PathBuf;
+
+use clap::Args;
+use clap::ValueEnum;
+use ndarray::Array2;
+use niji_exchange::Provenance;
+use niji_photo::Anchor;
+use niji_photo::ClusterCount;
+use niji_photo::DepthAlong;
+use niji_photo::DepthKind;
+use niji_photo::Layer;
+use niji_photo::Layers;
+use niji_photo::LinearPicture;
+use niji_photo::Photograph;
+use niji_photo::depth_from_values;
+use niji_photo::depth_of_layers;
+use niji_photo::layers_to_toml;
+use niji_photo::propose_layers;
+use niji_photo::read_depth_values;
+use niji_photo::read_labels;
+use niji_photo::read_layer_distances;
+use niji_photo::upsample_depth;
+use niji_photo::write_depth_map;
+use niji_photo::write_labels;
+use niji_photo::write_png;
+use niji_radiometry::Meters;
+use serde_json::json;
+
+use crate::cli;
+use crate::cli::Common;
+use crate::failure::Failure;
+use crate::output;
+use crate::stages::Request;
+use crate::stages::perform;
+use crate::sun::camera_flags::Camera;
+use crate::sun::camera_flags::CameraFlags;
+
+/// Distance that is half bright in the preview, m.
+const PREVIEW_HALF_M: f32 = 30.0;
+
+/// Give the surfaces of a photograph their distances (EXR, metres along the view ray).
+///
+/// Layers of similar color with proposed distances, written as *.layers.toml and *.labels.png to
+/// be corrected and given back with --layers and --labels; or a depth map from elsewhere, whose kind
+/// must be stated.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  niji depth data/photos/pavilion.jpg --fov-deg 60 --clusters 6 -o depth.exr
+  niji depth data/photos/pavilion.jpg --fov-deg 60 --layers depth.layers.toml --labels depth.labels.png -o corrected.exr
+  niji depth photo.jpg --map disparity.png --kind inverse --anchor 320,400,5 --anchor 60,200,80 -o depth.exr")]
+pub(crate) struct DepthCommand {
+    /// The photograph (PNG, JPEG, EXR).
+    photo: PathBuf,
+    /// Number of layers [default: the one with the largest index of Calinski and Harabasz].
+    #[arg(long, value_name = "N")]
+    clusters: Option<usize>,
+    /// Weight of position beside color: 0 for color alone, as published.
+    #[arg(long, value_name = "W", default_value_t = 0.3)]
+    position_weight: f64,
+    /// Height of the eye above level ground in metres, for proposed distances.
+    #[arg(long, value_name = "M", default_value_t = 1.6)]
+    eye_height_m: f64,
+    /// Corrected distances of layers.
+    #[arg(
+        long,
+        value_name = "TOML",
+        requires = "labels",
+        conflicts_with = "clusters"
+    )]
+    layers: Option<PathBuf>,
+    /// Corrected labels of layers.
+    #[arg(long, value_name = "PNG", requires = "layers")]
+    labels: Option<PathBuf>,
+    /// A depth map from elsewhere: EXR with a channel Z, or a grey PNG, whose white is 1.
+    #[arg(long, value_name = "FILE", requires = "kind", conflicts_with_all = ["layers", "clusters"])]
+    map: Option<PathBuf>,
+    /// What the values of the map are.
+    #[arg(long, value_enum, requires = "map")]
+    kind: Option<Kind>,
+    /// Along what the map measures.
+    #[arg(long, value_enum, default_value_t = Along::Ray)]
+    along: Along,
+    /// What the value 1 of a map in metres is, in metres.
+    #[arg(long, value_name = "M", default_value_t = 1.0)]
+    unit_m: f64,
+    /// A pixel of the photograph whose distance is known; two or more for inverse and relative maps.
+    #[arg(long = "anchor", value_name = "X,Y,METRES", value_parser = anchor)]
+    anchors: Vec<[f64; 3]>,
+    /// The depth map to write.
+    #[arg(short, long, value_name = "EXR")]
+    output: PathBuf,
+    /// The camera.
+    #[command(flatten)]
+    camera: CameraFlags,
+}
+
+/// Kinds of depth maps by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Kind {
+    /// Metres; 0 and infinity are the sky.
+    Metres,
+    /// Inverse depth of unknown scale and shift, near = large (MiDaS, Depth Anything, stereo).
+    Inverse,
+    /// Depth of unknown scale and shift, near = small.
+    Relative,
+}
+
+/// What depth is measured along.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Along {
+    /// The view ray.
+    Ray,
+    /// The optical axis.
+    Axis,
+}
+
+/// Makes the depth map.
+///
+/// # Errors
+/// Inputs that are missing, damaged or contradict each other, or outputs that exist.
+pub(crate) fn execute(command: &DepthCommand, common: &Common) -> Result<(), Failure> {
+    let [toml, labels, preview] =
+        ["layers.toml", "labels.png", "png"].map(|end| command.output.with_extension(end));
+    let proposes = command.map.is_none() && command.layers.is_none();
+    let mut outputs = vec![command.output.as_path(), &preview];
+    if proposes {
+        outputs.extend([toml.as_path(), &labels]);
+    }
+    let mut inputs = vec![("photo", command.photo.as_path())];
+    for (role, path) in [
+        ("layers", &command.layers),
+        ("labels", &command.labels),
+        ("map", &command.map),
+    ] {
+        inputs.extend(path.iter().map(|path| (role, path.as_path())));
+    }
+    let photo = Photograph::read(&command.photo)
+        .map_err(|error| Failure::bad_input(&command.photo, error))?;
+    let camera = command.camera.camera(&photo)?;
+    let job = Request {
+        stage: "depth",
+        settings: settings(command, &camera),
+        inputs,
+        outputs,
+    };
+    perform(&job, common.manner(), |provenance| {
+        let depth_m = if proposes {
+            let layers = propose(command, &photo, &camera)?;
+            write_layers(&layers, &toml, &labels)?;
+            depth_of_layers(&layers).map_err(|error| Failure::Usage(error.to_string()))?
+        } else if let Some(map) = &command.map {
+            from_map(command, map, &photo, &camera)?
+        } else {
+            corrected(command, &photo)?
+        };
+        write(&depth_m, (&command.output, &preview), &provenance)
+    })
+    .map(|_| ())
+}
+
+fn propose(command: &DepthCommand, photo: &Photograph, camera: &Camera) -> Result<Layers, Failure> {
+    let count = command
+        .clusters
+        .map_or(ClusterCount::Criterion, ClusterCount::Given);
+    let eye_height = Meters(command.eye_height_m);
+    let weight = command.position_weight;
+    let pinhole = camera.pinhole()?;
+    propose_layers(&photo.light, count, weight, (&pinhole, eye_height))
+        .map_err(|error| Failure::Usage(error.to_string()))
+}
+
+fn corrected(command: &DepthCommand, photo: &Photograph) -> Result<Array2<f32>, Failure> {
+    let (Some(toml), Some(png)) = (&command.layers, &command.labels) else {
+        return Err(Failure::Usage(
+            "expected --layers and --labels together".to_owned(),
+        ));
+    };
+    let distances = read_layer_distances(toml).map_err(|error| Failure::bad_input(toml, error))?;
+    let labels =
+        read_labels(png, distances.len()).map_err(|error| Failure::bad_input(png, error))?;
+    if labels.dim() != photo.light.dim() {
+        let ((height, width), (rows, columns)) = (labels.dim(), photo.light.dim());
+        let message = format!(
+            "found {width} x {height} pixels, expected {columns} x {rows} as the photograph"
+        );
+        return Err(Failure::bad_input(png, message));
+    }
+    let layers = distances.into_iter().map(|distance_m| Layer {
+        color: [0.0; 3],
+        share: 0.0,
+        distance_m,
+    });
+    let layers = Layers {
+        labels,
+        layers: layers.collect(),
+    };
+    depth_of_layers(&layers).map_err(|error| Failure::bad_input(toml, error))
+}
+
+fn from_map(
+    command: &DepthCommand,
+    map: &Path,
+    photo: &Photograph,
+    camera: &Camera,
+) -> Result<Array2<f32>, Failure> {
+    let of_map = |error: niji_photo::Error| Failure::bad_input(map, error);
+    let mut values = read_depth_values(map).map_err(of_map)?;
+    let (height, width) = values.dim();
+    let map_camera = Camera {
+        width_px: width as u32,
+        height_px: height as u32,
+        ..camera.clone()
+    };
+    let anchors = command.anchors.iter().map(|[x, y, distance_m]| {
+        let at = |value: f64, n: usize, n_photo: usize| {
+            ((value + 0.5) * n as f64 / n_photo as f64).max(0.0) as usize
+        };
+        Anchor {
+            pixel: [at(*x, width, photo.width()), at(*y, height, photo.height())],
+            distance_m: *distance_m,
+        }
+    });
+    let kind = match command.kind {
+        Some(Kind::Inverse) => DepthKind::Inverse(anchors.collect()),
+        Some(Kind::Relative) => DepthKind::Relative(anchors.collect()),
+        Some(Kind::Metres) | None => {
+            let unit_m = command.unit_m as f32;
+            values.mapv_inplace(|value| value * unit_m);
+            DepthKind::Metres
+        }
+    };
+    let along = match command.along {
+        Along::Ray => DepthAlong::Ray,
+        Along::Axis => DepthAlong::Axis,
+    };
+    let coarse_m =
+        depth_from_values(&values, &kind, along, &map_camera.pinhole()?).map_err(of_map)?;
+    upsample_depth(&coarse_m, &photo.light).map_err(of_map)
+}
+
+fn write_layers(layers: &Layers, toml: &Path, labels: &Path) -> Result<(), Failure> {
+    let text = layers_to_toml(&layers.layers);
+    output::write_file(toml, |to| to.write_all(text.as_bytes()))?;
+    let n_layers = layers.layers.len();
+    output::write_file(labels, |to| write_labels(&layers.labels, n_layers, to))
+}
+
+fn write(
+    depth_m: &Array2<f32>,
+    (main, preview): (&Path, &Path),
+    provenance: &Provenance,
+) -> Result<(), Failure> {
+    // Near is white, 30 m half bright, the sky black.
+    let shown: LinearPicture = depth_m.mapv(|depth| {
+        let grey = 1.0 / (1.0 + depth / PREVIEW_HALF_M);
+        [grey * grey; 3]
+    });
+    output::write_file(preview, |to| write_png(&shown, provenance, to))?;
+    output::write_file(main, |to| write_depth_map(depth_m, provenance, to))
+}
+
+fn settings(command: &DepthCommand, camera: &Camera) -> String {
+    json!({
+        "camera": camera,
+        "clusters": command.clusters,
+        "position_weight": command.position_weight,
+        "eye_height_m": command.eye_height_m,
+        "kind": command.kind.map(|kind| format!("{kind:?}")),
+        "along": format!("{:?}", command.along),
+        "unit_m": command.unit_m,
+        "anchors": command.anchors,
+    })
+    .to_string()
+}
+
+/// `320,41,12.5`.
+fn anchor(text: &str) -> Result<[f64; 3], String> {
+    let values = cli::numbers(text)?;
+    <[f64; 3]>::try_from(values.as_slice())
+        .map_err(|_| format!("found {text:?}, expected X,Y,METRES, say 320,41,12.5"))
+}
