@@ -17,11 +17,16 @@ use support::variant;
 const PICKS: [&str; 3] = ["119,113", "320,72", "521,113"];
 
 fn pavilion() -> String {
-    text(&repository("data/photos/pavilion.jpg"))
+    text(&repository("data/photos/pavilion.jpg")).to_owned()
 }
 
 fn sun(extra: &[&str]) -> Vec<String> {
-    let mut arguments = vec!["sun".to_owned(), pavilion(), "--fov-deg".to_owned(), "60".to_owned()];
+    let mut arguments = vec![
+        "sun".to_owned(),
+        pavilion(),
+        "--fov-deg".to_owned(),
+        "60".to_owned(),
+    ];
     for pick in PICKS {
         arguments.extend(["--pick".to_owned(), pick.to_owned()]);
     }
@@ -42,26 +47,62 @@ fn picks_in_the_shipped_photograph_give_the_sun() {
     // Picks are rounded to pixels: within three of the printed errors.
     let elevation_deg = best["elevation_deg"].as_f64().unwrap();
     let error_deg = best["errors"]["elevation_deg"].as_f64().unwrap();
-    assert!((elevation_deg - 28.0).abs() < 3.0 * error_deg, "{elevation_deg} ± {error_deg}");
+    assert!(
+        (elevation_deg - 28.0).abs() < 3.0 * error_deg,
+        "{elevation_deg} ± {error_deg}"
+    );
     assert_eq!(report["findings"].as_array().unwrap().len(), 0);
     assert!(run(0, &sun(&["--published", "1"])).starts_with("sun: elevation"));
 }
 
 #[test]
 fn impossible_picks_end_with_code_4_and_a_missing_lens_with_2() {
-    let upside_down = ["sun", &pavilion(), "--fov-deg", "60", "--pick", "119,314", "--pick", "320,355", "--pick", "521,314"];
+    let upside_down = [
+        "sun",
+        &pavilion(),
+        "--fov-deg",
+        "60",
+        "--pick",
+        "119,314",
+        "--pick",
+        "320,355",
+        "--pick",
+        "521,314",
+    ];
     let output = niji_ends_with(4, &upside_down);
     let message = String::from_utf8(output.stderr).unwrap();
     assert!(message.contains("below the horizon"), "{message}");
-    niji_ends_with(2, &["sun", &pavilion(), "--pick", "1,2", "--pick", "3,4", "--pick", "5,9"]);
-    niji_ends_with(3, &["sun", "nowhere.jpg", "--fov-deg", "60", "--pick", "1,2"]);
+    niji_ends_with(
+        2,
+        &[
+            "sun",
+            &pavilion(),
+            "--pick",
+            "1,2",
+            "--pick",
+            "3,4",
+            "--pick",
+            "5,9",
+        ],
+    );
+    niji_ends_with(
+        3,
+        &["sun", "nowhere.jpg", "--fov-deg", "60", "--pick", "1,2"],
+    );
 }
 
 #[test]
 fn contradictions_are_told_with_code_4() {
     let check = |extra: &[&str], code| {
         let photo = pavilion();
-        let mut arguments = vec!["check", &photo, "--fov-deg", "60", "--sun-azimuth-deg", "180"];
+        let mut arguments = vec![
+            "check",
+            &photo,
+            "--fov-deg",
+            "60",
+            "--sun-azimuth-deg",
+            "180",
+        ];
         arguments.extend(extra);
         String::from_utf8(niji_ends_with(code, &arguments).stdout).unwrap()
     };
@@ -70,14 +111,23 @@ fn contradictions_are_told_with_code_4() {
     assert!(check(&["--sun-elevation-deg", "28", "--cloud-cover", "0"], 4).contains("cloudless"));
     assert!(check(&["--sun-elevation-deg", "70"], 4).contains("sun-too-high"));
     // Noon in June at the equator: the sun stands in the north, 67 degrees high.
-    let noon = ["--sun-elevation-deg", "28", "--time", "2024-06-21T12:00:00", "--utc-offset-h", "0", "--place-deg", "0,0"];
+    let noon = [
+        "--sun-elevation-deg",
+        "28",
+        "--time",
+        "2024-06-21T12:00:00",
+        "--utc-offset-h",
+        "0",
+        "--place-deg",
+        "0,0",
+    ];
     assert!(check(&noon, 4).contains("sun-elsewhere"));
 }
 
 #[test]
 fn layers_are_proposed_corrected_and_hide_the_bow_behind_them() {
     let folder = tempfile::tempdir().unwrap();
-    let at = |name: &str| text(&folder.path().join(name));
+    let at = |name: &str| text(&folder.path().join(name)).to_owned();
     let photo = pavilion();
     let (depth, corrected) = (at("depth.exr"), at("corrected.exr"));
     let common = ["depth", photo.as_str(), "--fov-deg", "60", "-q", "-o"];
@@ -86,10 +136,20 @@ fn layers_are_proposed_corrected_and_hide_the_bow_behind_them() {
     // The same layers, all at 10 m.
     let toml = std::fs::read_to_string(at("depth.layers.toml")).unwrap();
     let lines = toml.lines().map(|line| {
-        if line.starts_with("distance_m") { "distance_m = 10.0" } else { line }
+        if line.starts_with("distance_m") {
+            "distance_m = 10.0"
+        } else {
+            line
+        }
     });
     std::fs::write(at("near.toml"), lines.collect::<Vec<_>>().join("\n")).unwrap();
-    with(&[&corrected, "--layers", &at("near.toml"), "--labels", &at("depth.labels.png")]);
+    with(&[
+        &corrected,
+        "--layers",
+        &at("near.toml"),
+        "--labels",
+        &at("depth.labels.png"),
+    ]);
     let near = read_depth_map(Path::new(&corrected)).unwrap();
     assert!(near.iter().all(|depth| (*depth - 10.0).abs() < 1e-6));
 
@@ -106,22 +166,41 @@ fn layers_are_proposed_corrected_and_hide_the_bow_behind_them() {
         ],
     );
     let out = at("out");
-    niji_ends_with(0, &["run", &text(&scene), "-o", &out, "-q"]);
+    niji_ends_with(0, &["run", text(&scene), "-o", &out, "-q"]);
     let image = format!("{out}/image.exr");
     let composite = |name: &str, extra: &[&str]| {
         let to = at(name);
-        let fixed = ["composite", &photo, "--image", &image, "--exposure", "50", "-q", "-o", &to];
+        let fixed = [
+            "composite",
+            &photo,
+            "--image",
+            &image,
+            "--exposure",
+            "50",
+            "-q",
+            "-o",
+            &to,
+        ];
         niji_ends_with(0, &[&fixed[..], extra].concat());
         Photograph::read(Path::new(&to)).unwrap()
     };
     let original = Photograph::read(Path::new(&photo)).unwrap();
     let bow = composite("bow.png", &[]);
-    let sum = |photo: &Photograph| photo.light.iter().map(|pixel| f64::from(pixel[0])).sum::<f64>();
+    let sum = |photo: &Photograph| {
+        photo
+            .light
+            .iter()
+            .map(|pixel| f64::from(pixel[0]))
+            .sum::<f64>()
+    };
     assert!(sum(&bow) > 1.01 * sum(&original), "the bow is there");
     // Everything stands at 10 m, before the drops: the photograph comes out as it went in.
     let hidden = composite("hidden.png", &["--depth", &corrected]);
     assert_eq!(hidden.light, original.light);
-    let element = composite("bow.exr", &[]);
+    let element = composite("element.exr", &[]);
     assert!(element.light.iter().flatten().all(|value| *value >= 0.0));
-    niji_ends_with(2, &["composite", &photo, "--image", &image, "-o", &at("bow.tif")]);
+    niji_ends_with(
+        2,
+        &["composite", &photo, "--image", &image, "-o", &at("bow.tif")],
+    );
 }

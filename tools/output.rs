@@ -75,6 +75,21 @@ pub(crate) fn write_file<E: std::fmt::Display>(
     outcome.map_err(|error| failed(&error))
 }
 
+/// Prints a result. A reader that has seen enough (`| head`) is no failure.
+///
+/// # Errors
+/// [`Failure::Failed`] if standard output cannot be written.
+pub(crate) fn print(text: &str) -> Result<(), Failure> {
+    let mut stdout = io::stdout().lock();
+    let written = stdout.write_all(text.as_bytes());
+    match written.and_then(|()| stdout.flush()) {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+            Err(Failure::Failed(format!("cannot print: {error}")))
+        }
+        _ => Ok(()),
+    }
+}
+
 fn temporary_file(folder: &Path) -> io::Result<NamedTempFile> {
     let mut builder = Builder::new();
     builder.prefix(".niji-").suffix(".part");

@@ -9,6 +9,7 @@ use niji_scene::Stage;
 
 use crate::cli::Common;
 use crate::failure::Failure;
+use crate::output;
 use crate::scene_file;
 use crate::scene_file::Planned;
 use crate::stages;
@@ -38,21 +39,15 @@ pub(crate) struct PlanCommand {
 /// A scene that is missing or wrong.
 pub(crate) fn execute(command: &PlanCommand, common: &Common) -> Result<(), Failure> {
     let planned = scene_file::load(&command.scene, common)?;
-    if command.script {
-        print!(
-            "{}",
-            script(&planned, &command.scene, &command.output, common)
-        );
+    let text = if command.script {
+        script(&planned, &command.scene, &command.output, common)
     } else if common.json {
         let json = serde_json::to_string_pretty(&planned.plan);
-        println!(
-            "{}",
-            json.map_err(|error| Failure::Failed(error.to_string()))?
-        );
+        json.map_err(|error| Failure::Failed(error.to_string()))? + "\n"
     } else {
-        print!("{}", planned.plan);
-    }
-    Ok(())
+        planned.plan.to_string()
+    };
+    output::print(&text)
 }
 
 fn script(planned: &Planned, scene: &Path, folder: &Path, common: &Common) -> String {

@@ -292,8 +292,7 @@ fn write_csv(rows: &[impl Serialize], path: &Path) -> Result<(), Failure> {
         }
         csv.flush().map_err(|error| error.to_string())
     })?;
-    println!("{}", path.display());
-    Ok(())
+    output::print(&format!("{}\n", path.display()))
 }
 
 /// One scene to measure on.

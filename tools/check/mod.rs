@@ -152,7 +152,9 @@ pub(crate) fn execute(command: &CheckCommand, common: &Common) -> Result<(), Fai
     let azimuth = Radians::from_degrees(command.sun_azimuth_deg);
     let sun = direction_from_azimuth_elevation(azimuth, elevation);
     if !sun.is_finite() {
-        return Err(Failure::Usage("expected finite angles of the sun".to_owned()));
+        return Err(Failure::Usage(
+            "expected finite angles of the sun".to_owned(),
+        ));
     }
     let bow_angle = edge_angle(command.bow, Edge::Red);
     let path = bow_path(&camera, -sun, bow_angle);
@@ -194,18 +196,20 @@ impl Case<'_> {
             f64::from(self.camera.height_px()),
         );
         let corner = |x: f64, y: f64| self.camera.ray(x * width, y * height).direction;
-        let corners = [corner(0.0, 0.0), corner(1.0, 0.0), corner(0.0, 1.0), corner(1.0, 1.0)];
+        let corners = [
+            corner(0.0, 0.0),
+            corner(1.0, 0.0),
+            corner(0.0, 1.0),
+            corner(1.0, 1.0),
+        ];
         let lowest = corners.iter().map(|view| view.y).fold(1.0, f64::min);
         let forward = self.camera.forward();
         let half_diagonal = corners
             .iter()
             .map(|view| view.angle_between(forward))
             .fold(0.0, f64::max);
-        let around = luminance_around_bow(
-            &self.photo.light,
-            &self.camera,
-            (-self.sun, self.bow_angle),
-        );
+        let around =
+            luminance_around_bow(&self.photo.light, &self.camera, (-self.sun, self.bow_angle));
         let [inside, outside] = around;
         let from_sun = Radians(forward.angle_between(self.sun));
         [
@@ -244,7 +248,9 @@ impl Case<'_> {
         let radius = command.radius_um.map(Micrometers);
         let fringes = command.variance.filter(|_| command.supernumeraries);
         [
-            command.cloud_cover.and_then(|cover| cloud_cover(cover, source)),
+            command
+                .cloud_cover
+                .and_then(|cover| cloud_cover(cover, source)),
             radius.and_then(|radius| flattened_drops(radius, self.elevation)),
             radius
                 .filter(|_| command.fogbow)
@@ -306,13 +312,16 @@ impl Case<'_> {
             findings.extend(contrast_too_low(contrast, name));
         }
         if let (Some(path), Some(drops_m)) = (&command.depth, command.drops_distance_m) {
-            let depth_m =
-                read_depth_map(path).map_err(|error| Failure::bad_input(path, error))?;
+            let depth_m = read_depth_map(path).map_err(|error| Failure::bad_input(path, error))?;
             if depth_m.dim() != self.photo.light.dim() {
                 let message = "found another size than that of the photograph";
                 return Err(Failure::bad_input(path, message));
             }
-            findings.extend(hidden_by_surface(hidden_share(&self.path_px, &depth_m, drops_m)));
+            findings.extend(hidden_by_surface(hidden_share(
+                &self.path_px,
+                &depth_m,
+                drops_m,
+            )));
         }
         Ok(findings)
     }
@@ -335,7 +344,9 @@ fn place(text: &str) -> Result<[f64; 2], String> {
         [latitude, longitude] if latitude.abs() <= 90.0 && longitude.abs() <= 180.0 => {
             Ok([latitude, longitude])
         }
-        _ => Err(format!("found {text:?}, expected LAT,LON in degrees, say 48.1,11.6")),
+        _ => Err(format!(
+            "found {text:?}, expected LAT,LON in degrees, say 48.1,11.6"
+        )),
     }
 }
 

@@ -10,6 +10,7 @@ use clap::Subcommand;
 
 use crate::cli::Common;
 use crate::failure::Failure;
+use crate::output;
 
 /// Print physics as CSV: airy, scatter, sizes, index, air.
 #[derive(Debug, Args)]
@@ -37,8 +38,7 @@ pub(crate) fn execute(command: &EvalCommand, _common: &Common) -> Result<(), Fai
         Quantity::Sizes(arguments) => sizes::csv(arguments)?,
         Quantity::Index(arguments) => index::csv(arguments)?,
     };
-    print!("{csv}");
-    Ok(())
+    output::print(&csv)
 }
 
 /// A line of CSV in full precision.

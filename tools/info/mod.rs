@@ -76,9 +76,9 @@ pub(crate) fn execute(command: &InfoCommand, common: &Common) -> Result<(), Fail
         exr::report(path)?
     };
     if common.json {
-        println!("{:#}", report.json);
+        output::print(&format!("{:#}\n", report.json))?;
     } else if !common.quiet {
-        print!("{}", report.text);
+        output::print(&report.text)?;
     }
     for assertion in &command.assert {
         assertion.check(&report.ranges, path)?;

@@ -12,6 +12,7 @@ use niji_scene::Stage;
 
 use crate::cli::Common;
 use crate::failure::Failure;
+use crate::output;
 use crate::progress::Verbosity;
 use crate::scene_file;
 use crate::scene_file::Planned;
@@ -70,9 +71,9 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
     }
     let image = folder.join(stages::render::FILE);
     if common.json {
-        println!("{:#}", report::json(&planned, &done));
+        output::print(&format!("{:#}\n", report::json(&planned, &done)))?;
     } else {
-        println!("{}", image.display());
+        output::print(&format!("{}\n", image.display()))?;
     }
     common.tolerance.map_or(Ok(()), |tolerance| {
         check_accuracy(&planned, &image, tolerance)

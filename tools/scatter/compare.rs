@@ -11,6 +11,7 @@ use super::plot;
 use crate::bow_curves::BowCurves;
 use crate::cli::Common;
 use crate::failure::Failure;
+use crate::output;
 use crate::progress::Verbosity;
 use crate::stages;
 
@@ -124,14 +125,14 @@ fn print(rows: &[Row], common: &Common) -> Result<(), Failure> {
     let failed = |error: &dyn std::fmt::Display| Failure::Failed(error.to_string());
     if common.json {
         let json = serde_json::to_string_pretty(rows).map_err(|error| failed(&error))?;
-        println!("{json}");
-        return Ok(());
+        return output::print(&(json + "\n"));
     }
-    let mut csv = csv::Writer::from_writer(std::io::stdout());
+    let mut csv = csv::Writer::from_writer(Vec::new());
     for row in rows {
         csv.serialize(row).map_err(|error| failed(&error))?;
     }
-    csv.flush().map_err(|error| failed(&error))
+    let csv = csv.into_inner().map_err(|error| failed(&error))?;
+    output::print(&String::from_utf8_lossy(&csv))
 }
 
 /// One line for people.

@@ -139,7 +139,11 @@ fn edge(command: &SunCommand) -> Result<PickedEdge, Failure> {
              above 0; --no-prior assumes none"
         )));
     }
-    Ok(picked_edge(command.bow, command.edge, (angle_deg, error_deg)))
+    Ok(picked_edge(
+        command.bow,
+        command.edge,
+        (angle_deg, error_deg),
+    ))
 }
 
 fn published(
@@ -194,8 +198,18 @@ fn draw_preview(
         }
         for [x, y] in &command.picks {
             let arm = 4.0 * width_px;
-            draw_line(&mut picture, &[[x - arm, *y], [x + arm, *y]], PICK, width_px);
-            draw_line(&mut picture, &[[*x, y - arm], [*x, y + arm]], PICK, width_px);
+            draw_line(
+                &mut picture,
+                &[[x - arm, *y], [x + arm, *y]],
+                PICK,
+                width_px,
+            );
+            draw_line(
+                &mut picture,
+                &[[*x, y - arm], [*x, y + arm]],
+                PICK,
+                width_px,
+            );
         }
         output::write_file(path, |writer| write_png(&picture, &provenance, writer))
     })

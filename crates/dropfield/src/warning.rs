@@ -194,7 +194,7 @@ impl fmt::Display for Warning {
             } => write!(
                 f,
                 "{}an effective radius of {:.2} mm; falling drops above {} mm are flattened, which \
-                 moves the top of the bow by degrees and is not simulated",
+                 moves the top of the bow by degrees (effect drop_flattening)",
                 prefix(mode),
                 1e-3 * effective_radius_um,
                 1e-3 * FLATTENED_FROM_UM

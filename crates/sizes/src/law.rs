@@ -174,6 +174,21 @@ mod tests {
     }
 
     #[test]
+    fn a_law_too_wide_for_a_gamma_law_keeps_its_area_and_water() {
+        let spray = SizeLaw::Lognormal(Lognormal {
+            radius_median_um: 50.0,
+            geometric_standard_deviation: 2.0,
+            d_min_mm: None,
+            d_max_mm: None,
+        });
+        let (all, bounded) = (spray.moments(), spray.moments().with_variance_at_most(0.49));
+        assert!(all.effective_variance > 0.6 && bounded.effective_variance == 0.49);
+        let (all, bounded) = (all.bulk_properties(1e6), bounded.bulk_properties(1e6));
+        assert_eq!(all.lwc_g_m3, bounded.lwc_g_m3);
+        assert_eq!(all.extinction_m1, bounded.extinction_m1);
+    }
+
+    #[test]
     fn a_cubic_metre_of_known_drops_holds_known_water() {
         // 1e6 drops of 10 um: (4/3) pi 1e-15 m³ of water each, 2 pi 1e-10 m² of shadow each.
         let law = SizeLaw::Monodisperse(Monodisperse { radius_um: 10.0 });

@@ -7,7 +7,7 @@
 //! r_e = X/(2 Gamma(1 - 1/n)),   v_e = (pi/n)/sin(pi/n) - 1,
 //! `<D^k>` = X^k Gamma(1 + (k - 3)/n)/Gamma(1 - 3/n).
 //! The number of drops diverges at small diameters for n <= 3 and their area for n <= 1: without a
-//! smallest diameter such laws are refused. v_e is below 1/2 from n = 2.10 on.
+//! smallest diameter such laws are refused. v_e is below 1/2 from n = 2.11 on.
 //! [RR33] Rosin and Rammler, J. Institute of Fuel 7, 29-36 (1933); [LM17] Lefebvre and McDonell,
 //! Atomization and Sprays, 2nd ed., CRC (2017), section 3.4.3.
 
