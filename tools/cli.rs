@@ -9,6 +9,9 @@ use niji_scene::Preset;
 use crate::airy::AiryCommand;
 use crate::atmosphere::AtmosphereCommand;
 use crate::calibrate::CalibrateCommand;
+use crate::check::CheckCommand;
+use crate::composite::CompositeCommand;
+use crate::depth::DepthCommand;
 use crate::drops::DropsCommand;
 use crate::eval::EvalCommand;
 use crate::info::InfoCommand;
@@ -22,6 +25,7 @@ use crate::scatter::ScatterCommand;
 use crate::shell::CompletionsCommand;
 use crate::shell::ManCommand;
 use crate::stages::Manner;
+use crate::sun::SunCommand;
 
 /// Subcommands by group; the help prints this instead of one long list.
 const GROUPS: &str = "\
@@ -36,6 +40,12 @@ Stages, in order:
   scatter      Tabulate how drops scatter (EXR)
   atmosphere   Tabulate the air (EXR)
   render       Integrate along the view rays (EXR, PNG)
+
+Photographs:
+  depth        Find layers of depth in a photograph, or take a depth map from elsewhere
+  sun          Find the sun from pixels where the bow should stand
+  check        Say where the wanted bow contradicts the photograph
+  composite    Set the bow into the photograph
 
 Looking:
   info         Say what a VDB or EXR file holds; assert it in scripts
@@ -164,6 +174,10 @@ pub(crate) enum Command {
     Scatter(ScatterCommand),
     Atmosphere(AtmosphereCommand),
     Render(RenderCommand),
+    Depth(DepthCommand),
+    Sun(SunCommand),
+    Check(CheckCommand),
+    Composite(CompositeCommand),
     Info(InfoCommand),
     Lee(LeeCommand),
     Eval(EvalCommand),

@@ -7,7 +7,10 @@ mod airy;
 mod atmosphere;
 mod bow_curves;
 mod calibrate;
+mod check;
 mod cli;
+mod composite;
+mod depth;
 mod drops;
 mod eval;
 mod failure;
@@ -24,6 +27,7 @@ mod scatter;
 mod scene_file;
 mod shell;
 mod stages;
+mod sun;
 mod theory_name;
 
 use std::ffi::OsString;
@@ -71,6 +75,10 @@ fn dispatch(arguments: &Arguments) -> Result<(), Failure> {
         Command::Scatter(command) => scatter::execute(command, common),
         Command::Atmosphere(command) => atmosphere::execute(command, common),
         Command::Render(command) => render::execute(command, common),
+        Command::Depth(command) => depth::execute(command, common),
+        Command::Sun(command) => sun::execute(command, common),
+        Command::Check(command) => check::execute(command, common),
+        Command::Composite(command) => composite::execute(command, common),
         Command::Info(command) => info::execute(command, common),
         Command::Lee(command) => lee::execute(command, common),
         Command::Eval(command) => eval::execute(command, common),

@@ -18,6 +18,7 @@ use crate::cli::Common;
 use crate::cli::numbers;
 use crate::failure::Failure;
 use crate::output;
+use crate::progress::Verbosity;
 use crate::scatter::export::Format;
 use crate::scene_file;
 use crate::stages;
@@ -66,6 +67,14 @@ pub(crate) struct ScatterCommand {
     /// Effective variance, or the smallest and largest of a range.
     #[arg(long, value_name = "V[,V]", default_value = "0")]
     effective_variance: String,
+    /// Nodes of the flattening of large drops, ascending within -1 to 1, 0 for spheres.
+    #[arg(
+        long,
+        value_name = "M,M",
+        default_value = "0",
+        allow_hyphen_values = true
+    )]
+    flattening: String,
     /// Smallest and largest scattering angle, 0 = forward [default: 0,180; 120,160 for --compare].
     #[arg(long, value_name = "DEG,DEG")]
     theta_deg: Option<String>,
@@ -144,7 +153,11 @@ fn table(command: &ScatterCommand, common: &Common) -> Result<ScatteringTable, F
     match &command.output {
         Some(path) if command.export.is_none() => {
             stages::scatter::make(&need, wavelengths, airy, path, manner)?;
-            stages::scatter::read(path)
+            let table = stages::scatter::read(path)?;
+            if manner.verbosity > Verbosity::Normal {
+                stages::scatter::print_interpolation_error(&need, &table)?;
+            }
+            Ok(table)
         }
         _ => stages::scatter::computed(&need, wavelengths, airy, manner.verbosity),
     }
@@ -182,7 +195,8 @@ fn of_flags(command: &ScatterCommand) -> Result<(ScatteringNeed, WavelengthGrid)
         relative_error: command.relative_error,
         effective_radius_um: radius_axis(radii, variances.0, command.relative_error)
             .map_err(|error| usage(&error))?,
-        flattening: vec![0.0],
+        flattening: numbers(&command.flattening)
+            .map_err(|error| Failure::Usage(format!("--flattening: {error}")))?,
         effective_variance: variance_axis(variances).map_err(|error| usage(&error))?,
         sun_disc_diameter_rad: command.sun_disc_deg.to_radians(),
         temperature_c: command.temperature_c,

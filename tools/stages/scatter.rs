@@ -9,6 +9,7 @@ use niji_exchange::ScatteringTable;
 use niji_exchange::TableFile;
 use niji_radiometry::WavelengthGrid;
 use niji_scatter::Theory;
+use niji_scatter::interpolation_error;
 use niji_scatter::scattering_table;
 use niji_scene::ScatteringNeed;
 use niji_scene::canonical_json;
@@ -87,6 +88,28 @@ pub(crate) fn computed(
     });
     bar.finish_and_clear();
     table.map_err(|error| Failure::Usage(error.to_string()))
+}
+
+/// Says on standard error how far linear interpolation along each axis is from the theory.
+///
+/// # Errors
+/// As [`computed`].
+pub(crate) fn print_interpolation_error(
+    need: &ScatteringNeed,
+    table: &ScatteringTable,
+) -> Result<(), Failure> {
+    let found = interpolation_error(&need.request(table.wavelengths, None), table);
+    let found = found.map_err(|error| Failure::Usage(error.to_string()))?;
+    eprintln!("interpolation error over the peak of the bow, rms and largest:");
+    for (axis, error) in [
+        ("theta", found.theta),
+        ("effective radius", found.radius),
+        ("effective variance", found.variance),
+        ("flattening", found.flattening),
+    ] {
+        eprintln!("  {axis:<19} {:.1e}  {:.1e}", error.rms, error.max);
+    }
+    Ok(())
 }
 
 /// Airy's theory is no theory of fog.

@@ -178,7 +178,6 @@ impl Bricks {
     }
 
     /// The field at a point; zero outside the bricks.
-    #[inline]
     pub fn sample(&self, world: DVec3) -> Sample {
         // A product where `to_lattice` divides: three divisions would take as long as the rest.
         let position = (world - self.origin_m) * self.inverse_voxel_m;
@@ -293,15 +292,22 @@ pub(crate) fn cell_base(brick: u32, cell: IVec3) -> usize {
     brick as usize * NODES_PER_BRICK + x * STRIDE_X + y * STRIDE_Y + z
 }
 
+#[inline]
 fn lerp(a: Vec4, b: Vec4, t: f32) -> Vec4 {
     a * (1.0 - t) + b * t
 }
 
 #[inline]
 fn trilinear(cell: &[Vec4], local: Vec3, lanes: impl Fn(Vec4) -> Vec4) -> Vec4 {
-    let along_z = |at: usize| lerp(lanes(cell[at]), lanes(cell[at + 1]), local.z);
-    let along_yz = |at: usize| lerp(along_z(at), along_z(at + STRIDE_Y), local.y);
-    lerp(along_yz(0), along_yz(STRIDE_X), local.x)
+    // Written out: closures for the rows were not inlined, which doubled the time.
+    let [a, b] = [lanes(cell[0]), lanes(cell[1])];
+    let [c, d] = [lanes(cell[STRIDE_Y]), lanes(cell[STRIDE_Y + 1])];
+    let low = lerp(lerp(a, b, local.z), lerp(c, d, local.z), local.y);
+    let cell = &cell[STRIDE_X..];
+    let [a, b] = [lanes(cell[0]), lanes(cell[1])];
+    let [c, d] = [lanes(cell[STRIDE_Y]), lanes(cell[STRIDE_Y + 1])];
+    let high = lerp(lerp(a, b, local.z), lerp(c, d, local.z), local.y);
+    lerp(low, high, local.x)
 }
 
 /// The nodes around a cell.

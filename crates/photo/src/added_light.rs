@@ -1,0 +1,76 @@
+//! The light of a rendered spectral image, as compositing takes it.
+//!
+//! X, Y, Z of the AOVs `bow.primary`, `bow.secondary` and `inscatter` [cd/m²] over the white
+//! luminance of the image become linear Rec.709; what lies outside the gamut is mixed with grey. The
+//! sky behind the drops, if the image has one, is left out: in a photograph it is there already.
+
+use ndarray::Array2;
+use ndarray::Zip;
+use niji_exchange::Aov;
+use niji_exchange::SpectralImage;
+use niji_radiometry::GamutPolicy;
+use niji_radiometry::into_gamut;
+use niji_radiometry::xyz_to_linear_rec709;
+
+use crate::compositing::AddedLight;
+use crate::error::Error;
+use crate::photograph::LinearPicture;
+
+/// AOVs whose light is added; the last may be missing.
+const LIGHTS: [&str; 3] = ["bow.primary", "bow.secondary", "inscatter"];
+
+impl AddedLight {
+    /// Bow, veil and transmittance of a rendered image.
+    ///
+    /// # Errors
+    /// An AOV that is missing.
+    pub fn of_image(image: &SpectralImage) -> Result<Self, Error> {
+        let (_, height, width) = image.radiance.dim();
+        let white = image.white_luminance_cd_m2;
+        let mut light = LinearPicture::from_elem((height, width), [0.0; 3]);
+        for name in LIGHTS {
+            let aov = image.aovs.iter().find(|aov| aov.name == name);
+            match aov {
+                Some(aov) => add_xyz(&mut light, aov)?,
+                None => return Err(Error::MissingAov(name)),
+            }
+        }
+        light.par_mapv_inplace(|xyz| {
+            let relative = xyz.map(|value| f64::from(value) / white);
+            let rgb = into_gamut(xyz_to_linear_rec709(relative), GamutPolicy::Desaturate);
+            // f32: what files hold.
+            rgb.map(|value| value as f32)
+        });
+        Ok(Self {
+            light,
+            transmittance: plane(image, "transmittance")?.clone(),
+        })
+    }
+}
+
+/// Mean distance of the drops' light from the eye in a rendered image, m; 0 where there is none.
+///
+/// # Errors
+/// If the image has no such AOV.
+pub fn distance_of_light(image: &SpectralImage) -> Result<&Array2<f32>, Error> {
+    plane(image, "depth")
+}
+
+fn plane<'a>(image: &'a SpectralImage, name: &'static str) -> Result<&'a Array2<f32>, Error> {
+    let aov = image.aovs.iter().find(|aov| aov.name == name);
+    let channel = aov.and_then(|aov| aov.channels.first());
+    channel
+        .map(|(_, values)| values)
+        .ok_or(Error::MissingAov(name))
+}
+
+fn add_xyz(light: &mut LinearPicture, aov: &Aov) -> Result<(), Error> {
+    for (channel, name) in ["X", "Y", "Z"].into_iter().enumerate() {
+        let values = aov.channels.iter().find(|(found, _)| found == name);
+        let (_, values) = values.ok_or(Error::MissingChannel(name))?;
+        Zip::from(&mut *light)
+            .and(values)
+            .par_for_each(|pixel, value| pixel[channel] += value);
+    }
+    Ok(())
+}

@@ -1,0 +1,228 @@
+//! Setting a bow into a photograph.
+//!
+//! out = photo T + g (bow + veil)
+//! All in linear Rec.709: `photo` with 1 for its white, `T` what drops (and air in front of the
+//! surface) let pass, without diffraction, `bow` the light of the drops and `veil` that of the air
+//! relative to a sunlit white card, `g` the value which such a card has in the photograph. A bow is
+//! added light: it can only brighten, except where T takes more than bow and veil give. For
+//! compositors the same is premultiplied: RGB = g (bow + veil), A = 1 − T, so that `over` gives `out`.
+
+use ndarray::Array2;
+use ndarray::Zip;
+
+use crate::error::Error;
+use crate::photograph::LinearPicture;
+use crate::resample::mix_colors;
+use crate::resample::mix_numbers;
+use crate::resample::nearest;
+use crate::resample::resample;
+use crate::resample::same_shape;
+
+/// Light to be added, and what it lets pass.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AddedLight {
+    /// Bow and veil relative to a sunlit white card, linear Rec.709, without negative channels.
+    pub light: LinearPicture,
+    /// Transmittance T in 0..1.
+    pub transmittance: Array2<f32>,
+}
+
+impl AddedLight {
+    /// The same light at another resolution: a bow is smooth, so that one rendered at a quarter of a
+    /// photograph's size will do. Edges of occluders are not smooth; apply them afterwards.
+    ///
+    /// # Errors
+    /// A size of another shape.
+    pub fn resized(self, (height, width): (usize, usize)) -> Result<Self, Error> {
+        let found = self.light.dim();
+        if found == (height, width) {
+            return Ok(self);
+        }
+        if !same_shape(found, (height, width)) {
+            return check_size("the light", (height, width), found).map(|()| self);
+        }
+        Ok(Self {
+            light: resample(&self.light, (height, width), mix_colors)?,
+            transmittance: resample(&self.transmittance, (height, width), mix_numbers)?,
+        })
+    }
+
+    /// Keeps the light only where the photographed surface lies behind the drops.
+    ///
+    /// An approximation for light that was integrated without knowing the surface: all light of a
+    /// pixel is taken to come from its mean distance `light_m`, so a surface within the drops hides
+    /// all of it or none. Distances are along the view ray in metres, infinity for the sky; 0 in
+    /// `light_m` is no light. `light_m` may have another resolution: its nearest pixel counts.
+    ///
+    /// # Errors
+    /// Pictures of other sizes or shapes.
+    pub fn hide_behind(
+        &mut self,
+        surface_m: &Array2<f32>,
+        light_m: &Array2<f32>,
+    ) -> Result<(), Error> {
+        check_size("the depth map", self.light.dim(), surface_m.dim())?;
+        let size = self.light.dim();
+        if !same_shape(size, light_m.dim()) {
+            check_size("the distance of the light", size, light_m.dim())?;
+        }
+        let light_m = resample(light_m, size, nearest)?;
+        Zip::from(&mut self.light)
+            .and(&mut self.transmittance)
+            .and(surface_m)
+            .and(&light_m)
+            .par_for_each(|light, transmittance, surface_m, light_m| {
+                if *light_m > *surface_m || *light_m <= 0.0 {
+                    *light = [0.0; 3];
+                    *transmittance = 1.0;
+                }
+            });
+        Ok(())
+    }
+}
+
+/// The photograph with the light in it.
+///
+/// # Errors
+/// Pictures of other sizes, or a gain that is not a finite number of at least 0.
+pub fn composite(
+    photo: &LinearPicture,
+    added: &AddedLight,
+    gain: f64,
+) -> Result<LinearPicture, Error> {
+    check_size("the light", photo.dim(), added.light.dim())?;
+    check_size("the transmittance", photo.dim(), added.transmittance.dim())?;
+    check_gain(gain)?;
+    // f32: a code value of 16 bit is 1.5e-5.
+    let gain = gain as f32;
+    Ok(Zip::from(photo)
+        .and(&added.light)
+        .and(&added.transmittance)
+        .par_map_collect(|photo, light, transmittance| {
+            [0, 1, 2].map(|channel: usize| photo[channel] * transmittance + gain * light[channel])
+        }))
+}
+
+/// The published rule for what is too bright: where a channel exceeds white, all three are scaled so
+/// that the largest is white.
+///
+///   c -> c / max(1, max(c))
+pub fn scale_to_white(picture: &mut LinearPicture) {
+    picture.par_mapv_inplace(|pixel| {
+        let largest = pixel[0].max(pixel[1]).max(pixel[2]).max(1.0);
+        pixel.map(|channel| channel / largest)
+    });
+}
+
+pub(crate) fn check_gain(gain: f64) -> Result<(), Error> {
+    if gain >= 0.0 && gain.is_finite() {
+        return Ok(());
+    }
+    Err(Error::Range {
+        what: "the value of a sunlit white card in the photograph",
+        found: gain,
+        expected: "a finite number of at least 0",
+    })
+}
+
+pub(crate) fn check_size(
+    what: &'static str,
+    (height, width): (usize, usize),
+    (found_height, found_width): (usize, usize),
+) -> Result<(), Error> {
+    if (height, width) == (found_height, found_width) {
+        return Ok(());
+    }
+    Err(Error::Size {
+        what,
+        found_width,
+        found_height,
+        width,
+        height,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn added(light: [f32; 3], transmittance: f32) -> AddedLight {
+        AddedLight {
+            light: Array2::from_elem((2, 3), light),
+            transmittance: Array2::from_elem((2, 3), transmittance),
+        }
+    }
+
+    #[test]
+    fn nothing_added_changes_nothing() {
+        let photo = Array2::from_elem((2, 3), [0.1, 0.5, 0.9]);
+        assert_eq!(
+            composite(&photo, &added([0.0; 3], 1.0), 7.0).unwrap(),
+            photo
+        );
+    }
+
+    #[test]
+    fn light_is_added_to_what_passes() {
+        let photo = Array2::from_elem((2, 3), [0.5, 0.5, 0.0]);
+        let out = composite(&photo, &added([0.25, 0.0, 0.5], 0.5), 2.0).unwrap();
+        assert_eq!(out[[1, 2]], [0.75, 0.25, 1.0]);
+    }
+
+    #[test]
+    fn premultiplied_over_is_the_same_sum() {
+        let (photo, light, t, gain) = (0.4_f32, 0.3_f32, 0.8_f32, 1.5_f32);
+        let out = composite(
+            &Array2::from_elem((1, 1), [photo; 3]),
+            &AddedLight {
+                light: Array2::from_elem((1, 1), [light; 3]),
+                transmittance: Array2::from_elem((1, 1), t),
+            },
+            f64::from(gain),
+        );
+        let (rgb, alpha) = (gain * light, 1.0 - t);
+        let over = rgb + (1.0 - alpha) * photo;
+        assert!((out.unwrap()[[0, 0]][0] - over).abs() < 1e-6);
+    }
+
+    #[test]
+    fn the_published_rule_keeps_the_ratio_of_channels() {
+        let mut picture = Array2::from_elem((1, 2), [3.0, 1.5, 0.0]);
+        picture[[0, 1]] = [0.2, 1.0, 0.4];
+        scale_to_white(&mut picture);
+        assert_eq!(picture[[0, 0]], [1.0, 0.5, 0.0]);
+        assert_eq!(picture[[0, 1]], [0.2, 1.0, 0.4]);
+    }
+
+    #[test]
+    fn no_light_lands_on_what_is_nearer_than_the_drops() {
+        let mut added = added([1.0; 3], 0.5);
+        let surface_m = ndarray::array![[10.0, 99.0, f32::INFINITY], [101.0, 0.0, 100.0]];
+        let light_m = Array2::from_elem((2, 3), 100.0);
+        added.hide_behind(&surface_m, &light_m).unwrap();
+        let shown = added.light.mapv(|light| light[0]);
+        assert_eq!(shown, ndarray::array![[0.0, 0.0, 1.0], [1.0, 0.0, 1.0]]);
+        assert_eq!(
+            added.transmittance,
+            ndarray::array![[1.0, 1.0, 0.5], [0.5, 1.0, 0.5]]
+        );
+        assert!(
+            added
+                .hide_behind(&surface_m, &Array2::zeros((3, 2)))
+                .is_err()
+        );
+    }
+
+    #[test]
+    fn other_sizes_and_gains_are_refused() {
+        let photo = Array2::from_elem((3, 2), [0.5; 3]);
+        assert!(matches!(
+            composite(&photo, &added([0.0; 3], 1.0), 1.0),
+            Err(Error::Size { .. })
+        ));
+        let photo = Array2::from_elem((2, 3), [0.5; 3]);
+        for gain in [-1.0, f64::NAN, f64::INFINITY] {
+            assert!(composite(&photo, &added([0.0; 3], 1.0), gain).is_err());
+        }
+    }
+}

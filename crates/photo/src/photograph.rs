@@ -1,0 +1,209 @@
+//! Photographs as linear light.
+//!
+//! PNG (8 and 16 bit) and JPEG hold sRGB code values (IEC 61966-2-1); they become linear Rec.709 in
+//! 0..1 by its curve, whatever color profile the file carries. EXR plates are linear already and are
+//! taken as Rec.709. The orientation that a camera writes is applied, so that row 0 is the top of the
+//! scene. Transparency is dropped.
+
+use std::fs::File;
+use std::io::BufReader;
+use std::io::Read;
+use std::io::Seek;
+use std::io::SeekFrom;
+use std::path::Path;
+
+use image::DynamicImage;
+use image::ImageDecoder;
+use image::ImageFormat;
+use image::ImageReader;
+use image::Limits;
+use ndarray::Array2;
+use niji_radiometry::srgb_decode;
+use rayon::prelude::*;
+
+use crate::error::Error;
+use crate::exif_notes::ExifNotes;
+use crate::jpeg_end::has_end_of_image;
+use crate::plate;
+
+/// Most pixels that are read: a square of 16384.
+pub(crate) const MOST_PIXELS: u64 = 1 << 28;
+/// Most pixels in a byte of a file: deflate packs at most 1032 bytes into one, of 8 pixels each.
+pub(crate) const MOST_PIXELS_PER_BYTE: u64 = 8 * 1032;
+/// Memory that a decoder may ask for, in bytes: 16 for each of [`MOST_PIXELS`].
+const MOST_DECODER_BYTES: u64 = 16 * MOST_PIXELS;
+/// First bytes of an EXR file.
+const EXR_MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
+
+/// Linear Rec.709 by row and column.
+pub type LinearPicture = Array2<[f32; 3]>;
+
+/// What the values of a picture mean.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Encoding {
+    /// 8 bit sRGB: 0..1 after decoding.
+    Srgb8,
+    /// 16 bit sRGB: 0..1 after decoding.
+    Srgb16,
+    /// Scene-referred linear light of an EXR plate, without an upper end.
+    Linear,
+}
+
+/// A photograph.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Photograph {
+    /// Its light, upright.
+    pub light: LinearPicture,
+    /// What its values were.
+    pub encoding: Encoding,
+    /// What the camera noted.
+    pub notes: ExifNotes,
+}
+
+impl Photograph {
+    /// Reads a PNG, JPEG or EXR picture, told apart by their first bytes.
+    ///
+    /// # Errors
+    /// A missing, empty, truncated or damaged file, one of another kind, or a header that promises
+    /// more pixels than the file can hold.
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        let mut file = File::open(path)?;
+        let file_bytes = file.metadata()?.len();
+        if file_bytes == 0 {
+            return Err(Error::Empty);
+        }
+        let mut magic = [0; 4];
+        let n_bytes = file.read(&mut magic)?;
+        file.seek(SeekFrom::Start(0))?;
+        if n_bytes == 4 && magic == EXR_MAGIC {
+            return Ok(Self {
+                light: plate::read_colors(path)?,
+                encoding: Encoding::Linear,
+                notes: ExifNotes::default(),
+            });
+        }
+        read_coded(file, file_bytes)
+    }
+
+    /// Width in pixels.
+    #[must_use]
+    pub fn width(&self) -> usize {
+        self.light.ncols()
+    }
+
+    /// Height in pixels.
+    #[must_use]
+    pub fn height(&self) -> usize {
+        self.light.nrows()
+    }
+}
+
+/// Refuses sizes that no sound file of this length has.
+pub(crate) fn check_size(width: u64, height: u64, file_bytes: u64) -> Result<(), Error> {
+    let most = MOST_PIXELS.min(file_bytes.saturating_mul(MOST_PIXELS_PER_BYTE));
+    let n_pixels = width.saturating_mul(height);
+    if n_pixels == 0 || n_pixels > most {
+        return Err(Error::TooLarge {
+            width,
+            height,
+            file_bytes,
+            most,
+        });
+    }
+    Ok(())
+}
+
+fn read_coded(file: File, file_bytes: u64) -> Result<Photograph, Error> {
+    let (picture, notes) = decode(file, file_bytes)?;
+    let (light, encoding) = linearize(&picture)?;
+    Ok(Photograph {
+        light,
+        encoding,
+        notes,
+    })
+}
+
+/// The code values, upright, and the camera's notes.
+pub(crate) fn decode(mut file: File, file_bytes: u64) -> Result<(DynamicImage, ExifNotes), Error> {
+    let format = ImageReader::new(BufReader::new(&file))
+        .with_guessed_format()?
+        .format();
+    if format == Some(ImageFormat::Jpeg) {
+        file.seek(SeekFrom::Start(0))?;
+        if !has_end_of_image(BufReader::new(&file))? {
+            return Err(Error::Damaged(
+                "found no end of the JPEG picture".to_owned(),
+            ));
+        }
+    }
+    file.seek(SeekFrom::Start(0))?;
+    let mut reader = ImageReader::new(BufReader::with_capacity(1 << 18, file));
+    match format {
+        Some(format) if [ImageFormat::Jpeg, ImageFormat::Png].contains(&format) => {
+            reader.set_format(format);
+        }
+        Some(_) | None => return Err(Error::UnknownFormat),
+    }
+    let mut limits = Limits::default();
+    limits.max_alloc = Some(MOST_DECODER_BYTES);
+    reader.limits(limits);
+    let mut decoder = reader.into_decoder().map_err(damaged)?;
+    let (width, height) = decoder.dimensions();
+    check_size(u64::from(width), u64::from(height), file_bytes)?;
+    let orientation = decoder.orientation().map_err(damaged)?;
+    let exif = decoder.exif_metadata().map_err(damaged)?;
+    let mut picture = DynamicImage::from_decoder(decoder).map_err(damaged)?;
+    picture.apply_orientation(orientation);
+    Ok((picture, exif.map(ExifNotes::parse).unwrap_or_default()))
+}
+
+fn damaged(error: image::ImageError) -> Error {
+    match error {
+        image::ImageError::IoError(error)
+            if error.kind() != std::io::ErrorKind::UnexpectedEof
+                && error.kind() != std::io::ErrorKind::InvalidData =>
+        {
+            Error::Io(error)
+        }
+        other => Error::Damaged(other.to_string()),
+    }
+}
+
+fn linearize(picture: &DynamicImage) -> Result<(LinearPicture, Encoding), Error> {
+    let size = (picture.height() as usize, picture.width() as usize);
+    let is_deep = picture.color().bytes_per_pixel() / picture.color().channel_count() > 1;
+    let (pixels, encoding) = if is_deep {
+        let code = picture.to_rgb16();
+        (
+            decode_codes(code.as_raw(), u32::from(u16::MAX)),
+            Encoding::Srgb16,
+        )
+    } else if let Some(code) = picture.as_rgb8() {
+        (
+            decode_codes(code.as_raw(), u32::from(u8::MAX)),
+            Encoding::Srgb8,
+        )
+    } else {
+        let code = picture.to_rgb8();
+        (
+            decode_codes(code.as_raw(), u32::from(u8::MAX)),
+            Encoding::Srgb8,
+        )
+    };
+    let light =
+        Array2::from_shape_vec(size, pixels).map_err(|error| Error::Damaged(error.to_string()))?;
+    Ok((light, encoding))
+}
+
+/// Code values to linear light through a table of all of them.
+fn decode_codes<T: Copy + Into<usize> + Sync>(codes: &[T], highest: u32) -> Vec<[f32; 3]> {
+    let table: Vec<f32> = (0..=highest)
+        // f32: half a code value of 16 bit is 8e-6 of full scale, f32 resolves 6e-8.
+        .map(|code| srgb_decode(f64::from(code) / f64::from(highest)) as f32)
+        .collect();
+    codes
+        .par_chunks_exact(3)
+        .with_min_len(1 << 12)
+        .map(|pixel| [0, 1, 2].map(|channel: usize| table[pixel[channel].into()]))
+        .collect()
+}

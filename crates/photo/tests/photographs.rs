@@ -1,0 +1,228 @@
+//! Photographs as they come: depths, orientations, damage, size.
+
+use std::fs;
+use std::fs::File;
+use std::path::Path;
+use std::path::PathBuf;
+
+use ndarray::Array2;
+use niji_exchange::Provenance;
+use niji_photo::AddedLight;
+use niji_photo::Encoding;
+use niji_photo::Error;
+use niji_photo::LinearPicture;
+use niji_photo::Photograph;
+use niji_photo::composite;
+use niji_photo::write_jpeg;
+use niji_photo::write_png;
+use niji_photo::write_premultiplied;
+use niji_radiometry::srgb_decode;
+
+fn pavilion() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/photos/pavilion.jpg")
+}
+
+/// A picture whose corners differ: red top left, green top right, blue bottom left.
+fn corners() -> LinearPicture {
+    let mut picture = Array2::from_elem((16, 24), [0.0; 3]);
+    for ((y, x), pixel) in picture.indexed_iter_mut() {
+        let channel = match (y < 8, x < 12) {
+            (true, true) => 0,
+            (true, false) => 1,
+            (false, true) => 2,
+            (false, false) => continue,
+        };
+        pixel[channel] = 1.0;
+    }
+    picture
+}
+
+/// EXIF with an orientation and a focal length of 28 mm on film.
+fn exif(orientation: u16) -> Vec<u8> {
+    let mut block = b"Exif\0\0II\x2a\0\x08\0\0\0".to_vec();
+    let entry = |tag: u16, kind: u16, value: u32| {
+        let mut bytes = tag.to_le_bytes().to_vec();
+        bytes.extend(kind.to_le_bytes());
+        bytes.extend(1_u32.to_le_bytes());
+        bytes.extend(value.to_le_bytes());
+        bytes
+    };
+    block.extend(2_u16.to_le_bytes());
+    block.extend(entry(0x0112, 3, u32::from(orientation)));
+    // The EXIF directory lies behind this one: 8 + 2 + 2 * 12 + 4 = 38.
+    block.extend(entry(0x8769, 4, 38));
+    block.extend(0_u32.to_le_bytes());
+    block.extend(1_u16.to_le_bytes());
+    block.extend(entry(0xa405, 3, 28));
+    block.extend(0_u32.to_le_bytes());
+    block
+}
+
+fn jpeg_with(segment: &[u8], picture: &LinearPicture) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    write_jpeg(picture, &mut bytes).expect("memory takes everything");
+    let mut with = bytes[..2].to_vec();
+    with.extend([0xff, 0xe1]);
+    with.extend((segment.len() as u16 + 2).to_be_bytes());
+    with.extend(segment);
+    with.extend(&bytes[2..]);
+    with
+}
+
+#[test]
+fn the_shipped_photograph_is_read() {
+    let photo = Photograph::read(&pavilion()).unwrap();
+    assert_eq!((photo.width(), photo.height()), (640, 427));
+    assert_eq!(photo.encoding, Encoding::Srgb8);
+    assert_eq!(photo.notes.focal_length_35mm, None);
+    // The sky at the top is brighter than the trees at the bottom.
+    assert!(photo.light[[5, 5]][2] > 4.0 * photo.light[[420, 20]][2]);
+}
+
+#[test]
+fn orientation_is_respected_and_notes_are_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("turned.jpg");
+    // Where the red corner goes: orientation 6 says that the stored right side is the scene's bottom.
+    for (orientation, size, red) in [
+        (1, (24, 16), [2, 2]),
+        (3, (24, 16), [13, 21]),
+        (6, (16, 24), [2, 13]),
+        (8, (16, 24), [21, 2]),
+    ] {
+        fs::write(&path, jpeg_with(&exif(orientation), &corners())).unwrap();
+        let photo = Photograph::read(&path).unwrap();
+        assert_eq!((photo.width(), photo.height()), size, "{orientation}");
+        let [r, g, b] = photo.light[red];
+        assert!(r > 0.8 && g < 0.1 && b < 0.1, "{orientation}: {r} {g} {b}");
+        assert_eq!(photo.notes.focal_length_35mm, Some(28.0));
+    }
+}
+
+#[test]
+fn png_of_8_and_16_bit_becomes_linear_light() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("deep.png");
+    let mut encoder = png::Encoder::new(File::create(&path).unwrap(), 2, 1);
+    encoder.set_color(png::ColorType::Rgba);
+    encoder.set_depth(png::BitDepth::Sixteen);
+    let mut writer = encoder.write_header().unwrap();
+    let codes: [u16; 8] = [0, 32768, 65535, 65535, 100, 200, 300, 0];
+    let bytes: Vec<u8> = codes.iter().flat_map(|code| code.to_be_bytes()).collect();
+    writer.write_image_data(&bytes).unwrap();
+    writer.finish().unwrap();
+    let photo = Photograph::read(&path).unwrap();
+    assert_eq!(photo.encoding, Encoding::Srgb16);
+    let expected = |code: u16| srgb_decode(f64::from(code) / 65535.0);
+    for (pixel, codes) in photo.light.iter().zip([[0, 32768, 65535], [100, 200, 300]]) {
+        for (value, code) in pixel.iter().zip(codes) {
+            assert!((f64::from(*value) - expected(code)).abs() < 1e-7);
+        }
+    }
+}
+
+#[test]
+fn every_code_value_survives_a_composite_without_a_bow() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("ramp.png");
+    let ramp = Array2::from_shape_fn((16, 16), |(y, x)| {
+        [srgb_decode((16 * y + x) as f64 / 255.0) as f32; 3]
+    });
+    write_png(&ramp, &Provenance::default(), File::create(&path).unwrap()).unwrap();
+    let photo = Photograph::read(&path).unwrap();
+    let nothing = AddedLight {
+        light: Array2::from_elem((16, 16), [0.0; 3]),
+        transmittance: Array2::ones((16, 16)),
+    };
+    let out = composite(&photo.light, &nothing, 1.0).unwrap();
+    for ((y, x), pixel) in out.indexed_iter() {
+        assert_eq!(*pixel, [ramp[[y, x]][0]; 3]);
+    }
+    let again = folder.path().join("again.png");
+    write_png(&out, &Provenance::default(), File::create(&again).unwrap()).unwrap();
+    assert_eq!(fs::read(&path).unwrap(), fs::read(&again).unwrap());
+}
+
+#[test]
+fn a_plate_keeps_values_above_one_and_light_where_alpha_is_zero() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("plate.exr");
+    let light = Array2::from_shape_fn((3, 5), |(y, x)| [x as f32 * 3.5, y as f32, 1e-4]);
+    let alpha = Array2::zeros((3, 5));
+    let provenance = Provenance {
+        tool: "niji composite".to_owned(),
+        ..Provenance::default()
+    };
+    let write = |path: &Path| {
+        let file = File::create(path).unwrap();
+        write_premultiplied(&light, &alpha, &provenance, file).unwrap();
+        fs::read(path).unwrap()
+    };
+    let bytes = write(&path);
+    assert_eq!(write(&folder.path().join("again.exr")), bytes, "same bytes");
+    let plate = Photograph::read(&path).unwrap();
+    assert_eq!(plate.encoding, Encoding::Linear);
+    assert_eq!(plate.light, light);
+}
+
+#[test]
+fn broken_pictures_are_errors() {
+    let folder = tempfile::tempdir().unwrap();
+    let whole = fs::read(pavilion()).unwrap();
+    let read = |name: &str, bytes: &[u8]| {
+        let path = folder.path().join(name);
+        fs::write(&path, bytes).unwrap();
+        Photograph::read(&path)
+    };
+    assert!(matches!(read("empty.jpg", b""), Err(Error::Empty)));
+    assert!(matches!(
+        read("text.png", b"hello"),
+        Err(Error::UnknownFormat)
+    ));
+    for share in [0.01, 0.3, 0.7, 0.999] {
+        let n_bytes = (share * whole.len() as f64) as usize;
+        assert!(read("cut.jpg", &whole[..n_bytes]).is_err(), "{share}");
+    }
+    let mut png = Vec::new();
+    write_png(&corners(), &Provenance::default(), &mut png).unwrap();
+    assert!(read("cut.png", &png[..png.len() / 2]).is_err());
+    let mut exr = std::io::Cursor::new(Vec::new());
+    let alpha = Array2::zeros((16, 24));
+    write_premultiplied(&corners(), &alpha, &Provenance::default(), &mut exr).unwrap();
+    let exr = exr.into_inner();
+    for n_bytes in [5, 100, exr.len() - 10] {
+        assert!(read("cut.exr", &exr[..n_bytes]).is_err(), "{n_bytes}");
+    }
+    assert!(Photograph::read(&folder.path().join("missing.png")).is_err());
+}
+
+#[test]
+fn a_huge_header_takes_no_memory() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("huge.png");
+    let mut png = Vec::new();
+    write_png(&corners(), &Provenance::default(), &mut png).unwrap();
+    // Width and height stand at 16 and 20, their checksum at 29.
+    png[16..24].copy_from_slice(&[0, 0, 0x7f, 0xff, 0, 0, 0x7f, 0xff]);
+    let checksum = crc32(&png[12..29]);
+    png[29..33].copy_from_slice(&checksum.to_be_bytes());
+    fs::write(&path, png).unwrap();
+    assert!(matches!(
+        Photograph::read(&path),
+        Err(Error::TooLarge { .. })
+    ));
+}
+
+/// The checksum of PNG chunks (ISO/IEC 15948, annex D).
+fn crc32(bytes: &[u8]) -> u32 {
+    let remainder = bytes.iter().fold(u32::MAX, |crc, byte| {
+        (0..8).fold(crc ^ u32::from(*byte), |crc, _| {
+            if crc & 1 == 1 {
+                0xedb8_8320 ^ (crc >> 1)
+            } else {
+                crc >> 1
+            }
+        })
+    });
+    !remainder
+}
