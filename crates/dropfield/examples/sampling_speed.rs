@@ -99,7 +99,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let nanoseconds = 1e9 * best / points.len() as f64;
         println!("bricks {order} {nanoseconds} {}", sum / RADIUS_SQUARED_UM2);
     }
-    println!(
+    eprintln!(
         "{} bricks, {} MB",
         bricks.n_bricks(),
         bricks.memory_bytes() >> 20

@@ -11,6 +11,7 @@ use std::time::Instant;
 
 use niji_vdb::Compression;
 use niji_vdb::Leaf;
+use niji_vdb::SparseTree;
 use niji_vdb::VdbFile;
 
 const USAGE: &str = "usage: vdb_speed read FILE | write FILE OUT none|zip";
@@ -40,7 +41,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let (mut n_active, mut bits) = (0_u64, 0_u64);
     let trees = file.grids.iter().filter_map(|grid| grid.tree.as_float());
-    for (_, value) in trees.flat_map(|tree| tree.leaves()).flat_map(Leaf::active) {
+    for (_, value) in trees.flat_map(SparseTree::leaves).flat_map(Leaf::active) {
         n_active += 1;
         bits += u64::from(value.to_bits());
     }
