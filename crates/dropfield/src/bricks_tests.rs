@@ -239,3 +239,26 @@ fn bricks_that_would_not_fit_are_refused() {
     let result = Bricks::build(&mode, Interpolation::Moments);
     assert!(matches!(result, Err(Error::TooManyNodes { .. })));
 }
+
+#[test]
+fn halfway_between_drops_of_1_mm_and_of_a_tenth_lies_their_mixture() {
+    let radius_m = |position: DVec3| if position.x < 1.0 { 1e-3 } else { 1e-4 };
+    let grid = GridBox {
+        min: DVec3::ZERO,
+        max: DVec3::new(2.0, 1.0, 1.0),
+        voxel_m: 1.0,
+    };
+    let field = |position: DVec3| Drops {
+        number_density_m3: 1000.0,
+        effective_radius_m: radius_m(position) as f32,
+        effective_variance: 0.0,
+    };
+    let mode = DropMode::from_fn("", &grid, field).unwrap();
+    let bricks = Bricks::build(&mode, Interpolation::Moments).unwrap();
+    let moments = bricks.sample(DVec3::new(1.0, 0.5, 0.5)).moments();
+    // Of either size 500 a cubic metre: pi (1e-6 + 1e-8)/2 and (4/3) pi (1e-3 + 1e-6)/2 cm³.
+    let extinction_m1 = 1000.0 * std::f64::consts::PI * 0.505e-6;
+    let water_g_m3 = 1000.0 * 4.0 / 3.0 * std::f64::consts::PI * 0.5005e-3;
+    assert!((moments.extinction_m1_q1() / extinction_m1 - 1.0).abs() < 1e-6);
+    assert!((moments.liquid_water_g_m3() / water_g_m3 - 1.0).abs() < 1e-6);
+}

@@ -4,10 +4,13 @@
 //! 4096³ voxels over a background value. A [`Grid`] gives a tree a name and a [`Transform`] from
 //! index space to world space; a [`VdbFile`] holds any number of grids.
 //!
-//! Reads file versions 222 to 225 (OpenVDB 2.0 to 13) with float, half, double, vec3s, int32 and
-//! bool grids, uncompressed, zip or Blosc, with any linear map. Writes version 224, uncompressed or
-//! zip, with a UUID made from the content, so that equal volumes give equal bytes. Everything else
-//! is a typed [`Error`] that names the grid.
+//! Reads file versions 222 to 225 (OpenVDB 2.0 to 13) with float, double, half, vec3s, int32 and
+//! bool grids, reals also saved as halves, uncompressed, zip or Blosc, with any linear map; a
+//! [`VdbHeader`] reads what stands in front of the voxels alone, and [`VdbFile::read_grids`] some of
+//! the grids. Writes version 224 (225 for halves), uncompressed or zip, with a UUID made from the
+//! content, so that equal volumes give equal bytes. [`edit_metadata`] changes metadata and nothing
+//! else; a [`FrameSequence`] names the files of an animation. Leaves are decoded and encoded in
+//! parallel. Everything else is a typed [`Error`] that names the grid.
 //!
 //! The layout follows the OpenVDB library, <https://github.com/AcademySoftwareFoundation/openvdb>,
 //! and \[Mus13\] K. Museth, "VDB: High-Resolution Sparse Volumes with Dynamic Topology",

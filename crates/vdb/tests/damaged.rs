@@ -4,6 +4,8 @@
 
 mod common;
 
+use std::io::Cursor;
+
 use common::BLOSC;
 use common::Random;
 use common::bytes;
@@ -19,6 +21,8 @@ use niji_vdb::Leaf;
 use niji_vdb::Tile;
 use niji_vdb::TileLevel;
 use niji_vdb::VdbFile;
+use niji_vdb::VdbHeader;
+use niji_vdb::edit_metadata;
 
 const N_CORRUPTIONS: usize = 20_000;
 const N_HEADER_CORRUPTIONS: usize = 2_000;
@@ -68,7 +72,15 @@ fn corrupt(bytes: &[u8], seed: u64) -> usize {
         let place = random.below(reach);
         let was = bytes[place];
         bytes[place] ^= 1 + random.below(255) as u8;
-        n_read += usize::from(VdbFile::parse(&bytes).is_ok());
+        let is_read = VdbFile::parse(&bytes).is_ok();
+        let headers_are_read = VdbHeader::parse(&bytes).is_ok();
+        assert!(headers_are_read || !is_read, "a grid without a header");
+        // A copy of every file would take most of the time.
+        if n % 20 == 0 {
+            let copied = edit_metadata(Cursor::new(&bytes), &[], Cursor::new(Vec::new()));
+            assert_eq!(copied.is_ok(), headers_are_read);
+        }
+        n_read += usize::from(is_read);
         bytes[place] = was;
     }
     assert_memory_is_bounded();
