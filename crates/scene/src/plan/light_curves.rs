@@ -272,12 +272,13 @@ impl<'a> LightCurves<'a> {
         let fringes = variant & bit(Effect::Supernumeraries) != 0;
         fringes
             && match self.request.theory {
-                Theory::Debye { .. } | Theory::Mie => true,
+                Theory::Mie => true,
                 Theory::GeometricPublished
                 | Theory::Geometric
                 | Theory::AiryPublished
                 | Theory::Airy
-                | Theory::Uniform => false,
+                | Theory::Uniform
+                | Theory::Debye { .. } => false,
             }
     }
 
