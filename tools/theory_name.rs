@@ -17,7 +17,7 @@ pub(crate) enum TheoryName {
     AiryPublished,
     /// Airy, absolute.
     Airy,
-    /// Chester, Friedman and Ursell: cheap as Airy, 10 to 100 times nearer to the exact order.
+    /// Chester, Friedman and Ursell: cheap as Airy, several times nearer to the exact order.
     Uniform,
     /// Debye orders without interference, exact each.
     Debye,
