@@ -34,9 +34,10 @@ use crate::theory::Theory;
 const LARGEST_SIZE_PARAMETER: f64 = 1e5;
 /// Blocks of drops for a table of one wavelength; tables of more wavelengths have fewer each.
 const N_BLOCKS: usize = 32;
-/// Sizes for each factor e of radius where drops are flattened: the bow of drops of 2 mm diameter moves
-/// by 0.3 degrees from one to the next.
-const NODES_OF_FLATTENED: f64 = 64.0;
+/// Sizes of the shared grid for each factor e of radius. Rows it resolves, v_e > 0.0015, share their
+/// drops; a coarser grid would cost more, since narrow rows then need drops of their own. The bow of
+/// flattened drops of 2 mm diameter moves by 0.3 degrees from one size to the next.
+const NODES_PER_EFOLD: f64 = 64.0;
 /// How far flattened drops are followed, in radians: farther away nothing is left of a bow.
 const LARGEST_SHIFT_RAD: f64 = 0.8;
 /// The largest of dθ/d(m e), that of the primary.
@@ -200,23 +201,18 @@ struct Sampling {
 /// for v_e = 1/3, 1.6e-3 and 9e-3 for single sizes (what is left of the ripple); Debye orders 4e-4 and
 /// 2e-3.
 fn sampling(request: &TableRequest) -> Sampling {
-    let (nodes_per_efold, n_in_cell, steps_per_disc, n_shifts) = match request.theory {
-        Theory::Mie => (64.0, 8, 24.0, 16),
-        Theory::Debye { .. } => (16.0, 1, 16.0, 4),
-        Theory::GeometricPublished
+    let (n_in_cell, steps_per_disc, n_shifts) = match request.theory {
+        Theory::Mie => (8, 24.0, 16),
+        Theory::Debye { .. }
+        | Theory::GeometricPublished
         | Theory::Geometric
         | Theory::AiryPublished
         | Theory::Airy
-        | Theory::Uniform => (NODES_OF_FLATTENED, 1, 16.0, 4),
-    };
-    let least: f64 = if request.is_flattened() {
-        NODES_OF_FLATTENED
-    } else {
-        0.0
+        | Theory::Uniform => (1, 16.0, 4),
     };
     Sampling {
         sizes: SizeSampling {
-            nodes_per_efold: least.max(nodes_per_efold),
+            nodes_per_efold: NODES_PER_EFOLD,
             n_in_cell,
         },
         steps_per_disc,
