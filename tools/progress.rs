@@ -1,6 +1,7 @@
 //! Progress bars on standard error, only where a person looks at it.
 
 use std::sync::Once;
+use std::sync::OnceLock;
 use std::time::Duration;
 use std::time::Instant;
 
@@ -44,29 +45,32 @@ const LONG_S: f64 = 20.0;
 pub(crate) struct Estimate {
     stage: &'static str,
     verbosity: Verbosity,
-    start: Instant,
+    /// When parts began to be done, and which was the first: what comes before them says nothing of
+    /// their speed.
+    first: OnceLock<(Instant, f64)>,
     said: Once,
 }
 
 impl Estimate {
-    /// Starts the clock.
+    /// The clock starts with the first part heard.
     pub(crate) fn new(stage: &'static str, verbosity: Verbosity) -> Self {
         Self {
             stage,
             verbosity,
-            start: Instant::now(),
+            first: OnceLock::new(),
             said: Once::new(),
         }
     }
 
     /// Hears which part is done, from 0 to 1.
     pub(crate) fn hear(&self, part: f64, bar: &ProgressBar) {
-        let elapsed_s = self.start.elapsed().as_secs_f64();
-        if elapsed_s < WATCHED_S || part <= 0.0 || self.verbosity == Verbosity::Quiet {
+        let &(start, first_part) = self.first.get_or_init(|| (Instant::now(), part));
+        let elapsed_s = start.elapsed().as_secs_f64();
+        if elapsed_s < WATCHED_S || part <= first_part || self.verbosity == Verbosity::Quiet {
             return;
         }
         self.said.call_once(|| {
-            let left_s = elapsed_s * (1.0 - part) / part;
+            let left_s = elapsed_s * (1.0 - part) / (part - first_part);
             if left_s > LONG_S {
                 bar.suspend(|| eprintln!("{:>11}  about {left_s:.0} s more", self.stage));
             }

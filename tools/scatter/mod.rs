@@ -155,7 +155,7 @@ fn table(command: &ScatterCommand, common: &Common) -> Result<ScatteringTable, F
             stages::scatter::make(&need, wavelengths, airy, path, manner)?;
             let table = stages::scatter::read(path)?;
             if manner.verbosity > Verbosity::Normal {
-                stages::scatter::print_interpolation_error(&need, &table)?;
+                stages::scatter::print_interpolation_error(&table);
             }
             Ok(table)
         }

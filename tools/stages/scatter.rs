@@ -9,8 +9,7 @@ use niji_exchange::ScatteringTable;
 use niji_exchange::TableFile;
 use niji_radiometry::WavelengthGrid;
 use niji_scatter::Theory;
-use niji_scatter::interpolation_error;
-use niji_scatter::scattering_table;
+use niji_scatter::adaptive_table;
 use niji_scene::ScatteringNeed;
 use niji_scene::canonical_json;
 
@@ -79,7 +78,7 @@ pub(crate) fn computed(
     let bar = progress::bar("scatter", N_PROGRESS_STEPS as u64, verbosity);
     let shown = AtomicU64::new(0);
     let estimate = Estimate::new("scatter", verbosity);
-    let table = scattering_table(&need.request(wavelengths, airy_table.as_ref()), &|part| {
+    let table = adaptive_table(&need.request(wavelengths, airy_table.as_ref()), &|part| {
         let step = (part * N_PROGRESS_STEPS) as u64;
         if shown.fetch_max(step, Ordering::Relaxed) < step {
             bar.set_position(step);
@@ -91,25 +90,14 @@ pub(crate) fn computed(
 }
 
 /// Says on standard error how far linear interpolation along each axis is from the theory.
-///
-/// # Errors
-/// As [`computed`].
-pub(crate) fn print_interpolation_error(
-    need: &ScatteringNeed,
-    table: &ScatteringTable,
-) -> Result<(), Failure> {
-    let found = interpolation_error(&need.request(table.wavelengths, None), table);
-    let found = found.map_err(|error| Failure::Usage(error.to_string()))?;
+pub(crate) fn print_interpolation_error(table: &ScatteringTable) {
+    let Some(found) = table.interpolation_error else {
+        return;
+    };
     eprintln!("interpolation error over the peak of the bow, rms and largest:");
-    for (axis, error) in [
-        ("theta", found.theta),
-        ("effective radius", found.radius),
-        ("effective variance", found.variance),
-        ("flattening", found.flattening),
-    ] {
+    for (axis, error) in found.axes() {
         eprintln!("  {axis:<19} {:.1e}  {:.1e}", error.rms, error.max);
     }
-    Ok(())
 }
 
 /// Airy's theory is no theory of fog.

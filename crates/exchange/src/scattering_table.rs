@@ -17,6 +17,7 @@ use niji_radiometry::WavelengthGrid;
 use crate::attributes::AttributeValue;
 use crate::attributes::Attributes;
 use crate::error::Error;
+use crate::interpolation_error::InterpolationError;
 use crate::provenance::Provenance;
 use crate::table::Axis;
 use crate::table::Channel;
@@ -80,6 +81,8 @@ pub struct ScatteringTable {
     pub forward_fraction_left_out: f64,
     /// Temperature of the water in degrees Celsius.
     pub temperature_c: f64,
+    /// What linear interpolation along each axis costs, if that was measured.
+    pub interpolation_error: Option<InterpolationError>,
 }
 
 impl ScatteringTable {
@@ -173,6 +176,11 @@ impl ScatteringTable {
         .into_iter()
         .map(|(name, value)| (name.to_owned(), value))
         .chain(wavelength_names::describe(&self.wavelengths))
+        .chain(
+            self.interpolation_error
+                .iter()
+                .flat_map(InterpolationError::attributes),
+        )
         .collect()
     }
 
@@ -226,6 +234,7 @@ impl ScatteringTable {
             split_theta_rad: part.number("niji:splitThetaRad")?,
             forward_fraction_left_out: part.number("niji:forwardFractionLeftOut")?,
             temperature_c: part.number("niji:waterTemperatureC")?,
+            interpolation_error: InterpolationError::read(part)?,
         })
     }
 }

@@ -12,8 +12,10 @@ use ndarray::Array6;
 use niji_exchange::AttributeValue;
 use niji_exchange::Attributes;
 use niji_exchange::Axis;
+use niji_exchange::AxisError;
 use niji_exchange::Channel;
 use niji_exchange::Error;
+use niji_exchange::InterpolationError;
 use niji_exchange::Provenance;
 use niji_exchange::ScatteringTable;
 use niji_exchange::TableFile;
@@ -95,6 +97,13 @@ fn scattering_table() -> ScatteringTable {
         split_theta_rad: 2.2,
         forward_fraction_left_out: 0.5,
         temperature_c: 20.0,
+        interpolation_error: Some(InterpolationError {
+            theta: AxisError {
+                rms: 1.25e-4,
+                max: 5e-4,
+            },
+            ..InterpolationError::default()
+        }),
     }
 }
 

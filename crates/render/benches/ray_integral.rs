@@ -98,6 +98,7 @@ fn table(n_sizes: usize, n_wavelengths: usize) -> ScatteringTable {
         split_theta_rad: 130_f64.to_radians(),
         forward_fraction_left_out: 0.5,
         temperature_c: 20.0,
+        interpolation_error: None,
     }
 }
 

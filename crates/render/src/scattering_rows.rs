@@ -309,6 +309,7 @@ mod tests {
             split_theta_rad: 2.2,
             forward_fraction_left_out: 0.0,
             temperature_c: 20.0,
+            interpolation_error: None,
         }
     }
 

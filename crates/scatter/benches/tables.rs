@@ -27,7 +27,7 @@ fn request(theory: Theory) -> TableRequest<'static> {
         theory,
         orders: vec![0, 2, 3, 6, 7],
         theta_range_rad: (125.0_f64.to_radians(), 143.0_f64.to_radians()),
-        theta_tolerance: 2e-3,
+        tolerance: 2e-3,
         wavelengths: WavelengthGrid::new(400.0, 40.0, 9).unwrap(),
         effective_radius_um: vec![100.0],
         effective_variance: vec![0.02],

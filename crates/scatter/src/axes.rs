@@ -2,10 +2,10 @@
 //!
 //! The laws below are measured, not derived: for theories of bows and Debye orders the error half way
 //! between radii is a fifth to a hundredth of the tolerance from 5 µm to 3 mm, and the exact solution
-//! keeps it from v_e = 0.05 on (see the tests and [`crate::interpolation_error()`]). Its rows of single
-//! sizes do not: what their cells leave of the ripple differs from node to node by 0.025 rms of the peak
-//! at 20 µm, 0.005 at 0.1 mm and 0.001 at 0.4 mm radius. Flattening moves the bow of single large drops
-//! faster than these radii follow; laws as broad as those of rain hide that.
+//! keeps it from v_e = 0.05 on. [`crate::adaptive_table`] begins with them and halves what misses the
+//! tolerance. Rows of single sizes of the exact solution cannot be halved into it: what their cells leave
+//! of the ripple differs from node to node by 0.025 rms of the peak at 20 µm, 0.005 at 0.1 mm and 0.001
+//! at 0.4 mm radius.
 
 use crate::error::Error;
 

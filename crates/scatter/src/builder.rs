@@ -195,6 +195,7 @@ fn described(request: &TableRequest, theta_rad: Vec<f64>, values: Array6<f32>) -
             DIFFRACTED_FRACTION
         },
         temperature_c: request.temperature_c,
+        interpolation_error: None,
     }
 }
 

@@ -1,5 +1,6 @@
 //! Scattering tables: a theory, averaged over drop sizes and the sun's disc.
 
+mod adaptive_table;
 mod airy_file;
 mod angle_grids;
 mod axes;
@@ -20,14 +21,12 @@ mod sun_disc;
 mod theory;
 mod theta_axis;
 
+pub use adaptive_table::adaptive_table;
 pub use airy_file::airy_from_file;
 pub use airy_file::airy_to_file;
 pub use axes::radius_axis;
 pub use axes::variance_axis;
 pub use builder::scattering_table;
 pub use error::Error;
-pub use interpolation_error::AxisError;
-pub use interpolation_error::InterpolationError;
-pub use interpolation_error::interpolation_error;
 pub use request::TableRequest;
 pub use theory::Theory;

@@ -23,8 +23,9 @@ pub struct TableRequest<'a> {
     pub orders: Vec<u32>,
     /// Smallest and largest scattering angle in radians.
     pub theta_range_rad: (f64, f64),
-    /// Error of linear interpolation in θ over the peak of the bow.
-    pub theta_tolerance: f64,
+    /// Error of linear interpolation over the peak of the bow: the largest in θ, and, in
+    /// [`crate::adaptive_table`], the rms over the angles along the other axes.
+    pub tolerance: f64,
     /// Wavelength bins.
     pub wavelengths: WavelengthGrid,
     /// Effective radii in micrometres, see [`crate::radius_axis`].
@@ -91,10 +92,10 @@ impl TableRequest<'_> {
             let found = format!("{} to {} degrees", low.to_degrees(), high.to_degrees());
             return Err(axis("theta", found, "a range within 0 to 180 degrees"));
         }
-        let tolerance = self.theta_tolerance;
+        let tolerance = self.tolerance;
         if !(tolerance > 0.0 && tolerance <= 1.0) {
             return Err(axis(
-                "theta tolerance",
+                "tolerance",
                 tolerance.to_string(),
                 "above 0 and at most 1",
             ));

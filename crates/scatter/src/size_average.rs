@@ -61,9 +61,7 @@ pub(crate) fn size_nodes(
         let cell = cell(radii_um, radius_index);
         for (variance_index, &variance) in variances.iter().enumerate() {
             let row = radius_index * variances.len() + variance_index;
-            // The variance of an even distribution over the cell; a cell of no width is a single size.
-            let is_within_cell = cell > 0.0 && variance <= cell * cell / 12.0;
-            if sampling.n_in_cell > 1 && is_within_cell {
+            if sampling.n_in_cell > 1 && is_cell_row(radii_um, radius_index, variance) {
                 own.extend(cell_nodes(row, radius_um, cell, sampling.n_in_cell));
             } else if variance.sqrt() * sampling.nodes_per_efold > RESOLVED_STEPS {
                 let nodes = shared_nodes(radius_um, variance, sampling.nodes_per_efold)?;
@@ -81,6 +79,13 @@ pub(crate) fn size_nodes(
     }));
     own.sort_by(|a, b| a.radius.0.total_cmp(&b.radius.0));
     Ok(own)
+}
+
+/// Does a law of this variance lie within the cell of its radius? An even distribution over the cell has
+/// the variance width²/12; a cell of no width is a single size.
+pub(crate) fn is_cell_row(radii_um: &[f64], index: usize, variance: f64) -> bool {
+    let width = cell(radii_um, index);
+    width > 0.0 && variance <= width * width / 12.0
 }
 
 /// Width of the cell of a radius in ln r: the mean distance to its neighbours; 0 without any.

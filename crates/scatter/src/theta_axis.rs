@@ -48,14 +48,14 @@ pub(crate) fn theta_axis(request: &TableRequest) -> Result<Vec<f64>, Error> {
         })
         .collect();
     let curves: Vec<Vec<f64>> = curves.into_iter().flatten().collect();
-    let kept = needed_nodes(&candidates, &curves, request.theta_tolerance);
+    let kept = needed_nodes(&candidates, &curves, request.tolerance);
     let angles: Vec<f64> = kept.into_iter().map(|index| candidates[index]).collect();
     if request.is_flattened() {
         let steps = angles.windows(2).map(|pair| pair[1] - pair[0]);
         return Ok(with_steps_up_to(&angles, steps.fold(PI, f64::min)));
     }
     if request.theory.bow_theory().is_none() && radius_of(request) > 0.0 {
-        let root = (2.0 * request.theta_tolerance / RIPPLE).sqrt();
+        let root = (2.0 * request.tolerance / RIPPLE).sqrt();
         return Ok(with_steps_up_to(
             &angles,
             root * 2.0 * radius_of(request) / PI,
@@ -86,7 +86,7 @@ fn with_steps_up_to(angles: &[f64], largest_rad: f64) -> Vec<f64> {
 /// Even angles, close enough that linear interpolation between neighbours keeps the tolerance.
 fn candidates(request: &TableRequest) -> Vec<f64> {
     let radius_rad = 0.5 * request.sun_disc_diameter_rad;
-    let root = request.theta_tolerance.sqrt();
+    let root = request.tolerance.sqrt();
     let step_rad = if radius_rad > 0.0 {
         // Nothing is sharper than a disc of light: half a cosine as wide as the disc bends by
         // (π/2R)²/2, so that h² (π/2R)²/16 is the error.

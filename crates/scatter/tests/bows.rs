@@ -35,7 +35,7 @@ fn request(theory: Theory, radii_um: &[f64]) -> TableRequest<'static> {
         theory,
         orders: vec![2, 3],
         theta_range_rad: (120.0_f64.to_radians(), 150.0_f64.to_radians()),
-        theta_tolerance: 1e-3,
+        tolerance: 1e-3,
         wavelengths: WavelengthGrid::new(560.0, 10.0, 1).unwrap(),
         effective_radius_um: radii_um.to_vec(),
         effective_variance: vec![0.0],
@@ -229,9 +229,9 @@ fn the_angles_keep_their_tolerance_at_every_wavelength() {
     let mut request = request(Theory::Airy, &[1000.0]);
     request.effective_variance = vec![1.0 / 3.0];
     request.wavelengths = WavelengthGrid::new(400.0, 40.0, 9).unwrap();
-    request.theta_tolerance = tolerance;
+    request.tolerance = tolerance;
     let coarse = table(&request);
-    request.theta_tolerance = 2e-5;
+    request.tolerance = 2e-5;
     let fine = table(&request);
     assert!(
         coarse.theta_rad.len() < 200,
@@ -367,7 +367,7 @@ fn impossible_requests_are_refused() {
         ..sound()
     }));
     assert!(refused(TableRequest {
-        theta_tolerance: f64::NAN,
+        tolerance: f64::NAN,
         ..sound()
     }));
     assert!(refused(TableRequest {

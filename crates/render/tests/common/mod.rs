@@ -124,6 +124,7 @@ pub(crate) fn sized_table(
         split_theta_rad: 130_f64.to_radians(),
         forward_fraction_left_out: 0.0,
         temperature_c: 20.0,
+        interpolation_error: None,
     }
 }
 

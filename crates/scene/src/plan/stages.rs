@@ -108,7 +108,7 @@ impl ScatteringNeed {
             theory: self.theory,
             orders: self.orders.clone(),
             theta_range_rad: self.theta_range_rad,
-            theta_tolerance: self.relative_error,
+            tolerance: self.relative_error,
             wavelengths,
             effective_radius_um: self.effective_radius_um.clone(),
             effective_variance: self.effective_variance.clone(),
@@ -244,12 +244,12 @@ pub(super) fn stages(
         });
     };
     let nodes = situation.drops.n_nodes as f64;
-    if let Some(shape) = scene.drops.shape() {
+    if scene.drops.file().is_none() {
         let makes = format!(
             "{} voxels of {} m ({})",
             nodes,
             situation.drops.voxel_m,
-            shape.name()
+            scene.drops.name()
         );
         let (memory, file) = (nodes * MEMORY_BYTES_PER_NODE, nodes * FILE_BYTES_PER_NODE);
         add(Stage::Drops, makes, Some(memory as u64), Some(file as u64));

@@ -1,0 +1,79 @@
+//! A table whose every axis is as fine as the tolerance asks for.
+//!
+//! The laws of [`crate::radius_axis`] and [`crate::variance_axis`] are where the search begins. What
+//! linear interpolation costs is then measured at every interval, those that miss the tolerance (rms
+//! over the angles, in parts of the row's peak) are halved, and what is left is stated in the table.
+
+use niji_exchange::AxisError;
+use niji_exchange::InterpolationError;
+use niji_exchange::ScatteringTable;
+
+use crate::builder::scattering_table;
+use crate::error::Error;
+use crate::interpolation_error::IntervalError;
+use crate::interpolation_error::SizeAxis;
+use crate::interpolation_error::interval_errors;
+use crate::interpolation_error::theta_error;
+use crate::interpolation_error::worse;
+use crate::request::TableRequest;
+use crate::theta_axis::theta_axis;
+
+/// An interval is halved at most so many times.
+const N_HALVINGS: usize = 4;
+
+/// Makes a scattering table that holds the tolerance of the request along every axis. Radii, variances
+/// and flattenings of the request are nodes at least. `progress` hears the part that is done, from 0
+/// to 1. The result does not depend on the number of threads.
+///
+/// Where [`ScatteringTable::interpolation_error`] is above the tolerance nevertheless, the rows are
+/// means of the exact solution over the cells of single sizes, or four halvings were not enough.
+///
+/// # Errors
+/// As [`scattering_table`].
+pub fn adaptive_table(
+    request: &TableRequest,
+    progress: &(dyn Fn(f64) + Sync),
+) -> Result<ScatteringTable, Error> {
+    request.check()?;
+    let theta_rad = theta_axis(request)?;
+    let mut request = request.clone();
+    let mut errors = [AxisError::default(); 3];
+    let axes = [SizeAxis::Variance, SizeAxis::Flattening, SizeAxis::Radius];
+    for (axis, error) in axes.into_iter().zip(&mut errors) {
+        (request, *error) = refined(request, &theta_rad, axis)?;
+    }
+    let [variance, flattening, radius] = errors;
+    let mut table = scattering_table(&request, progress)?;
+    table.interpolation_error = Some(InterpolationError {
+        theta: theta_error(&request, &table.theta_rad)?,
+        radius,
+        variance,
+        flattening,
+    });
+    Ok(table)
+}
+
+/// The request with enough nodes along an axis, and the error that is left.
+fn refined<'a>(
+    mut request: TableRequest<'a>,
+    theta_rad: &[f64],
+    axis: SizeAxis,
+) -> Result<(TableRequest<'a>, AxisError), Error> {
+    let mut errors = interval_errors(&request, theta_rad, axis)?;
+    for _ in 0..N_HALVINGS {
+        let misses = |error: &IntervalError| error.improvable.rms > request.tolerance;
+        if !errors.iter().any(misses) {
+            break;
+        }
+        let nodes = axis.nodes(&request);
+        let mut finer = vec![nodes[0]];
+        for (pair, error) in nodes.windows(2).zip(&errors) {
+            finer.extend(misses(error).then(|| axis.middle(pair[0], pair[1])));
+            finer.push(pair[1]);
+        }
+        request = axis.with_nodes(&request, finer);
+        errors = interval_errors(&request, theta_rad, axis)?;
+    }
+    let all = errors.iter().map(|error| error.all);
+    Ok((request, all.fold(AxisError::default(), worse)))
+}
