@@ -12,6 +12,7 @@ use crate::calibrate::CalibrateCommand;
 use crate::check::CheckCommand;
 use crate::composite::CompositeCommand;
 use crate::depth::DepthCommand;
+use crate::diff::DiffCommand;
 use crate::drops::DropsCommand;
 use crate::eval::EvalCommand;
 use crate::info::InfoCommand;
@@ -49,6 +50,7 @@ Photographs:
 
 Looking:
   info         Say what a VDB or EXR file holds; assert it in scripts
+  diff         Compare a VDB or EXR file with a reference
   lee          Draw the color of the bow against drop radius (EXR, PNG, SVG)
   eval         Print physics as CSV: airy, scatter, sizes, index, air
 
@@ -179,6 +181,7 @@ pub(crate) enum Command {
     Check(CheckCommand),
     Composite(CompositeCommand),
     Info(InfoCommand),
+    Diff(DiffCommand),
     Lee(LeeCommand),
     Eval(EvalCommand),
     Completions(CompletionsCommand),

@@ -11,11 +11,11 @@ mod check;
 mod cli;
 mod composite;
 mod depth;
+mod diff;
 mod drops;
 mod eval;
 mod failure;
 mod info;
-mod law_flags;
 mod lee;
 mod output;
 mod plan;
@@ -25,6 +25,7 @@ mod render;
 mod run;
 mod scatter;
 mod scene_file;
+mod schema_flags;
 mod shell;
 mod stages;
 mod sun;
@@ -79,6 +80,7 @@ fn dispatch(arguments: &Arguments) -> Result<(), Failure> {
         Command::Sun(command) => sun::execute(command, common),
         Command::Check(command) => check::execute(command, common),
         Command::Composite(command) => composite::execute(command, common),
+        Command::Diff(command) => diff::execute(command, common),
         Command::Info(command) => info::execute(command, common),
         Command::Lee(command) => lee::execute(command, common),
         Command::Eval(command) => eval::execute(command, common),
