@@ -84,6 +84,12 @@ fn the_drop_volumes_of_scenes_are_read_by_openvdb_and_vdb_rs() {
     for (name, voxel_m) in [
         ("paper-c-figure-6.toml", "10.0"),
         ("paper-c-figure-3.toml", "10.0"),
+        ("rain-shaft-5-mm-h.toml", "100.0"),
+        ("rain-cell.toml", "150.0"),
+        ("fog-bank-fogbow.toml", "10.0"),
+        ("sea-spray.toml", "8.0"),
+        ("garden-fountain.toml", "0.3"),
+        ("waterfall-gorge.toml", "4.0"),
     ] {
         let folder = tempfile::tempdir().unwrap();
         let scene = variant(name, folder.path(), &[("drops.voxel_m", voxel_m)]);
