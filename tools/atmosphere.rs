@@ -1,4 +1,4 @@
-//! `niji atmosphere`: the air of a scene.
+//! `niji atmosphere`: the air of a scene, and its sky.
 
 use std::path::PathBuf;
 
@@ -8,27 +8,71 @@ use crate::cli::Common;
 use crate::failure::Failure;
 use crate::scene_file;
 use crate::stages;
+use crate::stages::sky::Panorama;
 
-/// Tabulate the air (EXR).
+/// Widest panorama, pixels.
+const MAX_WIDTH_PX: usize = 32_768;
+/// Heights that an eye may have, m: down to the Dead Sea, up to the moon.
+const HEIGHTS_M: std::ops::RangeInclusive<f64> = -1000.0..=4e8;
+
+/// Tabulate the air (EXR), or write a panorama of its sky (EXR, PNG).
 ///
-/// Density profiles, lengths to the top of the air, phase functions, sunlight and ground albedo.
+/// The table holds density profiles, lengths to the top of the air, phase functions, sunlight and
+/// ground albedo. The panorama is equirectangular: north in the middle, east to its right, the
+/// zenith on top; single scattering, the sun's disc left out.
 #[derive(Debug, Args)]
-#[command(after_help = "Example:
-  niji atmosphere --scene data/scenes/paper-b-sun-10-inscatter.toml -o atmosphere.exr")]
+#[command(after_help = "Examples:
+  niji atmosphere --scene data/scenes/paper-b-sun-10-inscatter.toml -o atmosphere.exr
+  niji atmosphere --scene data/scenes/paper-b-sun-10-inscatter.toml --sky sky.exr --width-px 640")]
 pub(crate) struct AtmosphereCommand {
     /// The scene whose section [air] is meant.
     #[arg(long, value_name = "TOML")]
     scene: PathBuf,
-    /// The file to write.
-    #[arg(short, long, value_name = "EXR")]
-    output: PathBuf,
+    /// The table to write.
+    #[arg(short, long, value_name = "EXR", required_unless_present = "sky")]
+    output: Option<PathBuf>,
+    /// The panorama to write; a preview *.png stands beside it.
+    #[arg(long, value_name = "EXR")]
+    sky: Option<PathBuf>,
+    /// Width of the panorama, twice its height.
+    #[arg(long, value_name = "PX", default_value_t = 640, requires = "sky")]
+    width_px: usize,
+    /// Height of the eye above sea level [default: that of the scene's camera].
+    #[arg(
+        long,
+        value_name = "M",
+        requires = "sky",
+        allow_negative_numbers = true
+    )]
+    height_m: Option<f64>,
 }
 
-/// Runs the stage.
+/// Runs the stages that were asked for.
 ///
 /// # Errors
-/// As [`stages::atmosphere::make`]; a scene in a vacuum.
+/// As [`stages::atmosphere::make`] and [`stages::sky::make`]; a size or height out of range.
 pub(crate) fn execute(command: &AtmosphereCommand, common: &Common) -> Result<(), Failure> {
     let scene = scene_file::read(&command.scene, common)?;
-    stages::atmosphere::make(&scene, &command.output, common.manner()).map(|_| ())
+    if let Some(table) = &command.output {
+        stages::atmosphere::make(&scene, table, common.manner())?;
+    }
+    let Some(sky) = &command.sky else {
+        return Ok(());
+    };
+    let width_px = command.width_px;
+    if !(2..=MAX_WIDTH_PX).contains(&width_px) || width_px % 2 != 0 {
+        return Err(Failure::Usage(format!(
+            "found a width of {width_px} pixels, expected an even number from 2 to {MAX_WIDTH_PX}"
+        )));
+    }
+    let height_m = command.height_m.unwrap_or(scene.camera.position_m[1]);
+    if !HEIGHTS_M.contains(&height_m) {
+        return Err(Failure::Usage(format!(
+            "found a height of {height_m} m, expected {} to {}",
+            HEIGHTS_M.start(),
+            HEIGHTS_M.end()
+        )));
+    }
+    let panorama = Panorama { width_px, height_m };
+    stages::sky::make(&scene, panorama, sky, common.manner()).map(|_| ())
 }

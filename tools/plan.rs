@@ -113,7 +113,7 @@ fn accuracy_flags(common: &Common) -> String {
 }
 
 /// A path as a shell reads it back.
-fn quoted(path: &Path) -> String {
+pub(crate) fn quoted(path: &Path) -> String {
     let text = path.display().to_string();
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "/._-+".contains(c);
     if !text.is_empty() && text.chars().all(is_plain) {

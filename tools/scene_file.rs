@@ -14,6 +14,7 @@ use niji_scene::plan;
 use crate::cli::Common;
 use crate::failure::Failure;
 use crate::stages;
+use crate::stages::drops::Source;
 
 /// What was measured by `niji calibrate`, as it was when the program was built.
 const MEASURED: &str = include_str!("../data/measurements/levels.csv");
@@ -26,6 +27,8 @@ pub(crate) struct Planned {
     pub plan: Plan,
     /// Its drop volume, where it names one.
     pub drop_file: Option<PathBuf>,
+    /// What its drop volume is made from, where it names none.
+    pub drop_source: Option<Source>,
 }
 
 /// What was measured about levels of accuracy.
@@ -50,17 +53,16 @@ pub(crate) fn load(path: &Path, common: &Common) -> Result<Planned, Failure> {
 /// A drop volume that is missing or wrong, or a scene that cannot be planned.
 pub(crate) fn planned(scene: Scene, path: &Path) -> Result<Planned, Failure> {
     let bad = |error: &dyn std::fmt::Display| Failure::bad_input(path, error);
-    let drop_file = scene
-        .drops
-        .file()
-        .map(|file| path.parent().unwrap_or(Path::new("")).join(file));
-    let drops = match &drop_file {
-        Some(file) => {
-            let volume = stages::drops::read(file)?;
-            DropSummary::of_volume(&volume)
-        }
-        None => None,
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let drop_file = scene.drops.file().map(|file| folder.join(file));
+    let drop_source = Source::of(&scene.drops, folder);
+    let volume = match (&drop_file, &drop_source) {
+        (Some(file), _) => Some(stages::drops::read(file)?),
+        (None, Some(density @ Source::Density(..))) => Some(density.volume()?),
+        // The plan knows shapes by itself.
+        (None, Some(Source::Shape(_)) | None) => None,
     };
+    let drops = volume.as_ref().and_then(DropSummary::of_volume);
     let measured = measured_levels()?;
     let inputs = PlanInputs {
         measured: &measured,
@@ -71,6 +73,7 @@ pub(crate) fn planned(scene: Scene, path: &Path) -> Result<Planned, Failure> {
         scene,
         plan,
         drop_file,
+        drop_source,
     })
 }
 

@@ -4,6 +4,7 @@
 //! with its best level. error = RMSE of spectral radiance / RMS of the best one; time = that of the
 //! stage that the decision belongs to, over the preset's level, best of repeated runs.
 
+mod air;
 mod theories;
 
 use std::path::Path;
@@ -46,18 +47,23 @@ const N_REPEATS: usize = 3;
 /// The CSV has the columns stage, level, scene, error, relative_time, seconds, date; plans and the
 /// table at the end of a run read it when the program is built. With --theories: error against time
 /// of the theories of one drop by radius, for both bows, against the exact order and the exact light.
+/// With --air: of the methods for lengths, segments and skies of air, against converged quadrature.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   niji calibrate data/scenes/paper-c-figure-3.toml data/scenes/paper-b-sun-10-inscatter.toml \\
       --date 2026-11-21 -o data/measurements/levels.csv --force
-  niji calibrate --theories --date 2026-11-21 -o data/measurements/theories.csv --force")]
+  niji calibrate --theories --date 2026-11-21 -o data/measurements/theories.csv --force
+  niji calibrate --air --date 2026-11-21 -o data/measurements/air.csv --force")]
 pub(crate) struct CalibrateCommand {
     /// The scenes to measure on.
-    #[arg(required_unless_present = "theories")]
+    #[arg(required_unless_present_any = ["theories", "air"])]
     scenes: Vec<PathBuf>,
     /// Measure the theories of one drop instead.
     #[arg(long, conflicts_with = "scenes")]
     theories: bool,
+    /// Measure the methods of the air instead.
+    #[arg(long, conflicts_with_all = ["scenes", "theories"])]
+    air: bool,
     /// Day of the measurement, written into the file.
     #[arg(long, value_name = "YYYY-MM-DD")]
     date: String,
@@ -261,6 +267,10 @@ pub(crate) fn execute(command: &CalibrateCommand, common: &Common) -> Result<(),
     output::check_free(&command.output, manner.existing)?;
     if command.theories {
         let rows = theories::rows(&command.date, manner.verbosity)?;
+        return write_csv(&rows, &command.output);
+    }
+    if command.air {
+        let rows = air::rows(&command.date, manner.verbosity)?;
         return write_csv(&rows, &command.output);
     }
     let n_levels: usize = DECISIONS.iter().map(|decision| decision.levels.len()).sum();

@@ -1,4 +1,4 @@
-//! Where the sun stood at the time and place of a photograph.
+//! Where the sun stands at a time and place: that of a photograph, or of a scene.
 //!
 //! The Solar Position Algorithm, ±0.0003 degrees, with the refraction of standard air.
 //! [RA03] I. Reda, A. Andreas, Solar position algorithm, Solar Energy 76, 577-589 (2003).
@@ -36,6 +36,15 @@ impl TimeAndPlace {
     /// # Errors
     /// [`Failure::Usage`] for a time or place that cannot be.
     pub(crate) fn sun(&self) -> Result<DVec3, Failure> {
+        let [elevation, azimuth] = self.sun_deg()?.map(Radians::from_degrees);
+        Ok(direction_from_azimuth_elevation(azimuth, elevation))
+    }
+
+    /// Apparent elevation of the sun and its azimuth clockwise from north, degrees.
+    ///
+    /// # Errors
+    /// As [`Self::sun`].
+    pub(crate) fn sun_deg(&self) -> Result<[f64; 2], Failure> {
         let usage = |error: solar_positioning::Error| Failure::Usage(error.to_string());
         let [year, month, day, hour, minute, second] = self.local_time;
         let local = JulianDate::from_utc(
@@ -59,10 +68,7 @@ impl TimeAndPlace {
         let position = SolarPositions::new()
             .at_from_julian(utc, location, 0.0, refraction)
             .map_err(usage)?;
-        Ok(direction_from_azimuth_elevation(
-            Radians::from_degrees(position.azimuth()),
-            Radians::from_degrees(position.elevation_angle()),
-        ))
+        Ok([position.elevation_angle(), position.azimuth()])
     }
 
     /// The whole hours by which the clock would have to be off for the sun to stand nearest to

@@ -1,6 +1,6 @@
 //! `niji check`: what nature would not do in a photograph with a bow.
 
-mod ephemeris;
+pub(crate) mod ephemeris;
 
 use std::path::PathBuf;
 
@@ -328,7 +328,7 @@ impl Case<'_> {
 }
 
 /// `2024-06-01T18:30:00`.
-fn time(text: &str) -> Result<[u32; 6], String> {
+pub(crate) fn time(text: &str) -> Result<[u32; 6], String> {
     let wrong = || format!("found {text:?}, expected a time, say 2024-06-01T18:30:00");
     let numbers: Result<Vec<u32>, _> = text.split(['-', 'T', ':', ' ']).map(str::parse).collect();
     numbers

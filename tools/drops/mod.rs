@@ -1,22 +1,23 @@
 //! `niji drops`: a shape, from flags or from a scene, becomes a drop volume.
 
-mod flags;
+mod shape_command;
 
+use std::path::Path;
 use std::path::PathBuf;
 
 use clap::Args;
-use clap::Subcommand;
-use niji_droplets::Shape;
 use niji_vdb::Compression;
 
 use crate::cli::Common;
 use crate::failure::Failure;
 use crate::scene_file;
 use crate::stages;
+use crate::stages::drops::Source;
 
-use flags::GradientFlags;
-use flags::RainShaftFlags;
-use flags::UniformFlags;
+use shape_command::ShapeCommand;
+
+/// Place in the help of what follows the flags of a shape.
+const AFTER_SHAPE: usize = 100;
 
 /// Author a drop volume (VDB).
 ///
@@ -27,27 +28,23 @@ use flags::UniformFlags;
 #[command(after_help = "Examples:
   niji drops uniform --box-min-m=-50,0,-150 --box-max-m=50,60,-50 --voxel-m 2 \\
       --law monodisperse --radius-um 100 --number-density-m3 1000 -o spray.vdb
-  niji drops rain-shaft --rain-rate-mm-h 5 --radius-m 300 --top-m 800 --voxel-m 20 -o rain.vdb
+  niji drops rain-shaft --rain-rate-mm-h 5 --footprint column --radius-m 300 \\
+      --center-xz-m 0,-500 --base-y-m 0 --top-y-m 800 --voxel-m 20 -o rain.vdb
+  niji drops from-vdb smoke.vdb --grid density --density-means water --scale 0.3 \\
+      --effective-radius-um 200 -o drops.vdb
   niji drops --scene data/scenes/paper-c-figure-4.toml -o drops.vdb")]
 pub(crate) struct DropsCommand {
     /// The scene whose section [drops] is meant, instead of a shape.
     #[arg(long, value_name = "TOML")]
     scene: Option<PathBuf>,
     /// The file to write.
-    #[arg(short, long, value_name = "VDB", global = true)]
+    #[arg(short, long, value_name = "VDB", global = true, display_order = AFTER_SHAPE)]
     output: Option<PathBuf>,
     /// Deflate the voxels: slow, and noisy values hardly shrink.
-    #[arg(long, global = true)]
+    #[arg(long, global = true, display_order = AFTER_SHAPE)]
     zip: bool,
     #[command(subcommand)]
     shape: Option<ShapeCommand>,
-}
-
-#[derive(Debug, Subcommand)]
-enum ShapeCommand {
-    Uniform(UniformFlags),
-    Gradient(GradientFlags),
-    RainShaft(RainShaftFlags),
 }
 
 /// Runs the stage.
@@ -55,25 +52,26 @@ enum ShapeCommand {
 /// # Errors
 /// As [`stages::drops::make`]; neither or both of a shape and a scene.
 pub(crate) fn execute(command: &DropsCommand, common: &Common) -> Result<(), Failure> {
-    let shape = match (&command.shape, &command.scene) {
+    let source = match (&command.shape, &command.scene) {
         (Some(_), Some(_)) => {
             return Err(Failure::Usage(
                 "found a shape and --scene, expected one of them".to_owned(),
             ));
         }
         (None, None) => {
-            let shapes = "uniform, gradient, rain-shaft";
             return Err(Failure::Usage(format!(
-                "expected a shape ({shapes}) or --scene"
+                "expected a shape ({}) or --scene",
+                shape_command::names()
             )));
         }
-        (Some(shape), None) => of_flags(shape)?,
+        (Some(shape), None) => shape.source()?,
         (None, Some(path)) => {
             let scene = scene_file::read(path, common)?;
             let is_file = || {
                 Failure::Usage("the scene names a drop volume, there is nothing to make".to_owned())
             };
-            scene.drops.shape().ok_or_else(is_file)?
+            let folder = path.parent().unwrap_or(Path::new(""));
+            Source::of(&scene.drops, folder).ok_or_else(is_file)?
         }
     };
     let no_output = || Failure::Usage("expected -o FILE.vdb".to_owned());
@@ -83,13 +81,5 @@ pub(crate) fn execute(command: &DropsCommand, common: &Common) -> Result<(), Fai
     } else {
         Compression::None
     };
-    stages::drops::make(&shape, compression, output, common.manner()).map(|_| ())
-}
-
-fn of_flags(shape: &ShapeCommand) -> Result<Shape, Failure> {
-    match shape {
-        ShapeCommand::Uniform(flags) => flags.shape(),
-        ShapeCommand::Gradient(flags) => Ok(flags.shape()),
-        ShapeCommand::RainShaft(flags) => flags.shape(),
-    }
+    stages::drops::make(&source, compression, output, common.manner()).map(|_| ())
 }

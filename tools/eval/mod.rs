@@ -1,9 +1,11 @@
 //! `niji eval`: physics as CSV on standard output, one header line, full precision.
 
+mod air;
 mod airy;
 mod index;
 mod scatter;
 mod sizes;
+mod sun;
 
 use clap::Args;
 use clap::Subcommand;
@@ -12,7 +14,7 @@ use crate::cli::Common;
 use crate::failure::Failure;
 use crate::output;
 
-/// Print physics as CSV: airy, scatter, sizes, index, air.
+/// Print physics as CSV: airy, scatter, sizes, index, air, sun.
 #[derive(Debug, Args)]
 pub(crate) struct EvalCommand {
     #[command(subcommand)]
@@ -25,18 +27,22 @@ enum Quantity {
     Scatter(scatter::ScatterArguments),
     Sizes(sizes::SizesArguments),
     Index(index::IndexArguments),
+    Air(Box<air::AirArguments>),
+    Sun(sun::SunArguments),
 }
 
 /// Prints the table that was asked for.
 ///
 /// # Errors
 /// Arguments out of range, or a file of arguments that cannot be read.
-pub(crate) fn execute(command: &EvalCommand, _common: &Common) -> Result<(), Failure> {
+pub(crate) fn execute(command: &EvalCommand, common: &Common) -> Result<(), Failure> {
     let csv = match &command.quantity {
         Quantity::Airy(arguments) => airy::csv(arguments)?,
         Quantity::Scatter(arguments) => scatter::csv(arguments)?,
         Quantity::Sizes(arguments) => sizes::csv(arguments)?,
         Quantity::Index(arguments) => index::csv(arguments)?,
+        Quantity::Air(arguments) => air::csv(arguments, common)?,
+        Quantity::Sun(arguments) => sun::csv(arguments)?,
     };
     output::print(&csv)
 }

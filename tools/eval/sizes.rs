@@ -1,49 +1,95 @@
 //! `niji eval sizes`: what a size law amounts to.
 
+use clap::ArgMatches;
 use clap::Args;
+use clap::Command;
+use clap::FromArgMatches;
+use niji_sizes::Amount;
+use niji_sizes::SizeLaw;
+use schemars::JsonSchema;
+use serde::Deserialize;
 
 use super::line;
 use crate::failure::Failure;
-use crate::law_flags::LawFlags;
+use crate::schema_flags;
+use crate::schema_flags::Flags;
 
 /// Number, water, extinction, effective radius and variance of a size law.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   niji eval sizes --law marshall-palmer --rain-rate-mm-h 5 --d-min-mm 0.1 --d-max-mm 6
   niji eval sizes --law monodisperse --radius-um 10 --number-density-m3 1e8
+  niji eval sizes --law hansen-travis --effective-radius-um 10 --effective-variance 0.1 --lwc-g-m3 0.2
+  niji eval sizes --law cloud --preset fog
 
 Columns: number_density_m3,lwc_g_m3,extinction_m1,effective_radius_m,effective_variance
 (extinction at Q = 2)")]
 pub(super) struct SizesArguments {
     #[command(flatten)]
-    law: LawFlags,
+    given: Given,
+}
+
+/// What the flags stand for.
+#[derive(Debug, Deserialize, JsonSchema)]
+struct Sizes {
+    /// Law of the drop sizes.
+    law: SizeLaw,
+    /// How many drops there are; rain and clouds say it themselves.
+    amount: Option<Amount>,
+}
+
+/// The flags of [`Sizes`] on a command line.
+#[derive(Debug)]
+struct Given(ArgMatches);
+
+impl Args for Given {
+    fn augment_args(command: Command) -> Command {
+        command.args(Flags::of::<Sizes>().arguments())
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+impl FromArgMatches for Given {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        Ok(Self(matches.clone()))
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        self.0 = matches.clone();
+        Ok(())
+    }
 }
 
 pub(super) fn csv(arguments: &SizesArguments) -> Result<String, Failure> {
-    let law = arguments.law.size_law()?;
-    let number_density_m3 = match (
-        law.natural_number_density_m3(),
-        arguments.law.number_density_m3,
-    ) {
-        (Some(_), Some(_)) => {
-            let message =
-                "marshall-palmer has a number density of its own: leave out --number-density-m3";
-            return Err(Failure::Usage(message.to_owned()));
-        }
+    let flags = Flags::of::<Sizes>();
+    let Sizes { law, amount } = schema_flags::read(flags.value(&arguments.given.0)?)?;
+    let refused = |error: niji_sizes::Error| Failure::Usage(flags.name_flag(&error.to_string()));
+    law.validate().map_err(refused)?;
+    if let Some(amount) = &amount {
+        amount.validate().map_err(refused)?;
+    }
+    let moments = law.moments();
+    let number_density_m3 = match (law.natural_number_density_m3(), amount) {
         (Some(natural), None) => natural,
-        (None, Some(given)) if given >= 0.0 && given.is_finite() => given,
-        (None, Some(given)) => {
+        (None, Some(amount)) => amount.number_density_m3(&moments),
+        (Some(_), Some(_)) => {
             return Err(Failure::Usage(format!(
-                "found {given} drops per m3, expected at least 0"
+                "{} says itself how many drops there are: leave out --number-density-m3, \
+                 --lwc-g-m3 and --extinction-m1",
+                law.name()
             )));
         }
         (None, None) => {
-            return Err(Failure::Usage(
-                "this law needs --number-density-m3".to_owned(),
-            ));
+            return Err(Failure::Usage(format!(
+                "{} needs --number-density-m3, --lwc-g-m3 or --extinction-m1",
+                law.name()
+            )));
         }
     };
-    let bulk = law.moments().bulk_properties(number_density_m3);
+    let bulk = moments.bulk_properties(number_density_m3);
     let header = "number_density_m3,lwc_g_m3,extinction_m1,effective_radius_m,effective_variance\n";
     Ok(header.to_owned()
         + &line(&[

@@ -122,10 +122,10 @@ pub(crate) fn run_stages(
     for stage in &plan.stages {
         let outcome = match stage.stage {
             Stage::Drops => {
-                let Some(shape) = scene.drops.shape() else {
+                let Some(source) = &planned.drop_source else {
                     continue;
                 };
-                stages::drops::make(&shape, niji_vdb::Compression::None, &drops, manner)
+                stages::drops::make(source, niji_vdb::Compression::None, &drops, manner)
             }
             Stage::Airy => stages::airy::make(&airy, manner),
             Stage::Scatter => {

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use niji_exchange::AtmosphereTable;
 use niji_exchange::TableFile;
+use niji_scene::Air;
 use niji_scene::Scene;
 use niji_scene::canonical_json;
 
@@ -28,7 +29,7 @@ pub(crate) fn table(scene: &Scene) -> Result<Option<AtmosphereTable>, Failure> {
     let usage = |error: &dyn std::fmt::Display| Failure::Usage(error.to_string());
     let wavelengths = scene.spectrum.grid().map_err(|error| usage(&error))?;
     let model = air
-        .model(wavelengths, scene.ground.albedo)
+        .model(wavelengths, scene.ground.albedo, &scene.sun)
         .map_err(|error| usage(&error))?;
     model.tabulate().map(Some).map_err(|error| usage(&error))
 }
@@ -38,7 +39,14 @@ pub(crate) fn table(scene: &Scene) -> Result<Option<AtmosphereTable>, Failure> {
 /// # Errors
 /// A scene in a vacuum, an output that exists, or a file that cannot be written.
 pub(crate) fn make(scene: &Scene, to: &Path, manner: Manner) -> Result<Done, Failure> {
-    let settings = canonical_json(&(&scene.air, scene.ground, scene.spectrum));
+    // A table that does not depend on the sun serves every sun.
+    let depends_on = |air: &Air| air.depends_on(&scene.sun);
+    let sun = scene
+        .air
+        .as_ref()
+        .is_some_and(depends_on)
+        .then_some(scene.sun);
+    let settings = canonical_json(&(&scene.air, scene.ground, scene.spectrum, sun));
     let request = Request {
         stage: "atmosphere",
         settings,

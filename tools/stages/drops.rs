@@ -1,17 +1,24 @@
-//! The stage `drops`: a shape becomes a drop volume.
+//! The stage `drops`: a shape, or a density grid of another program, becomes a drop volume.
 
 use std::path::Path;
+use std::path::PathBuf;
 
 use niji_dropfield::DropVolume;
-use niji_dropfield::VolumeSummary;
 use niji_droplets::Shape;
+use niji_scene::Drops;
+use niji_scene::FromVdb;
 use niji_scene::canonical_json;
 use niji_vdb::Compression;
+use niji_vdb::Grid;
+use niji_vdb::LEVEL_SET;
+use niji_vdb::Tree;
 use niji_vdb::VdbFile;
 
 use crate::failure::Failure;
 use crate::output;
+use crate::plan::quoted;
 use crate::progress::Verbosity;
+use crate::scene_file::with_causes;
 use crate::stages::Done;
 use crate::stages::Manner;
 use crate::stages::Request;
@@ -20,36 +27,84 @@ use crate::stages::perform;
 /// Name of the file in the folder of a run.
 pub(crate) const FILE: &str = "drops.vdb";
 
-/// Writes the drop volume of a shape and says what is in it.
+/// What a drop volume is made from.
+#[derive(Clone, Debug)]
+pub(crate) enum Source {
+    /// A few numbers.
+    Shape(Shape),
+    /// A density grid; its path as the program opens it.
+    Density(PathBuf, FromVdb),
+}
+
+impl Source {
+    /// What a section `[drops]` says whose files lie in `folder`; `None` if the volume is there.
+    pub(crate) fn of(drops: &Drops, folder: &Path) -> Option<Self> {
+        match drops {
+            Drops::Shape(shape) => Some(Self::Shape(*shape)),
+            Drops::FromVdb(density) => {
+                Some(Self::Density(folder.join(&density.file), density.clone()))
+            }
+            Drops::File(_) => None,
+        }
+    }
+
+    /// The volume itself.
+    ///
+    /// # Errors
+    /// A shape that cannot be; a file that is missing, damaged or has no such grid.
+    pub(crate) fn volume(&self) -> Result<DropVolume, Failure> {
+        match self {
+            Self::Shape(shape) => {
+                let volume = shape.volume();
+                volume.map_err(|error| Failure::Impossible(with_causes(&error)))
+            }
+            Self::Density(path, density) => {
+                let file = VdbFile::read(path).map_err(|error| bad_vdb(path, &error))?;
+                let volume = DropVolume::from_density(&file, &density.grid, &density.import());
+                volume.map_err(|error| Failure::bad_input(path, with_causes(&error)))
+            }
+        }
+    }
+
+    /// What the volume depends on besides its input file.
+    fn settings(&self, compression: Compression) -> String {
+        let is_zipped = compression == Compression::Zip;
+        match self {
+            Self::Shape(shape) => canonical_json(&(shape, is_zipped)),
+            Self::Density(_, density) => {
+                canonical_json(&(&density.grid, density.import(), is_zipped))
+            }
+        }
+    }
+}
+
+/// Writes a drop volume and says what is in it.
 ///
 /// # Errors
-/// A shape that cannot be, an output that exists, or a file that cannot be written.
+/// As [`Source::volume`]; an output that exists, or a file that cannot be written.
 pub(crate) fn make(
-    shape: &Shape,
+    source: &Source,
     compression: Compression,
     to: &Path,
     manner: Manner,
 ) -> Result<Done, Failure> {
-    shape
-        .validate()
-        .map_err(|error| Failure::Usage(error.to_string()))?;
-    let settings = canonical_json(&(shape, compression == Compression::Zip));
+    let inputs = match source {
+        Source::Shape(_) => Vec::new(),
+        Source::Density(path, _) => vec![("density", path.as_path())],
+    };
     let request = Request {
         stage: "drops",
-        settings,
-        inputs: Vec::new(),
+        settings: source.settings(compression),
+        inputs,
         outputs: vec![to],
     };
     perform(&request, manner, |provenance| {
-        let volume = shape
-            .volume()
-            .map_err(|error| Failure::Impossible(error.to_string()))?;
-        let summary = volume.summary();
+        let volume = source.volume()?;
         let file = volume.to_vdb(&provenance.to_text_items());
         let file = file.map_err(|error| Failure::Failed(error.to_string()))?;
         output::write_file(to, |writer| file.write(writer, compression))?;
         if manner.verbosity > Verbosity::Quiet {
-            print_summary(&summary);
+            print_summary(volume);
         }
         Ok(())
     })
@@ -58,10 +113,53 @@ pub(crate) fn make(
 /// Reads a drop volume.
 ///
 /// # Errors
-/// A missing or damaged file, or one that holds no drops of ours.
+/// A missing or damaged file, or one that holds no drops of ours; then the message says how to make
+/// some of what it holds.
 pub(crate) fn read(path: &Path) -> Result<DropVolume, Failure> {
     let file = VdbFile::read(path).map_err(|error| bad_vdb(path, &error))?;
-    DropVolume::from_vdb(&file).map_err(|error| Failure::bad_input(path, error))
+    DropVolume::from_vdb(&file).map_err(|error| match error {
+        niji_dropfield::Error::MissingGrid { ref expected, .. } => {
+            Failure::bad_input(path, no_drops(path, &file, expected))
+        }
+        _ => Failure::bad_input(path, with_causes(&error)),
+    })
+}
+
+/// What a file holds instead of drops, and the command that makes drops of it.
+fn no_drops(path: &Path, file: &VdbFile, expected: &str) -> String {
+    let names: Vec<&str> = file.grids.iter().map(|grid| grid.name.as_str()).collect();
+    let scalar: Vec<&str> = file
+        .grids
+        .iter()
+        .filter(|grid| is_density(grid))
+        .map(name)
+        .collect();
+    let choice = match scalar[..] {
+        [only] => only,
+        _ if scalar.contains(&"density") => "density",
+        _ => "NAME",
+    };
+    format!(
+        "no drops in it: expected a grid {expected}, found {}; to make drops of a density grid: \
+         niji drops from-vdb {} --grid {} --density-means optical-depth --scale 1 \
+         --effective-radius-um 100 -o drops.vdb",
+        if names.is_empty() {
+            "none".to_owned()
+        } else {
+            names.join(", ")
+        },
+        quoted(path),
+        quoted(Path::new(choice))
+    )
+}
+
+fn name(grid: &Grid) -> &str {
+    &grid.name
+}
+
+/// One number a voxel that is no distance.
+fn is_density(grid: &Grid) -> bool {
+    grid.class != LEVEL_SET && !matches!(grid.tree, Tree::Vec3s(_))
 }
 
 /// A VDB file that cannot be read, with the causes in one line.
@@ -80,18 +178,24 @@ pub(crate) fn bad_vdb(path: &Path, error: &niji_vdb::Error) -> Failure {
 }
 
 /// Says on standard error how much water and how much extinction there is, and what is unnatural.
-pub(crate) fn print_summary(summary: &VolumeSummary) {
-    let (r_low, r_high) = summary.effective_radius_um;
-    let [tau_x, tau_y, tau_z] = summary.optical_depth_q1;
+fn print_summary(volume: DropVolume) {
+    let whole = volume.summary();
+    let modes = if volume.modes.len() > 1 {
+        volume.modes
+    } else {
+        Vec::new()
+    };
+    let (r_low, r_high) = whole.effective_radius_um;
+    let [tau_x, tau_y, tau_z] = whole.optical_depth_q1;
     eprintln!(
         "      drops  {} nodes, effective radius {r_low:.4} to {r_high:.4} um",
-        summary.n_nodes
+        whole.n_nodes
     );
     eprintln!(
         "             liquid water {:.3e} g/m3 mean, {:.3e} max; extinction (Q = 2) {:.3e} 1/m max",
-        summary.mean_liquid_water_g_m3,
-        summary.max_liquid_water_g_m3,
-        2.0 * summary.max_extinction_m1_q1
+        whole.mean_liquid_water_g_m3,
+        whole.max_liquid_water_g_m3,
+        2.0 * whole.max_extinction_m1_q1
     );
     eprintln!(
         "             optical depth (Q = 2) across x, y, z: {:.3}, {:.3}, {:.3}",
@@ -99,7 +203,20 @@ pub(crate) fn print_summary(summary: &VolumeSummary) {
         2.0 * tau_y,
         2.0 * tau_z
     );
-    for warning in &summary.warnings {
+    for mode in modes {
+        let name = mode.name.clone();
+        let mode = DropVolume { modes: vec![mode] }.summary();
+        let (r_low, r_high) = mode.effective_radius_um;
+        let deepest = mode.optical_depth_q1.into_iter().fold(0.0, f64::max);
+        eprintln!(
+            "             {name}: {} nodes, {:.3e} g of water, effective radius {r_low:.4} to \
+             {r_high:.4} um, optical depth (Q = 2) up to {:.3}",
+            mode.n_nodes,
+            mode.total_water_g,
+            2.0 * deepest
+        );
+    }
+    for warning in &whole.warnings {
         eprintln!("    warning  {warning}");
     }
 }

@@ -9,6 +9,7 @@ pub(crate) mod atmosphere;
 pub(crate) mod drops;
 pub(crate) mod render;
 pub(crate) mod scatter;
+pub(crate) mod sky;
 
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -151,7 +151,11 @@ fn picture(
     let table: Option<ScatteringTable> = inputs.table.map(stages::scatter::read).transpose()?;
     let air: Option<AtmosphereTable> = inputs.air.map(stages::atmosphere::read).transpose()?;
     let drops = lit_drops(settings, inputs.drops)?;
-    let sun_irradiance = solar_irradiance(&wavelengths);
+    let scale = settings.sun.irradiance_scale();
+    let sun_irradiance: Vec<f64> = solar_irradiance(&wavelengths)
+        .into_iter()
+        .map(|irradiance| scale * irradiance)
+        .collect();
     let bar = progress::bar(
         "render",
         u64::from(camera.width_px()) * u64::from(camera.height_px()),

@@ -6,15 +6,16 @@ use niji_radiometry::WavelengthGrid;
 use niji_radiometry::solar_irradiance;
 
 use crate::aerosol::Aerosol;
+use crate::band_gas::BandGas;
 use crate::constituent::Constituent;
 use crate::error::Error;
 use crate::error::positive;
 use crate::error::within;
-use crate::ozone::ozone;
+use crate::ozone::OzoneLayer;
 use crate::phase_function::PhaseFunction;
+use crate::rayleigh_bodhaine::BodhaineAir;
 use crate::rayleigh_bodhaine::STANDARD_PRESSURE_PA;
-use crate::rayleigh_bodhaine::rayleigh_bodhaine;
-use crate::rayleigh_nishita::rayleigh_nishita;
+use crate::rayleigh_nishita::NishitaAir;
 
 /// Height at which air ends, m: 3.7e-6 of it lie above.
 pub const USUAL_TOP_M: f64 = 100_000.0;
@@ -36,6 +37,13 @@ pub enum AirComponent {
     },
     /// Haze.
     Aerosol(Aerosol),
+    /// A gas that absorbs in bands.
+    Band {
+        /// The gas and its amount.
+        gas: BandGas,
+        /// Length of the path on which its absorption is exact over the vertical one.
+        air_mass: f64,
+    },
     /// Anything else, by its own spectra and profile.
     Custom(Constituent),
 }
@@ -69,13 +77,15 @@ impl AirComponent {
     /// If a parameter lies outside its range.
     pub fn constituent(&self, wavelengths: &WavelengthGrid) -> Result<Constituent, Error> {
         match self {
-            Self::RayleighNishita => Ok(rayleigh_nishita(wavelengths)),
+            Self::RayleighNishita => NishitaAir::PUBLISHED.constituent(wavelengths),
             Self::RayleighBodhaine { pressure_pa } => {
-                let pressure_pa = positive("pressure", *pressure_pa, "Pa")?;
-                Ok(rayleigh_bodhaine(wavelengths, pressure_pa))
+                BodhaineAir::at_pressure(*pressure_pa).constituent(wavelengths)
             }
-            Self::Ozone { column_dobson } => ozone(wavelengths, *column_dobson),
+            Self::Ozone { column_dobson } => {
+                OzoneLayer::of_column(*column_dobson).constituent(wavelengths)
+            }
             Self::Aerosol(aerosol) => aerosol.constituent(wavelengths),
+            Self::Band { gas, air_mass } => gas.constituent(wavelengths, *air_mass),
             Self::Custom(constituent) => Ok(constituent.clone()),
         }
     }

@@ -39,6 +39,41 @@ impl Constituent {
             .collect()
     }
 
+    /// As much of it in a vertical column, spread over other heights.
+    ///
+    /// # Errors
+    /// If the profile is none that air can have, or empty.
+    pub fn with_column_in(self, profile: DensityProfile) -> Result<Self, Error> {
+        let ratio = self.profile.vertical_length_m() / profile.vertical_length_m();
+        self.scaled(ratio, profile)
+    }
+
+    /// As dense at sea level, spread over other heights.
+    ///
+    /// # Errors
+    /// If the profile is none that air can have, or empty at sea level.
+    pub fn with_ground_density_in(self, profile: DensityProfile) -> Result<Self, Error> {
+        let ratio = self.profile.at_sea_level() / profile.at_sea_level();
+        self.scaled(ratio, profile)
+    }
+
+    fn scaled(self, ratio: f64, profile: DensityProfile) -> Result<Self, Error> {
+        profile.nodes(f64::INFINITY)?;
+        if !ratio.is_finite() {
+            let problem = "no density found where the amount is given".to_owned();
+            return Err(Error::Profile { problem });
+        }
+        let times_ratio =
+            |spectrum: Vec<f64>| spectrum.into_iter().map(|value| ratio * value).collect();
+        Ok(Self {
+            name: self.name,
+            profile,
+            extinction_m1: times_ratio(self.extinction_m1),
+            scattering_m1: times_ratio(self.scattering_m1),
+            phase: self.phase,
+        })
+    }
+
     /// Tabulates profile, columns and phase function for a planet and a top of the air.
     pub(crate) fn tabulate(
         &self,
@@ -70,5 +105,65 @@ impl Constituent {
         };
         fill_reaches(&mut air, planet_radius_m);
         Ok(air)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use niji_exchange::DensityLaw;
+    use niji_radiometry::WavelengthGrid;
+
+    use super::*;
+    use crate::aerosol::AerosolKind;
+
+    /// Haze that is well mixed up to 1 km and ends at 1.5 km.
+    fn mixed() -> DensityProfile {
+        DensityProfile::Tabulated {
+            law: DensityLaw::Linear,
+            nodes: vec![[0.0, 0.5], [1000.0, 0.5], [1500.0, 0.0]],
+        }
+    }
+
+    fn haze() -> Constituent {
+        let grid = WavelengthGrid::visible();
+        AerosolKind::Rural.aerosol().constituent(&grid).unwrap()
+    }
+
+    #[test]
+    fn another_profile_keeps_the_column_or_the_density_at_the_ground() {
+        let column = haze().with_column_in(mixed()).unwrap();
+        let depths = column.vertical_optical_depth().into_iter();
+        for (found, before) in depths.zip(haze().vertical_optical_depth()) {
+            assert!((found / before - 1.0).abs() < 1e-14);
+        }
+        let ground = haze().with_ground_density_in(mixed()).unwrap();
+        for (found, before) in ground.extinction_m1.iter().zip(haze().extinction_m1) {
+            assert!((0.5 * found / before - 1.0).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn an_exponential_in_nodes_is_the_exponential() {
+        let nodes = (0..=50).map(|i| 900.0 * f64::from(i));
+        let nodes = nodes.map(|h| [h, 3.0 * (-h / 2100.0).exp()]).collect();
+        let law = DensityLaw::Exponential;
+        let profile = DensityProfile::Tabulated { law, nodes };
+        let found = haze().with_column_in(profile).unwrap();
+        assert!((3.0 * found.extinction_m1[0] / haze().extinction_m1[0] - 1.0).abs() < 1e-8);
+    }
+
+    #[test]
+    fn a_layer_aloft_has_no_density_at_the_ground_to_keep() {
+        let aloft = DensityProfile::Tabulated {
+            law: DensityLaw::Linear,
+            nodes: vec![[0.0, 0.0], [2000.0, 1.0], [3000.0, 0.0]],
+        };
+        assert!(haze().with_column_in(aloft.clone()).is_ok());
+        assert!(haze().with_ground_density_in(aloft).is_err());
+        let empty = DensityProfile::Tabulated {
+            law: DensityLaw::Linear,
+            nodes: vec![[0.0, 0.0], [2000.0, 0.0]],
+        };
+        assert!(haze().with_column_in(empty).is_err());
     }
 }

@@ -65,6 +65,23 @@ impl DensityProfile {
         }
     }
 
+    /// Relative density at sea level.
+    pub fn at_sea_level(&self) -> f64 {
+        match self {
+            Self::Exponential { .. } => 1.0,
+            Self::Tent {
+                bottom_m,
+                peak_m,
+                top_m,
+            } => {
+                let rising = -bottom_m / (peak_m - bottom_m);
+                let falling = top_m / (top_m - peak_m);
+                rising.min(falling).max(0.0)
+            }
+            Self::Tabulated { law, nodes } => between(*law, nodes, 0.0),
+        }
+    }
+
     /// The profile as nodes that end at or below `top_m`.
     pub(crate) fn nodes(&self, top_m: f64) -> Result<Nodes, Error> {
         let nodes = match self {
@@ -130,6 +147,23 @@ impl Nodes {
             )),
             None => Ok(()),
         }
+    }
+}
+
+/// Relative density of nodes at a height: that of the lowest below it, 0 above the highest.
+fn between(law: DensityLaw, nodes: &[[f64; 2]], height_m: f64) -> f64 {
+    let above = nodes.partition_point(|node| node[0] <= height_m);
+    if above == 0 {
+        return nodes.first().map_or(0.0, |node| node[1]);
+    }
+    let Some([high_m, high]) = nodes.get(above) else {
+        return 0.0;
+    };
+    let [low_m, low] = nodes[above - 1];
+    let share = (height_m - low_m) / (high_m - low_m);
+    match law {
+        DensityLaw::Linear => low + (high - low) * share,
+        DensityLaw::Exponential => low * (high / low).powf(share),
     }
 }
 

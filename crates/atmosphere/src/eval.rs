@@ -22,6 +22,11 @@ pub struct AirSample {
     pub transmittance: f64,
     /// Radiance scattered once into the ray, W m^-2 sr^-1 nm^-1.
     pub in_scattering: f64,
+    /// Radiance that arrives along the ray from the air and from the ground where it ends there,
+    /// W m^-2 sr^-1 nm^-1.
+    pub radiance: f64,
+    /// Optical depth from the observer to the center of the sun; infinite behind the ground.
+    pub sun_optical_depth: f64,
     /// Share of the sun's light that arrives at the observer.
     pub sun_transmittance: f64,
 }
@@ -34,9 +39,17 @@ pub fn evaluate_rays(
     sun_disc_radius: Radians,
 ) -> Vec<AirSample> {
     let solver = SingleScattering::new(air, method);
+    let planet = Planet {
+        radius_m: air.planet_radius_m,
+    };
     let mut samples = Vec::with_capacity(rays.len() * air.wavelengths.len());
     for (ray_index, ray) in rays.iter().enumerate() {
         let light = solver.solve(ray);
+        let radiance = if ray.ends_on_ground(planet) {
+            solver.sky_radiance(ray)
+        } else {
+            light.radiance.clone()
+        };
         let sun = sun_transmittance(air, ray.height_m, ray.cos_sun_zenith, sun_disc_radius);
         let depths = view_optical_depths(air, ray);
         for (index, wavelength) in air.wavelengths.centers().enumerate() {
@@ -46,6 +59,8 @@ pub fn evaluate_rays(
                 optical_depth: depths[index],
                 transmittance: (-depths[index]).exp(),
                 in_scattering: light.radiance[index],
+                radiance: radiance[index],
+                sun_optical_depth: air.optical_depth_at(index, ray.height_m, ray.cos_sun_zenith),
                 sun_transmittance: sun[index],
             });
         }

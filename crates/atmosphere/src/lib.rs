@@ -1,9 +1,10 @@
 //! Air: one file for each constituent, one for each method of solution.
 //!
 //! An [`AirModel`] says what the air is made of; [`AirModel::tabulate`] turns it into the table that
-//! renderers read. Constituents: `rayleigh_nishita`, `rayleigh_bodhaine`, `ozone`, `aerosol`.
+//! renderers read. Constituents: `rayleigh_nishita`, `rayleigh_bodhaine`, `ozone`, `aerosol`,
+//! `band_gas` (water vapor, oxygen).
 //! Methods: `optical_length` (midpoints, Gauss-Legendre, Chapman, table), `in_scattering`,
-//! `sky`, `sun_beam`.
+//! `sky`, `sky_dome`, `sun_beam`; `sky_method` lists those for a sky with their errors.
 //!
 //! ```
 //! use niji_atmosphere::{AirComponent, AirModel, USUAL_TOP_M, sun_transmittance};
@@ -27,16 +28,24 @@
 
 mod aerosol;
 mod air_model;
+mod angle_table;
+mod band_gas;
 mod chapman;
 mod constituent;
 mod cornette_shanks;
 mod density_profile;
 mod error;
 mod eval;
+mod exponential;
+mod gathered;
+mod gas_absorption;
 mod gauss_legendre;
+mod ground_sun;
 mod henyey_greenstein;
 mod in_scattering;
+mod king_factor;
 mod leg;
+mod multiple_scattering;
 mod optical_length;
 mod ozone;
 mod phase_function;
@@ -44,7 +53,11 @@ mod rayleigh_bodhaine;
 mod rayleigh_nishita;
 mod rayleigh_phase;
 mod reach_table;
+mod refined_axis;
 mod sky;
+mod sky_dome;
+mod sky_method;
+mod sky_view;
 mod sun_beam;
 mod sun_disc;
 mod view_ray;
@@ -55,6 +68,7 @@ pub use crate::aerosol::AerosolLobe;
 pub use crate::air_model::AirComponent;
 pub use crate::air_model::AirModel;
 pub use crate::air_model::USUAL_TOP_M;
+pub use crate::band_gas::BandGas;
 pub use crate::chapman::chapman_erfcx;
 pub use crate::constituent::Constituent;
 pub use crate::cornette_shanks::cornette_shanks;
@@ -67,16 +81,27 @@ pub use crate::henyey_greenstein::henyey_greenstein;
 pub use crate::in_scattering::AirLight;
 pub use crate::in_scattering::InScattering;
 pub use crate::in_scattering::SingleScattering;
+pub use crate::king_factor::KingFactor;
+pub use crate::king_factor::king_factor;
+pub use crate::multiple_scattering::DiffuseLight;
+pub use crate::multiple_scattering::ScatteringOrders;
 pub use crate::optical_length::OpticalLength;
 pub use crate::optical_length::optical_length_m;
-pub use crate::ozone::ozone;
+pub use crate::ozone::OzoneLayer;
 pub use crate::phase_function::PhaseFunction;
-pub use crate::rayleigh_bodhaine::king_factor;
-pub use crate::rayleigh_bodhaine::rayleigh_bodhaine;
+pub use crate::rayleigh_bodhaine::BodhaineAir;
 pub use crate::rayleigh_bodhaine::rayleigh_bodhaine_m1;
-pub use crate::rayleigh_nishita::rayleigh_nishita;
-pub use crate::rayleigh_nishita::rayleigh_nishita_m1;
+pub use crate::rayleigh_nishita::NishitaAir;
 pub use crate::rayleigh_phase::rayleigh_phase;
+pub use crate::sky_dome::SkyDome;
+pub use crate::sky_method::PreparedSky;
+pub use crate::sky_method::SkyMethod;
+pub use crate::sky_method::SkyMethodCost;
+pub use crate::sky_method::reference_sky;
+pub use crate::sky_method::sky_method_cost;
+pub use crate::sky_method::spread_directions;
+pub use crate::sky_view::SkyDirection;
+pub use crate::sky_view::SkyObserver;
 pub use crate::sun_beam::sun_irradiance_at;
 pub use crate::sun_beam::sun_transmittance;
 pub use crate::sun_disc::SUN_RADIUS;

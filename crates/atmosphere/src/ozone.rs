@@ -7,63 +7,82 @@
 //! The layer is a tent from 10 over 25 to 40 km: its slant factor is not that of the air below.
 //! [BR86] Bird and Riordan, J. Climate Appl. Meteorol. 25, 87-97 (1986), table 1.
 
-use std::sync::LazyLock;
-
-use niji_radiometry::TabulatedSpectrum;
 use niji_radiometry::WavelengthGrid;
 
 use crate::constituent::Constituent;
 use crate::density_profile::DensityProfile;
 use crate::error::Error;
 use crate::error::within;
+use crate::gas_absorption::Gas;
+use crate::gas_absorption::absorption;
 use crate::phase_function::PhaseFunction;
 
 /// Dobson units in one atm cm.
 const DOBSON_PER_ATM_CM: f64 = 1000.0;
-/// Bottom, peak and top of the layer, m.
-const LAYER_M: [f64; 3] = [10e3, 25e3, 40e3];
 /// Absurdly many Dobson units, ten times a usual column.
 const MOST_DOBSON: f64 = 10_000.0;
 
-static ABSORPTION: LazyLock<TabulatedSpectrum> = LazyLock::new(|| {
-    let table = include_str!("../../../data/gas_absorption_spctral2.csv");
-    TabulatedSpectrum::from_csv(table, "ozone")
-        .expect("the embedded table is part of this program and parsed by the tests below")
-});
-
 /// A layer of ozone that only absorbs.
-///
-/// # Errors
-/// If the column is negative or above 10000 Dobson units.
-pub fn ozone(wavelengths: &WavelengthGrid, column_dobson: f64) -> Result<Constituent, Error> {
-    let column_dobson = within(
-        "ozone column in Dobson units",
-        column_dobson,
-        [0.0, MOST_DOBSON],
-    )?;
-    let [bottom_m, peak_m, top_m] = LAYER_M;
-    let profile = DensityProfile::Tent {
-        bottom_m,
-        peak_m,
-        top_m,
-    };
-    let column_over_length = column_dobson / DOBSON_PER_ATM_CM / profile.vertical_length_m();
-    let extinction = |index: usize| {
-        let (lo, hi) = wavelengths.edges(index);
-        column_over_length * ABSORPTION.bin_mean(lo, hi)
-    };
-    Ok(Constituent {
-        name: "ozone".to_owned(),
-        profile,
-        extinction_m1: (0..wavelengths.len()).map(extinction).collect(),
-        scattering_m1: vec![0.0; wavelengths.len()],
-        phase: PhaseFunction::Isotropic,
-    })
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OzoneLayer {
+    /// Vertical column, Dobson units.
+    pub column_dobson: f64,
+    /// Bottom, peak and top of the tent, m.
+    pub heights_m: [f64; 3],
+}
+
+impl OzoneLayer {
+    /// A column at the usual heights, a tent from 10 over 25 to 40 km.
+    pub fn of_column(column_dobson: f64) -> Self {
+        Self {
+            column_dobson,
+            heights_m: [10e3, 25e3, 40e3],
+        }
+    }
+
+    /// The layer on a grid of wavelengths, averaged over the bins.
+    ///
+    /// # Errors
+    /// If the column is negative or above 10000 Dobson units, or the heights do not rise.
+    pub fn constituent(&self, wavelengths: &WavelengthGrid) -> Result<Constituent, Error> {
+        let column_dobson = within(
+            "ozone column in Dobson units",
+            self.column_dobson,
+            [0.0, MOST_DOBSON],
+        )?;
+        let [bottom_m, peak_m, top_m] = self.heights_m;
+        let rises = bottom_m < peak_m && peak_m < top_m;
+        if !rises {
+            let problem = format!(
+                "ozone from {bottom_m} over {peak_m} to {top_m} m found, expected rising heights"
+            );
+            return Err(Error::Profile { problem });
+        }
+        let profile = DensityProfile::Tent {
+            bottom_m,
+            peak_m,
+            top_m,
+        };
+        let column_over_length = column_dobson / DOBSON_PER_ATM_CM / profile.vertical_length_m();
+        let extinction =
+            |index: usize| column_over_length * absorption(Gas::Ozone, wavelengths.edges(index));
+        Ok(Constituent {
+            name: "ozone".to_owned(),
+            profile,
+            extinction_m1: (0..wavelengths.len()).map(extinction).collect(),
+            scattering_m1: vec![0.0; wavelengths.len()],
+            phase: PhaseFunction::Isotropic,
+        })
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn ozone(grid: &WavelengthGrid, column_dobson: f64) -> Result<Constituent, Error> {
+        OzoneLayer::of_column(column_dobson).constituent(grid)
+    }
 
     #[test]
     fn a_usual_column_takes_two_to_four_percent_of_yellow_light() {
@@ -87,5 +106,28 @@ mod tests {
         assert!(ozone(&grid, 0.0).is_ok());
         assert!(ozone(&grid, -1.0).is_err());
         assert!(ozone(&grid, f64::NAN).is_err());
+    }
+
+    #[test]
+    fn a_layer_of_other_heights_has_the_same_column() {
+        let grid = WavelengthGrid::visible();
+        let usual = ozone(&grid, 300.0).unwrap();
+        let higher = OzoneLayer {
+            column_dobson: 300.0,
+            heights_m: [15e3, 22e3, 50e3],
+        };
+        let higher = higher.constituent(&grid).unwrap();
+        for (usual, higher) in usual
+            .vertical_optical_depth()
+            .into_iter()
+            .zip(higher.vertical_optical_depth())
+        {
+            assert!((usual - higher).abs() < 1e-15);
+        }
+        let upside_down = OzoneLayer {
+            column_dobson: 300.0,
+            heights_m: [40e3, 25e3, 10e3],
+        };
+        assert!(upside_down.constituent(&grid).is_err());
     }
 }

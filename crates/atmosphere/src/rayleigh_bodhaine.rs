@@ -2,7 +2,7 @@
 //!
 //! sigma = 24 pi^3 (n^2 - 1)^2/(lambda^4 Ns^2 (n^2 + 2)^2) F               (B99, eq. 22)
 //! n  refractive index at 15 C and 1013.25 mb, 300 ppm CO2, scaled to 360 ppm   (B99, eqs. 4, 5)
-//! F  King factor of N2, O2, Ar and CO2 in their shares by volume         (B99, eqs. 5, 6 and 23)
+//! F  King factor                                                        (B99, eqs. 5, 6 and 23)
 //! Ns = 2.546899e25 /m^3;  column = 2.15204e29 /m^2 at 1013.25 mb, 45 N, sea level (B99, eq. 26),
 //! so that an exponential atmosphere of the density Ns has the scale height 8449.65 m.
 //! Holds from 0.25 to 1 um; optical depths agree with B99's closed fit (eq. 30) to 1e-4.
@@ -18,12 +18,15 @@ use niji_radiometry::WavelengthGrid;
 
 use crate::constituent::Constituent;
 use crate::density_profile::DensityProfile;
+use crate::error::Error;
+use crate::error::positive;
+use crate::king_factor::CO2;
+use crate::king_factor::KingFactor;
+use crate::king_factor::king_factor;
 use crate::phase_function::PhaseFunction;
 
 /// Molecules at 15 C and 1013.25 mb, 1/m^3 (B99, below eq. 22).
 const MOLECULES_M3: f64 = 2.546899e25;
-/// Share of CO2 by volume (B99).
-const CO2: f64 = 360e-6;
 /// Avogadro's constant as used by B99, 1/mol.
 const AVOGADRO: f64 = 6.0221367e23;
 /// Standard pressure at sea level, Pa.
@@ -39,24 +42,19 @@ fn refractivity(wavelength: Nanometers) -> f64 {
     at_300_ppm * (1.0 + 0.54 * (CO2 - 300e-6))
 }
 
-/// King factor of air (B99, eqs. 5, 6 and 23).
-pub fn king_factor(wavelength: Nanometers) -> f64 {
-    let inverse2 = Micrometers::from(wavelength).0.powi(-2);
-    let nitrogen = 1.034 + 3.17e-4 * inverse2;
-    let oxygen = 1.096 + 1.385e-3 * inverse2 + 1.448e-4 * inverse2 * inverse2;
-    let co2_percent = 100.0 * CO2;
-    let sum = 78.084 * nitrogen + 20.946 * oxygen + 0.934 * 1.00 + co2_percent * 1.15;
-    sum / (78.084 + 20.946 + 0.934 + co2_percent)
-}
-
 /// Scattering coefficient at 15 C and 1013.25 mb, 1/m (B99, eq. 22 times Ns).
 pub fn rayleigh_bodhaine_m1(wavelength: Nanometers) -> f64 {
+    king_factor(wavelength) * sphere_scattering_m1(wavelength)
+}
+
+/// The same for molecules without a King factor.
+fn sphere_scattering_m1(wavelength: Nanometers) -> f64 {
     let lambda_m = Meters::from(wavelength).0;
     let refractivity = refractivity(wavelength);
     // n^2 - 1 = (n - 1)(n + 1), without the cancellation.
     let n2_minus_1 = refractivity * (2.0 + refractivity);
     let ratio = n2_minus_1 / (n2_minus_1 + 3.0);
-    24.0 * PI.powi(3) * ratio.powi(2) * king_factor(wavelength) / (lambda_m.powi(4) * MOLECULES_M3)
+    24.0 * PI.powi(3) * ratio.powi(2) / (lambda_m.powi(4) * MOLECULES_M3)
 }
 
 /// Height of a column of air of sea level density above standard pressure, m.
@@ -66,21 +64,51 @@ pub(crate) fn equivalent_height_m() -> f64 {
     STANDARD_PRESSURE_PA * AVOGADRO / (molar_mass * GRAVITY) / MOLECULES_M3
 }
 
-/// Air molecules at a pressure at sea level, evaluated at the centers of the bins.
-pub fn rayleigh_bodhaine(wavelengths: &WavelengthGrid, pressure_pa: f64) -> Constituent {
-    let pressure_ratio = pressure_pa / STANDARD_PRESSURE_PA;
-    let scattering = |wavelength| pressure_ratio * rayleigh_bodhaine_m1(wavelength);
-    let scattering_m1: Vec<f64> = wavelengths.centers().map(scattering).collect();
-    Constituent {
-        name: "rayleigh".to_owned(),
-        profile: DensityProfile::Exponential {
+/// Air molecules as measured.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BodhaineAir {
+    /// Pressure at sea level, Pa.
+    pub pressure_pa: f64,
+    /// Height over which the density falls to 1/e, m.
+    pub scale_height_m: f64,
+    /// How far the molecules deviate from spheres.
+    pub king_factor: KingFactor,
+}
+
+impl BodhaineAir {
+    /// Air at a pressure at sea level that has the optical depth of the published column.
+    pub fn at_pressure(pressure_pa: f64) -> Self {
+        Self {
+            pressure_pa,
             scale_height_m: equivalent_height_m(),
-        },
-        extinction_m1: scattering_m1.clone(),
-        scattering_m1,
-        phase: PhaseFunction::Rayleigh {
-            king_factor: wavelengths.centers().map(king_factor).collect(),
-        },
+            king_factor: KingFactor::Air,
+        }
+    }
+
+    /// The molecules on a grid of wavelengths, evaluated at the centers of the bins.
+    ///
+    /// # Errors
+    /// If a number lies outside its range.
+    pub fn constituent(&self, wavelengths: &WavelengthGrid) -> Result<Constituent, Error> {
+        let pressure_ratio = positive("pressure", self.pressure_pa, "Pa")? / STANDARD_PRESSURE_PA;
+        let scale_height_m = positive("scale height of the air", self.scale_height_m, "m")?;
+        self.king_factor.check()?;
+        let scattering = |wavelength| {
+            pressure_ratio * self.king_factor.at(wavelength) * sphere_scattering_m1(wavelength)
+        };
+        let scattering_m1: Vec<f64> = wavelengths.centers().map(scattering).collect();
+        let factors = wavelengths
+            .centers()
+            .map(|center| self.king_factor.at(center));
+        Ok(Constituent {
+            name: "rayleigh".to_owned(),
+            profile: DensityProfile::Exponential { scale_height_m },
+            extinction_m1: scattering_m1.clone(),
+            scattering_m1,
+            phase: PhaseFunction::Rayleigh {
+                king_factor: factors.collect(),
+            },
+        })
     }
 }
 
@@ -129,21 +157,6 @@ mod tests {
     }
 
     #[test]
-    fn king_factors_agree_with_published_values() {
-        let published = [
-            (400.0, 1.0513),
-            (500.0, 1.0493),
-            (550.0, 1.0488),
-            (600.0, 1.0484),
-            (700.0, 1.0479),
-        ];
-        for (nm, factor) in published {
-            let found = king_factor(Nanometers(nm));
-            assert!((found - factor).abs() < 6e-5, "{nm} nm: {found}");
-        }
-    }
-
-    #[test]
     fn the_equivalent_height_is_that_of_the_published_column() {
         assert!(
             (equivalent_height_m() - 8449.65).abs() < 0.1,
@@ -155,10 +168,41 @@ mod tests {
     #[test]
     fn half_the_pressure_has_half_the_optical_depth() {
         let grid = WavelengthGrid::visible();
-        let full = rayleigh_bodhaine(&grid, STANDARD_PRESSURE_PA).vertical_optical_depth();
-        let half = rayleigh_bodhaine(&grid, 0.5 * STANDARD_PRESSURE_PA).vertical_optical_depth();
+        let depth = |pressure_pa: f64| {
+            let air = BodhaineAir::at_pressure(pressure_pa);
+            air.constituent(&grid).unwrap().vertical_optical_depth()
+        };
+        let (full, half) = (
+            depth(STANDARD_PRESSURE_PA),
+            depth(0.5 * STANDARD_PRESSURE_PA),
+        );
         for (full, half) in full.into_iter().zip(half) {
             assert!((0.5 * full - half).abs() < 1e-15);
         }
+    }
+
+    #[test]
+    fn spheres_scatter_less_by_the_king_factor() {
+        let grid = WavelengthGrid::new(550.0, 10.0, 1).unwrap();
+        let air = BodhaineAir::at_pressure(STANDARD_PRESSURE_PA);
+        let spheres = BodhaineAir {
+            king_factor: KingFactor::Constant(1.0),
+            ..air
+        };
+        let [air, spheres] = [air, spheres].map(|air| air.constituent(&grid).unwrap());
+        let ratio = air.scattering_m1[0] / spheres.scattering_m1[0];
+        assert!((ratio - 1.0488).abs() < 6e-5, "{ratio}");
+    }
+
+    #[test]
+    fn air_without_height_or_pressure_is_refused() {
+        let grid = WavelengthGrid::visible();
+        let air = BodhaineAir::at_pressure(STANDARD_PRESSURE_PA);
+        let flat = BodhaineAir {
+            scale_height_m: 0.0,
+            ..air
+        };
+        assert!(flat.constituent(&grid).is_err());
+        assert!(BodhaineAir::at_pressure(-1.0).constituent(&grid).is_err());
     }
 }

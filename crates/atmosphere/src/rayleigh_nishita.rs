@@ -14,36 +14,67 @@ use niji_radiometry::WavelengthGrid;
 
 use crate::constituent::Constituent;
 use crate::density_profile::DensityProfile;
+use crate::error::Error;
+use crate::error::positive;
+use crate::error::within;
+use crate::king_factor::KingFactor;
 use crate::phase_function::PhaseFunction;
 
-/// Refractive index of air at all wavelengths (N87).
-const REFRACTIVE_INDEX: f64 = 1.0003;
-/// Molecules at sea level, 1/m^3 (N87).
-const MOLECULES_M3: f64 = 2.545e25;
-/// Scale height of the density, m (N87).
-pub(crate) const SCALE_HEIGHT_M: f64 = 7994.0;
-
-/// Scattering coefficient at sea level, 1/m (N87, eqs. 3 and 4).
-pub fn rayleigh_nishita_m1(wavelength: Nanometers) -> f64 {
-    let lambda_m = Meters::from(wavelength).0;
-    let n = REFRACTIVE_INDEX;
-    let k = 2.0 * PI * PI * (n * n - 1.0).powi(2) / (3.0 * MOLECULES_M3);
-    4.0 * PI * k / lambda_m.powi(4)
+/// Air molecules by the formula of computer graphics.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NishitaAir {
+    /// Refractive index n of air at all wavelengths.
+    pub refractive_index: f64,
+    /// Molecules Ns at sea level, 1/m^3.
+    pub molecules_m3: f64,
+    /// Height H0 over which the density falls to 1/e, m.
+    pub scale_height_m: f64,
+    /// How far the molecules deviate from spheres: not at all in the publications.
+    pub king_factor: KingFactor,
 }
 
-/// Air molecules with these constants, evaluated at the centers of the bins.
-pub fn rayleigh_nishita(wavelengths: &WavelengthGrid) -> Constituent {
-    let scattering_m1: Vec<f64> = wavelengths.centers().map(rayleigh_nishita_m1).collect();
-    Constituent {
-        name: "rayleigh".to_owned(),
-        profile: DensityProfile::Exponential {
-            scale_height_m: SCALE_HEIGHT_M,
-        },
-        extinction_m1: scattering_m1.clone(),
-        phase: PhaseFunction::Rayleigh {
-            king_factor: vec![1.0; scattering_m1.len()],
-        },
-        scattering_m1,
+impl NishitaAir {
+    /// The constants in print (N87).
+    pub const PUBLISHED: Self = Self {
+        refractive_index: 1.0003,
+        molecules_m3: 2.545e25,
+        scale_height_m: 7994.0,
+        king_factor: KingFactor::Constant(1.0),
+    };
+
+    /// Scattering coefficient at sea level, 1/m (N87, eqs. 3 and 4).
+    pub fn scattering_m1(&self, wavelength: Nanometers) -> f64 {
+        let lambda_m = Meters::from(wavelength).0;
+        let n = self.refractive_index;
+        let k = 2.0 * PI * PI * (n * n - 1.0).powi(2) / (3.0 * self.molecules_m3);
+        self.king_factor.at(wavelength) * (4.0 * PI * k / lambda_m.powi(4))
+    }
+
+    /// The molecules on a grid of wavelengths, evaluated at the centers of the bins.
+    ///
+    /// # Errors
+    /// If a number lies outside its range.
+    pub fn constituent(&self, wavelengths: &WavelengthGrid) -> Result<Constituent, Error> {
+        within("refractive index of air", self.refractive_index, [1.0, 1.1])?;
+        positive("number of molecules", self.molecules_m3, "1/m^3")?;
+        let scale_height_m = positive("scale height of the air", self.scale_height_m, "m")?;
+        self.king_factor.check()?;
+        let scattering_m1: Vec<f64> = wavelengths
+            .centers()
+            .map(|center| self.scattering_m1(center))
+            .collect();
+        let factors = wavelengths
+            .centers()
+            .map(|center| self.king_factor.at(center));
+        Ok(Constituent {
+            name: "rayleigh".to_owned(),
+            profile: DensityProfile::Exponential { scale_height_m },
+            extinction_m1: scattering_m1.clone(),
+            scattering_m1,
+            phase: PhaseFunction::Rayleigh {
+                king_factor: factors.collect(),
+            },
+        })
     }
 }
 
@@ -59,7 +90,7 @@ mod tests {
             (550.0, 1.278535e-5),
             (650.0, 6.554053e-6),
         ] {
-            let found = rayleigh_nishita_m1(Nanometers(nm));
+            let found = NishitaAir::PUBLISHED.scattering_m1(Nanometers(nm));
             assert!((found / m1 - 1.0).abs() < 2e-7, "{nm} nm: {found}");
         }
     }
@@ -67,9 +98,30 @@ mod tests {
     #[test]
     fn vertical_optical_depths_are_the_published_ones() {
         let grid = WavelengthGrid::new(450.0, 100.0, 3).unwrap();
-        let found = rayleigh_nishita(&grid).vertical_optical_depth();
-        for (found, expected) in found.into_iter().zip([0.2281, 0.1022, 0.0524]) {
+        let air = NishitaAir::PUBLISHED.constituent(&grid).unwrap();
+        for (found, expected) in air
+            .vertical_optical_depth()
+            .into_iter()
+            .zip([0.2281, 0.1022, 0.0524])
+        {
             assert!((found - expected).abs() < 5.1e-5, "{found}");
         }
+    }
+
+    #[test]
+    fn twice_the_molecules_of_the_same_index_scatter_half_as_much() {
+        let published = NishitaAir::PUBLISHED;
+        let denser = NishitaAir {
+            molecules_m3: 2.0 * published.molecules_m3,
+            ..published
+        };
+        let wavelength = Nanometers(550.0);
+        let ratio = denser.scattering_m1(wavelength) / published.scattering_m1(wavelength);
+        assert!((ratio - 0.5).abs() < 1e-15);
+        let empty = NishitaAir {
+            molecules_m3: 0.0,
+            ..published
+        };
+        assert!(empty.constituent(&WavelengthGrid::visible()).is_err());
     }
 }

@@ -19,9 +19,9 @@ use crate::leg::RayPoint;
 use crate::optical_length::length_by_rule;
 
 /// Heights of the table.
-const N_HEIGHTS: usize = 72;
+const N_HEIGHTS: usize = 108;
 /// Cosines of the table.
-const N_MU: usize = 96;
+const N_MU: usize = 144;
 /// Nodes of the quadrature: twice what a single exponential needs for 1e-14.
 const N_NODES: usize = 48;
 

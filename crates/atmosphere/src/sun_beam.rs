@@ -33,11 +33,29 @@ pub fn sun_transmittance(
         } else {
             cos_sun_zenith
         };
-        for (index, transmittance) in transmittance.iter_mut().enumerate() {
-            *transmittance += share * (-air.optical_depth_at(index, height_m, mu)).exp();
+        for (transmittance, depth) in transmittance
+            .iter_mut()
+            .zip(optical_depths(air, height_m, mu))
+        {
+            *transmittance += share * (-depth).exp();
         }
     }
     transmittance
+}
+
+/// Optical depth to the top of the air by wavelength; one column for all of them.
+fn optical_depths(air: &AtmosphereTable, height_m: f64, mu: f64) -> Vec<f64> {
+    let mut depths = vec![0.0; air.wavelengths.len()];
+    for (index, constituent) in air.constituents.iter().enumerate() {
+        let length_m = air.column_at(index, height_m, mu);
+        for (depth, &extinction_m1) in depths.iter_mut().zip(&constituent.extinction_m1) {
+            // The column behind the ground is infinite: what does not extinguish adds 0 there, not NaN.
+            if extinction_m1 > 0.0 {
+                *depth += extinction_m1 * length_m;
+            }
+        }
+    }
+    depths
 }
 
 /// Irradiance by the sun at a point on a surface that faces it, W m^-2 nm^-1.

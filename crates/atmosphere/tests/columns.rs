@@ -9,24 +9,33 @@ use common::nishita;
 use common::unit_sun_air;
 use niji_atmosphere::AerosolKind;
 use niji_atmosphere::AirComponent;
+use niji_atmosphere::AirModel;
+use niji_atmosphere::Constituent;
+use niji_atmosphere::DensityProfile;
 use niji_atmosphere::OpticalLength;
+use niji_atmosphere::PhaseFunction;
 use niji_atmosphere::chapman_erfcx;
 use niji_atmosphere::optical_length_m;
 use niji_exchange::AtmosphereTable;
 use niji_exchange::AttributeValue;
 use niji_exchange::Provenance;
 use niji_exchange::TableFile;
+use niji_geometry::EARTH;
+use niji_radiometry::WavelengthGrid;
 
-/// Table against quadrature up to nine tenths of a constituent's height; worst 3.0e-6.
-const TABLE_TOLERANCE: f64 = 5e-6;
-/// The same in the last tenth, which holds 1e-5 of all air; worst 8.7e-5.
-const TOP_TOLERANCE: f64 = 1.5e-4;
+/// Table against quadrature up to nine tenths of a constituent's height; worst 6.5e-7.
+const TABLE_TOLERANCE: f64 = 1e-6;
+/// The same in the last tenth, which holds 1e-5 of all air; worst 3.1e-5.
+const TOP_TOLERANCE: f64 = 5e-5;
 /// Sixteen Gauss-Legendre nodes a leg; worst 2.4e-7.
 const SIXTEEN_NODES_TOLERANCE: f64 = 1e-6;
 /// Segments of 20 m to 500 km; worst 3.3e-6.
 const SEGMENT_TOLERANCE: f64 = 1e-5;
 /// Segments from a table that went through f32.
 const F32_SEGMENT_TOLERANCE: f64 = 1e-5;
+
+/// Level columns at sea level against the Bessel function; worst 1e-8.
+const BESSEL_TOLERANCE: f64 = 1e-7;
 
 const HEIGHTS_M: [f64; 16] = [
     -100.0, 0.0, 2.0, 137.0, 1500.0, 4321.0, 9e3, 13e3, 22e3, 26e3, 31e3, 39e3, 47e3, 73e3, 90e3,
@@ -235,6 +244,45 @@ fn the_level_column_is_the_bessel_function() {
     // X e^X K1(X) at X = 6371/7.994 by mpmath, less what lies above the top, 3.0 m of 283 km.
     let found = nishita().column_at(0, 0.0, 0.0) / 7994.0;
     assert!((found / 35.398_583_995_490_1 - 1.0).abs() < 2e-5, "{found}");
+}
+
+#[test]
+fn level_columns_of_any_scale_height_are_the_bessel_function() {
+    // X e^X K1(X) for X = 6371 km/H by mpmath: thin haze, air, and a thermosphere.
+    for (scale_height_m, bessel) in [
+        (1200.0, 91.327_967_062_976_886),
+        (7994.0, 35.398_583_995_490_133),
+        (60e3, 12.960_289_981_977_592),
+    ] {
+        let mut model = AirModel {
+            planet: EARTH,
+            // Above it lies e^-22 of the air.
+            top_height_m: 22.0 * scale_height_m,
+            wavelengths: WavelengthGrid::new(450.0, 100.0, 1).unwrap(),
+            sun_scale: 1.0,
+            ground_albedo: 0.0,
+            components: Vec::new(),
+        };
+        model.components.push(AirComponent::Custom(Constituent {
+            name: "layer".to_owned(),
+            profile: DensityProfile::Exponential { scale_height_m },
+            extinction_m1: vec![1e-5],
+            scattering_m1: vec![0.0],
+            phase: PhaseFunction::Isotropic,
+        }));
+        let air = model.tabulate().unwrap();
+        for method in [
+            OpticalLength::GaussLegendre { n_nodes: 24 },
+            OpticalLength::Table,
+        ] {
+            let found = optical_length_m(&air, 0, method, [0.0, 0.0]) / scale_height_m;
+            let error = found / bessel - 1.0;
+            assert!(
+                error.abs() < BESSEL_TOLERANCE,
+                "{scale_height_m} {method:?}: {error:e}"
+            );
+        }
+    }
 }
 
 #[test]

@@ -24,6 +24,7 @@ use niji_radiometry::Radians;
 
 const TWELVE: InScattering = InScattering::Quadrature { n_nodes: 12 };
 const SIXTEEN: InScattering = InScattering::Quadrature { n_nodes: 16 };
+const LEVELS: [InScattering; 2] = [SIXTEEN, InScattering::STANDARD];
 
 /// Whole-sky rays with 12 nodes over sun, view and wavelength; worst 3.5e-5.
 const TWELVE_NODES_TOLERANCE: f64 = 1e-4;
@@ -197,27 +198,31 @@ fn thin_air_scatters_in_proportion_and_thick_air_like_a_wall() {
     };
     let thin = scaled(1e-12 / (1.278535e-5 * 1000.0));
     let ray = ViewRay::from_angles(0.0, angles(0.0, 30.0, 90.0), 1000.0);
-    let light = SingleScattering::new(&thin, SIXTEEN).solve(&ray);
     let expected = 1e-12 * 3.0 / (16.0 * PI) * (1.0 + ray.cos_scattering.powi(2));
-    // Over 1 km the density along a level ray varies by 5e-6.
-    assert!(
-        (light.radiance[1] / expected - 1.0).abs() < 1e-5,
-        "{light:?}"
-    );
-    assert!((1.0 - light.transmittance[1]).abs() < 2e-12);
+    for level in LEVELS {
+        let light = SingleScattering::new(&thin, level).solve(&ray);
+        // Over 1 km the density along a level ray varies by 5e-6.
+        assert!(
+            (light.radiance[1] / expected - 1.0).abs() < 1e-5,
+            "{light:?}"
+        );
+        assert!((1.0 - light.transmittance[1]).abs() < 2e-12);
+    }
 
     // A level ray through 1e3 optical depths, sun at the zenith and no light from above lost:
     // integral beta P exp(-beta s) ds = P, dimmed by the air above.
     let thick = scaled(1e3 / (1.278535e-5 * 100e3));
     let ray = ViewRay::from_angles(0.0, angles(0.0, 90.0, 0.0), 100e3);
-    let light = SingleScattering::new(&thick, SIXTEEN).solve(&ray);
     let dimming = (-thick.optical_depth_at(1, 0.0, 1.0)).exp();
     let expected = 3.0 / (16.0 * PI) * dimming;
-    assert!(
-        (light.radiance[1] / expected - 1.0).abs() < 1e-2,
-        "{light:?} {expected:e}"
-    );
-    assert!(light.transmittance[1] < 1e-26);
+    for level in LEVELS {
+        let light = SingleScattering::new(&thick, level).solve(&ray);
+        assert!(
+            (light.radiance[1] / expected - 1.0).abs() < 1e-2,
+            "{light:?} {expected:e}"
+        );
+        assert!(light.transmittance[1] < 1e-26);
+    }
 }
 
 #[test]
@@ -269,7 +274,11 @@ fn the_sun_below_the_horizon_gives_zero_and_no_nan() {
     assert!(dark(2000.0, -1.0).iter().all(|&share| share > 0.0));
     for sun_deg in [-1.0, -6.0, -18.0, -90.0] {
         for view_deg in [-90.0, -1.0, 0.0, 0.1, 10.0, 90.0] {
-            for method in [SIXTEEN, InScattering::Midpoint { n_steps: 20 }] {
+            for method in [
+                SIXTEEN,
+                InScattering::STANDARD,
+                InScattering::Midpoint { n_steps: 20 },
+            ] {
                 let ray = ViewRay::from_angles(0.0, angles(view_deg, sun_deg, 20.0), f64::INFINITY);
                 let light = SingleScattering::new(&air, method).solve(&ray);
                 for radiance in light.radiance {

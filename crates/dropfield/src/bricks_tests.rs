@@ -49,6 +49,53 @@ fn samples_equal_the_trilinear_moments_of_the_nodes() {
 }
 
 #[test]
+fn m2_alone_is_bit_for_bit_that_of_the_sample() {
+    let mut seed = 4;
+    for mode in [DropMode::from_fn("", &grid(), varied).unwrap(), sparse()] {
+        for interpolation in [Interpolation::Moments, Interpolation::RadiusDensity] {
+            let bricks = Bricks::build(&mode, interpolation).unwrap();
+            let (min, max) = bricks.world_bounds().unwrap();
+            for _ in 0..20_000 {
+                let world = 0.5 * (min + max) + 0.6 * (max - min) * random_point(&mut seed);
+                let (alone, sample) = (bricks.m2(world), bricks.sample(world));
+                assert_eq!(alone.to_bits(), sample.m2.to_bits(), "{world}");
+            }
+            assert_eq!(bricks.m2(DVec3::NAN).to_bits(), 0);
+        }
+    }
+}
+
+#[test]
+fn half_way_between_two_sizes_lies_their_mixture() {
+    // As many drops of 1.0 mm as of 0.1 mm, one voxel apart.
+    let grid = GridBox {
+        min: DVec3::ZERO,
+        max: DVec3::new(2.0, 1.0, 1.0),
+        voxel_m: 1.0,
+    };
+    let mode = DropMode::from_fn("", &grid, |position| Drops {
+        number_density_m3: 1000.0,
+        effective_radius_m: if position.x < 1.0 { 1e-3 } else { 1e-4 },
+        effective_variance: 0.0,
+    })
+    .unwrap();
+    let bricks = Bricks::build(&mode, Interpolation::Moments).unwrap();
+    let found = bricks.sample(DVec3::new(1.0, 0.5, 0.5)).moments();
+    // 500 drops of either size: pi r² is 3.1416e-6 and 3.1416e-8 m², 4/3 pi r³ is 4.18879e-3 and
+    // 4.18879e-6 g. r_e = (1 + 1e-3)/(1 + 1e-2) mm, v_e = (1 + 1e-4)(1 + 1e-2)/(1 + 1e-3)² - 1.
+    let extinction_m1_q1 = 500.0 * (3.141_592_65e-6 + 3.141_592_65e-8);
+    let water_g_m3 = 500.0 * (4.188_790_20e-3 + 4.188_790_20e-6);
+    assert!((found.extinction_m1_q1() / extinction_m1_q1 - 1.0).abs() < 1e-6);
+    assert!((found.liquid_water_g_m3() / water_g_m3 - 1.0).abs() < 1e-6);
+    assert!((found.effective_radius_um() / 991.089_1 - 1.0).abs() < 1e-6);
+    assert!((found.effective_variance() - 0.008_083_82).abs() < 3e-7);
+    // One drop of the mean radius 0.55 mm instead would have 0.6 of the extinction.
+    let bricks = Bricks::build(&mode, Interpolation::RadiusDensity).unwrap();
+    let literal = bricks.sample(DVec3::new(1.0, 0.5, 0.5)).moments();
+    assert!((literal.extinction_m1_q1() / extinction_m1_q1 - 0.3025 / 0.505).abs() < 1e-5);
+}
+
+#[test]
 fn nodes_come_back_from_samples() {
     let mode = DropMode::from_fn("", &grid(), varied).unwrap();
     for interpolation in [Interpolation::Moments, Interpolation::RadiusDensity] {

@@ -73,7 +73,11 @@ pub enum Error {
         reference: String,
     },
     /// A lattice that is not made of axis-parallel cubes.
-    #[error("grid `{grid}`: the transform is not a uniform scale and a translation")]
+    #[error(
+        "grid `{grid}`: the transform is not a uniform scale and a translation, so that its voxels \
+         are no axis-parallel cubes; resample it to such a lattice first (`resampleToMatch` in \
+         OpenVDB, the node VDB Resample in Houdini)"
+    )]
     NotCubic {
         /// Name of the grid.
         grid: String,
@@ -114,6 +118,31 @@ pub enum Error {
         /// The unit in the file.
         found: String,
         /// The unit that is read.
+        expected: &'static str,
+    },
+    /// A grid of signed distances where a density is asked for.
+    #[error(
+        "grid `{grid}` is a level set, whose values are distances to a surface; convert it to a fog \
+         volume first (`sdfToFogVolume` in OpenVDB, the node Convert VDB in Houdini)"
+    )]
+    LevelSet {
+        /// Name of the grid.
+        grid: String,
+    },
+    /// Values that are no densities: vectors.
+    #[error("grid `{grid}` holds vectors, expected one number a voxel")]
+    NotScalar {
+        /// Name of the grid.
+        grid: String,
+    },
+    /// A setting of an import outside its range.
+    #[error("{parameter} = {found}, expected {expected}")]
+    BadSetting {
+        /// Name of the setting, with its unit.
+        parameter: &'static str,
+        /// What was found.
+        found: f64,
+        /// What would have been right.
         expected: &'static str,
     },
     /// Written by a later version of this program.

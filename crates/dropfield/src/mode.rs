@@ -110,6 +110,35 @@ impl DropMode {
         })
     }
 
+    /// The same drops in other numbers: every number density multiplied by a factor of its position
+    /// (in parallel by leaf, the same result for any number of threads).
+    ///
+    /// # Errors
+    /// [`Error::BadDrops`] if a number density becomes negative, not finite or too large.
+    pub fn with_numbers_scaled(
+        mut self,
+        factor: impl Fn(DVec3) -> f64 + Sync,
+    ) -> Result<Self, Error> {
+        let (origin_m, voxel_m) = (self.origin_m, self.voxel_m);
+        let scale_leaf = |leaf: &mut DropLeaf| -> Result<(), Error> {
+            for place in 0..LEAF_NODES {
+                let node = leaf.node(place);
+                let drops = &mut leaf.drops[place];
+                if drops.exist() {
+                    let position = origin_m + DVec3::from(node.map(f64::from)) * voxel_m;
+                    let number = f64::from(drops.number_density_m3) * factor(position);
+                    drops.number_density_m3 = number as f32;
+                    check_drops(drops, node)?;
+                }
+            }
+            Ok(())
+        };
+        self.leaves.par_iter_mut().try_for_each(scale_leaf)?;
+        self.leaves
+            .retain(|leaf| leaf.drops.iter().any(Drops::exist));
+        Ok(self)
+    }
+
     /// A mode of leaves in ascending order of their origins, checked by the caller.
     pub(crate) fn from_parts(
         name: String,
@@ -227,7 +256,7 @@ pub(crate) const EXPECT_RADIUS: &str = "a radius in 0..0.1 m";
 pub(crate) const EXPECT_VARIANCE: &str = "an effective variance in 0..0.5";
 
 /// The bound on radii (m) keeps every f32 moment of up to 1e15 drops finite.
-const LARGEST_RADIUS_M: f32 = 0.1;
+pub(crate) const LARGEST_RADIUS_M: f32 = 0.1;
 const LARGEST_NUMBER_M3: f32 = 1e15;
 
 /// Whether a number density can be used.
@@ -337,6 +366,22 @@ mod tests {
                 .all(|leaf| leaf.drops.iter().any(Drops::exist))
         );
         assert!(mode.leaves().len() < 60, "{} of 512", mode.leaves().len());
+    }
+
+    #[test]
+    fn scaled_numbers_keep_sizes_and_drop_empty_leaves() {
+        let mode = DropMode::from_fn("", &grid(), varied).unwrap();
+        // Leaves are 16 m wide: from x = 9 on the second and third are emptied.
+        let factor = |position: DVec3| if position.x < 9.0 { 0.5 } else { 0.0 };
+        let scaled = mode.clone().with_numbers_scaled(factor).unwrap();
+        assert_eq!(scaled.nodes().count(), 8 * 10 * 8);
+        assert!(scaled.leaves().iter().all(|leaf| leaf.origin[0] == 0));
+        for (node, drops) in scaled.nodes() {
+            let before = mode.drops(node);
+            assert_eq!(drops.number_density_m3, 0.5 * before.number_density_m3);
+            assert_eq!(drops.effective_radius_m, before.effective_radius_m);
+        }
+        assert!(mode.with_numbers_scaled(|_| -1.0).is_err());
     }
 
     #[test]

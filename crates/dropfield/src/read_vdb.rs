@@ -41,9 +41,9 @@ const LATTICE_TOLERANCE: f64 = 1e-6;
 
 /// What a number of the layout must be.
 #[derive(Clone, Copy)]
-struct Rule {
-    is_sound: fn(f32) -> bool,
-    expected: &'static str,
+pub(crate) struct Rule {
+    pub(crate) is_sound: fn(f32) -> bool,
+    pub(crate) expected: &'static str,
 }
 
 const NUMBER_RULE: Rule = Rule {
@@ -89,7 +89,7 @@ fn mode_name(grid: &str) -> Option<&str> {
     }
 }
 
-fn missing(file: &VdbFile, expected: String) -> Error {
+pub(crate) fn missing(file: &VdbFile, expected: String) -> Error {
     let found = file.grids.iter().map(|grid| grid.name.clone()).collect();
     Error::MissingGrid { expected, found }
 }
@@ -136,9 +136,9 @@ fn mode(file: &VdbFile, name: &str) -> Result<DropMode, Error> {
 
 /// A grid and its tree.
 #[derive(Clone, Copy)]
-struct FloatGrid<'a> {
-    grid: &'a Grid,
-    tree: &'a FloatTree,
+pub(crate) struct FloatGrid<'a> {
+    pub(crate) grid: &'a Grid,
+    pub(crate) tree: &'a FloatTree,
 }
 
 fn find<'a>(
@@ -166,7 +166,7 @@ fn find<'a>(
 }
 
 /// Voxel size and position of node (0, 0, 0).
-fn lattice(grid: &Grid) -> Result<(f64, DVec3), Error> {
+pub(crate) fn lattice(grid: &Grid) -> Result<(f64, DVec3), Error> {
     let not_cubic = || Error::NotCubic {
         grid: grid.name.clone(),
     };
@@ -205,7 +205,7 @@ fn farthest_index(tree: &FloatTree) -> f64 {
 }
 
 /// Make leaves from a grid: one for each of its leaves, and as many as its tiles cover.
-fn spread(
+pub(crate) fn spread(
     grid: FloatGrid,
     rule: Rule,
     leaves: &mut BTreeMap<[i32; 3], DropLeaf>,

@@ -35,6 +35,7 @@ pub struct Segment<'a> {
 
 impl Segment<'_> {
     /// The field at a fraction (0..=1) of the run.
+    #[inline]
     pub fn sample(&self, fraction: f32) -> Sample {
         let local = self.local_enter * (1.0 - fraction) + self.local_exit * fraction;
         self.bricks.sample_cell(self.base, local)

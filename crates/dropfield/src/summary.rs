@@ -7,6 +7,7 @@ use glam::DVec3;
 use crate::AreaMoments;
 use crate::DropMode;
 use crate::DropVolume;
+use crate::Drops;
 use crate::LEAF_NODES;
 use crate::Warning;
 
@@ -142,6 +143,16 @@ fn summarize_mode(mode: &DropMode) -> Option<VolumeSummary> {
 /// Largest optical depth over the lines of nodes along an axis. The trilinear field is largest on
 /// such a line, and its integral there is the sum over the nodes times the voxel.
 fn max_optical_depth_q1(mode: &DropMode, axis: usize) -> f64 {
+    let extinction = |drops: &Drops| AreaMoments::from_drops(drops).extinction_m1_q1();
+    largest_line_sum(mode, axis, extinction) * mode.voxel_m()
+}
+
+/// Largest sum of a quantity over the nodes of a line along an axis.
+pub(crate) fn largest_line_sum(
+    mode: &DropMode,
+    axis: usize,
+    quantity: impl Fn(&Drops) -> f64,
+) -> f64 {
     let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
     let mut columns: BTreeMap<[i32; 2], [f64; 64]> = BTreeMap::new();
     for leaf in mode.leaves() {
@@ -150,21 +161,18 @@ fn max_optical_depth_q1(mode: &DropMode, axis: usize) -> f64 {
             .or_insert([0.0; 64]);
         for place in 0..LEAF_NODES {
             let inside = [place >> 6, place >> 3 & 7, place & 7];
-            let moments = AreaMoments::from_drops(&leaf.drops[place]);
-            column[inside[u] << 3 | inside[v]] += moments.extinction_m1_q1();
+            column[inside[u] << 3 | inside[v]] += quantity(&leaf.drops[place]);
         }
     }
-    let largest = columns
+    columns
         .values()
         .flatten()
-        .fold(0.0, |max: f64, sum| max.max(*sum));
-    largest * mode.voxel_m()
+        .fold(0.0, |max: f64, sum| max.max(*sum))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Drops;
     use crate::GridBox;
 
     fn slab(name: &str, number_density_m3: f32, radius_um: f32) -> DropMode {
@@ -244,24 +252,31 @@ mod tests {
         assert!((both.effective_radius_um.1 - 500.0).abs() < 1e-3);
     }
 
+    /// Warnings about a mode, as a person reads them.
+    fn said(mode: DropMode) -> Vec<String> {
+        let warnings = summary(vec![mode]).warnings;
+        warnings.iter().map(ToString::to_string).collect()
+    }
+
     #[test]
-    fn what_nature_does_not_make_is_said() {
-        let said = |mode: DropMode| -> Vec<String> {
-            summary(vec![mode])
-                .warnings
-                .iter()
-                .map(ToString::to_string)
-                .collect()
-        };
-        // 1000 drops per cubic metre: of 10 um they are invisible, of 1.5 mm a flood.
+    fn fourteen_grams_of_water_are_more_than_the_air_holds() {
+        // 1000 drops of 1.5 mm a cubic metre.
+        let flood = said(slab("big", 1000.0, 1500.0));
+        assert!(flood[0].starts_with("big: 14.14 g/m³"), "{flood:?}");
+        assert!(flood[1].contains("flattened"), "{flood:?}");
+    }
+
+    #[test]
+    fn fog_of_a_thousand_drops_a_cubic_metre_is_too_thin_to_see() {
         let fog = said(slab("", 1000.0, 10.0));
         assert!(
             fog.len() == 2 && fog[0].contains("fog") && fog[1].contains("hardly"),
             "{fog:?}"
         );
-        let flood = said(slab("big", 1000.0, 1500.0));
-        assert!(flood[0].starts_with("big: 14.14 g/m³"), "{flood:?}");
-        assert!(flood[1].contains("flattened"), "{flood:?}");
+    }
+
+    #[test]
+    fn what_nature_does_not_make_is_said() {
         let giants = said(slab("", 0.1, 4000.0));
         assert!(
             giants[0].contains("rain does not exceed 2 mm"),

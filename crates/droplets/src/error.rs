@@ -1,5 +1,7 @@
 //! What can be wrong with a shape.
 
+use std::ops::RangeInclusive;
+
 /// Every failure of this crate.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -25,6 +27,16 @@ pub enum Error {
     NumberDensityFixed {
         /// Name of the law.
         law: &'static str,
+    },
+    /// Neither, both or only a part of two ways to say the same thing.
+    #[error("found {found}, expected either {first} or {second}")]
+    EitherOr {
+        /// What was found.
+        found: &'static str,
+        /// The one way, a parameter.
+        first: &'static str,
+        /// The other way, a parameter or several.
+        second: &'static str,
     },
     /// A size law with a wrong parameter.
     #[error("size law")]
@@ -57,6 +69,16 @@ pub(crate) fn require_not_negative(parameter: &'static str, found: f64) -> Resul
         found,
         "a finite number not below 0",
     )
+}
+
+/// Accept a number within a range.
+pub(crate) fn require_in(
+    range: RangeInclusive<f64>,
+    parameter: &'static str,
+    found: f64,
+    expected: &'static str,
+) -> Result<(), Error> {
+    require(range.contains(&found), parameter, found, expected)
 }
 
 fn require(

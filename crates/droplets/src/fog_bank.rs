@@ -7,13 +7,14 @@
 //! even:           LWC = L,           r_e = a
 //! `L` largest liquid water content [g/m³], `a` largest effective radius [um], `H` height [m].
 //!
+//! L, a and the effective variance are given as numbers or taken from a published cloud; the drops
+//! follow the gamma law of that effective radius and variance.
+//!
 //! total water = L V/2 (even: L V); with N1 the number density where LWC = L and r_e = a,
 //! total drops = N1 V in all three cases; for the ground-based one because
 //! integral (1 - t)/(1 - t/2)³ dt = 1.
 //! [PK97] Pruppacher and Klett, Microphysics of Clouds and Precipitation, 2nd ed., Kluwer (1997),
 //! chapters 2 and 13.
-
-use std::f64::consts::PI;
 
 use glam::DVec3;
 use niji_dropfield::DropMode;
@@ -21,16 +22,23 @@ use niji_dropfield::DropVolume;
 use niji_dropfield::Drops;
 use niji_dropfield::GridBox;
 use niji_radiometry::Micrometers;
+use niji_sizes::Amount;
+use niji_sizes::BulkProperties;
+use niji_sizes::CloudPreset;
 use niji_sizes::GammaSizes;
+use niji_sizes::HansenTravis;
 use niji_sizes::SizeMoments;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
 
 use crate::Error;
+use crate::Turbulence;
 use crate::error::require_not_negative;
+use crate::gusts;
 
 /// How the water of a fog bank changes with height.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum FogProfile {
     /// Lifted air: water rises linearly, the radius with its cube root.
@@ -42,7 +50,7 @@ pub enum FogProfile {
 }
 
 /// A bank of fog.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FogBank {
     /// Lowest corner (m).
@@ -53,12 +61,21 @@ pub struct FogBank {
     pub voxel_m: f64,
     /// How water and radius change with height.
     pub profile: FogProfile,
+    /// A published cloud that gives L, a and the effective variance, in place of the three numbers.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub preset: Option<CloudPreset>,
     /// Largest liquid water content L (g/m³).
-    pub max_lwc_g_m3: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_lwc_g_m3: Option<f64>,
     /// Largest effective radius a (um).
-    pub max_effective_radius_um: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_effective_radius_um: Option<f64>,
     /// Effective variance everywhere.
-    pub effective_variance: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub effective_variance: Option<f64>,
+    /// Gusts.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub turbulence: Option<Turbulence>,
 }
 
 impl FogBank {
@@ -67,13 +84,55 @@ impl FogBank {
     /// # Errors
     /// The parameter that is wrong, what was found and what was expected.
     pub fn validate(&self) -> Result<(), Error> {
-        GammaSizes::new(
-            Micrometers(self.max_effective_radius_um),
-            self.effective_variance,
-        )?;
-        require_not_negative("max_lwc_g_m3", self.max_lwc_g_m3)?;
+        self.check_amount()?;
+        let full = self.fullest();
+        GammaSizes::new(Micrometers(full.radius_um), full.effective_variance)?;
+        require_not_negative("max_lwc_g_m3", full.lwc_g_m3)?;
+        gusts::check(self.turbulence)?;
         self.grid().n_nodes()?;
         Ok(())
+    }
+
+    /// Water and sizes are given in one of two ways.
+    fn check_amount(&self) -> Result<(), Error> {
+        let numbers = [
+            self.max_lwc_g_m3,
+            self.max_effective_radius_um,
+            self.effective_variance,
+        ];
+        let n_given = numbers.iter().flatten().count();
+        let found = match (self.preset, n_given) {
+            (Some(_), 0) | (None, 3) => return Ok(()),
+            (Some(_), _) => "both",
+            (None, 0) => "neither",
+            (None, _) => "only some of the numbers",
+        };
+        Err(Error::EitherOr {
+            found,
+            first: "preset",
+            second: "max_lwc_g_m3 with max_effective_radius_um and effective_variance",
+        })
+    }
+
+    /// Water and sizes where the water is largest.
+    fn fullest(&self) -> Fullest {
+        if let Some(cloud) = self.preset {
+            let bulk = cloud
+                .law()
+                .moments()
+                .bulk_properties(cloud.number_density_m3());
+            return Fullest {
+                lwc_g_m3: bulk.lwc_g_m3,
+                radius_um: 1e6 * bulk.effective_radius_m,
+                effective_variance: bulk.effective_variance,
+            };
+        }
+        // A number that is missing has no value, and `validate` says so.
+        Fullest {
+            lwc_g_m3: self.max_lwc_g_m3.unwrap_or(f64::NAN),
+            radius_um: self.max_effective_radius_um.unwrap_or(f64::NAN),
+            effective_variance: self.effective_variance.unwrap_or(f64::NAN),
+        }
     }
 
     /// The box and its voxels.
@@ -88,13 +147,9 @@ impl FogBank {
 
     /// Liquid water (g/m³) and effective radius (um) at a share 0..1 of the height.
     pub fn at(&self, height_share: f64) -> (f64, f64) {
-        let (lwc, radius) = (self.max_lwc_g_m3, self.max_effective_radius_um);
-        let t = height_share.clamp(0.0, 1.0);
-        match self.profile {
-            FogProfile::Adiabatic => (lwc * t, radius * t.cbrt()),
-            FogProfile::GroundBased => (lwc * (1.0 - t), radius * (1.0 - 0.5 * t)),
-            FogProfile::Even => (lwc, radius),
-        }
+        let full = self.fullest();
+        let (water_share, radius_share) = self.profile.shares(height_share);
+        (full.lwc_g_m3 * water_share, full.radius_um * radius_share)
     }
 
     /// Lay the shape out as a volume.
@@ -103,34 +158,14 @@ impl FogBank {
     /// As [`FogBank::validate`].
     pub fn volume(&self) -> Result<DropVolume, Error> {
         self.validate()?;
+        let full = self.fullest();
         let (low, high) = (self.box_min_m[1], self.box_max_m[1]);
         let mode = DropMode::from_fn("", &self.grid(), |position| {
-            let (lwc_g_m3, radius_um) = self.at((position.y - low) / (high - low));
-            if lwc_g_m3 > 0.0 && radius_um > 0.0 {
-                self.drops(lwc_g_m3, radius_um)
-            } else {
-                Drops::NONE
-            }
+            let height_share = (position.y - low) / (high - low);
+            full.drops(self.profile.shares(height_share))
         })?;
+        let mode = gusts::stir(self.turbulence, mode)?;
         Ok(DropVolume { modes: vec![mode] })
-    }
-
-    fn drops(&self, lwc_g_m3: f64, radius_um: f64) -> Drops {
-        let moments = self.moments(radius_um);
-        let per_drop_g = moments.bulk_properties(1.0).lwc_g_m3;
-        Drops::of_law(&moments, lwc_g_m3 / per_drop_g)
-    }
-
-    /// Moments per drop of the gamma law of that effective radius.
-    fn moments(&self, radius_um: f64) -> SizeMoments {
-        let b = self.effective_variance;
-        let mean_r2_um2 = radius_um * radius_um * (1.0 - b) * (1.0 - 2.0 * b);
-        SizeMoments {
-            mean_r_um: radius_um * (1.0 - 2.0 * b),
-            mean_r2_um2,
-            mean_r3_um3: radius_um * mean_r2_um2,
-            effective_variance: b,
-        }
     }
 
     /// Smallest and largest effective radius (um); an adiabatic bank begins with none.
@@ -141,25 +176,20 @@ impl FogBank {
 
     /// Smallest and largest effective variance at the nodes.
     pub fn effective_variance_range(&self) -> (f64, f64) {
-        (self.effective_variance, self.effective_variance)
+        let variance = self.fullest().effective_variance;
+        (variance, variance)
     }
 
     /// Largest extinction without diffraction (1/m): where the water is largest, since
     /// LWC/r_e rises with t^(2/3), falls with (1 - t)/(1 - t/2), or is constant.
     pub fn max_extinction_m1_q1(&self) -> f64 {
-        let moments = self.moments(self.max_effective_radius_um);
-        1e-12 * PI * self.densest_m3() * moments.mean_r2_um2
+        let extinction_m1 = self.fullest().bulk_properties().extinction_m1;
+        0.5 * extinction_m1 * gusts::max_factor(self.turbulence)
     }
 
-    /// Number density where water and radius are largest (1/m³).
-    fn densest_m3(&self) -> f64 {
-        let moments = self.moments(self.max_effective_radius_um);
-        self.max_lwc_g_m3 / moments.bulk_properties(1.0).lwc_g_m3
-    }
-
-    /// Drops in the whole bank.
+    /// Drops in the whole bank; gusts that keep the water of an uneven bank change them a little.
     pub fn total_drops(&self) -> f64 {
-        self.densest_m3() * self.grid().volume_m3()
+        self.fullest().bulk_properties().number_density_m3 * self.grid().volume_m3()
     }
 
     /// Water in the whole bank (g).
@@ -168,7 +198,49 @@ impl FogBank {
             FogProfile::Adiabatic | FogProfile::GroundBased => 0.5,
             FogProfile::Even => 1.0,
         };
-        mean_share * self.max_lwc_g_m3 * self.grid().volume_m3()
+        mean_share * self.fullest().lwc_g_m3 * self.grid().volume_m3()
+    }
+}
+
+impl FogProfile {
+    /// Shares of the largest water and of the largest radius at a share of the height.
+    fn shares(self, height_share: f64) -> (f64, f64) {
+        let t = height_share.clamp(0.0, 1.0);
+        match self {
+            Self::Adiabatic => (t, t.cbrt()),
+            Self::GroundBased => (1.0 - t, 1.0 - 0.5 * t),
+            Self::Even => (1.0, 1.0),
+        }
+    }
+}
+
+/// The fog where its water is largest.
+struct Fullest {
+    lwc_g_m3: f64,
+    radius_um: f64,
+    effective_variance: f64,
+}
+
+impl Fullest {
+    fn bulk_properties(&self) -> BulkProperties {
+        let moments = self.moments(1.0);
+        let water = Amount::LiquidWater(self.lwc_g_m3);
+        moments.bulk_properties(water.number_density_m3(&moments))
+    }
+
+    fn drops(&self, (water_share, radius_share): (f64, f64)) -> Drops {
+        if self.lwc_g_m3 * water_share * radius_share <= 0.0 {
+            return Drops::NONE;
+        }
+        let moments = self.moments(radius_share);
+        let water = Amount::LiquidWater(self.lwc_g_m3 * water_share);
+        Drops::of_law(&moments, water.number_density_m3(&moments))
+    }
+
+    /// Moments per drop of the gamma law of a share of the largest radius.
+    fn moments(&self, radius_share: f64) -> SizeMoments {
+        let radius = Micrometers(self.radius_um * radius_share);
+        HansenTravis::untruncated(radius, self.effective_variance).moments()
     }
 }
 
@@ -182,9 +254,11 @@ mod tests {
             box_max_m: [8.0, 64.0, 8.0],
             voxel_m: 1.0,
             profile,
-            max_lwc_g_m3: 0.3,
-            max_effective_radius_um: 10.0,
-            effective_variance: 0.08,
+            preset: None,
+            max_lwc_g_m3: Some(0.3),
+            max_effective_radius_um: Some(10.0),
+            effective_variance: Some(0.08),
+            turbulence: None,
         }
     }
 
@@ -223,15 +297,80 @@ mod tests {
         assert!((growth / 127.0_f32.cbrt() - 1.0).abs() < 1e-5);
     }
 
+    fn published(preset: CloudPreset) -> FogBank {
+        FogBank {
+            preset: Some(preset),
+            max_lwc_g_m3: None,
+            max_effective_radius_um: None,
+            effective_variance: None,
+            ..bank(FogProfile::Even)
+        }
+    }
+
+    #[test]
+    fn a_published_fog_has_its_published_water_and_sizes() {
+        // OPAC fog: r_e = 10.72 um, v_e = 0.082, 0.058 g/m³, 8.07 /km at Q = 2.
+        let fog = published(CloudPreset::Fog);
+        let found = fog.volume().unwrap().summary();
+        assert!((found.effective_radius_um.1 - 10.72).abs() < 0.006);
+        assert!((found.effective_variance.1 - 0.082).abs() < 6e-4);
+        assert!((found.max_liquid_water_g_m3 - 0.058).abs() < 6e-4);
+        assert!((2e3 * found.max_extinction_m1_q1 / 8.07 - 1.0).abs() < 2e-3);
+        assert!((found.total_water_g / fog.total_water_g() - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_preset_and_its_numbers_are_the_same_bank() {
+        let stratus = published(CloudPreset::StratusMaritime);
+        let (lwc, radius) = stratus.at(0.5);
+        let numbers = FogBank {
+            preset: None,
+            max_lwc_g_m3: Some(lwc),
+            max_effective_radius_um: Some(radius),
+            effective_variance: Some(stratus.effective_variance_range().0),
+            ..stratus
+        };
+        assert_eq!(numbers.volume().unwrap(), stratus.volume().unwrap());
+    }
+
+    #[test]
+    fn water_and_sizes_are_given_once() {
+        let numbers = bank(FogProfile::Even);
+        let preset = Some(CloudPreset::Fog);
+        let (lwc, radius) = (numbers.max_lwc_g_m3, numbers.max_effective_radius_um);
+        for (preset, max_lwc_g_m3, max_effective_radius_um, word) in [
+            (preset, lwc, radius, "found both"),
+            (None, lwc, None, "found only some"),
+        ] {
+            let shape = FogBank {
+                preset,
+                max_lwc_g_m3,
+                max_effective_radius_um,
+                ..numbers
+            };
+            let message = shape.validate().unwrap_err().to_string();
+            assert!(
+                message.contains(word) && message.contains("preset"),
+                "{message}"
+            );
+        }
+        let none = FogBank {
+            preset: None,
+            ..published(CloudPreset::Fog)
+        };
+        let message = none.validate().unwrap_err().to_string();
+        assert!(message.contains("found neither"), "{message}");
+    }
+
     #[test]
     fn unsound_banks_are_refused_and_dry_ones_are_empty() {
         let even = bank(FogProfile::Even);
         let wide = FogBank {
-            effective_variance: 0.5,
+            effective_variance: Some(0.5),
             ..even
         };
         let negative = FogBank {
-            max_lwc_g_m3: -1.0,
+            max_lwc_g_m3: Some(-1.0),
             ..even
         };
         let flat = FogBank {
@@ -242,7 +381,7 @@ mod tests {
             assert!(shape.volume().is_err(), "{shape:?}");
         }
         let dry = FogBank {
-            max_lwc_g_m3: 0.0,
+            max_lwc_g_m3: Some(0.0),
             ..even
         };
         assert_eq!(dry.volume().unwrap().summary().n_nodes, 0);

@@ -20,6 +20,7 @@ use niji_dropfield::GridBox;
 use niji_radiometry::Micrometers;
 use niji_sizes::GammaSizes;
 use niji_sizes::liquid_water_g_m3;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
 
@@ -30,7 +31,7 @@ use crate::error::require_not_negative;
 const M2_PER_UM2: f64 = 1e-12;
 
 /// An axis of world space.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Axis {
     /// East.
@@ -52,7 +53,7 @@ impl Axis {
 }
 
 /// A box with a linear run of radius and number density.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Gradient {
     /// Lowest corner (m).

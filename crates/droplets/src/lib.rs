@@ -1,7 +1,9 @@
 //! Authoring: shapes of rain, fountains and fog as drop volumes.
 //!
-//! A [`Shape`] is a few numbers from a scene file. It knows its totals, bounds and ranges in closed
-//! form, before any voxel exists, and lays itself out as a volume.
+//! A [`Shape`] is a few numbers from a scene file. It knows its totals, bounds and ranges before any
+//! voxel exists, most of them in closed form, and lays itself out as a volume. Boxes, rain and fog
+//! follow published laws of drop sizes; fountains, waterfalls and sea spray are plausible, not
+//! measured, but none of their water is lost or made. [`Turbulence`] stirs what a shape lays out.
 //!
 //! ```
 //! use niji_droplets::{Shape, Uniform};
@@ -20,19 +22,40 @@
 //! # Ok::<(), niji_droplets::Error>(())
 //! ```
 
+mod drag;
 mod error;
 mod fog_bank;
+mod fountain;
+mod fountain_flight;
+mod fountain_jets;
+mod fountain_lattice;
 mod gradient;
+mod gusts;
+mod parcels;
+mod rain_cell;
 mod rain_shaft;
+mod sea_spray;
 mod shape;
+mod slant;
+mod turbulence;
 mod uniform;
+mod waterfall;
+mod waterfall_curtain;
+mod waterfall_frame;
+mod waterfall_mist;
+mod waterfall_splash;
 
 pub use error::Error;
 pub use fog_bank::FogBank;
 pub use fog_bank::FogProfile;
+pub use fountain::Fountain;
 pub use gradient::Axis;
 pub use gradient::Gradient;
+pub use rain_cell::RainCell;
 pub use rain_shaft::Footprint;
 pub use rain_shaft::RainShaft;
+pub use sea_spray::SeaSpray;
 pub use shape::Shape;
+pub use turbulence::Turbulence;
 pub use uniform::Uniform;
+pub use waterfall::Waterfall;

@@ -1,14 +1,8 @@
 //! A shaft of rain below a cloud, slanted by wind shear, with soft edges.
 //!
 //! Inside, drops are those of Marshall-Palmer rain; towards the edge their number falls, their
-//! sizes stay. At a depth h below the top the shaft is displaced horizontally by
-//! x(h) = -S h²/(2 v)
-//! `S` wind shear dU/dy, a horizontal vector [1/s]; `v` fall speed of drops of the mass-weighted
-//! mean diameter 4/Lambda. A drop released at the top sees, relative to the cloud that moves with
-//! the wind up there, the wind -S h. [Mar53] J. S. Marshall, J. Meteorology 10, 25-29 (1953).
-//!
-//! v = 9.65 - 10.3 exp(-0.6 D) m/s, D in mm [ASS73] Atlas, Srivastava and Sekhon, Reviews of
-//! Geophysics 11, 1-35 (1973); never below 1 m/s here, since the fit fails for D < 0.3 mm.
+//! sizes stay. The rain is given by its rate or by what a radar sees of it, and wind shear displaces
+//! every level as a whole (`slant.rs`).
 //!
 //! The edge is a cubic ramp of width e, centred on the footprint's outline, so that
 //! total drops = N H (w d)              for a box of w times d
@@ -18,26 +12,26 @@
 use std::f64::consts::PI;
 
 use glam::DVec2;
-use glam::DVec3;
 use niji_dropfield::DropMode;
 use niji_dropfield::DropVolume;
 use niji_dropfield::Drops;
 use niji_dropfield::GridBox;
 use niji_sizes::BulkProperties;
 use niji_sizes::MarshallPalmer;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
 
 use crate::Error;
+use crate::Turbulence;
 use crate::error::require_finite;
 use crate::error::require_not_negative;
 use crate::error::require_positive;
-
-/// Slowest fall that is used for the slant (m/s).
-const SLOWEST_FALL_M_S: f64 = 1.0;
+use crate::gusts;
+use crate::slant::Slant;
 
 /// Outline of a shaft from above.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Footprint {
     /// A rectangle.
@@ -55,11 +49,15 @@ pub enum Footprint {
 }
 
 /// A shaft of Marshall-Palmer rain.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RainShaft {
-    /// Rain rate (mm/h).
-    pub rain_rate_mm_h: f64,
+    /// Rain rate (mm/h); either this or the radar reflectivity.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rain_rate_mm_h: Option<f64>,
+    /// Radar reflectivity of the rain before any cut of its diameters (dBZ).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reflectivity_dbz: Option<f64>,
     /// Smallest drop diameter (mm); 0 if left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub d_min_mm: Option<f64>,
@@ -80,6 +78,9 @@ pub struct RainShaft {
     /// Width over which the edge fades (m); 0 is a sharp edge.
     #[serde(default)]
     pub edge_m: f64,
+    /// Gusts.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub turbulence: Option<Turbulence>,
     /// Edge length of a voxel (m).
     pub voxel_m: f64,
 }
@@ -90,21 +91,29 @@ impl RainShaft {
     /// # Errors
     /// The parameter that is wrong, what was found and what was expected.
     pub fn validate(&self) -> Result<(), Error> {
+        self.check_amount()?;
         self.law().validate()?;
+        gusts::check(self.turbulence)?;
         require_not_negative("edge_m", self.edge_m)?;
-        require_finite("base_y_m", self.base_y_m)?;
-        require_positive("top_y_m - base_y_m", self.top_y_m - self.base_y_m)?;
-        for (name, value) in [
-            ("center_xz_m", self.center_xz_m),
-            ("wind_shear_xz_1_s", self.wind_shear_xz_1_s),
-        ] {
-            value
-                .into_iter()
-                .try_for_each(|component| require_finite(name, component))?;
-        }
+        self.slant().validate()?;
         self.check_outline()?;
         self.grid().n_nodes()?;
         Ok(())
+    }
+
+    /// The amount of rain is given in one of two ways.
+    fn check_amount(&self) -> Result<(), Error> {
+        let found = match (self.rain_rate_mm_h, self.reflectivity_dbz) {
+            (Some(_), None) => return Ok(()),
+            (None, Some(dbz)) => return require_finite("reflectivity_dbz", dbz),
+            (None, None) => "neither",
+            (Some(_), Some(_)) => "both",
+        };
+        Err(Error::EitherOr {
+            found,
+            first: "rain_rate_mm_h",
+            second: "reflectivity_dbz",
+        })
     }
 
     /// The outline must have room for half of the edge inside.
@@ -136,16 +145,13 @@ impl RainShaft {
 
     /// Sizes and number of the drops.
     pub fn law(&self) -> MarshallPalmer {
-        let Self {
-            rain_rate_mm_h,
-            d_min_mm,
-            d_max_mm,
-            ..
-        } = *self;
+        let seen = |dbz| MarshallPalmer::from_reflectivity_dbz(dbz).rain_rate_mm_h;
+        let rate = self.rain_rate_mm_h.or(self.reflectivity_dbz.map(seen));
         MarshallPalmer {
-            rain_rate_mm_h,
-            d_min_mm,
-            d_max_mm,
+            // Without either there is no law, and `validate` says so.
+            rain_rate_mm_h: rate.unwrap_or(f64::NAN),
+            d_min_mm: self.d_min_mm,
+            d_max_mm: self.d_max_mm,
         }
     }
 
@@ -156,13 +162,19 @@ impl RainShaft {
             .bulk_properties(self.law().number_density_m3())
     }
 
+    fn slant(&self) -> Slant {
+        Slant {
+            center_xz_m: self.center_xz_m,
+            base_y_m: self.base_y_m,
+            top_y_m: self.top_y_m,
+            wind_shear_xz_1_s: self.wind_shear_xz_1_s,
+            rain: self.law(),
+        }
+    }
+
     /// Horizontal displacement (x, z) of the shaft at a height (m).
     pub fn displacement_m(&self, y_m: f64) -> [f64; 2] {
-        let mass_mean_diameter_mm = 4.0 / self.law().slope_per_mm();
-        let fall_m_s = 9.65 - 10.3 * (-0.6 * mass_mean_diameter_mm).exp();
-        let h = self.top_y_m - y_m;
-        let seconds_m = -h * h / (2.0 * fall_m_s.max(SLOWEST_FALL_M_S));
-        self.wind_shear_xz_1_s.map(|shear| shear * seconds_m)
+        self.slant().displacement_m(y_m).to_array()
     }
 
     /// The box around the shaft, edges and slant included, and its voxels.
@@ -174,30 +186,20 @@ impl RainShaft {
             } => 0.5 * DVec2::new(width_x_m, width_z_m),
             Footprint::Column { radius_m } => DVec2::splat(radius_m),
         };
-        let reach = half + 0.5 * self.edge_m;
-        let center = DVec2::from(self.center_xz_m);
-        let foot = center + DVec2::from(self.displacement_m(self.base_y_m));
-        let (low, high) = (center.min(foot) - reach, center.max(foot) + reach);
-        GridBox {
-            min: DVec3::new(low.x, self.base_y_m, low.y),
-            max: DVec3::new(high.x, self.top_y_m, high.y),
-            voxel_m: self.voxel_m,
-        }
+        self.slant().grid(half + 0.5 * self.edge_m, self.voxel_m)
     }
 
-    /// Share of the full number density at a point, 0..=1.
-    fn coverage(&self, position: DVec3) -> f64 {
-        let center = DVec2::from(self.center_xz_m) + DVec2::from(self.displacement_m(position.y));
-        let from_axis = DVec2::new(position.x, position.z) - center;
+    /// Share of the full number density at an offset from the axis, 0..=1.
+    fn coverage(&self, offset_m: DVec2) -> f64 {
         match self.footprint {
             Footprint::Box {
                 width_x_m,
                 width_z_m,
             } => {
-                let inside = 0.5 * DVec2::new(width_x_m, width_z_m) - from_axis.abs();
+                let inside = 0.5 * DVec2::new(width_x_m, width_z_m) - offset_m.abs();
                 ramp(inside.x, self.edge_m) * ramp(inside.y, self.edge_m)
             }
-            Footprint::Column { radius_m } => ramp(radius_m - from_axis.length(), self.edge_m),
+            Footprint::Column { radius_m } => ramp(radius_m - offset_m.length(), self.edge_m),
         }
     }
 
@@ -208,9 +210,11 @@ impl RainShaft {
     pub fn volume(&self) -> Result<DropVolume, Error> {
         self.validate()?;
         let (moments, density) = (self.law().moments(), self.law().number_density_m3());
+        let slant = self.slant();
         let mode = DropMode::from_fn("", &self.grid(), |position| {
-            Drops::of_law(&moments, density * self.coverage(position))
+            Drops::of_law(&moments, density * self.coverage(slant.offset_m(position)))
         })?;
+        let mode = gusts::stir(self.turbulence, mode)?;
         Ok(DropVolume { modes: vec![mode] })
     }
 
@@ -228,7 +232,7 @@ impl RainShaft {
 
     /// Largest extinction without diffraction (1/m).
     pub fn max_extinction_m1_q1(&self) -> f64 {
-        0.5 * self.bulk_properties().extinction_m1
+        0.5 * self.bulk_properties().extinction_m1 * gusts::max_factor(self.turbulence)
     }
 
     /// Drops in the whole shaft, by the size law.

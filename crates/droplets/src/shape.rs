@@ -2,17 +2,22 @@
 
 use niji_dropfield::DropVolume;
 use niji_dropfield::GridBox;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
 
 use crate::Error;
 use crate::FogBank;
+use crate::Fountain;
 use crate::Gradient;
+use crate::RainCell;
 use crate::RainShaft;
+use crate::SeaSpray;
 use crate::Uniform;
+use crate::Waterfall;
 
 /// A region of air with drops, described by a few numbers.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Shape {
     /// A box of the same drops everywhere.
@@ -23,6 +28,14 @@ pub enum Shape {
     RainShaft(RainShaft),
     /// A bank of fog whose water changes with height.
     FogBank(FogBank),
+    /// A shower, heaviest in its middle.
+    RainCell(RainCell),
+    /// Jets of drops.
+    Fountain(Fountain),
+    /// Falling water, its splash and its mist.
+    Waterfall(Waterfall),
+    /// Spray above a rough sea.
+    SeaSpray(SeaSpray),
 }
 
 /// Evaluate an expression for the shape inside, whichever it is.
@@ -33,6 +46,10 @@ macro_rules! for_each_shape {
             Shape::Gradient($inner) => $value,
             Shape::RainShaft($inner) => $value,
             Shape::FogBank($inner) => $value,
+            Shape::RainCell($inner) => $value,
+            Shape::Fountain($inner) => $value,
+            Shape::Waterfall($inner) => $value,
+            Shape::SeaSpray($inner) => $value,
         }
     };
 }
@@ -45,6 +62,10 @@ impl Shape {
             Self::Gradient(_) => "gradient",
             Self::RainShaft(_) => "rain-shaft",
             Self::FogBank(_) => "fog-bank",
+            Self::RainCell(_) => "rain-cell",
+            Self::Fountain(_) => "fountain",
+            Self::Waterfall(_) => "waterfall",
+            Self::SeaSpray(_) => "sea-spray",
         }
     }
 
@@ -52,8 +73,11 @@ impl Shape {
     pub fn law_name(&self) -> &'static str {
         match self {
             Self::Uniform(shape) => shape.law.name(),
-            Self::Gradient(_) | Self::FogBank(_) => "gamma",
-            Self::RainShaft(_) => "marshall-palmer",
+            Self::Gradient(_) | Self::FogBank(_) | Self::Fountain(_) | Self::Waterfall(_) => {
+                "gamma"
+            }
+            Self::RainShaft(_) | Self::RainCell(_) => "marshall-palmer",
+            Self::SeaSpray(_) => "lognormal",
         }
     }
 
@@ -125,12 +149,33 @@ mod tests {
         "axis":"y","radius_at_min_um":1500,"radius_at_max_um":10,
         "number_density_at_min_m3":0,"number_density_at_max_m3":1000}}"#;
 
+    const RADAR: &str = r#"{"rain-shaft":{"reflectivity_dbz":35.0,
+        "footprint":{"column":{"radius_m":40.0}},"center_xz_m":[0.0,-300.0],
+        "base_y_m":0.0,"top_y_m":100.0,"voxel_m":5.0}}"#;
+    const CLOUD: &str = r#"{"fog-bank":{"box_min_m":[0,0,0],"box_max_m":[8,8,8],"voxel_m":1,
+        "profile":"ground-based","preset":"stratus-maritime"}}"#;
+    const CELL: &str = r#"{"rain-cell":{"max_rain_rate_mm_h":25.0,"radius_m":100.0,
+        "center_xz_m":[0.0,-3000.0],"base_y_m":0.0,"top_y_m":200.0,"voxel_m":20.0,
+        "turbulence":{"strength":0.5,"eddy_m":60.0}}}"#;
+    const FALL: &str = r#"{"waterfall":{"foot_m":[0,0,-80],"azimuth_deg":180,"height_m":10,
+        "width_m":4,"flow_kg_s":20,"splash_fraction":0.1,"mist_fraction":0.001,
+        "curtain_effective_radius_um":1000,"splash_effective_radius_um":300,
+        "mist_effective_radius_um":30,"wind_xz_m_s":[1,0],"voxel_m":1}}"#;
+    const SPRAY: &str = r#"{"sea-spray":{"box_min_m":[0,0,0],"box_max_m":[8,8,8],
+        "surface_lwc_g_m3":0.05,"scale_height_m":2,"median_radius_um":50,
+        "geometric_standard_deviation":2,"voxel_m":1}}"#;
+
     #[test]
     fn shapes_are_read_by_name_and_written_back() {
         for (text, name, law) in [
             (RAIN, "rain-shaft", "marshall-palmer"),
             (FOG, "uniform", "monodisperse"),
             (GRADIENT, "gradient", "gamma"),
+            (RADAR, "rain-shaft", "marshall-palmer"),
+            (CLOUD, "fog-bank", "gamma"),
+            (CELL, "rain-cell", "marshall-palmer"),
+            (FALL, "waterfall", "gamma"),
+            (SPRAY, "sea-spray", "lognormal"),
         ] {
             let shape: Shape = serde_json::from_str(text).unwrap();
             assert_eq!((shape.name(), shape.law_name()), (name, law));
@@ -148,6 +193,12 @@ mod tests {
             (RAIN, "column", "pillar"),
             (FOG, "radius_um", "radius_mm"),
             (GRADIENT, "axis", "axes"),
+            (RADAR, "reflectivity_dbz", "reflectivity_db"),
+            (CLOUD, "preset", "cloud"),
+            (CLOUD, "stratus-maritime", "stratus-marine"),
+            (CELL, "eddy_m", "eddies_m"),
+            (FALL, "mist_fraction", "fog_fraction"),
+            (SPRAY, "scale_height_m", "scale_m"),
         ] {
             let misspelt = text.replace(right, wrong);
             let error = serde_json::from_str::<Shape>(&misspelt)
@@ -158,8 +209,23 @@ mod tests {
     }
 
     #[test]
+    fn gusts_keep_the_water_of_every_shape() {
+        let gusts = r#""turbulence":{"strength":0.9,"eddy_m":5,"seed":1},"voxel_m""#;
+        for text in [RAIN, CLOUD, FALL, SPRAY] {
+            let calm: Shape = serde_json::from_str(text).unwrap();
+            let gusty = text.replace("\"voxel_m\"", gusts);
+            let gusty: Shape = serde_json::from_str(&gusty).unwrap();
+            let (calm, stirred) = (calm.volume().unwrap(), gusty.volume().unwrap());
+            assert_ne!(calm, stirred);
+            let (calm, stirred) = (calm.summary(), stirred.summary());
+            assert!((stirred.total_water_g / calm.total_water_g - 1.0).abs() < 1e-6);
+            assert!(stirred.max_extinction_m1_q1 <= gusty.max_extinction_m1_q1() * (1.0 + 1e-6));
+        }
+    }
+
+    #[test]
     fn bounds_hold_for_the_volume() {
-        for text in [RAIN, FOG, GRADIENT] {
+        for text in [RAIN, FOG, GRADIENT, RADAR, CLOUD, CELL, FALL, SPRAY] {
             let shape: Shape = serde_json::from_str(text).unwrap();
             let found = shape.volume().unwrap().summary();
             let roundoff = 1.0 + 1e-6;

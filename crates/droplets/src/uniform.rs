@@ -14,6 +14,7 @@ use niji_dropfield::Drops;
 use niji_dropfield::GridBox;
 use niji_sizes::BulkProperties;
 use niji_sizes::SizeLaw;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
 
@@ -21,7 +22,7 @@ use crate::Error;
 use crate::error::require_not_negative;
 
 /// A box of air with one size law and one number density.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Uniform {
     /// Lowest corner (m).

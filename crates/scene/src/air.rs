@@ -4,14 +4,24 @@ use niji_atmosphere::Aerosol;
 use niji_atmosphere::AerosolKind;
 use niji_atmosphere::AirComponent;
 use niji_atmosphere::AirModel;
+use niji_atmosphere::BandGas;
+use niji_atmosphere::DensityProfile;
 use niji_atmosphere::USUAL_TOP_M;
+use niji_exchange::DensityLaw;
 use niji_geometry::EARTH;
 use niji_radiometry::WavelengthGrid;
 use serde::Deserialize;
 use serde::Serialize;
 
+use crate::sections::Body;
+use crate::sections::Sun;
+
 /// A usual column of ozone, Dobson units.
 const USUAL_OZONE_DOBSON: f64 = 300.0;
+/// Precipitable water of the US standard atmosphere, cm.
+const USUAL_WATER_CM: f64 = 1.42;
+/// Pressure of the standard atmosphere at sea level, hPa.
+const STANDARD_PRESSURE_HPA: f64 = 1013.25;
 
 /// The section `[air]`; a scene without it lies in a vacuum.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -35,6 +45,62 @@ pub struct Air {
     /// Vertical column of ozone, Dobson units: 300 where it is left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ozone_dobson: Option<f64>,
+    /// Water in a vertical column of vapor, cm: 1.42 where it is left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub precipitable_water_cm: Option<f64>,
+    /// Densities by height in the place of a constituent's own.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub layers: Vec<Layer>,
+}
+
+/// Density of one constituent by height.
+///
+/// Densities are relative: how much of it there is in a vertical column stays, and where a
+/// visibility is given, how much of it there is at sea level.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Layer {
+    /// Which constituent.
+    pub constituent: Constituent,
+    /// How the density runs between the heights: linearly where it is left out.
+    #[serde(default)]
+    pub between: LayerLaw,
+    /// Rising heights above sea level, m; above the last there is nothing.
+    pub height_m: Vec<f64>,
+    /// Relative density at each height.
+    pub density: Vec<f64>,
+}
+
+/// How the density runs between two heights.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LayerLaw {
+    /// Linearly.
+    #[default]
+    Linear,
+    /// Like an exponential, never 0.
+    Exponential,
+}
+
+impl Layer {
+    fn profile(&self) -> Result<DensityProfile, niji_atmosphere::Error> {
+        let (n_heights, n_densities) = (self.height_m.len(), self.density.len());
+        if n_heights != n_densities {
+            let problem =
+                format!("{n_heights} heights and {n_densities} densities found, expected pairs");
+            return Err(niji_atmosphere::Error::Profile { problem });
+        }
+        let pairs = self.height_m.iter().zip(&self.density);
+        Ok(DensityProfile::Tabulated {
+            law: match self.between {
+                LayerLaw::Linear => DensityLaw::Linear,
+                LayerLaw::Exponential => DensityLaw::Exponential,
+            },
+            nodes: pairs
+                .map(|(&height_m, &density)| [height_m, density])
+                .collect(),
+        })
+    }
 }
 
 /// Something that air is made of.
@@ -47,6 +113,10 @@ pub enum Constituent {
     Aerosol,
     /// Ozone, which absorbs yellow and orange light.
     Ozone,
+    /// Water vapor, which absorbs around 590 and 720 nm.
+    WaterVapor,
+    /// Oxygen, which absorbs around 690 and 760 nm.
+    Oxygen,
 }
 
 impl Constituent {
@@ -56,6 +126,8 @@ impl Constituent {
             Self::Rayleigh => "rayleigh",
             Self::Aerosol => "aerosol",
             Self::Ozone => "ozone",
+            Self::WaterVapor => "water-vapor",
+            Self::Oxygen => "oxygen",
         }
     }
 }
@@ -96,33 +168,41 @@ impl Haze {
 }
 
 impl Air {
-    /// A setting that belongs to a constituent which the air does not have: (key, constituent).
+    /// A setting that belongs to constituents none of which the air has: (key, constituent).
     pub(crate) fn idle_setting(&self) -> Option<(&'static str, Constituent)> {
-        let settings = [
-            ("rayleigh", self.rayleigh.is_some(), Constituent::Rayleigh),
+        use Constituent::{Aerosol, Oxygen, Ozone, Rayleigh, WaterVapor};
+        let settings: [(_, _, &[Constituent]); 6] = [
+            ("rayleigh", self.rayleigh.is_some(), &[Rayleigh]),
             (
                 "pressure_hpa",
                 self.pressure_hpa.is_some(),
-                Constituent::Rayleigh,
+                &[Rayleigh, Oxygen],
             ),
-            ("aerosol", self.aerosol.is_some(), Constituent::Aerosol),
+            ("aerosol", self.aerosol.is_some(), &[Aerosol]),
+            ("visibility_km", self.visibility_km.is_some(), &[Aerosol]),
+            ("ozone_dobson", self.ozone_dobson.is_some(), &[Ozone]),
             (
-                "visibility_km",
-                self.visibility_km.is_some(),
-                Constituent::Aerosol,
-            ),
-            (
-                "ozone_dobson",
-                self.ozone_dobson.is_some(),
-                Constituent::Ozone,
+                "precipitable_water_cm",
+                self.precipitable_water_cm.is_some(),
+                &[WaterVapor],
             ),
         ];
-        let idle =
-            |(_, given, of): &(&str, bool, Constituent)| *given && !self.constituents.contains(of);
+        let idle_layer = |layer: &&Layer| !self.constituents.contains(&layer.constituent);
+        if let Some(layer) = self.layers.iter().find(idle_layer) {
+            return Some(("layers", layer.constituent));
+        }
         settings
             .into_iter()
-            .find(idle)
-            .map(|(key, _, of)| (key, of))
+            .find(|(_, given, of)| *given && !of.iter().any(|one| self.constituents.contains(one)))
+            .map(|(key, _, of)| (key, of[0]))
+    }
+
+    /// Does its table depend on what shines from where? Water vapor and oxygen absorb in bands, which
+    /// are tabulated for the path of the sun's light; and moonlight is no sunlight.
+    pub fn depends_on(&self, sun: &Sun) -> bool {
+        let bands = [Constituent::WaterVapor, Constituent::Oxygen];
+        let has_bands = bands.iter().any(|gas| self.constituents.contains(gas));
+        has_bands || sun.body != Body::Sun
     }
 
     /// The air as the stage that tabulates it takes it.
@@ -133,24 +213,72 @@ impl Air {
         &self,
         wavelengths: WavelengthGrid,
         ground_albedo: f64,
+        sun: &Sun,
     ) -> Result<AirModel, niji_atmosphere::Error> {
         let components = self
             .constituents
             .iter()
-            .map(|constituent| match constituent {
-                Constituent::Rayleigh => Ok(self.molecules()),
-                Constituent::Aerosol => self.haze().map(AirComponent::Aerosol),
-                Constituent::Ozone => Ok(AirComponent::Ozone {
-                    column_dobson: self.ozone_dobson.unwrap_or(USUAL_OZONE_DOBSON),
-                }),
-            });
+            .map(|constituent| self.layered(*constituent, &wavelengths, sun));
         Ok(AirModel {
             planet: EARTH,
             top_height_m: USUAL_TOP_M,
             wavelengths,
-            sun_scale: 1.0,
+            sun_scale: sun.irradiance_scale(),
             ground_albedo,
             components: components.collect::<Result<_, _>>()?,
+        })
+    }
+
+    /// A component with the density that its layer gives it.
+    fn layered(
+        &self,
+        constituent: Constituent,
+        wavelengths: &WavelengthGrid,
+        sun: &Sun,
+    ) -> Result<AirComponent, niji_atmosphere::Error> {
+        let component = self.component(constituent, sun)?;
+        let mut layers = self
+            .layers
+            .iter()
+            .filter(|layer| layer.constituent == constituent);
+        let Some(layer) = layers.next() else {
+            return Ok(component);
+        };
+        if layers.next().is_some() {
+            let problem = format!("two layers of {} found, expected one", constituent.name());
+            return Err(niji_atmosphere::Error::Profile { problem });
+        }
+        let (usual, profile) = (component.constituent(wavelengths)?, layer.profile()?);
+        let keeps_ground = constituent == Constituent::Aerosol && self.visibility_km.is_some();
+        let spread = if keeps_ground {
+            usual.with_ground_density_in(profile)?
+        } else {
+            usual.with_column_in(profile)?
+        };
+        Ok(AirComponent::Custom(spread))
+    }
+
+    fn component(
+        &self,
+        constituent: Constituent,
+        sun: &Sun,
+    ) -> Result<AirComponent, niji_atmosphere::Error> {
+        let band = |gas: BandGas| AirComponent::Band {
+            gas,
+            air_mass: gas.air_mass(EARTH, sun.direction().y),
+        };
+        Ok(match constituent {
+            Constituent::Rayleigh => self.molecules(),
+            Constituent::Aerosol => AirComponent::Aerosol(self.haze()?),
+            Constituent::Ozone => AirComponent::Ozone {
+                column_dobson: self.ozone_dobson.unwrap_or(USUAL_OZONE_DOBSON),
+            },
+            Constituent::WaterVapor => band(BandGas::WaterVapor {
+                precipitable_cm: self.precipitable_water_cm.unwrap_or(USUAL_WATER_CM),
+            }),
+            Constituent::Oxygen => band(BandGas::Oxygen {
+                pressure_pa: 100.0 * self.pressure_hpa.unwrap_or(STANDARD_PRESSURE_HPA),
+            }),
         })
     }
 

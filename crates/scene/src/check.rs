@@ -10,11 +10,13 @@ use niji_render::SunPath;
 use niji_scatter::Theory;
 
 use crate::accuracy::Accuracy;
+use crate::drops::Drops;
 use crate::effect::Effect;
 use crate::effect::Switch;
 use crate::error::SceneError;
 use crate::scene::FORMAT;
 use crate::scene::Scene;
+use crate::sections::Body;
 
 /// Largest side of a picture, pixels.
 const MAX_SIDE_PX: u32 = 65_536;
@@ -37,6 +39,7 @@ pub(crate) fn scene(scene: &Scene, lines: &BTreeMap<String, usize>) -> Result<()
     }
     check.number("sun.elevation_deg", scene.sun.elevation_deg, (-90.0, 90.0))?;
     check.number("sun.azimuth_deg", scene.sun.azimuth_deg, (-360.0, 360.0))?;
+    moon(scene, &check)?;
     camera(scene, &check)?;
     spectrum(scene, &check)?;
     drops(scene, &check)?;
@@ -110,6 +113,20 @@ impl Check<'_> {
     }
 }
 
+fn moon(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {
+    let Some(phase_deg) = scene.sun.phase_angle_deg else {
+        return Ok(());
+    };
+    let key = "sun.phase_angle_deg";
+    match scene.sun.body {
+        Body::Moon => check.number(key, phase_deg, (-150.0, 150.0)),
+        Body::Sun => {
+            let expected = "no phase without body = \"moon\"";
+            Err(check.out_of_range(key, phase_deg.to_string(), expected))
+        }
+    }
+}
+
 fn camera(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {
     let camera = &scene.camera;
     for coordinate in camera.position_m {
@@ -147,15 +164,19 @@ fn spectrum(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {
 }
 
 fn drops(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {
-    let Some(shape) = scene.drops.shape() else {
-        let is_named = scene
-            .drops
-            .file()
-            .is_some_and(|file| !file.trim().is_empty());
+    let named = |file: &str| {
         let missing = || check.out_of_range("drops.file", "empty".to_string(), "a path");
-        return if is_named { Ok(()) } else { Err(missing()) };
+        (!file.trim().is_empty()).then_some(()).ok_or_else(missing)
     };
-    shape.validate().map_err(|error| drops_error(&error, check))
+    match &scene.drops {
+        Drops::Shape(shape) => shape.validate().map_err(|error| drops_error(&error, check)),
+        Drops::File(drops) => named(&drops.file),
+        Drops::FromVdb(density) => {
+            named(&density.file)?;
+            let import = density.import().validate();
+            import.map_err(|error| drops_error(&error.into(), check))
+        }
+    }
 }
 
 /// A shape's own error at the line of the key that it names.
@@ -167,6 +188,11 @@ fn drops_error(error: &niji_droplets::Error, check: &Check<'_>) -> SceneError {
             expected,
         }
         | niji_droplets::Error::Size(niji_sizes::Error::Parameter {
+            parameter,
+            found,
+            expected,
+        })
+        | niji_droplets::Error::Volume(niji_dropfield::Error::BadSetting {
             parameter,
             found,
             expected,
@@ -296,6 +322,11 @@ fn air(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {
         ("air.pressure_hpa", air.pressure_hpa, (1.0, 2000.0)),
         ("air.visibility_km", air.visibility_km, (0.01, 1000.0)),
         ("air.ozone_dobson", air.ozone_dobson, (0.0, 10_000.0)),
+        (
+            "air.precipitable_water_cm",
+            air.precipitable_water_cm,
+            (0.0, 20.0),
+        ),
     ] {
         found.map_or(Ok(()), |found| check.number(key, found, range))?;
     }
@@ -303,7 +334,7 @@ fn air(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {
         check.out_of_range("air", "refused".to_string(), &error.to_string())
     };
     let grid = scene.spectrum.grid().map_err(|error| refused(&error))?;
-    air.model(grid, scene.ground.albedo)
+    air.model(grid, scene.ground.albedo, &scene.sun)
         .map(|_| ())
         .map_err(|error| refused(&error))
 }

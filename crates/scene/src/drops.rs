@@ -1,24 +1,65 @@
-//! The section `[drops]`: a shape with its keys, or a file.
+//! The section `[drops]`: a shape with its keys, a density grid of another program, or a file.
 
-use niji_droplets::Gradient;
-use niji_droplets::RainShaft;
+mod names;
+
+use std::fmt;
+
+use niji_dropfield::DensityImport;
+use niji_dropfield::DensityMeans;
 use niji_droplets::Shape;
-use niji_droplets::Uniform;
+use schemars::JsonSchema;
 use serde::Deserialize;
+use serde::Deserializer;
 use serde::Serialize;
+use serde::de::DeserializeSeed;
+use serde::de::EnumAccess;
+use serde::de::IntoDeserializer;
+use serde::de::VariantAccess;
+use serde::de::Visitor;
+use serde::de::value::EnumAccessDeserializer;
+
+/// Name of [`FromVdb`] among the shapes.
+const FROM_VDB: &str = "from-vdb";
+
+/// Name of [`DropFile`]; scene files say it by the key `file` alone.
+const FILE: &str = "file";
 
 /// Where the drops are and how large they are.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Drops {
-    /// A box of the same drops everywhere.
-    Uniform(Uniform),
-    /// A box with a linear run of radius and number density.
-    Gradient(Gradient),
-    /// A shaft of rain below a cloud.
-    RainShaft(RainShaft),
+    /// A density grid that another program made.
+    FromVdb(FromVdb),
     /// A drop volume that exists already.
     File(DropFile),
+    /// A shape, by its own name.
+    #[serde(untagged)]
+    Shape(Shape),
+}
+
+/// Drops of one size law from a density grid that another program made.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FromVdb {
+    /// Path of the OpenVDB file; in a scene, relative to the scene file.
+    pub file: String,
+    /// Name of the grid.
+    #[serde(default = "usual_grid")]
+    pub grid: String,
+    /// What the numbers of the grid mean.
+    pub density_means: DensityMeans,
+    /// Factor on the numbers; for optical-depth, the optical depth itself.
+    pub scale: f64,
+    /// Effective radius of all drops (um).
+    pub effective_radius_um: f64,
+    /// Effective variance of all drops, 0..1/2.
+    #[serde(default)]
+    pub effective_variance: f64,
+}
+
+/// The name that Blender, Houdini and `OpenVDB`'s own tools give to the density of smoke.
+fn usual_grid() -> String {
+    "density".to_string()
 }
 
 /// A drop volume on disk.
@@ -30,21 +71,96 @@ pub struct DropFile {
 }
 
 impl Drops {
-    /// The shape to lay out; `None` for a file.
+    /// The shape to lay out; `None` if the drops come from a file.
     pub fn shape(&self) -> Option<Shape> {
         match self {
-            Self::Uniform(shape) => Some(Shape::Uniform(*shape)),
-            Self::Gradient(shape) => Some(Shape::Gradient(*shape)),
-            Self::RainShaft(shape) => Some(Shape::RainShaft(*shape)),
-            Self::File(_) => None,
+            Self::Shape(shape) => Some(*shape),
+            Self::FromVdb(_) | Self::File(_) => None,
         }
     }
 
-    /// The file to read, relative to the scene file; `None` for a shape.
+    /// The density grid to make drops of; `None` for anything else.
+    pub fn from_vdb(&self) -> Option<&FromVdb> {
+        match self {
+            Self::FromVdb(density) => Some(density),
+            Self::Shape(_) | Self::File(_) => None,
+        }
+    }
+
+    /// The drop volume to read, relative to the scene file; `None` if it has to be made.
     pub fn file(&self) -> Option<&str> {
         match self {
-            Self::Uniform(_) | Self::Gradient(_) | Self::RainShaft(_) => None,
             Self::File(drops) => Some(&drops.file),
+            Self::Shape(_) | Self::FromVdb(_) => None,
         }
+    }
+
+    /// The name by which scene files and the program call it.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Shape(shape) => shape.name(),
+            Self::FromVdb(_) => FROM_VDB,
+            Self::File(_) => FILE,
+        }
+    }
+}
+
+impl FromVdb {
+    /// How the grid becomes drops.
+    pub fn import(&self) -> DensityImport {
+        DensityImport {
+            density_means: self.density_means,
+            scale: self.scale,
+            effective_radius_um: self.effective_radius_um,
+            effective_variance: self.effective_variance,
+        }
+    }
+}
+
+/// By hand, so that shapes keep their own names beside `from-vdb` and `file`: serde's untagged
+/// variants buffer their content and lose the line of what is wrong in it.
+impl<'de> Deserialize<'de> for Drops {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_enum("Drops", names::all(), DropsVisitor)
+    }
+}
+
+struct DropsVisitor;
+
+impl<'de> Visitor<'de> for DropsVisitor {
+    type Value = Drops;
+
+    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("a shape or a file")
+    }
+
+    fn visit_enum<A: EnumAccess<'de>>(self, data: A) -> Result<Drops, A::Error> {
+        let (name, content) = data.variant::<String>()?;
+        match name.as_str() {
+            FROM_VDB => content.newtype_variant().map(Drops::FromVdb),
+            FILE => content.newtype_variant().map(Drops::File),
+            _ => {
+                let shape = EnumAccessDeserializer::new(NamedContent { name, content });
+                Shape::deserialize(shape).map(Drops::Shape)
+            }
+        }
+    }
+}
+
+/// A variant whose name was read already.
+struct NamedContent<C> {
+    name: String,
+    content: C,
+}
+
+impl<'de, C: VariantAccess<'de>> EnumAccess<'de> for NamedContent<C> {
+    type Error = C::Error;
+    type Variant = C;
+
+    fn variant_seed<V: DeserializeSeed<'de>>(self, seed: V) -> Result<(V::Value, C), C::Error> {
+        Ok((
+            seed.deserialize(self.name.into_deserializer())?,
+            self.content,
+        ))
     }
 }

@@ -7,6 +7,7 @@ use niji_geometry::direction_from_azimuth_elevation;
 use niji_radiometry::GamutPolicy;
 use niji_radiometry::Radians;
 use niji_radiometry::WavelengthGrid;
+use niji_radiometry::moon_over_sun;
 use serde::Deserialize;
 use serde::Serialize;
 
@@ -14,13 +15,44 @@ use serde::Serialize;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Sun {
+    /// What shines: the sun where it is left out.
+    #[serde(default, skip_serializing_if = "Body::is_sun")]
+    pub body: Body,
+    /// Phase angle of the moon, 0 at full moon, degrees: 0 where it is left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub phase_angle_deg: Option<f64>,
     /// Apparent elevation above the horizon, degrees.
     pub elevation_deg: f64,
     /// Azimuth, clockwise from north, degrees.
     pub azimuth_deg: f64,
 }
 
+/// What shines in the section `[sun]`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Body {
+    /// The sun.
+    #[default]
+    Sun,
+    /// The moon, as large as the sun and as white, but 400000 times weaker or more.
+    Moon,
+}
+
+impl Body {
+    fn is_sun(&self) -> bool {
+        *self == Self::Sun
+    }
+}
+
 impl Sun {
+    /// Irradiance over that by the sun: 1, or the moon's at its phase.
+    pub fn irradiance_scale(&self) -> f64 {
+        match self.body {
+            Body::Sun => 1.0,
+            Body::Moon => moon_over_sun(Radians::from_degrees(self.phase_angle_deg.unwrap_or(0.0))),
+        }
+    }
+
     /// Unit vector towards the sun.
     pub fn direction(&self) -> DVec3 {
         direction_from_azimuth_elevation(

@@ -128,7 +128,7 @@ impl Studio {
             .air
             .as_ref()
             .unwrap()
-            .model(grid, scene.ground.albedo)
+            .model(grid, scene.ground.albedo, &scene.sun)
             .unwrap();
         let air = air.tabulate().unwrap();
         let request = RenderRequest {

@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "tests stop at what they did not expect")]
 
+use niji_droplets::Shape;
 use niji_scene::Drops;
 use niji_scene::Effect;
 use niji_scene::Preset;
@@ -65,7 +66,7 @@ fn line_of(text: &str) -> usize {
 fn a_sound_scene_is_read_as_written() {
     let scene = Scene::from_toml(SCENE).unwrap();
     assert_eq!((scene.sun.azimuth_deg, scene.camera.height_px), (180.0, 48));
-    assert!(matches!(scene.drops, Drops::Gradient(gradient) if gradient.radius_at_max_um == 10.0));
+    assert!(matches!(scene.drops, Drops::Shape(Shape::Gradient(gradient)) if gradient.radius_at_max_um == 10.0));
     assert_eq!(scene.accuracy.preset, Preset::Draft);
     assert_eq!(scene.effects.of(Effect::DropShadow), Switch::Off);
     assert_eq!(scene.effects.of(Effect::SunDisc), Switch::Auto);
@@ -368,7 +369,7 @@ fn air_has_settings_for_its_constituents_and_for_no_other() {
     let model = scene
         .air
         .unwrap()
-        .model(scene.spectrum.grid().unwrap(), 0.2)
+        .model(scene.spectrum.grid().unwrap(), 0.2, &scene.sun)
         .unwrap();
     assert_eq!(model.tabulate().unwrap().constituents.len(), 3);
     for (right, wrong) in [

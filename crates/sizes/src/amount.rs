@@ -5,6 +5,7 @@
 //! `N` number density [1/m³]. A law of many small drops has a number that no picture shows; water or
 //! extinction say more.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
 
@@ -13,7 +14,7 @@ use crate::SizeMoments;
 use crate::error::require_not_negative;
 
 /// How much of a size law a cubic metre holds.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub enum Amount {
     /// Drops per cubic metre (1/m³).
     #[serde(rename = "number_density_m3")]

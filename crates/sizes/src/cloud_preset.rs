@@ -6,13 +6,14 @@
 //! [Dei69] D. Deirmendjian, Electromagnetic Scattering on Spherical Polydispersions, Elsevier (1969),
 //! table 4.1 and page 78.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
 
 use crate::ModifiedGamma;
 
 /// A cloud by name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum CloudPreset {
     /// Stratus over land (HKS98).
@@ -74,6 +75,14 @@ impl CloudPreset {
     pub fn number_density_m3(self) -> f64 {
         1e6 * self.numbers().3
     }
+}
+
+/// Drops of a published cloud, with the number that its source gives.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Cloud {
+    /// Which cloud.
+    pub preset: CloudPreset,
 }
 
 #[cfg(test)]

@@ -9,6 +9,7 @@
 //! [HT74] Hansen and Travis, Space Science Reviews 16, 527-610 (1974), eq. 2.56.
 
 use niji_radiometry::Micrometers;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
 
@@ -21,7 +22,7 @@ use crate::truncated_moments::radius_range_um;
 use crate::truncated_moments::truncated_moments;
 
 /// Drops of a gamma law.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HansenTravis {
     /// Effective radius a before any cut (um).

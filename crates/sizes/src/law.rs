@@ -1,12 +1,15 @@
 //! The size laws by name.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
 
+use crate::Cloud;
 use crate::Error;
 use crate::HansenTravis;
 use crate::Lognormal;
 use crate::MarshallPalmer;
+use crate::MarshallPalmerDbz;
 use crate::ModifiedGamma;
 use crate::Monodisperse;
 use crate::Normal;
@@ -17,7 +20,7 @@ use crate::Ulbrich;
 use crate::Uniform;
 
 /// How the radii of drops are distributed.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SizeLaw {
     /// One radius.
@@ -28,6 +31,10 @@ pub enum SizeLaw {
     Normal(Normal),
     /// Natural rain by rain rate.
     MarshallPalmer(MarshallPalmer),
+    /// Natural rain by what a radar measures.
+    MarshallPalmerDbz(MarshallPalmerDbz),
+    /// A published cloud or fog.
+    Cloud(Cloud),
     /// Cloud drops by the exponents of a modified gamma law.
     ModifiedGamma(ModifiedGamma),
     /// A gamma law by effective radius and effective variance.
@@ -42,42 +49,53 @@ pub enum SizeLaw {
     TruncatedNormal(TruncatedNormal),
 }
 
-/// Evaluate an expression for the law inside, whichever it is.
-macro_rules! for_each_law {
-    ($law:expr, $inner:ident => $value:expr) => {
-        match $law {
-            SizeLaw::Monodisperse($inner) => $value,
-            SizeLaw::Uniform($inner) => $value,
-            SizeLaw::Normal($inner) => $value,
-            SizeLaw::MarshallPalmer($inner) => $value,
-            SizeLaw::ModifiedGamma($inner) => $value,
-            SizeLaw::HansenTravis($inner) => $value,
-            SizeLaw::Ulbrich($inner) => $value,
-            SizeLaw::Lognormal($inner) => $value,
-            SizeLaw::RosinRammler($inner) => $value,
-            SizeLaw::TruncatedNormal($inner) => $value,
-        }
-    };
-}
-
 impl SizeLaw {
     /// Check the parameters; the other functions assume that they are sound.
     ///
     /// # Errors
     /// [`Error::Parameter`] or [`Error::EmptyRange`], naming the parameter.
     pub fn validate(&self) -> Result<(), Error> {
-        for_each_law!(self, law => law.validate())
+        match self {
+            Self::Monodisperse(law) => law.validate(),
+            Self::Uniform(law) => law.validate(),
+            Self::Normal(law) => law.validate(),
+            Self::MarshallPalmer(law) => law.validate(),
+            Self::MarshallPalmerDbz(law) => law.validate(),
+            // Published numbers are sound.
+            Self::Cloud(_) => Ok(()),
+            Self::ModifiedGamma(law) => law.validate(),
+            Self::HansenTravis(law) => law.validate(),
+            Self::Ulbrich(law) => law.validate(),
+            Self::Lognormal(law) => law.validate(),
+            Self::RosinRammler(law) => law.validate(),
+            Self::TruncatedNormal(law) => law.validate(),
+        }
     }
 
     /// Moments per drop.
     pub fn moments(&self) -> SizeMoments {
-        for_each_law!(self, law => law.moments())
+        match self {
+            Self::Monodisperse(law) => law.moments(),
+            Self::Uniform(law) => law.moments(),
+            Self::Normal(law) => law.moments(),
+            Self::MarshallPalmer(law) => law.moments(),
+            Self::MarshallPalmerDbz(law) => law.moments(),
+            Self::Cloud(cloud) => cloud.preset.law().moments(),
+            Self::ModifiedGamma(law) => law.moments(),
+            Self::HansenTravis(law) => law.moments(),
+            Self::Ulbrich(law) => law.moments(),
+            Self::Lognormal(law) => law.moments(),
+            Self::RosinRammler(law) => law.moments(),
+            Self::TruncatedNormal(law) => law.moments(),
+        }
     }
 
     /// The number density (1/m³), if the law says it and not only the shape of the distribution.
     pub fn natural_number_density_m3(&self) -> Option<f64> {
         match self {
             Self::MarshallPalmer(law) => Some(law.number_density_m3()),
+            Self::MarshallPalmerDbz(law) => Some(law.number_density_m3()),
+            Self::Cloud(cloud) => Some(cloud.preset.number_density_m3()),
             Self::Monodisperse(_)
             | Self::Uniform(_)
             | Self::Normal(_)
@@ -97,6 +115,8 @@ impl SizeLaw {
             Self::Uniform(_) => "uniform",
             Self::Normal(_) => "normal",
             Self::MarshallPalmer(_) => "marshall-palmer",
+            Self::MarshallPalmerDbz(_) => "marshall-palmer-dbz",
+            Self::Cloud(_) => "cloud",
             Self::ModifiedGamma(_) => "modified-gamma",
             Self::HansenTravis(_) => "hansen-travis",
             Self::Ulbrich(_) => "ulbrich",
@@ -117,6 +137,24 @@ mod tests {
         let text = serde_json::to_string(&law).unwrap();
         assert_eq!(text, r#"{"marshall-palmer":{"rain_rate_mm_h":5.0}}"#);
         assert_eq!(serde_json::from_str::<SizeLaw>(&text).unwrap(), law);
+    }
+
+    #[test]
+    fn radar_rain_and_clouds_say_how_many_drops_they_have() {
+        for (text, number_density_m3) in [
+            // 5 mm/h by Z = 296 R^1.47, where N0/Lambda = 2736.
+            (
+                r#"{"marshall-palmer-dbz":{"reflectivity_dbz":34.988}}"#,
+                2736.0,
+            ),
+            (r#"{"cloud":{"preset":"fog"}}"#, 1.5e7),
+        ] {
+            let law: SizeLaw = serde_json::from_str(text).unwrap();
+            law.validate().unwrap();
+            let found = law.natural_number_density_m3().unwrap();
+            assert!((found / number_density_m3 - 1.0).abs() < 1e-3, "{found}");
+            assert_eq!(serde_json::to_string(&law).unwrap(), text);
+        }
     }
 
     #[test]

@@ -7,6 +7,7 @@
 //! v_e exceeds 1/2, more than a gamma law can have: see [`SizeMoments::with_variance_at_most`].
 //! [HT74] Hansen and Travis, Space Science Reviews 16, 527-610 (1974), eqs. 2.60 to 2.62.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
 
@@ -21,7 +22,7 @@ use crate::truncated_moments::truncated_moments;
 const LARGEST_DEVIATION: f64 = 100.0;
 
 /// Drops whose logarithm of radius is normally distributed.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Lognormal {
     /// Median radius r_g before any cut (um).

@@ -16,6 +16,7 @@
 //! Fitted to rain of 1 to 23 mm/h; below diameters of about 1.5 mm it gives too many drops.
 //! [MP48] Marshall and Palmer, J. Meteorology 5, 165-166 (1948), eqs. 1, 3.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
 use spec_math::Gamma;
@@ -29,7 +30,7 @@ use crate::error::require_positive;
 const INTERCEPT_PER_M3_MM: f64 = 8000.0;
 
 /// Raindrops of natural rain, by rain rate.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MarshallPalmer {
     /// Rain rate R (mm/h).

@@ -8,6 +8,7 @@
 //! [Dei69] D. Deirmendjian, Electromagnetic Scattering on Spherical Polydispersions, Elsevier (1969),
 //! eq. 62; [HKS98] Hess, Koepke and Schult, Bull. Am. Meteorol. Soc. 79, 831-844 (1998), eq. 3b.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
 use spec_math::Gamma;
@@ -24,7 +25,7 @@ use crate::truncated_moments::truncated_moments;
 const LARGEST_EXPONENT: f64 = 1000.0;
 
 /// Cloud drops.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ModifiedGamma {
     /// Exponent alpha, above -1, at most 1000.

@@ -2,6 +2,7 @@
 //!
 //! n(r) = delta(r - a),   <r^k> = a^k,   v_e = 0
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
 
@@ -10,7 +11,7 @@ use crate::SizeMoments;
 use crate::error::require_positive;
 
 /// All drops have one radius.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Monodisperse {
     /// The radius a (um).

@@ -13,6 +13,7 @@
 
 use std::f64::consts::PI;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
 use spec_math::NormDist;
@@ -23,7 +24,7 @@ use crate::error::require_not_negative;
 use crate::error::require_positive;
 
 /// Radii from a normal law, of which only r > 0 is kept.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Normal {
     /// Mean of the law before it is cut off (um).

@@ -13,6 +13,7 @@
 
 use std::f64::consts::PI;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
 use spec_math::Gamma;
@@ -29,7 +30,7 @@ use crate::truncated_moments::truncated_moments;
 const LARGEST_SPREAD: f64 = 100.0;
 
 /// Drops of a spray.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RosinRammler {
     /// Characteristic diameter X: 63 % of the water is in smaller drops (mm).

@@ -9,6 +9,7 @@
 //! [JKB94] Johnson, Kotz and Balakrishnan, Continuous Univariate Distributions 1, 2nd ed., Wiley
 //! (1994), section 13.10.1.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
 
@@ -20,7 +21,7 @@ use crate::truncated_moments::radius_range_um;
 use crate::truncated_moments::truncated_moments;
 
 /// Radii from a normal law, cut at both ends.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TruncatedNormal {
     /// Mean of the law before it is cut (um).

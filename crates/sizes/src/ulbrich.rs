@@ -8,6 +8,7 @@
 //! [Ulb83] C. W. Ulbrich, J. Climate and Applied Meteorology 22, 1764-1775 (1983), eq. 6.
 
 use niji_radiometry::Micrometers;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
 
@@ -17,7 +18,7 @@ use crate::SizeMoments;
 use crate::error::require_positive;
 
 /// Raindrops of a gamma law.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Ulbrich {
     /// Shape mu, above -1.

@@ -9,6 +9,7 @@
 //! The last line is <r²><r⁴>/<r³>² - 1 with the leading terms cancelled by hand: computed from the
 //! moments, v_e of a range of one part in a million would be roundoff.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
 
@@ -18,7 +19,7 @@ use crate::error::require_not_negative;
 use crate::error::require_positive;
 
 /// Every radius of a range is equally frequent.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Uniform {
     /// Smallest radius a (um); may be 0.

@@ -7,6 +7,10 @@ use glam::DVec3;
 
 use crate::Error;
 
+/// Steps along the axes may miss those of a cube by this part of it: a matrix in f32 has 6e-8, a
+/// product of a few of them some times that.
+const CUBE_TOLERANCE: f64 = 1e-6;
+
 /// An invertible affine map from index space to world space.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Transform {
@@ -94,10 +98,13 @@ impl Transform {
         (linear == DMat3::from_diagonal(scale)).then_some(scale)
     }
 
-    /// The edge length, if voxels are axis-parallel cubes with no mirrored axis.
+    /// The edge length, if voxels are axis-parallel cubes with no mirrored axis, but for the
+    /// roundoff of matrices in f32.
     pub fn uniform_voxel_size(&self) -> Option<f64> {
         let size = self.linear.x_axis.x;
-        let cubic = self.linear == DMat3::from_diagonal(DVec3::splat(size)) && size > 0.0;
+        let skew = self.linear - DMat3::from_diagonal(DVec3::splat(size));
+        let skew = skew.to_cols_array().into_iter().map(f64::abs);
+        let cubic = size > 0.0 && skew.fold(0.0, f64::max) <= CUBE_TOLERANCE * size;
         cubic.then_some(size)
     }
 }

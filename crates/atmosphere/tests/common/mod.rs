@@ -2,6 +2,8 @@
 
 #![allow(dead_code, reason = "every test target uses a part of it")]
 
+pub(crate) mod adaptive_sky;
+
 use niji_atmosphere::AirComponent;
 use niji_atmosphere::AirModel;
 use niji_atmosphere::USUAL_TOP_M;
@@ -105,4 +107,9 @@ pub(crate) fn length(density: &dyn Fn(f64) -> f64, [h, mu]: [f64; 2], [from, to]
         adaptive(&f, [0.0, last], 1e-9 * scale.max(1e-30))
     };
     outwards(to, 1.0) + outwards(from, -1.0)
+}
+
+/// Angle by which the horizon lies below the horizontal.
+pub(crate) fn dip_rad(height_m: f64) -> f64 {
+    (RADIUS_M / (RADIUS_M + height_m)).acos()
 }

@@ -7,7 +7,6 @@
 
 use super::AirConstituent;
 use super::ray_start::RayStart;
-use super::ray_start::safe_sqrt;
 
 /// Equivalent length of a rising ray from its start up to a height.
 pub(super) fn rising_length(air: &AirConstituent, ray: RayStart, end_height_m: f64) -> f64 {
@@ -49,15 +48,10 @@ fn integral_of_height(line: RayStart, low_m: f64, high_m: f64) -> f64 {
     }
     let r0 = low.radius_m();
     let p2 = r0 * r0 * (1.0 - low.mu) * (1.0 + low.mu);
-    let p = safe_sqrt(p2);
     let (x0, x1) = (r0 * low.mu, r0 * low.mu + length_m);
     let r1 = line.planet.radius_m + high_m;
-    // p^2 asinh(x/p) falls to 0 with p, where its two factors are 0 and infinity.
-    let bend = if p > 0.0 {
-        p2 * ((x1 / p).asinh() - (x0 / p).asinh())
-    } else {
-        0.0
-    };
+    // asinh(x/p) = ln((x + r)/p): the difference of two is one logarithm, in which p has gone.
+    let bend = p2 * ((length_m + high_m - low_m) / (x0 + r0)).ln_1p();
     0.5 * (x1 * r1 - x0 * r0 + bend) - r0 * length_m
 }
 

@@ -5,15 +5,19 @@
 //! held, so that a table never extrapolates. Axes of fewer than 4 nodes use what they have.
 
 /// The nodes around one place on an axis, with their weights.
-pub(super) struct Stencil {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stencil {
     first: usize,
     n_nodes: usize,
     weights: [f64; 4],
 }
 
 impl Stencil {
-    /// Nodes and weights for `x` on a rising axis that is not empty.
-    pub(super) fn new(axis: &[f64], x: f64) -> Self {
+    /// Nodes and weights for `x` on a rising axis.
+    ///
+    /// # Panics
+    /// If the axis is empty.
+    pub fn new(axis: &[f64], x: f64) -> Self {
         let n_nodes = axis.len().min(4);
         let above = axis.partition_point(|&node| node <= x);
         let first = above.saturating_sub(2).min(axis.len() - n_nodes);
@@ -29,11 +33,14 @@ impl Stencil {
         }
     }
 
+    /// Indices of the nodes in the order of the axis, and their weights.
+    pub fn weighted_nodes(&self) -> impl Iterator<Item = (usize, f64)> + use<> {
+        (self.first..self.first + self.n_nodes).zip(self.weights)
+    }
+
     /// Weighted sum of what `value` gives at the nodes, in the order of the axis.
     pub(super) fn sum(&self, value: impl Fn(usize) -> f64) -> f64 {
-        let nodes = self.first..self.first + self.n_nodes;
-        nodes
-            .zip(self.weights)
+        self.weighted_nodes()
             .map(|(node, weight)| weight * value(node))
             .sum()
     }

@@ -1,12 +1,13 @@
 //! What a plan needs to know of the drops: their box, extinction and sizes.
 
 use std::collections::BTreeMap;
+use std::collections::HashMap;
 
 use glam::DVec3;
 use niji_dropfield::AreaMoments;
 use niji_dropfield::DropMode;
 use niji_dropfield::DropVolume;
-use niji_droplets::Axis;
+use niji_dropfield::Drops;
 use niji_droplets::Shape;
 use niji_geometry::Aabb;
 
@@ -46,47 +47,55 @@ const N_PARTS: [i32; 3] = [12, 8, 12];
 /// Shapes with more nodes than this are not laid out for a plan.
 const MAX_NODES_LAID_OUT: u64 = 1_000_000;
 
-/// Largest effective variance that the moments of a mixture of neighboring nodes are given in files,
-/// of which only the nodes are known.
-const MIXTURE_VARIANCE: f64 = 0.05;
+/// Roundoff of the f32 numbers of a node: figures that near to a shape's own are its own.
+const NODE_ROUNDOFF: f64 = 1e-6;
 
 impl DropSummary {
-    /// Figures of a shape; `None` if it is not valid. Shapes of up to a million nodes are laid out
-    /// to find where the drops are, larger ones count as full.
+    /// Figures of a shape; `None` if it is not valid or has no drops. Shapes of up to a million nodes
+    /// are laid out to find where the drops are, larger ones count as full and as mixed throughout.
     pub fn of_shape(shape: &Shape) -> Option<Self> {
+        let whole = Self::in_closed_form(shape)?;
+        if whole.n_nodes > MAX_NODES_LAID_OUT {
+            return Some(whole);
+        }
+        let found = Self::of_volume(&shape.volume().ok()?)?;
+        Some(Self {
+            effective_radius_um: snapped(found.effective_radius_um, whole.effective_radius_um),
+            effective_variance: snapped(found.effective_variance, shape.effective_variance_range()),
+            parts: found.parts,
+            ..whole
+        })
+    }
+
+    /// What a shape knows of itself before it is laid out.
+    fn in_closed_form(shape: &Shape) -> Option<Self> {
         let grid = shape.grid();
         let counts = grid.n_nodes().ok()?;
         let n = DVec3::from(counts.map(f64::from));
         // Trilinear drops fade out over the voxel beyond the outermost nodes.
         let half = DVec3::splat(0.5 * grid.voxel_m);
-        let (low_variance, high_variance) = shape.effective_variance_range();
-        let mixed = mixture_variance(shape, counts);
         let bounds = Aabb {
             min: grid.min - half,
             max: grid.min + n * grid.voxel_m + half,
         };
-        let n_nodes: u64 = counts
-            .iter()
-            .map(|count| u64::from(count.unsigned_abs()))
-            .product();
         let max_extinction_m1_q1 = shape.max_extinction_m1_q1();
-        let parts = if n_nodes <= MAX_NODES_LAID_OUT {
-            shape.volume().ok()?.modes.iter().flat_map(parts).collect()
-        } else {
-            vec![DropPart {
-                bounds,
-                max_extinction_m1_q1,
-            }]
-        };
+        let radii = shape.effective_radius_range_um();
+        let (narrowest, broadest) = shape.effective_variance_range();
         Some(Self {
             min_m: bounds.min,
             max_m: bounds.max,
             voxel_m: grid.voxel_m,
-            n_nodes,
+            n_nodes: counts
+                .iter()
+                .map(|count| u64::from(count.unsigned_abs()))
+                .product(),
             max_extinction_m1_q1,
-            parts,
-            effective_radius_um: shape.effective_radius_range_um(),
-            effective_variance: (low_variance, high_variance.max(mixed)),
+            parts: vec![DropPart {
+                bounds,
+                max_extinction_m1_q1,
+            }],
+            effective_radius_um: radii,
+            effective_variance: (narrowest, mixture_variance(radii, broadest)),
         })
     }
 
@@ -97,14 +106,9 @@ impl DropSummary {
             return None;
         }
         let voxels = volume.modes.iter().map(niji_dropfield::DropMode::voxel_m);
-        let (low_um, high_um) = summary.effective_radius_um;
         let (low, high) = summary.effective_variance;
         let parts: Vec<DropPart> = volume.modes.iter().flat_map(parts).collect();
-        let mixed = if high_um > low_um {
-            MIXTURE_VARIANCE
-        } else {
-            0.0
-        };
+        let mixtures = volume.modes.iter().map(largest_mixture_variance);
         Some(Self {
             min_m: summary.min_m,
             max_m: summary.max_m,
@@ -116,8 +120,8 @@ impl DropSummary {
                 .map(|part| part.max_extinction_m1_q1)
                 .fold(summary.max_extinction_m1_q1, f64::max),
             parts,
-            effective_radius_um: (low_um, high_um),
-            effective_variance: (low, high.max(mixed)),
+            effective_radius_um: summary.effective_radius_um,
+            effective_variance: (low, mixtures.fold(high, f64::max)),
         })
     }
 
@@ -189,52 +193,78 @@ fn places(node: [i32; 3], size: [i32; 3]) -> impl Iterator<Item = [i32; 3]> {
         })
 }
 
-/// Mixtures of neighboring nodes that are looked at, from one to the other.
-const N_MIXTURES: usize = 16;
-
-/// Largest effective variance between neighboring nodes of a gradient: moments interpolate, and a
-/// mixture of two sizes has a spread of its own. The other shapes have one size law everywhere.
-fn mixture_variance(shape: &Shape, counts: [i32; 3]) -> f64 {
-    let Shape::Gradient(gradient) = shape else {
-        return 0.0;
+/// The shape's own ends of a range, unless the nodes found others.
+fn snapped(found: (f64, f64), own: (f64, f64)) -> (f64, f64) {
+    let end = |found: f64, own: f64| {
+        let is_near = (found - own).abs() <= NODE_ROUNDOFF * own.abs();
+        if is_near { own } else { found }
     };
-    let (_, own) = shape.effective_variance_range();
-    let count = match gradient.axis {
-        Axis::X => counts[0],
-        Axis::Y => counts[1],
-        Axis::Z => counts[2],
-    };
-    let n_nodes = count.max(1) as usize;
-    let n = n_nodes as f64;
-    let mut largest = own;
-    for index in 1..n_nodes {
-        // Nodes lie half a voxel inside the box.
-        let at = |index: usize| gradient.at((index as f64 + 0.5) / n);
-        let (low, high) = (moments(at(index - 1), own), moments(at(index), own));
-        for step in 0..=N_MIXTURES {
-            let t = step as f64 / N_MIXTURES as f64;
-            let [m2, m3, m4] = [0, 1, 2].map(|i| low[i] * (1.0 - t) + high[i] * t);
-            if m3 > 0.0 {
-                largest = largest.max((m4 / m3) * (m2 / m3) - 1.0);
-            }
-        }
-    }
-    largest.min(f64::from(niji_dropfield::MAX_EFFECTIVE_VARIANCE))
+    (end(found.0, own.0), end(found.1, own.1))
 }
 
-/// M2, M3, M4 of a gamma law.
-fn moments((radius_um, number_density_m3): (f64, f64), variance: f64) -> [f64; 3] {
-    let m2 = number_density_m3 * radius_um * radius_um * (1.0 - variance) * (1.0 - 2.0 * variance);
-    [
-        m2,
-        m2 * radius_um,
-        m2 * radius_um * radius_um * (1.0 + variance),
-    ]
+/// Largest effective variance of a mixture of drops whose effective radii lie between `a` and `b`
+/// and whose own effective variance is at most `v`: (1 + v) (a + b)²/(4 a b) - 1, as far as a gamma
+/// law can have it. Moments interpolate, so that this is what lies between two nodes.
+fn mixture_variance((a, b): (f64, f64), v: f64) -> f64 {
+    let largest = (1.0 + v) * (a + b).powi(2) / (4.0 * a * b) - 1.0;
+    // Of equal radii `v` itself, without the roundoff of the line above.
+    let mixed = if a < b { largest.max(v) } else { v };
+    mixed.min(f64::from(niji_dropfield::MAX_EFFECTIVE_VARIANCE))
+}
+
+/// Largest effective variance anywhere in a mode, between its nodes as well.
+fn largest_mixture_variance(mode: &DropMode) -> f64 {
+    let drops = || mode.nodes().map(|(_, drops)| drops);
+    let whole = drops().fold(Sizes::NONE, Sizes::with);
+    let n_nodes = drops().count() as u64;
+    if whole.radius_um.0 >= whole.radius_um.1 || n_nodes > MAX_NODES_LAID_OUT {
+        return mixture_variance(whole.radius_um, whole.variance);
+    }
+    let mut cells: HashMap<[i32; 3], Sizes> = HashMap::new();
+    for (node, drops) in mode.nodes() {
+        for corner in 0..8 {
+            let cell = std::array::from_fn(|axis| node[axis] - (corner >> axis & 1));
+            let sizes = cells.entry(cell).or_insert(Sizes::NONE);
+            *sizes = sizes.with(drops);
+        }
+    }
+    cells
+        .values()
+        .map(|sizes| mixture_variance(sizes.radius_um, sizes.variance))
+        .fold(0.0, f64::max)
+}
+
+/// Smallest and largest effective radius of some nodes, and their largest effective variance.
+#[derive(Debug, Clone, Copy)]
+struct Sizes {
+    radius_um: (f64, f64),
+    variance: f64,
+}
+
+impl Sizes {
+    const NONE: Self = Self {
+        radius_um: (f64::INFINITY, 0.0),
+        variance: 0.0,
+    };
+
+    fn with(self, drops: Drops) -> Self {
+        let radius_um = 1e6 * f64::from(drops.effective_radius_m);
+        Self {
+            radius_um: (
+                self.radius_um.0.min(radius_um),
+                self.radius_um.1.max(radius_um),
+            ),
+            variance: self.variance.max(f64::from(drops.effective_variance)),
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use niji_droplets::Axis;
     use niji_droplets::Gradient;
+    use niji_sizes::MarshallPalmer;
+    use niji_sizes::SizeLaw;
 
     use super::*;
 
@@ -255,7 +285,7 @@ mod tests {
     #[test]
     fn a_shape_and_its_volume_have_the_same_figures() {
         let shape = gradient(2.0);
-        let before = DropSummary::of_shape(&shape).unwrap();
+        let before = DropSummary::in_closed_form(&shape).unwrap();
         let after = DropSummary::of_volume(&shape.volume().unwrap()).unwrap();
         assert_eq!((before.min_m, before.max_m), (after.min_m, after.max_m));
         assert_eq!(
@@ -265,6 +295,45 @@ mod tests {
         assert!(before.max_extinction_m1_q1 >= after.max_extinction_m1_q1);
         assert!(before.effective_radius_um.0 <= after.effective_radius_um.0);
         assert!(before.effective_radius_um.1 >= after.effective_radius_um.1);
+        assert!(before.effective_variance.1 >= after.effective_variance.1);
+    }
+
+    #[test]
+    fn one_size_everywhere_keeps_the_numbers_of_the_shape() {
+        // 1/3 and 513 um have no exact f32.
+        let rain = Shape::Uniform(niji_droplets::Uniform {
+            box_min_m: [0.0; 3],
+            box_max_m: [8.0; 3],
+            voxel_m: 1.0,
+            law: SizeLaw::MarshallPalmer(MarshallPalmer::untruncated(5.0)),
+            number_density_m3: None,
+        });
+        let summary = DropSummary::of_shape(&rain).unwrap();
+        assert_eq!(
+            summary.effective_radius_um,
+            rain.effective_radius_range_um()
+        );
+        assert_eq!(summary.effective_variance, rain.effective_variance_range());
+    }
+
+    #[test]
+    fn no_mixture_of_two_sizes_is_wider_than_the_bound() {
+        let (a, b, v) = (100.0_f64, 250.0_f64, 0.05);
+        let bound = mixture_variance((a, b), v);
+        let mut widest = 0.0_f64;
+        for step in 0..=1000 {
+            // Shares of the cross-section.
+            let t = f64::from(step) / 1000.0;
+            let m3 = a * (1.0 - t) + b * t;
+            let m4 = (1.0 + v) * (a * a * (1.0 - t) + b * b * t);
+            widest = widest.max(m4 / (m3 * m3) - 1.0);
+        }
+        assert!(
+            widest <= bound && widest > bound - 1e-5,
+            "{widest}, {bound}"
+        );
+        assert_eq!(mixture_variance((a, a), v), v);
+        assert!(mixture_variance((0.0, b), v) < 0.5);
     }
 
     #[test]

@@ -11,6 +11,7 @@ use niji_radiometry::solar_irradiance;
 use niji_radiometry::water_refractive_index;
 
 use crate::accuracy::Levels;
+use crate::drops::Drops;
 use crate::effect::Effect;
 use crate::scene::Scene;
 
@@ -82,7 +83,9 @@ impl Situation {
         };
         // What a gray card in the sun looks like is what that is worth at other exposures.
         let reference_albedo = REFERENCE_ALBEDO * (-scene.picture.exposure_ev).exp2();
-        let (lines, sun_luminance) = lines(&grid, reference_albedo);
+        // By moonlight everything is as much weaker, but the white of the picture stays the sun's.
+        let line_albedo = reference_albedo / scene.sun.irradiance_scale();
+        let (lines, sun_luminance) = lines(&grid, line_albedo);
         Ok(Self {
             view: seen(&blocks, &drops, sun_chord_m),
             flattening: flattening_seen(&blocks),
@@ -103,7 +106,8 @@ impl Situation {
         let Some(air) = &scene.air else {
             return Ok(None);
         };
-        Ok(Some(air.model(self.grid, scene.ground.albedo)?.tabulate()?))
+        let model = air.model(self.grid, scene.ground.albedo, &scene.sun)?;
+        Ok(Some(model.tabulate()?))
     }
 
     pub(super) fn air_light(&self, table: Option<&AtmosphereTable>) -> Option<AirLight> {
@@ -194,9 +198,10 @@ fn summary(scene: &Scene, inputs: &PlanInputs<'_>) -> Result<DropSummary, PlanEr
         Some(shape) => DropSummary::of_shape(&shape),
         None => inputs.drops.clone(),
     };
-    let file = || match scene.drops.shape() {
-        Some(shape) => format!("of the shape {}", shape.name()),
-        None => scene.drops.file().unwrap_or_default().to_string(),
+    let file = || match &scene.drops {
+        Drops::Shape(shape) => format!("of the shape {}", shape.name()),
+        Drops::FromVdb(density) => density.file.clone(),
+        Drops::File(drops) => drops.file.clone(),
     };
     summary.ok_or_else(|| PlanError::NoDrops { file: file() })
 }
