@@ -14,10 +14,10 @@ use support::niji_ends_with;
 use support::text;
 use support::variant;
 
-/// Optical depths against Simpson's rule; the worst is 3e-6, of the table.
-const DEPTH_TOLERANCE: f64 = 1e-5;
-/// In-scattering against nested Simpson's rule; the worst is 5e-6.
-const IN_SCATTERING_TOLERANCE: f64 = 2e-5;
+/// Optical depths against Simpson's rule; the worst is 2.3e-8.
+const DEPTH_TOLERANCE: f64 = 1e-7;
+/// In-scattering against nested Simpson's rule; the worst is 1.5e-8, with adaptive quadrature to 1e-6.
+const IN_SCATTERING_TOLERANCE: f64 = 1e-6;
 
 /// The rows of `niji eval air` by column.
 struct Rows {

@@ -294,18 +294,28 @@ fn sizes(law: &str) -> Vec<f64> {
 
 #[test]
 fn wrong_flags_of_a_shape_are_named() {
-    let fog = "drops fog-bank --box-min-m=0,0,0 --box-max-m=8,8,8 --voxel-m 1 --profile even \
-               --max-lwc-g-m3 0.1 --max-effective-radius-um 10 -o never.vdb";
+    let spray = "drops sea-spray --box-min-m=0,0,0 --box-max-m=8,8,8 --voxel-m 1 \
+                 --surface-lwc-g-m3 0.1 --scale-height-m 5 --median-radius-um 40 -o never.vdb";
     for (more, named) in [
-        ("--effective-variance 0.7", "--effective-variance"),
-        ("", "--effective-variance"),
         (
-            "--effective-variance 0.1 --max-lwc-g-m3 nan",
-            "--max-lwc-g-m3",
+            "--geometric-standard-deviation 0.7",
+            "--geometric-standard-deviation",
         ),
-        ("--effective-variance 0.1 --radius-um 10", "--radius-um"),
+        ("", "--geometric-standard-deviation"),
+        (
+            "--geometric-standard-deviation nan",
+            "--geometric-standard-deviation",
+        ),
+        (
+            "--geometric-standard-deviation 1.5 --radius-um 10",
+            "--radius-um",
+        ),
+        (
+            "--geometric-standard-deviation 1.5 --turbulence-seed 1",
+            "--turbulence-strength",
+        ),
     ] {
-        let line = format!("{fog} {more}");
+        let line = format!("{spray} {more}");
         let arguments: Vec<&str> = line.split_whitespace().collect();
         let found = message(2, &arguments);
         assert!(found.contains(named), "{more}: {found}");

@@ -60,7 +60,7 @@ pub(crate) fn execute(command: &AtmosphereCommand, common: &Common) -> Result<()
         return Ok(());
     };
     let width_px = command.width_px;
-    if !(2..=MAX_WIDTH_PX).contains(&width_px) || width_px % 2 != 0 {
+    if !(2..=MAX_WIDTH_PX).contains(&width_px) || !width_px.is_multiple_of(2) {
         return Err(Failure::Usage(format!(
             "found a width of {width_px} pixels, expected an even number from 2 to {MAX_WIDTH_PX}"
         )));

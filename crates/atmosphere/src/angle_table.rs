@@ -106,7 +106,6 @@ impl AngleTable {
         self.n_values
     }
 
-    pub(crate) fn shape(&self) -> Vec<usize> { self.rows.iter().map(|r| r.azimuth.n_nodes()).collect() }
     /// Number of nodes.
     pub(crate) fn n_nodes(&self) -> usize {
         self.rows.iter().map(|row| row.azimuth.n_nodes()).sum()

@@ -14,10 +14,9 @@
 //!   M/M0         1/2     2/3     1    3/2     2
 //!   error      0.114   0.067     0  0.067  0.114   at 720 to 770 nm
 //!   < 650 nm   0.020   0.014     0  0.025  0.051   at 590 nm, vapor on the longest paths
-//! The vapor has a scale height of 2000 m (R63), the oxygen that of the air.
+//! The vapor has a scale height of 2000 m (usual are 2.0 to 2.4 km), the oxygen that of the air.
 //! [BR86] Bird and Riordan, J. Climate Appl. Meteorol. 25, 87-97 (1986); the report of 1984 prints
 //! 118.93 in the place of 118.3.
-//! [R63] Reitan, J. Appl. Meteorol. 2, 776-779 (1963).
 
 use niji_geometry::Planet;
 use niji_radiometry::Nanometers;
@@ -35,7 +34,7 @@ use crate::phase_function::PhaseFunction;
 use crate::rayleigh_bodhaine::STANDARD_PRESSURE_PA;
 use crate::rayleigh_bodhaine::equivalent_height_m;
 
-/// Scale height of water vapor, m (R63).
+/// Scale height of water vapor, m.
 const VAPOR_HEIGHT_M: f64 = 2000.0;
 /// More water than any air holds, cm.
 const MOST_WATER_CM: f64 = 20.0;
@@ -115,7 +114,7 @@ impl BandGas {
             }
             Self::Oxygen { pressure_pa } => {
                 let pressure_ratio = pressure_pa / STANDARD_PRESSURE_PA;
-                let y = absorption(Gas::MixedGas, edges) * pressure_ratio * air_mass;
+                let y = absorption(Gas::Oxygen, edges) * pressure_ratio * air_mass;
                 1.41 * y / (1.0 + 118.3 * y).powf(0.45)
             }
         }

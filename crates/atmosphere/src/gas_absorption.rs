@@ -13,7 +13,7 @@ const TABLE: &str = include_str!("../../../data/gas_absorption_spctral2.csv");
 
 static OZONE: LazyLock<TabulatedSpectrum> = LazyLock::new(|| column("ozone"));
 static WATER_VAPOR: LazyLock<TabulatedSpectrum> = LazyLock::new(|| column("water_vapour"));
-static MIXED_GAS: LazyLock<TabulatedSpectrum> = LazyLock::new(|| column("mixed_gas"));
+static OXYGEN: LazyLock<TabulatedSpectrum> = LazyLock::new(|| column("mixed_gas"));
 
 fn column(name: &str) -> TabulatedSpectrum {
     TabulatedSpectrum::from_csv(TABLE, name)
@@ -25,7 +25,7 @@ fn column(name: &str) -> TabulatedSpectrum {
 pub(crate) enum Gas {
     Ozone,
     WaterVapor,
-    MixedGas,
+    Oxygen,
 }
 
 /// Mean coefficient of a gas between two wavelengths.
@@ -33,7 +33,7 @@ pub(crate) fn absorption(gas: Gas, (lo, hi): (Nanometers, Nanometers)) -> f64 {
     let spectrum = match gas {
         Gas::Ozone => &OZONE,
         Gas::WaterVapor => &WATER_VAPOR,
-        Gas::MixedGas => &MIXED_GAS,
+        Gas::Oxygen => &OXYGEN,
     };
     spectrum.bin_mean(lo, hi)
 }
@@ -43,14 +43,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_coefficients_are_those_in_print() {
-        // BR86, table 1.
+    fn the_coefficients_of_the_bands_stand_at_their_wavelengths() {
+        // SPCTRAL2 (BR86), as pvlib has them.
         for (gas, nm, printed) in [
             (Gas::Ozone, 593.0, 0.119),
             (Gas::WaterVapor, 593.0, 0.075),
             (Gas::WaterVapor, 724.4, 2.5),
-            (Gas::MixedGas, 690.0, 0.15),
-            (Gas::MixedGas, 762.5, 4.0),
+            (Gas::Oxygen, 690.0, 0.15),
+            (Gas::Oxygen, 762.5, 4.0),
         ] {
             let found = absorption(gas, (Nanometers(nm), Nanometers(nm)));
             assert!((found - printed).abs() < 1e-12, "{gas:?} {nm}: {found}");

@@ -126,8 +126,6 @@ impl SkyDome {
         }
     }
 
-    /// PROBE
-    pub fn shape(&self) -> Vec<Vec<usize>> { [&self.sky, &self.ground].into_iter().flatten().map(AngleTable::shape).collect() }
     /// Number of rays that the table holds.
     pub fn n_rays(&self) -> usize {
         [&self.sky, &self.ground]

@@ -2,7 +2,6 @@
 
 use std::f64::consts::PI;
 
-use niji_atmosphere::Aerosol;
 use niji_atmosphere::AerosolKind;
 use niji_atmosphere::AirComponent;
 use niji_atmosphere::AirModel;
@@ -60,7 +59,7 @@ fn air(
 
 /// Rayleigh air with haze over a ground of albedo 0.3.
 fn hazy() -> AtmosphereTable {
-    let haze = Aerosol::of_kind(AerosolKind::Rural);
+    let haze = AerosolKind::Rural.aerosol();
     air(
         EARTH,
         3,

@@ -97,7 +97,6 @@ fn twilight_and_the_earth_seen_from_space_hold_but_for_the_edge_of_the_shadow() 
     let air = usual_air();
     for (sun_deg, height_m) in [(-4.0, 2.0), (-4.0, 2e3), (60.0, 400e3), (25.0, 400e3)] {
         let worst = worst_error(&air, observer(height_m, sun_deg), 1e-4);
-        println!("EDGE {sun_deg} {height_m}: {worst:.1e}");
         assert!(
             worst < EDGE_TOLERANCE,
             "sun {sun_deg}, height {height_m}: {worst:e}"

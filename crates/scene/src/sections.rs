@@ -39,6 +39,7 @@ pub enum Body {
 }
 
 impl Body {
+    #[allow(clippy::trivially_copy_pass_by_ref, reason = "serde hands it over so")]
     fn is_sun(&self) -> bool {
         *self == Self::Sun
     }

@@ -281,121 +281,78 @@ impl AirFlags {
     fn check_idle_flags(&self) -> Result<(), Failure> {
         let parts = self.parts();
         let has = |part: Part| parts.contains(&part);
-        let nishita = has(Part::Rayleigh) && self.is_nishita();
-        let bodhaine = has(Part::Rayleigh) && !self.is_nishita();
-        let (haze, bands) = (
-            has(Part::Aerosol),
-            has(Part::WaterVapor) || has(Part::Oxygen),
-        );
-        let flags = [
+        let molecules = has(Part::Rayleigh);
+        let nishita = molecules && self.is_nishita();
+        let pressure = (molecules && !self.is_nishita()) || has(Part::Oxygen);
+        let bands = has(Part::WaterVapor) || has(Part::Oxygen);
+        let users = [
+            ("rayleigh", molecules, self.molecule_flags()),
+            ("--rayleigh nishita", nishita, self.nishita_flags()),
+            ("ozone", has(Part::Ozone), self.ozone_flags()),
+            ("aerosol", has(Part::Aerosol), self.haze_flags()),
             (
-                "rayleigh",
-                self.rayleigh.is_some(),
-                has(Part::Rayleigh),
-                "rayleigh",
-            ),
-            (
-                "refractive-index",
-                self.refractive_index.is_some(),
-                nishita,
-                "--rayleigh nishita",
-            ),
-            (
-                "molecules-m3",
-                self.molecules_m3.is_some(),
-                nishita,
-                "--rayleigh nishita",
-            ),
-            (
-                "rayleigh-scale-height-m",
-                self.rayleigh_scale_height_m.is_some(),
-                has(Part::Rayleigh),
-                "rayleigh",
-            ),
-            (
-                "pressure-hpa",
-                self.pressure_hpa.is_some(),
-                bodhaine || has(Part::Oxygen),
-                "--rayleigh bodhaine or oxygen",
-            ),
-            (
-                "king-factor",
-                self.king_factor.is_some(),
-                has(Part::Rayleigh),
-                "rayleigh",
-            ),
-            (
-                "ozone-dobson",
-                self.ozone_dobson.is_some(),
-                has(Part::Ozone),
-                "ozone",
-            ),
-            (
-                "ozone-heights-m",
-                self.ozone_heights_m.is_some(),
-                has(Part::Ozone),
-                "ozone",
-            ),
-            ("aerosol", self.aerosol.is_some(), haze, "aerosol"),
-            (
-                "visibility-km",
-                self.visibility_km.is_some(),
-                haze,
-                "aerosol",
-            ),
-            (
-                "angstrom-alpha",
-                self.angstrom_alpha.is_some(),
-                haze,
-                "aerosol",
-            ),
-            (
-                "angstrom-beta",
-                self.angstrom_beta.is_some(),
-                haze,
-                "aerosol",
-            ),
-            (
-                "single-scattering-albedo",
-                self.single_scattering_albedo.is_some(),
-                haze,
-                "aerosol",
-            ),
-            ("asymmetry", self.asymmetry.is_some(), haze, "aerosol"),
-            (
-                "phase-function",
-                self.phase_function.is_some(),
-                haze,
-                "aerosol",
-            ),
-            (
-                "aerosol-scale-height-m",
-                self.aerosol_scale_height_m.is_some(),
-                haze,
-                "aerosol",
-            ),
-            (
-                "precipitable-water-cm",
-                self.precipitable_water_cm.is_some(),
-                has(Part::WaterVapor),
                 "water-vapor",
+                has(Part::WaterVapor),
+                self.precipitable_water_cm.map(|_| "precipitable-water-cm"),
             ),
             (
-                "band-air-mass",
-                self.band_air_mass.is_some(),
-                bands,
+                "--rayleigh bodhaine or oxygen",
+                pressure,
+                self.pressure_hpa.map(|_| "pressure-hpa"),
+            ),
+            (
                 "water-vapor or oxygen",
+                bands,
+                self.band_air_mass.map(|_| "band-air-mass"),
             ),
         ];
-        match flags.iter().find(|(_, given, used, _)| *given && !used) {
-            Some((flag, _, _, needed)) => Err(Failure::Usage(format!(
-                "--{flag} has no effect without {needed} among --constituents"
-            ))),
-            None => Ok(()),
+        for (needed, is_there, flag) in users {
+            if let (false, Some(flag)) = (is_there, flag) {
+                return Err(Failure::Usage(format!(
+                    "--{flag} has no effect without {needed} among --constituents"
+                )));
+            }
         }
+        Ok(())
+    }
+
+    /// The first flag given of those for molecules of either model.
+    fn molecule_flags(&self) -> Option<&'static str> {
+        let height = self.rayleigh_scale_height_m;
+        self.rayleigh
+            .map(|_| "rayleigh")
+            .or(height.map(|_| "rayleigh-scale-height-m"))
+            .or(self.king_factor.map(|_| "king-factor"))
+    }
+
+    fn nishita_flags(&self) -> Option<&'static str> {
+        self.refractive_index
+            .map(|_| "refractive-index")
+            .or(self.molecules_m3.map(|_| "molecules-m3"))
+    }
+
+    fn ozone_flags(&self) -> Option<&'static str> {
+        let heights = self.ozone_heights_m.as_ref();
+        self.ozone_dobson
+            .map(|_| "ozone-dobson")
+            .or(heights.map(|_| "ozone-heights-m"))
+    }
+
+    fn haze_flags(&self) -> Option<&'static str> {
+        let albedo = self.single_scattering_albedo;
+        let height = self.aerosol_scale_height_m;
+        self.aerosol
+            .map(|_| "aerosol")
+            .or(self.visibility_km.map(|_| "visibility-km"))
+            .or(self.angstrom_alpha.map(|_| "angstrom-alpha"))
+            .or(self.angstrom_beta.map(|_| "angstrom-beta"))
+            .or(albedo.map(|_| "single-scattering-albedo"))
+            .or(self.asymmetry.map(|_| "asymmetry"))
+            .or(self.phase_function.map(|_| "phase-function"))
+            .or(height.map(|_| "aerosol-scale-height-m"))
     }
 }
 
-fn usage(error: niji_atmosphere::Error) -> Failure {
+fn usage(error: impl std::fmt::Display) -> Failure {
     Failure::Usage(error.to_string())
 }
