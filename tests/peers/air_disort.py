@@ -45,7 +45,8 @@ class Column:
         self.tau, self.mu0 = tau, mu0
         coefficients = np.zeros(STREAMS)
         coefficients[0], coefficients[2] = 1.0, 0.1
-        ground = [albedo / math.pi] if albedo > 0.0 else []
+        # Mode 0 in the normalisation of PythonicDISORT: 1 gives back all the flux.
+        ground = [albedo] if albedo > 0.0 else []
         self.mu, _, _, _, self.u = pydisort(
             tau, 1.0 - 1e-9, STREAMS, coefficients, mu0, 1.0, 0.0,
             NFourier=3, BDRF_Fourier_modes=ground,

@@ -53,7 +53,7 @@ impl ShapeCommand {
             niji_droplets::Error::Volume(volume) => with_causes(volume),
             _ => with_causes(error),
         };
-        Failure::Usage(self.flags.name_flag(&message))
+        Failure::Usage(self.flags.name_flags(&message))
     }
 }
 

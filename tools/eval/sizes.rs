@@ -66,7 +66,7 @@ impl FromArgMatches for Given {
 pub(super) fn csv(arguments: &SizesArguments) -> Result<String, Failure> {
     let flags = Flags::of::<Sizes>();
     let Sizes { law, amount } = schema_flags::read(flags.value(&arguments.given.0)?)?;
-    let refused = |error: niji_sizes::Error| Failure::Usage(flags.name_flag(&error.to_string()));
+    let refused = |error: niji_sizes::Error| Failure::Usage(flags.name_flags(&error.to_string()));
     law.validate().map_err(refused)?;
     if let Some(amount) = &amount {
         amount.validate().map_err(refused)?;

@@ -87,16 +87,20 @@ impl Flags {
         values::object(&self.fields, matches)
     }
 
-    /// A message that begins with the name of a field, with that of its flag instead.
-    pub(crate) fn name_flag(&self, message: &str) -> String {
-        let name_length = message
-            .find(|c: char| !c.is_ascii_alphanumeric() && c != '_')
-            .unwrap_or(message.len());
-        let (name, rest) = message.split_at(name_length);
-        match flagged(&self.fields).find(|field| field.key == name) {
-            Some(field) => format!("--{}{rest}", field.flag),
-            None => message.to_owned(),
-        }
+    /// A message of a library with flags in place of the names of fields.
+    pub(crate) fn name_flags(&self, message: &str) -> String {
+        let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
+        let flag = |word: &str| flagged(&self.fields).find(|field| field.key == word);
+        let named = |(place, part): (usize, &str)| {
+            let word = part.trim_end_matches(|c: char| !is_word(c));
+            // A name of one word is a name where it begins the message, and else may be prose.
+            match flag(word).filter(|_| place == 0 || word.contains('_')) {
+                Some(field) => format!("--{}{}", field.flag, &part[word.len()..]),
+                None => part.to_owned(),
+            }
+        };
+        let parts = message.split_inclusive(|c: char| !is_word(c));
+        parts.enumerate().map(named).collect()
     }
 }
 

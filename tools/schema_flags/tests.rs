@@ -118,11 +118,15 @@ fn what_is_no_number_is_refused_with_its_flag() {
 #[test]
 fn messages_of_the_libraries_name_the_flag() {
     let (flags, _) = command("rain-cell");
-    let named = |message| flags.name_flag(message);
+    let named = |message| flags.name_flags(message);
     assert_eq!(
         named("eddy_m = -1, expected more"),
         "--turbulence-eddy-m = -1, expected more"
     );
     assert_eq!(named("voxel_m: too small"), "--voxel-m: too small");
-    assert_eq!(named("size law: bad"), "size law: bad");
+    assert_eq!(
+        named("found one, expected max_rain_rate_mm_h"),
+        "found one, expected --max-rain-rate-mm-h"
+    );
+    assert_eq!(named("size law: a seed, bad"), "size law: a seed, bad");
 }

@@ -11,7 +11,9 @@
 //! beam is order 0. The ground reflects diffusely. The orders that are left out follow a geometric
 //! series, whose ratio is that of the last two. `X` varies slowly with height, where `J` falls over
 //! decades.
-//! Left out: polarization (5 % of the radiance of a blue sky) and refraction.
+//! Left out: polarization (5 % of the radiance of a blue sky) and refraction. A grazing sun in thick
+//! air decays within one layer: at a cosine of 0.08 and optical depth 5 the default level finds 16 %
+//! too much reflected light.
 //! [LHT] Lenoble, Herman, Deuze, Lafrance, Santer and Tanre, J. Quant. Spectrosc. Radiat. Transfer
 //! 107, 479-507 (2007): successive orders.  [B17] Bruneton, IEEE TVCG 23, 2641-2655 (2017).
 
@@ -88,7 +90,11 @@ impl<'a> DiffuseLight<'a> {
         let ratios = source_ratios(air, &medium, &shells_m);
         let beam_axis = SunAxis::new(BEAM_CUTS);
         let beam = Source {
-            light: to_source(air, &ratios, direct_beam(air, &shells_m, &medium, &beam_axis)),
+            light: to_source(
+                air,
+                &ratios,
+                direct_beam(air, &shells_m, &medium, &beam_axis),
+            ),
             axis: &beam_axis,
         };
         let mut last = gathering.gather(&beam, &axis);
@@ -157,7 +163,11 @@ impl<'a> DiffuseLight<'a> {
         let n = self.air.wavelengths.len();
         let moments = self.moments_at(height_m, cos_sun_zenith);
         let start = moment(1, 0) * n;
-        moments[start..start + n].iter().copied().map(f64::from).collect()
+        moments[start..start + n]
+            .iter()
+            .copied()
+            .map(f64::from)
+            .collect()
     }
 
     /// Radiance along a ray by light that was scattered twice or more often, or was scattered after
@@ -203,12 +213,18 @@ impl<'a> DiffuseLight<'a> {
     fn source(&self, crossing: &Crossing, mu_s: f64, nu: f64) -> Vec<f64> {
         let n = self.air.wavelengths.len();
         let RayPoint { height_m, mu } = crossing.point;
-        let ratios = self.medium.source_per_extinction(self.air, height_m.max(0.0));
+        let ratios = self
+            .medium
+            .source_per_extinction(self.air, height_m.max(0.0));
         let moments = self.moments_at(height_m, mu_s);
         let y = harmonics(self.medium.max_degree, mu);
         let expansion = expansion_weights(self.medium.max_degree);
         let mut cosines = Vec::new();
-        cosines_of_multiples(self.medium.max_degree, cos_azimuth(mu, mu_s, nu), &mut cosines);
+        cosines_of_multiples(
+            self.medium.max_degree,
+            cos_azimuth(mu, mu_s, nu),
+            &mut cosines,
+        );
         let mut source = vec![0.0; n];
         for l in 0..=self.medium.max_degree {
             for (m, cosine) in cosines.iter().enumerate().take(l + 1) {
@@ -231,7 +247,9 @@ impl<'a> DiffuseLight<'a> {
             return moments;
         };
         let last = self.shells_m.len() - 1;
-        let above = self.shells_m.partition_point(|&shell_m| shell_m <= height_m);
+        let above = self
+            .shells_m
+            .partition_point(|&shell_m| shell_m <= height_m);
         let low = above.clamp(1, last) - 1;
         let (from_m, to_m) = (self.shells_m[low], self.shells_m[low + 1]);
         let share = ((height_m - from_m) / (to_m - from_m)).clamp(0.0, 1.0) as f32;
@@ -249,7 +267,7 @@ impl<'a> DiffuseLight<'a> {
 }
 
 impl ScatteringOrders {
-    /// For looking.
+    /// For looking: within 11 % of the default in a hazy sky, sun and view from 2 degrees up.
     pub const DRAFT: Self = Self {
         n_layers: 10,
         n_zeniths: 4,
@@ -257,7 +275,9 @@ impl ScatteringOrders {
         max_degree: 4,
         tolerance: 1e-2,
     };
-    /// The default level.
+    /// The default level: a Rayleigh sky within 0.2 % of discrete ordinates (sun to 60, view to 75
+    /// degrees from the zenith, 450 to 650 nm, albedo 0 and 0.3, November 2026); a hazy sky within
+    /// 5 % of 24 layers, 8 zeniths and degree 10, sun and view from 2 degrees up.
     pub const STANDARD: Self = Self {
         n_layers: 16,
         n_zeniths: 6,
@@ -337,7 +357,10 @@ impl Series {
     /// Adds the orders that follow the last.
     fn add_tail(&self, last: &Light, sum: &mut Light) {
         // f32: as the light.
-        let factors = self.ratios.iter().map(|ratio| (ratio / (1.0 - ratio)) as f32);
+        let factors = self
+            .ratios
+            .iter()
+            .map(|ratio| (ratio / (1.0 - ratio)) as f32);
         let factors: Vec<f32> = factors.collect();
         let n_suns = self.ratios.len() / self.n_wavelengths;
         let rows = sum.moments.chunks_mut(self.n_wavelengths);
@@ -378,12 +401,7 @@ fn source_ratios(air: &AtmosphereTable, medium: &Medium, shells_m: &[f64]) -> Ve
 }
 
 /// The direct beam as moments: T_sun Y_lm(mu_s), and its irradiance on the ground.
-fn direct_beam(
-    air: &AtmosphereTable,
-    shells_m: &[f64],
-    medium: &Medium,
-    axis: &SunAxis,
-) -> Light {
+fn direct_beam(air: &AtmosphereTable, shells_m: &[f64], medium: &Medium, axis: &SunAxis) -> Light {
     let mut moments = Vec::new();
     let mut on_ground = Vec::new();
     for (shell, &shell_m) in shells_m.iter().enumerate() {

@@ -9,7 +9,7 @@ use glam::DVec3;
 
 use crate::Error;
 
-/// Nodes that a volume may hold: 3 GiB of drops, and 6 GiB more as bricks.
+/// Nodes that a volume may hold: 3 GiB of drops, and 5 GiB more as bricks, whose copied nodes count.
 pub const NODE_LIMIT: u64 = 1 << 28;
 
 /// Cells that stick out by less than this part of a voxel are roundoff of the division.

@@ -190,55 +190,56 @@ mod tests {
         }
     }
 
-#[test]
-fn mist_loses_what_falls_out_of_its_lowest_layer() {
-    // dQ/ds = -w (2/(sqrt(2 pi) b)) Q/U, from totals up to neighbouring distances.
-    let frame = frame();
-    let settling = settling_m_s(4e-5);
-    let mist = Mist {
-        frame,
-        flow_g_s: 500.0,
-        wind_m_s: DVec2::new(2.0, 0.0),
-        settling_m_s: settling,
-    };
-    let drift_m_s = 2.0 + 0.05 * frame.impact_m_s();
-    let water_to = |distance_m: f64| mist.water_between_g((0.0, (0.06 * distance_m).ln_1p()));
-    let step_m = 1e-3;
-    let flux = |s: f64| drift_m_s * (water_to(s + step_m) - water_to(s - step_m)) / (2.0 * step_m);
-    for s in [0.5_f64, 5.0, 25.0] {
-        let lost = (flux(s + 0.05) - flux(s - 0.05)) / 0.1;
-        let ground = 2.0 / (2.506_628_27 * (1.0 + 0.06 * s)) * flux(s) / drift_m_s;
-        assert!(
-            (lost / (-settling * ground) - 1.0).abs() < 1e-4,
-            "{s}: {lost}"
-        );
-    }
-    assert!((flux(2e-3) / 500.0 - 1.0).abs() < 1e-3);
-}
-
-#[test]
-fn mist_that_settles_like_its_plume_widens_has_a_finite_total() {
-    // m = 1: Q0 s0/(0.06 U) ln(b/s0).
-    let frame = frame();
-    let drift_m_s = 2.0 + 0.05 * frame.impact_m_s();
-    for off in [0.0, 1e-13, -1e-13] {
+    #[test]
+    fn mist_loses_what_falls_out_of_its_lowest_layer() {
+        // dQ/ds = -w (2/(sqrt(2 pi) b)) Q/U, from totals up to neighbouring distances.
+        let frame = frame();
+        let settling = settling_m_s(4e-5);
         let mist = Mist {
             frame,
             flow_g_s: 500.0,
             wind_m_s: DVec2::new(2.0, 0.0),
-            settling_m_s: (1.0 + off) * 0.06 * drift_m_s * (PI / 2.0).sqrt(),
+            settling_m_s: settling,
         };
-        let expected_g = 500.0 / (0.06 * drift_m_s) * 3.4_f64.ln();
-        assert!((mist.water_g() / expected_g - 1.0).abs() < 1e-12);
+        let drift_m_s = 2.0 + 0.05 * frame.impact_m_s();
+        let water_to = |distance_m: f64| mist.water_between_g((0.0, (0.06 * distance_m).ln_1p()));
+        let step_m = 1e-3;
+        let flux =
+            |s: f64| drift_m_s * (water_to(s + step_m) - water_to(s - step_m)) / (2.0 * step_m);
+        for s in [0.5_f64, 5.0, 25.0] {
+            let lost = (flux(s + 0.05) - flux(s - 0.05)) / 0.1;
+            let ground = 2.0 / (2.506_628_27 * (1.0 + 0.06 * s)) * flux(s) / drift_m_s;
+            assert!(
+                (lost / (-settling * ground) - 1.0).abs() < 1e-4,
+                "{s}: {lost}"
+            );
+        }
+        assert!((flux(2e-3) / 500.0 - 1.0).abs() < 1e-3);
     }
-}
 
-#[test]
-fn drops_settle_as_fast_as_measured() {
-    // Gunn and Kinzer, J. Meteorology 6, 243-248 (1949): 0.27, 0.72 and 4.03 m/s; 10 um by Stokes.
-    for (radius_um, measured) in [(10.0, 0.012), (50.0, 0.27), (100.0, 0.72), (500.0, 4.03)] {
-        let found = settling_m_s(1e-6 * radius_um);
-        assert!((found / measured - 1.0).abs() < 0.1, "{radius_um}: {found}");
+    #[test]
+    fn mist_that_settles_like_its_plume_widens_has_a_finite_total() {
+        // m = 1: Q0 s0/(0.06 U) ln(b/s0).
+        let frame = frame();
+        let drift_m_s = 2.0 + 0.05 * frame.impact_m_s();
+        for off in [0.0, 1e-13, -1e-13] {
+            let mist = Mist {
+                frame,
+                flow_g_s: 500.0,
+                wind_m_s: DVec2::new(2.0, 0.0),
+                settling_m_s: (1.0 + off) * 0.06 * drift_m_s * (PI / 2.0).sqrt(),
+            };
+            let expected_g = 500.0 / (0.06 * drift_m_s) * 3.4_f64.ln();
+            assert!((mist.water_g() / expected_g - 1.0).abs() < 1e-12);
+        }
     }
-}
+
+    #[test]
+    fn drops_settle_as_fast_as_measured() {
+        // Gunn and Kinzer, J. Meteorology 6, 243-248 (1949): 0.27, 0.72 and 4.03 m/s; 10 um by Stokes.
+        for (radius_um, measured) in [(10.0, 0.012), (50.0, 0.27), (100.0, 0.72), (500.0, 4.03)] {
+            let found = settling_m_s(1e-6 * radius_um);
+            assert!((found / measured - 1.0).abs() < 0.1, "{radius_um}: {found}");
+        }
+    }
 }

@@ -170,10 +170,7 @@ fn union_of_bounds(bricks: &[Bricks]) -> Option<Aabb> {
 
 /// Sum of the modes' extinction at Q = 1 [1/m].
 pub(crate) fn extinction_m1(bricks: &[Bricks], point: DVec3) -> f64 {
-    let m2: f64 = bricks
-        .iter()
-        .map(|mode| f64::from(mode.sample(point).m2))
-        .sum();
+    let m2: f64 = bricks.iter().map(|mode| f64::from(mode.m2(point))).sum();
     EXTINCTION_PER_M2 * m2
 }
 

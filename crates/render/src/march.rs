@@ -113,7 +113,7 @@ impl March<'_> {
             let m2: f64 = self
                 .bricks
                 .iter()
-                .map(|mode| f64::from(mode.sample(point).m2))
+                .map(|mode| f64::from(mode.m2(point)))
                 .sum();
             let step_depth = per_m2 * m2;
             progress.pass((start_m, end_m), |x| x * step_depth);

@@ -66,7 +66,9 @@ fn line_of(text: &str) -> usize {
 fn a_sound_scene_is_read_as_written() {
     let scene = Scene::from_toml(SCENE).unwrap();
     assert_eq!((scene.sun.azimuth_deg, scene.camera.height_px), (180.0, 48));
-    assert!(matches!(scene.drops, Drops::Shape(Shape::Gradient(gradient)) if gradient.radius_at_max_um == 10.0));
+    assert!(
+        matches!(scene.drops, Drops::Shape(Shape::Gradient(gradient)) if gradient.radius_at_max_um == 10.0)
+    );
     assert_eq!(scene.accuracy.preset, Preset::Draft);
     assert_eq!(scene.effects.of(Effect::DropShadow), Switch::Off);
     assert_eq!(scene.effects.of(Effect::SunDisc), Switch::Auto);

@@ -184,6 +184,12 @@ fn a_transform_leads_there_and_back() {
     assert_eq!(transform.uniform_voxel_size(), None);
     let cubes = Transform::uniform_scale_translate(0.25, DVec3::ONE);
     assert_eq!(cubes.uniform_voxel_size(), Some(0.25));
+    // Skewed by the roundoff of f32, and by more.
+    for (skew, expected) in [(1e-8, Some(0.25)), (1e-5, None)] {
+        let linear = cubes.linear() + DMat3::from_cols(DVec3::Y, DVec3::Z, DVec3::X) * skew;
+        let skewed = Transform::affine(linear, DVec3::ONE).unwrap();
+        assert_eq!(skewed.uniform_voxel_size(), expected, "{skew}");
+    }
     assert_eq!(cubes.world_to_index(DVec3::splat(1.5)), DVec3::splat(2.0));
 }
 

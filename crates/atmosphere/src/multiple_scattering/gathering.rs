@@ -41,6 +41,7 @@ pub(crate) struct Source<'a> {
 
 /// One direction from one shell.
 struct Direction {
+    height_m: f64,
     cos_zenith: f64,
     weight: f64,
     harmonics: Vec<f64>,
@@ -74,6 +75,7 @@ impl<'a> Gathering<'a> {
             let directions = cosines(planet, height_m, &rule).into_iter();
             directions
                 .map(|(cos_zenith, weight)| Direction {
+                    height_m,
                     cos_zenith,
                     weight,
                     harmonics: harmonics(max_degree, cos_zenith),
@@ -123,7 +125,7 @@ impl<'a> Gathering<'a> {
         let mut radiance = vec![0.0_f32; axis.len() * self.azimuths.len() * n];
         let mut by_order = vec![0.0_f32; (self.max_degree + 1) * n];
         for direction in &self.directions[shell] {
-            self.radiances(shell, direction, source, axis, &mut radiance);
+            self.radiances(direction, source, axis, &mut radiance);
             let weight = direction.weight * azimuth_weight;
             let rows = radiance.chunks(self.azimuths.len() * n);
             for (sun, rows) in rows.enumerate() {
@@ -161,7 +163,6 @@ impl<'a> Gathering<'a> {
     /// Radiance from one direction: `[sun][azimuth][wavelength]`.
     fn radiances(
         &self,
-        shell: usize,
         direction: &Direction,
         source: &Source,
         axis: &SunAxis,
@@ -181,7 +182,9 @@ impl<'a> Gathering<'a> {
             let block = source.axis.len() * n_moments * n;
             let light = &source.light.moments[crossed * block..(crossed + 1) * block];
             towards.fill(0.0);
-            let suns = towards.chunks_mut(n_orders * n).zip(light.chunks(n_moments * n));
+            let suns = towards
+                .chunks_mut(n_orders * n)
+                .zip(light.chunks(n_moments * n));
             for (orders, moments) in suns {
                 for l in 0..=self.max_degree {
                     for m in 0..=l {
@@ -197,7 +200,7 @@ impl<'a> Gathering<'a> {
                 }
             }
             let point = crossing.point;
-            self.each_sun(shell, direction, axis, crossing.distance_m, |row, ray| {
+            self.each_sun(direction, axis, crossing.distance_m, |row, ray| {
                 let [_, mu_s] = ray.sun_at(self.planet, crossing.distance_m);
                 let Some((low, share)) = source.axis.place(mu_s) else {
                     return;
@@ -220,7 +223,7 @@ impl<'a> Gathering<'a> {
         }
         if let Some((ground_m, transmittance)) = &direction.path.ground {
             let on_ground = &source.light.on_ground;
-            self.each_sun(shell, direction, axis, *ground_m, |row, ray| {
+            self.each_sun(direction, axis, *ground_m, |row, ray| {
                 let [_, mu_s] = ray.sun_at(self.planet, *ground_m);
                 let Some((low, share)) = source.axis.place(mu_s) else {
                     return;
@@ -240,7 +243,6 @@ impl<'a> Gathering<'a> {
     /// Calls `f` with the row of the radiance and the ray for every sun and azimuth.
     fn each_sun(
         &self,
-        shell: usize,
         direction: &Direction,
         axis: &SunAxis,
         length_m: f64,
@@ -252,7 +254,7 @@ impl<'a> Gathering<'a> {
             let sin_s = safe_sqrt((1.0 - mu_s) * (1.0 + mu_s));
             for (i, azimuth) in self.azimuths.iter().enumerate() {
                 let ray = ViewRay {
-                    height_m: self.shells_m[shell],
+                    height_m: direction.height_m,
                     cos_zenith: mu,
                     length_m,
                     cos_sun_zenith: mu_s,

@@ -90,7 +90,10 @@ fn phase_moments(
         let theta_rad = PI * x;
         let weight = 2.0 * PI * PI * weight * theta_rad.sin();
         let phases_sr1 = constituent.phases_at(theta_rad);
-        for (row, polynomial) in moments.iter_mut().zip(legendre(max_degree, theta_rad.cos())) {
+        for (row, polynomial) in moments
+            .iter_mut()
+            .zip(legendre(max_degree, theta_rad.cos()))
+        {
             for (moment, phase_sr1) in row.iter_mut().zip(&phases_sr1) {
                 *moment += weight * polynomial * phase_sr1;
             }

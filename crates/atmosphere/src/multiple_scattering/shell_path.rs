@@ -13,7 +13,7 @@ use niji_geometry::Planet;
 use crate::leg::RayPoint;
 
 /// Optical depth of a panel below which its weights are series.
-const THIN: f64 = 1e-3;
+const THIN: f64 = 1e-4;
 
 /// One crossing.
 #[derive(Debug, Clone, Copy)]
@@ -164,7 +164,7 @@ mod tests {
 
     #[test]
     fn shares_of_a_panel_add_up_to_what_it_absorbs() {
-        for d in [1e-12, 1e-6, 9.99e-4, 1.01e-3, 0.1, 1.0, 30.0, 1e4_f64] {
+        for d in [1e-12, 1e-6, 9.99e-5, 1.01e-4, 0.1, 1.0, 30.0, 1e4_f64] {
             let [near, far] = linear_shares(d);
             let whole = -(-d).exp_m1();
             assert!((near + far - whole).abs() < 1e-12 * whole, "{d}");

@@ -73,7 +73,10 @@ mod tests {
                 assert!((found - zenith).abs() < 1e-7, "{tenth}");
             }
             assert_eq!(axis.place(-0.9), None);
-            assert_eq!(axis.len(), 14 * n_cuts + 4 * n_cuts + 20 * n_cuts + 5 * n_cuts + 1);
+            assert_eq!(
+                axis.len(),
+                14 * n_cuts + 4 * n_cuts + 20 * n_cuts + 5 * n_cuts + 1
+            );
         }
     }
 }
