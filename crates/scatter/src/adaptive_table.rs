@@ -8,7 +8,7 @@ use niji_exchange::AxisError;
 use niji_exchange::InterpolationError;
 use niji_exchange::ScatteringTable;
 
-use crate::builder::scattering_table;
+use crate::builder::table_at;
 use crate::error::Error;
 use crate::interpolation_error::IntervalError;
 use crate::interpolation_error::SizeAxis;
@@ -29,13 +29,14 @@ const N_HALVINGS: usize = 4;
 /// means of the exact solution over the cells of single sizes, or four halvings were not enough.
 ///
 /// # Errors
-/// As [`scattering_table`].
+/// As [`crate::scattering_table`].
 pub fn adaptive_table(
     request: &TableRequest,
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<ScatteringTable, Error> {
     request.check()?;
     let theta_rad = theta_axis(request)?;
+    request.check_size(theta_rad.len())?;
     let mut request = request.clone();
     let mut errors = [AxisError::default(); 3];
     let axes = [SizeAxis::Variance, SizeAxis::Flattening, SizeAxis::Radius];
@@ -43,9 +44,10 @@ pub fn adaptive_table(
         (request, *error) = refined(request, &theta_rad, axis)?;
     }
     let [variance, flattening, radius] = errors;
-    let mut table = scattering_table(&request, progress)?;
+    let theta = theta_error(&request, &theta_rad)?;
+    let mut table = table_at(&request, theta_rad, progress)?;
     table.interpolation_error = Some(InterpolationError {
-        theta: theta_error(&request, &table.theta_rad)?,
+        theta,
         radius,
         variance,
         flattening,

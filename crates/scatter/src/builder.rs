@@ -38,7 +38,15 @@ pub fn scattering_table(
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<ScatteringTable, Error> {
     request.check()?;
-    let theta_rad = theta_axis(request)?;
+    table_at(request, theta_axis(request)?, progress)
+}
+
+/// The table at angles that were chosen already.
+pub(crate) fn table_at(
+    request: &TableRequest,
+    theta_rad: Vec<f64>,
+    progress: &(dyn Fn(f64) + Sync),
+) -> Result<ScatteringTable, Error> {
     let values = values_at(request, &theta_rad, progress)?;
     Ok(described(request, theta_rad, values))
 }
@@ -49,6 +57,7 @@ pub(crate) fn values_at(
     theta_rad: &[f64],
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<Array6<f32>, Error> {
+    request.check_size(theta_rad.len())?;
     match request.theory.bow_theory() {
         Some(theory) if !request.is_flattened() => bow_values(request, theory, theta_rad, progress),
         Some(_) | None => drop_values(request, theta_rad, progress),

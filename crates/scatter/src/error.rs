@@ -21,6 +21,28 @@ pub enum Error {
         /// The orders asked for.
         found: Vec<u32>,
     },
+    /// A table larger than any renderer should hold.
+    #[error(
+        "found a table of {gib:.0} GiB ({radii} radii x {variances} variances x {flattenings} \
+         flattenings x {wavelengths} wavelengths x {angles} angles), expected at most \
+         {limit_gib} GiB: allow a larger error, or leave flattened drops out"
+    )]
+    TooLarge {
+        /// Size of the table.
+        gib: f64,
+        /// Largest size allowed.
+        limit_gib: u64,
+        /// Effective radii.
+        radii: usize,
+        /// Effective variances.
+        variances: usize,
+        /// Flattenings.
+        flattenings: usize,
+        /// Wavelengths.
+        wavelengths: usize,
+        /// Scattering angles.
+        angles: usize,
+    },
     /// A drop that the exact theory refuses.
     #[error("{0}")]
     Drop(String),

@@ -8,6 +8,8 @@ use niji_radiometry::WavelengthGrid;
 use crate::error::Error;
 use crate::theory::Theory;
 
+/// Largest table: the renderer holds all of it.
+const LARGEST_TABLE_GIB: u64 = 4;
 /// Highest order of a table.
 const HIGHEST_ORDER: u32 = 7;
 
@@ -62,6 +64,30 @@ impl TableRequest<'_> {
             | Theory::Mie => true,
         };
         self.orders.iter().copied().filter(is_in).collect()
+    }
+
+    /// Refuses a table of so many angles that would be too large.
+    pub(crate) fn check_size(&self, n_angles: usize) -> Result<(), Error> {
+        let (radii, variances) = (
+            self.effective_radius_um.len(),
+            self.effective_variance.len(),
+        );
+        let (flattenings, wavelengths) = (self.flattening.len(), self.wavelengths.len());
+        let axes = [radii, variances, flattenings, wavelengths, n_angles];
+        let n_values: f64 = axes.into_iter().map(|n| n as f64).product();
+        let gib = 2.0 * size_of::<f32>() as f64 * n_values / (1_u64 << 30) as f64;
+        if gib <= LARGEST_TABLE_GIB as f64 {
+            return Ok(());
+        }
+        Err(Error::TooLarge {
+            gib,
+            limit_gib: LARGEST_TABLE_GIB,
+            radii,
+            variances,
+            flattenings,
+            wavelengths,
+            angles: n_angles,
+        })
     }
 
     pub(crate) fn check(&self) -> Result<(), Error> {

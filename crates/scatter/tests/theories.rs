@@ -350,6 +350,18 @@ fn axes_too_coarse_are_halved_until_the_tolerance_holds() {
 }
 
 #[test]
+fn a_table_that_no_machine_should_hold_is_refused_before_it_is_made() {
+    let mut huge = request(Theory::Uniform, 100.0, 0.0);
+    huge.effective_radius_um = (1..=20_000).map(|i| 0.1 * f64::from(i)).collect();
+    huge.flattening = (-100..=100).map(|i| 0.01 * f64::from(i)).collect();
+    let refused = adaptive_table(&huge, &|_| {}).unwrap_err().to_string();
+    assert!(
+        refused.contains("GiB") && refused.contains("20000 radii"),
+        "{refused}"
+    );
+}
+
+#[test]
 fn flattening_outside_of_its_range_is_refused() {
     let refused = |flattening: &[f64], orders: &[u32]| {
         let mut bad = request(Theory::Airy, 100.0, 0.0);
