@@ -123,7 +123,9 @@ pub(crate) fn execute(command: &ScatterCommand, common: &Common) -> Result<(), F
     if !command.compare.is_empty() {
         return compare::execute(command, common);
     }
-    let table = table(command, common)?;
+    let Some(table) = table(command, common)? else {
+        return Ok(());
+    };
     if let (Some(format), Some(path)) = (command.export, &command.output) {
         output::check_free(path, manner.existing)?;
         export::write(format, &table, path)?;
@@ -134,10 +136,11 @@ pub(crate) fn execute(command: &ScatterCommand, common: &Common) -> Result<(), F
     }
 }
 
-/// The table that was asked for; written to the output unless that is for an export.
-fn table(command: &ScatterCommand, common: &Common) -> Result<ScatteringTable, Failure> {
+/// The table that was asked for; written to the output unless that is for an export, and `None` if
+/// nothing is left to do with it then.
+fn table(command: &ScatterCommand, common: &Common) -> Result<Option<ScatteringTable>, Failure> {
     if let Some(path) = &command.table {
-        return stages::scatter::read(path);
+        return stages::scatter::read(path).map(Some);
     }
     let (need, wavelengths) = match &command.scene {
         Some(path) => of_scene(path, common)?,
@@ -153,13 +156,16 @@ fn table(command: &ScatterCommand, common: &Common) -> Result<ScatteringTable, F
     match &command.output {
         Some(path) if command.export.is_none() => {
             stages::scatter::make(&need, wavelengths, airy, path, manner)?;
+            if command.plot.is_none() && manner.verbosity <= Verbosity::Normal {
+                return Ok(None);
+            }
             let table = stages::scatter::read(path)?;
             if manner.verbosity > Verbosity::Normal {
                 stages::scatter::print_interpolation_error(&table);
             }
-            Ok(table)
+            Ok(Some(table))
         }
-        _ => stages::scatter::computed(&need, wavelengths, airy, manner.verbosity),
+        _ => stages::scatter::computed(&need, wavelengths, airy, manner.verbosity).map(Some),
     }
 }
 
