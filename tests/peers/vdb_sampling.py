@@ -74,9 +74,9 @@ def compare(folder, options):
                 best[key] = min(found, best.get(key, found))
         print(f"{kind}: ns a sample, bricks and bricks4 over it")
         for (order, name), (nanoseconds, total) in sorted(best.items()):
-            ours = [best[order, side] for side in ("bricks", "bricks4")]
-            assert abs(total / ours[0][1] - 1.0) < TOLERANCE, "the sums differ"
-            ratios = "  ".join(f"{side[0] / nanoseconds:5.2f}" for side in ours)
+            sides = [best[order, side] for side in ("bricks", "bricks4")]
+            assert abs(total / sides[0][1] - 1.0) < TOLERANCE, "the sums differ"
+            ratios = "  ".join(f"{side[0] / nanoseconds:5.2f}" for side in sides)
             print(f"  {order:9} {name:9} {nanoseconds:7.1f}   {ratios}")
 
 
