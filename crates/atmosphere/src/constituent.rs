@@ -30,6 +30,22 @@ pub struct Constituent {
 }
 
 impl Constituent {
+    /// Air molecules, which absorb nothing, by wavelength: scattering at sea level (1/m) and King
+    /// factor.
+    pub(crate) fn molecules(
+        scattering_m1: Vec<f64>,
+        king_factor: Vec<f64>,
+        scale_height_m: f64,
+    ) -> Self {
+        Self {
+            name: "rayleigh".to_owned(),
+            profile: DensityProfile::Exponential { scale_height_m },
+            extinction_m1: scattering_m1.clone(),
+            scattering_m1,
+            phase: PhaseFunction::Rayleigh { king_factor },
+        }
+    }
+
     /// Optical depth from sea level straight up by wavelength, without an upper end.
     pub fn vertical_optical_depth(&self) -> Vec<f64> {
         let length_m = self.profile.vertical_length_m();

@@ -17,13 +17,11 @@ use niji_radiometry::Nanometers;
 use niji_radiometry::WavelengthGrid;
 
 use crate::constituent::Constituent;
-use crate::density_profile::DensityProfile;
 use crate::error::Error;
 use crate::error::positive;
 use crate::king_factor::CO2;
 use crate::king_factor::KingFactor;
 use crate::king_factor::king_factor;
-use crate::phase_function::PhaseFunction;
 
 /// Molecules at 15 C and 1013.25 mb, 1/m^3 (B99, below eq. 22).
 const MOLECULES_M3: f64 = 2.546899e25;
@@ -97,18 +95,15 @@ impl BodhaineAir {
             pressure_ratio * self.king_factor.at(wavelength) * sphere_scattering_m1(wavelength)
         };
         let scattering_m1: Vec<f64> = wavelengths.centers().map(scattering).collect();
-        let factors = wavelengths
+        let king_factor = wavelengths
             .centers()
-            .map(|center| self.king_factor.at(center));
-        Ok(Constituent {
-            name: "rayleigh".to_owned(),
-            profile: DensityProfile::Exponential { scale_height_m },
-            extinction_m1: scattering_m1.clone(),
+            .map(|center| self.king_factor.at(center))
+            .collect();
+        Ok(Constituent::molecules(
             scattering_m1,
-            phase: PhaseFunction::Rayleigh {
-                king_factor: factors.collect(),
-            },
-        })
+            king_factor,
+            scale_height_m,
+        ))
     }
 }
 

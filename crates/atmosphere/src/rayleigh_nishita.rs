@@ -13,12 +13,10 @@ use niji_radiometry::Nanometers;
 use niji_radiometry::WavelengthGrid;
 
 use crate::constituent::Constituent;
-use crate::density_profile::DensityProfile;
 use crate::error::Error;
 use crate::error::positive;
 use crate::error::within;
 use crate::king_factor::KingFactor;
-use crate::phase_function::PhaseFunction;
 
 /// Air molecules by the formula of computer graphics.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -63,18 +61,15 @@ impl NishitaAir {
             .centers()
             .map(|center| self.scattering_m1(center))
             .collect();
-        let factors = wavelengths
+        let king_factor = wavelengths
             .centers()
-            .map(|center| self.king_factor.at(center));
-        Ok(Constituent {
-            name: "rayleigh".to_owned(),
-            profile: DensityProfile::Exponential { scale_height_m },
-            extinction_m1: scattering_m1.clone(),
+            .map(|center| self.king_factor.at(center))
+            .collect();
+        Ok(Constituent::molecules(
             scattering_m1,
-            phase: PhaseFunction::Rayleigh {
-                king_factor: factors.collect(),
-            },
-        })
+            king_factor,
+            scale_height_m,
+        ))
     }
 }
 

@@ -11,6 +11,7 @@ use crate::Error;
 use crate::Interpolation;
 use crate::bricks::BRICK_DIM;
 use crate::bricks::BRICK_NODES;
+use crate::bricks::MOST_CELLS;
 use crate::bricks::NO_BRICK;
 use crate::bricks::NODES_PER_BRICK;
 use crate::bricks::STRIDE_X;
@@ -41,7 +42,7 @@ impl Lattice {
         let (first, last) = (IVec3::from(first), IVec3::from(last));
         let extent = last.as_dvec3() - first.as_dvec3();
         let most_slots = (extent / f64::from(BRICK_DIM) + 2.0).element_product();
-        if most_slots > MOST_BRICK_SLOTS {
+        if most_slots > MOST_BRICK_SLOTS || extent.max_element() + 2.0 > MOST_CELLS {
             return Err(Error::too_many_nodes(most_slots * NODES_PER_BRICK as f64));
         }
         // The field fades to the node before the first one and to the one after the last.

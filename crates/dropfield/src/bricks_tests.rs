@@ -190,9 +190,21 @@ fn nothing_outside_and_nothing_in_an_empty_volume() {
         max,
         DVec3::splat(1e9),
         DVec3::NAN,
+        -DVec3::NAN,
         DVec3::INFINITY,
+        DVec3::NEG_INFINITY,
     ] {
         assert_eq!(bricks.sample(world), Sample::default());
+    }
+    // Far along each axis, with powers of two that could come round to the volume again.
+    let inside = 0.5 * (min + max);
+    assert!(bricks.m2(inside) > 0.0);
+    for power in 6..=1023 {
+        for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
+            for far in [2.0_f64.powi(power), -(2.0_f64.powi(power))] {
+                assert_eq!(bricks.m2(inside + far * axis).to_bits(), 0, "{far} {axis}");
+            }
+        }
     }
     let empty = DropMode::from_fn("", &grid(), |_| Drops::NONE).unwrap();
     let bricks = Bricks::build(&empty, Interpolation::Moments).unwrap();
@@ -283,6 +295,15 @@ fn bricks_that_would_not_fit_are_refused() {
         leaf
     });
     let mode = DropMode::from_parts(String::new(), 1.0, DVec3::ZERO, leaves.into());
+    let result = Bricks::build(&mode, Interpolation::Moments);
+    assert!(matches!(result, Err(Error::TooManyNodes { .. })));
+    // Few bricks, and more cells in a row than a coordinate has bits for.
+    let far = [[0; 3], [1 << 28, 0, 0]].map(|origin| {
+        let mut leaf = DropLeaf::empty(origin);
+        leaf.drops[0] = varied(DVec3::ZERO);
+        leaf
+    });
+    let mode = DropMode::from_parts(String::new(), 1.0, DVec3::ZERO, far.into());
     let result = Bricks::build(&mode, Interpolation::Moments);
     assert!(matches!(result, Err(Error::TooManyNodes { .. })));
 }

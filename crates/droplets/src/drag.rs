@@ -40,23 +40,24 @@ pub(crate) fn response_time_s(radius_m: f64, speed_m_s: f64) -> f64 {
     stokes_s / over_stokes(reynolds)
 }
 
+/// Speed at which a drop falls through still air, u = g tau(u) (m/s).
+pub(crate) fn terminal_speed_m_s(radius_m: f64) -> f64 {
+    // u - g tau(u) rises with u; Stokes' drag is the least. 64 halvings exhaust the digits.
+    let (mut low, mut high) = (0.0, GRAVITY_M_S2 * response_time_s(radius_m, 0.0));
+    for _ in 0..64 {
+        let speed = 0.5 * (low + high);
+        if speed < GRAVITY_M_S2 * response_time_s(radius_m, speed) {
+            low = speed;
+        } else {
+            high = speed;
+        }
+    }
+    0.5 * (low + high)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// The speed u = g tau(u), by bisection: u/tau(u) rises with u.
-    fn terminal_speed_m_s(radius_m: f64) -> f64 {
-        let (mut low, mut high) = (0.0, GRAVITY_M_S2 * response_time_s(radius_m, 0.0));
-        for _ in 0..100 {
-            let middle = 0.5 * (low + high);
-            if middle < GRAVITY_M_S2 * response_time_s(radius_m, middle) {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
-        low
-    }
 
     #[test]
     fn drag_coefficients_are_those_of_spheres() {

@@ -31,6 +31,7 @@ use serde::Serialize;
 
 use crate::Error;
 use crate::Turbulence;
+use crate::drag::terminal_speed_m_s;
 use crate::error::require_finite;
 use crate::error::require_in;
 use crate::error::require_not_negative;
@@ -41,7 +42,6 @@ use crate::waterfall_curtain::Curtain;
 use crate::waterfall_frame::Frame;
 use crate::waterfall_frame::Part;
 use crate::waterfall_mist::Mist;
-use crate::waterfall_mist::settling_m_s;
 use crate::waterfall_splash::Splash;
 
 /// Effective variance of curtain and splash.
@@ -172,7 +172,7 @@ impl Waterfall {
             frame,
             flow_g_s: flow_g_s * self.mist_fraction,
             wind_m_s: DVec2::from(self.wind_xz_m_s),
-            settling_m_s: settling_m_s(1e-6 * self.mist_effective_radius_um),
+            settling_m_s: terminal_speed_m_s(1e-6 * self.mist_effective_radius_um),
         };
         let moments = |radius_um, variance| {
             HansenTravis::untruncated(Micrometers(radius_um), variance).moments()

@@ -23,8 +23,6 @@ use std::f64::consts::PI;
 use glam::DVec2;
 use glam::DVec3;
 
-use crate::drag::GRAVITY_M_S2;
-use crate::drag::response_time_s;
 use crate::parcels::CUT;
 use crate::parcels::Parcels;
 use crate::parcels::cut_normal_share;
@@ -57,21 +55,6 @@ pub(crate) struct Mist {
     pub(crate) wind_m_s: DVec2,
     /// Speed at which the drops settle, w (m/s).
     pub(crate) settling_m_s: f64,
-}
-
-/// Speed at which a drop falls through still air, u = g tau(u) (m/s).
-pub(crate) fn settling_m_s(radius_m: f64) -> f64 {
-    // u - g tau(u) rises with u; Stokes' drag is the least. 64 halvings exhaust the digits.
-    let (mut low, mut high) = (0.0, GRAVITY_M_S2 * response_time_s(radius_m, 0.0));
-    for _ in 0..64 {
-        let speed = 0.5 * (low + high);
-        if speed < GRAVITY_M_S2 * response_time_s(radius_m, speed) {
-            low = speed;
-        } else {
-            high = speed;
-        }
-    }
-    0.5 * (low + high)
 }
 
 impl Mist {
@@ -178,6 +161,7 @@ impl Part for Mist {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::drag::terminal_speed_m_s;
 
     /// 20 m high, so that s0 = 1 m and S = 40 m; towards the east.
     fn frame() -> Frame {
@@ -194,7 +178,7 @@ mod tests {
     fn mist_loses_what_falls_out_of_its_lowest_layer() {
         // dQ/ds = -w (2/(sqrt(2 pi) b)) Q/U, from totals up to neighbouring distances.
         let frame = frame();
-        let settling = settling_m_s(4e-5);
+        let settling = terminal_speed_m_s(4e-5);
         let mist = Mist {
             frame,
             flow_g_s: 500.0,
@@ -238,7 +222,7 @@ mod tests {
     fn drops_settle_as_fast_as_measured() {
         // Gunn and Kinzer, J. Meteorology 6, 243-248 (1949): 0.27, 0.72 and 4.03 m/s; 10 um by Stokes.
         for (radius_um, measured) in [(10.0, 0.012), (50.0, 0.27), (100.0, 0.72), (500.0, 4.03)] {
-            let found = settling_m_s(1e-6 * radius_um);
+            let found = terminal_speed_m_s(1e-6 * radius_um);
             assert!((found / measured - 1.0).abs() < 0.1, "{radius_um}: {found}");
         }
     }

@@ -196,7 +196,7 @@ fn mist_that_passes_a_plane_is_what_has_not_settled() {
         let mist = water(&volume, "mist");
         // Drift: wind and 0.05 of 19.8057 m/s; growth 0.06, from 1 m.
         let drift_m_s = 2.990_28;
-        let power = 0.797_885 * settling_m_s(1e-6 * radius_um) / (0.06 * drift_m_s);
+        let power = 0.797_885 * terminal_speed_m_s(1e-6 * radius_um) / (0.06 * drift_m_s);
         let mut worst = 0.0_f64;
         for plane in 10..30 {
             let at_m = f64::from(plane) + 0.5;

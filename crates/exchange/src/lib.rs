@@ -57,6 +57,7 @@ pub use plain::PlainPart;
 pub use plain::read_plain;
 pub use plain::write_plain;
 pub use preview::tone_curve;
+pub use preview::write_srgb_png;
 pub use provenance::Provenance;
 pub use provenance::content_hash;
 pub use provenance::read_provenance;

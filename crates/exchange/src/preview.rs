@@ -37,6 +37,20 @@ pub(crate) fn write_png(
 ) -> Result<(), Error> {
     let (_, height, width) = rgb.dim();
     let bytes = code_values(rgb, exposure_ev)?;
+    write_srgb_png(&bytes, [width, height], provenance, writer)
+}
+
+/// Writes code values, red, green and blue of each pixel by rows, as an 8-bit sRGB PNG of a width
+/// and a height, with the provenance as text.
+///
+/// # Errors
+/// No pixels, or an encoder or writer that fails.
+pub fn write_srgb_png(
+    codes: &[u8],
+    [width, height]: [usize; 2],
+    provenance: &Provenance,
+    writer: impl Write,
+) -> Result<(), Error> {
     let mut encoder = png::Encoder::new(writer, width as u32, height as u32);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
@@ -45,7 +59,7 @@ pub(crate) fn write_png(
         encoder.add_itxt_chunk(name, text).map_err(failed)?;
     }
     let mut writer = encoder.write_header().map_err(failed)?;
-    writer.write_image_data(&bytes).map_err(failed)?;
+    writer.write_image_data(codes).map_err(failed)?;
     writer.finish().map_err(failed)
 }
 

@@ -23,6 +23,7 @@ use image::ImageEncoder;
 use image::codecs::jpeg::JpegEncoder;
 use ndarray::Array2;
 use niji_exchange::Provenance;
+use niji_exchange::write_srgb_png;
 use niji_radiometry::srgb_encode;
 use rayon::prelude::*;
 
@@ -47,16 +48,7 @@ pub fn write_png(
 ) -> Result<(), Error> {
     let codes = codes_8(picture)?;
     let (height, width) = picture.dim();
-    let mut encoder = png::Encoder::new(writer, width as u32, height as u32);
-    encoder.set_color(png::ColorType::Rgb);
-    encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
-    for (name, text) in provenance.to_text_items() {
-        encoder.add_itxt_chunk(name, text).map_err(unencoded)?;
-    }
-    let mut writer = encoder.write_header().map_err(unencoded)?;
-    writer.write_image_data(&codes).map_err(unencoded)?;
-    writer.finish().map_err(unencoded)
+    write_srgb_png(&codes, [width, height], provenance, writer).map_err(unencoded)
 }
 
 /// Writes a JPEG.

@@ -39,26 +39,23 @@ impl Curve {
 
     /// Pointwise sum of curves over the same angles.
     pub(super) fn plus(&self, other: &Self) -> Self {
-        if self.values.is_empty() {
-            return other.clone();
-        }
-        let mut sum = self.clone();
-        for (sum, value) in sum.values.iter_mut().zip(&other.values) {
-            *sum += value;
-        }
-        sum
+        self.pointwise(other, |a, b| a + b)
     }
 
     /// Pointwise larger of two curves over the same angles.
     pub(super) fn or_larger(&self, other: &Self) -> Self {
+        self.pointwise(other, f64::max)
+    }
+
+    fn pointwise(&self, other: &Self, combine: impl Fn(f64, f64) -> f64) -> Self {
         if self.values.is_empty() {
             return other.clone();
         }
-        let mut larger = self.clone();
-        for (larger, value) in larger.values.iter_mut().zip(&other.values) {
-            *larger = larger.max(*value);
+        let pairs = self.values.iter().zip(&other.values);
+        Self {
+            first_rad: self.first_rad,
+            values: pairs.map(|(a, b)| combine(*a, *b)).collect(),
         }
-        larger
     }
 
     /// The largest value within `reach_rad` on either side of each angle.

@@ -54,21 +54,23 @@ impl DropSummary {
     /// Figures of a shape; `None` if it is not valid or has no drops. Shapes of up to a million nodes
     /// are laid out to find where the drops are, larger ones count as full and as mixed throughout.
     pub fn of_shape(shape: &Shape) -> Option<Self> {
-        let whole = Self::in_closed_form(shape)?;
+        let own_variance = shape.effective_variance_range();
+        let whole = Self::in_closed_form(shape, own_variance)?;
         if whole.n_nodes > MAX_NODES_LAID_OUT {
             return Some(whole);
         }
         let found = Self::of_volume(&shape.volume().ok()?)?;
         Some(Self {
             effective_radius_um: snapped(found.effective_radius_um, whole.effective_radius_um),
-            effective_variance: snapped(found.effective_variance, shape.effective_variance_range()),
+            effective_variance: snapped(found.effective_variance, own_variance),
             parts: found.parts,
             ..whole
         })
     }
 
-    /// What a shape knows of itself before it is laid out.
-    fn in_closed_form(shape: &Shape) -> Option<Self> {
+    /// What a shape knows of itself before it is laid out. Its range of effective variances is handed
+    /// over, because a fountain has to be laid out for it.
+    fn in_closed_form(shape: &Shape, (narrowest, broadest): (f64, f64)) -> Option<Self> {
         let grid = shape.grid();
         let counts = grid.n_nodes().ok()?;
         let n = DVec3::from(counts.map(f64::from));
@@ -80,7 +82,6 @@ impl DropSummary {
         };
         let max_extinction_m1_q1 = shape.max_extinction_m1_q1();
         let radii = shape.effective_radius_range_um();
-        let (narrowest, broadest) = shape.effective_variance_range();
         Some(Self {
             min_m: bounds.min,
             max_m: bounds.max,
@@ -285,7 +286,7 @@ mod tests {
     #[test]
     fn a_shape_and_its_volume_have_the_same_figures() {
         let shape = gradient(2.0);
-        let before = DropSummary::in_closed_form(&shape).unwrap();
+        let before = DropSummary::in_closed_form(&shape, shape.effective_variance_range()).unwrap();
         let after = DropSummary::of_volume(&shape.volume().unwrap()).unwrap();
         assert_eq!((before.min_m, before.max_m), (after.min_m, after.max_m));
         assert_eq!(
