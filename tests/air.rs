@@ -376,6 +376,42 @@ fn the_sun_stands_where_almanacs_have_it() {
     assert!(equinox.column("elevation_deg")[0] > 89.5);
 }
 
+#[test]
+fn a_scene_by_date_time_and_place_has_the_sun_of_the_almanac() {
+    let folder = tempfile::tempdir().unwrap();
+    let cell = fs::read_to_string(support::repository("data/scenes/rain-cell-8-km.toml")).unwrap();
+    let start = cell.find("[sun]").unwrap();
+    let end = start + cell[start..].find("\n[").unwrap();
+    let with_sun = |sun: &str| {
+        let path = folder.path().join("scene.toml");
+        fs::write(
+            &path,
+            format!("{}[sun]\n{sun}{}", &cell[..start], &cell[end..]),
+        )
+        .unwrap();
+        path
+    };
+    // Reda and Andreas (2003), their example: zenith 50.11, azimuth 194.34 degrees.
+    let place = "latitude_deg = 39.742476\nlongitude_deg = -105.1786\n";
+    for date_time in ["2003-10-17T12:30:30-07:00", "2003-10-17T19:30:30Z"] {
+        let path = with_sun(&format!("date_time = \"{date_time}\"\n{place}"));
+        let output = niji_ends_with(0, &["plan", text(&path)]).stdout;
+        let plan = String::from_utf8(output).unwrap();
+        assert!(
+            plan.contains("\nsun 39.89 degrees high, azimuth 194.34\n"),
+            "{plan}"
+        );
+        let output = niji_ends_with(0, &["plan", text(&path), "--json"]).stdout;
+        let plan: serde_json::Value = serde_json::from_slice(&output).unwrap();
+        let elevation_deg = plan["sun"]["elevation_deg"].as_f64().unwrap();
+        assert!((elevation_deg - 39.888).abs() < 0.01, "{elevation_deg}");
+    }
+    let zoneless = with_sun(&format!("date_time = \"2003-10-17T12:30:30\"\n{place}"));
+    let refused = niji_ends_with(3, &["plan", text(&zoneless)]).stderr;
+    let refused = String::from_utf8(refused).unwrap();
+    assert!(refused.contains("without a time zone"), "{refused}");
+}
+
 /// A panorama of a clear sky under a sun in the south, and its planes.
 fn sky(folder: &Path, sun_deg: f64, more: &[&str]) -> SpectralImage {
     let elevation = format!("{sun_deg:.1}");
@@ -432,6 +468,21 @@ fn clear_skies_from_twilight_to_noon_are_finite_blue_and_symmetric() {
             assert!(south > 1.5 * north, "sun {sun_deg}: {south}, {north}");
         }
     }
+}
+
+#[test]
+fn a_panorama_of_another_sun_is_that_of_a_scene_with_that_sun() {
+    let folder = tempfile::tempdir().unwrap();
+    let of_scene = sky(folder.path(), -4.0, &[]).radiance;
+    let of_flag = sky(folder.path(), 60.0, &["--sun-elevation-deg", "-4"]).radiance;
+    assert_eq!(of_scene, of_flag);
+    let scene = support::repository("data/scenes/clear-sky.toml");
+    let to = folder.path().join("clear.exr");
+    let common = ["atmosphere", "--scene", text(&scene), "--sky", text(&to)];
+    for wrong in ["--sun-elevation-deg=91", "--sun-elevation-deg=nan"] {
+        niji_ends_with(2, &[&common[..], &[wrong]].concat());
+    }
+    niji_ends_with(0, &[&common[..], &["--width-px", "32"]].concat());
 }
 
 #[test]

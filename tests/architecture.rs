@@ -7,7 +7,7 @@ use std::fs;
 use std::path::Path;
 
 /// What each crate may see, besides `radiometry`, which every crate but `vdb` may see.
-const ARROWS: [(&str, &[&str]); 14] = [
+const ARROWS: [(&str, &[&str]); 15] = [
     ("radiometry", &[]),
     ("vdb", &[]),
     ("geometry", &[]),
@@ -21,6 +21,7 @@ const ARROWS: [(&str, &[&str]); 14] = [
     ("atmosphere", &["geometry", "exchange"]),
     ("render", &["dropfield", "geometry", "exchange"]),
     ("photo", &["geometry", "exchange"]),
+    ("ice", &["geometry"]),
     (
         "scene",
         &[
@@ -34,6 +35,7 @@ const ARROWS: [(&str, &[&str]); 14] = [
             "scatter",
             "atmosphere",
             "render",
+            "ice",
         ],
     ),
 ];

@@ -19,11 +19,14 @@ const HEIGHTS_M: std::ops::RangeInclusive<f64> = -1000.0..=4e8;
 ///
 /// The table holds density profiles, lengths to the top of the air, phase functions, sunlight and
 /// ground albedo. The panorama is equirectangular: north in the middle, east to its right, the
-/// zenith on top; single scattering, the sun's disc left out.
+/// zenith on top; the sun's disc left out. Both hold light that is scattered more than once where the
+/// scene's level of `sky` is multiple-scattering, as with `--accuracy reference`.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   niji atmosphere --scene data/scenes/paper-b-sun-10-inscatter.toml -o atmosphere.exr
-  niji atmosphere --scene data/scenes/paper-b-sun-10-inscatter.toml --sky sky.exr --width-px 640")]
+  niji atmosphere --scene data/scenes/paper-b-sun-10-inscatter.toml --sky sky.exr --width-px 640
+  niji atmosphere --scene data/scenes/clear-sky.toml --sky dusk.exr \\
+      --sun-elevation-deg -4 --exposure-ev 9")]
 pub(crate) struct AtmosphereCommand {
     /// The scene whose section [air] is meant.
     #[arg(long, value_name = "TOML")]
@@ -45,6 +48,22 @@ pub(crate) struct AtmosphereCommand {
         allow_negative_numbers = true
     )]
     height_m: Option<f64>,
+    /// Elevation of the sun [default: that of the scene].
+    #[arg(
+        long,
+        value_name = "DEG",
+        requires = "sky",
+        allow_negative_numbers = true
+    )]
+    sun_elevation_deg: Option<f64>,
+    /// Exposure of the preview in stops [default: that of the scene].
+    #[arg(
+        long,
+        value_name = "EV",
+        requires = "sky",
+        allow_negative_numbers = true
+    )]
+    exposure_ev: Option<f64>,
 }
 
 /// Runs the stages that were asked for.
@@ -52,7 +71,7 @@ pub(crate) struct AtmosphereCommand {
 /// # Errors
 /// As [`stages::atmosphere::make`] and [`stages::sky::make`]; a size or height out of range.
 pub(crate) fn execute(command: &AtmosphereCommand, common: &Common) -> Result<(), Failure> {
-    let scene = scene_file::read(&command.scene, common)?;
+    let mut scene = scene_file::read(&command.scene, common)?;
     if let Some(table) = &command.output {
         stages::atmosphere::make(&scene, table, common.manner())?;
     }
@@ -73,6 +92,14 @@ pub(crate) fn execute(command: &AtmosphereCommand, common: &Common) -> Result<()
             HEIGHTS_M.end()
         )));
     }
+    let sun_elevation_deg = command.sun_elevation_deg.unwrap_or(scene.sun.elevation_deg);
+    if !(-90.0..=90.0).contains(&sun_elevation_deg) {
+        return Err(Failure::Usage(format!(
+            "found a sun at {sun_elevation_deg} degrees, expected -90 to 90"
+        )));
+    }
+    scene.sun.elevation_deg = sun_elevation_deg;
+    scene.picture.exposure_ev = command.exposure_ev.unwrap_or(scene.picture.exposure_ev);
     let panorama = Panorama { width_px, height_m };
     stages::sky::make(&scene, panorama, sky, common.manner()).map(|_| ())
 }

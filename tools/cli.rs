@@ -15,6 +15,7 @@ use crate::depth::DepthCommand;
 use crate::diff::DiffCommand;
 use crate::drops::DropsCommand;
 use crate::eval::EvalCommand;
+use crate::ice::IceCommand;
 use crate::info::InfoCommand;
 use crate::lee::LeeCommand;
 use crate::output::Existing;
@@ -48,11 +49,14 @@ Photographs:
   check        Say where the wanted bow contradicts the photograph
   composite    Set the bow into the photograph
 
+Ice:
+  ice          Follow light through ice: cubes, meshes, icebergs (EXR, PNG)
+
 Looking:
   info         Say what a VDB or EXR file holds; assert it in scripts
   diff         Compare a VDB or EXR file with a reference
   lee          Draw the color of the bow against drop radius (EXR, PNG, SVG)
-  eval         Print physics as CSV: airy, scatter, sizes, index, air
+  eval         Print physics as CSV: airy, scatter, sizes, index, air, ice
 
 Shell:
   completions  Completions for bash, zsh, fish, elvish or PowerShell
@@ -180,6 +184,7 @@ pub(crate) enum Command {
     Sun(SunCommand),
     Check(CheckCommand),
     Composite(CompositeCommand),
+    Ice(IceCommand),
     Info(InfoCommand),
     Diff(DiffCommand),
     Lee(LeeCommand),

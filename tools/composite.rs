@@ -15,6 +15,7 @@ use niji_photo::composite;
 use niji_photo::distance_of_light;
 use niji_photo::read_depth_map;
 use niji_photo::scale_to_white;
+use niji_photo::surface_of_light;
 use niji_photo::write_jpeg;
 use niji_photo::write_png;
 use niji_photo::write_premultiplied;
@@ -24,6 +25,8 @@ use crate::cli::Common;
 use crate::failure::Failure;
 use crate::output;
 use crate::progress::Verbosity;
+use crate::stages::Done;
+use crate::stages::Manner;
 use crate::stages::Request;
 use crate::stages::perform;
 
@@ -38,8 +41,9 @@ use crate::stages::perform;
   niji composite data/photos/pavilion.jpg --image out/image.exr -o bow-in-photo.png
   niji composite plate.exr --image out/image.exr --depth depth.exr --exposure 0.8 -o bow.exr
 
-With --depth, a bow whose mean distance is beyond the photographed surface is hidden: all light of a
-pixel is taken to come from one distance. Light that was integrated up to the surface needs none.")]
+With --depth, light that niji render integrated up to the same surfaces is sharp at their edges, however
+small the image is; of an image rendered without them a bow whose mean distance is beyond the surface is
+hidden: all light of a pixel is taken to come from one distance.")]
 pub(crate) struct CompositeCommand {
     /// The photograph (PNG, JPEG) or plate (EXR, linear Rec.709).
     photo: PathBuf,
@@ -80,8 +84,16 @@ enum Kind {
 /// Composites.
 ///
 /// # Errors
-/// Inputs that are missing, damaged or of other shapes, an output that exists or cannot be written.
+/// As [`make`].
 pub(crate) fn execute(command: &CompositeCommand, common: &Common) -> Result<(), Failure> {
+    make(command, common.manner()).map(|_| ())
+}
+
+/// Composites, or keeps a picture that fits.
+///
+/// # Errors
+/// Inputs that are missing, damaged or of other shapes, an output that exists or cannot be written.
+pub(crate) fn make(command: &CompositeCommand, manner: Manner) -> Result<Done, Failure> {
     let kind = kind(&command.output)?;
     let beside = command.output.with_extension("png");
     let mut outputs: Vec<&Path> = vec![&command.output];
@@ -99,9 +111,9 @@ pub(crate) fn execute(command: &CompositeCommand, common: &Common) -> Result<(),
         inputs,
         outputs,
     };
-    perform(&job, common.manner(), |provenance| {
-        let result = make(command)?;
-        if common.verbosity() > Verbosity::Quiet {
+    perform(&job, manner, |provenance| {
+        let result = picture(command)?;
+        if manner.verbosity > Verbosity::Quiet {
             eprintln!(
                 "  composite  a sunlit white card has the value {:.4} in the photograph",
                 result.gain
@@ -109,7 +121,6 @@ pub(crate) fn execute(command: &CompositeCommand, common: &Common) -> Result<(),
         }
         write(&result, kind, (&command.output, &beside), &provenance)
     })
-    .map(|_| ())
 }
 
 /// The picture and what it is made of.
@@ -119,7 +130,7 @@ struct Composite {
     gain: f64,
 }
 
-fn make(command: &CompositeCommand) -> Result<Composite, Failure> {
+fn picture(command: &CompositeCommand) -> Result<Composite, Failure> {
     let photo = Photograph::read(&command.photo)
         .map_err(|error| Failure::bad_input(&command.photo, error))?;
     let image = SpectralImage::read_spectral(&command.image)
@@ -127,13 +138,10 @@ fn make(command: &CompositeCommand) -> Result<Composite, Failure> {
     let of_image = |error: niji_photo::Error| Failure::bad_input(&command.image, error);
     let size = photo.light.dim();
     let light = AddedLight::of_image(&image).map_err(of_image)?;
-    let mut added = light.resized(size).map_err(of_image)?;
-    if let Some(path) = &command.depth {
-        let of_depth = |error: niji_photo::Error| Failure::bad_input(path, error);
-        let surface_m = read_depth_map(path).map_err(of_depth)?;
-        let light_m = distance_of_light(&image).map_err(of_image)?;
-        added.hide_behind(&surface_m, light_m).map_err(of_depth)?;
-    }
+    let added = match &command.depth {
+        Some(path) => before_surfaces(light, &image, (&command.image, path))?,
+        None => light.resized(size).map_err(of_image)?,
+    };
     let exposure = match command.exposure {
         ExposureChoice::Match => Exposure::GreyWorld,
         ExposureChoice::Camera => Exposure::Camera {
@@ -153,6 +161,24 @@ fn make(command: &CompositeCommand) -> Result<Composite, Failure> {
         added,
         gain,
     })
+}
+
+/// The light in front of the photographed surfaces: integrated up to them, or hidden as a whole.
+fn before_surfaces(
+    light: AddedLight,
+    image: &SpectralImage,
+    (image_path, depth_path): (&Path, &Path),
+) -> Result<AddedLight, Failure> {
+    let of_image = |error: niji_photo::Error| Failure::bad_input(image_path, error);
+    let of_depth = |error: niji_photo::Error| Failure::bad_input(depth_path, error);
+    let surface_m = read_depth_map(depth_path).map_err(of_depth)?;
+    if let Some(ends_m) = surface_of_light(image) {
+        return light.at_surfaces(ends_m, &surface_m).map_err(of_depth);
+    }
+    let mut added = light.resized(surface_m.dim()).map_err(of_image)?;
+    let light_m = distance_of_light(image).map_err(of_image)?;
+    added.hide_behind(&surface_m, light_m).map_err(of_depth)?;
+    Ok(added)
 }
 
 fn write(

@@ -24,6 +24,7 @@ use niji_photo::read_depth_values;
 use niji_photo::read_labels;
 use niji_photo::read_layer_distances;
 use niji_photo::upsample_depth;
+use niji_photo::upsample_labels;
 use niji_photo::write_depth_map;
 use niji_photo::write_labels;
 use niji_photo::write_png;
@@ -34,6 +35,8 @@ use crate::cli;
 use crate::cli::Common;
 use crate::failure::Failure;
 use crate::output;
+use crate::stages::Done;
+use crate::stages::Manner;
 use crate::stages::Request;
 use crate::stages::perform;
 use crate::sun::camera_flags::Camera;
@@ -72,7 +75,7 @@ pub(crate) struct DepthCommand {
         conflicts_with = "clusters"
     )]
     layers: Option<PathBuf>,
-    /// Corrected labels of layers.
+    /// Corrected labels of layers, of the size of the photograph or smaller.
     #[arg(long, value_name = "PNG", requires = "layers")]
     labels: Option<PathBuf>,
     /// A depth map from elsewhere: EXR with a channel Z, or a grey PNG, whose white is 1.
@@ -121,8 +124,16 @@ enum Along {
 /// Makes the depth map.
 ///
 /// # Errors
-/// Inputs that are missing, damaged or contradict each other, or outputs that exist.
+/// As [`make`].
 pub(crate) fn execute(command: &DepthCommand, common: &Common) -> Result<(), Failure> {
+    make(command, common.manner()).map(|_| ())
+}
+
+/// Makes the depth map, or keeps one that fits.
+///
+/// # Errors
+/// Inputs that are missing, damaged or contradict each other, or outputs that exist.
+pub(crate) fn make(command: &DepthCommand, manner: Manner) -> Result<Done, Failure> {
     let [toml, labels, preview] =
         ["layers.toml", "labels.png", "png"].map(|end| command.output.with_extension(end));
     let proposes = command.map.is_none() && command.layers.is_none();
@@ -147,7 +158,7 @@ pub(crate) fn execute(command: &DepthCommand, common: &Common) -> Result<(), Fai
         inputs,
         outputs,
     };
-    perform(&job, common.manner(), |provenance| {
+    perform(&job, manner, |provenance| {
         let depth_m = if proposes {
             let layers = propose(command, &photo, &camera)?;
             write_layers(&layers, &toml, &labels)?;
@@ -159,7 +170,6 @@ pub(crate) fn execute(command: &DepthCommand, common: &Common) -> Result<(), Fai
         };
         write(&depth_m, (&command.output, &preview), &provenance)
     })
-    .map(|_| ())
 }
 
 fn propose(command: &DepthCommand, photo: &Photograph, camera: &Camera) -> Result<Layers, Failure> {
@@ -182,13 +192,8 @@ fn corrected(command: &DepthCommand, photo: &Photograph) -> Result<Array2<f32>, 
     let distances = read_layer_distances(toml).map_err(|error| Failure::bad_input(toml, error))?;
     let labels =
         read_labels(png, distances.len()).map_err(|error| Failure::bad_input(png, error))?;
-    if labels.dim() != photo.light.dim() {
-        let ((height, width), (rows, columns)) = (labels.dim(), photo.light.dim());
-        let message = format!(
-            "found {width} x {height} pixels, expected {columns} x {rows} as the photograph"
-        );
-        return Err(Failure::bad_input(png, message));
-    }
+    let labels =
+        upsample_labels(&labels, &photo.light).map_err(|error| Failure::bad_input(png, error))?;
     let layers = distances.into_iter().map(|distance_m| Layer {
         color: [0.0; 3],
         share: 0.0,

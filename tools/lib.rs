@@ -15,6 +15,7 @@ mod diff;
 mod drops;
 mod eval;
 mod failure;
+mod ice;
 mod info;
 mod lee;
 mod output;
@@ -80,6 +81,7 @@ fn dispatch(arguments: &Arguments) -> Result<(), Failure> {
         Command::Sun(command) => sun::execute(command, common),
         Command::Check(command) => check::execute(command, common),
         Command::Composite(command) => composite::execute(command, common),
+        Command::Ice(command) => ice::execute(command, common),
         Command::Diff(command) => diff::execute(command, common),
         Command::Info(command) => info::execute(command, common),
         Command::Lee(command) => lee::execute(command, common),

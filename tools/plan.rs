@@ -82,14 +82,28 @@ fn script(planned: &Planned, scene: &Path, folder: &Path, common: &Common) -> St
             Stage::Render => {
                 let table = plan.runs(Stage::Scatter);
                 let table = table.then(|| format!(" --table {}", inside(stages::scatter::FILE)));
+                let depth = stages::photo::surfaces(planned, folder)
+                    .filter(|_| planned.scene.photo.is_some())
+                    .map(|surfaces| format!(" --depth {}", quoted(&surfaces.path)));
                 let air = plan.runs(Stage::Atmosphere);
                 let air = air.then(|| format!(" --air {}", inside(stages::atmosphere::FILE)));
                 format!(
-                    "render --scene {scene} --drops {drops}{}{} -o {}",
+                    "render --scene {scene} --drops {drops}{}{}{} -o {}",
                     table.unwrap_or_default(),
                     air.unwrap_or_default(),
+                    depth.unwrap_or_default(),
                     inside(stages::render::FILE)
                 )
+            }
+            stage @ (Stage::Depth | Stage::Sun | Stage::Check | Stage::Composite) => {
+                let arguments = stages::photo::arguments(planned, stage, folder);
+                let arguments = arguments.unwrap_or_default();
+                let quoted: Vec<String> = arguments
+                    .iter()
+                    .map(|argument| quoted(Path::new(argument)))
+                    .collect();
+                let _ = writeln!(script, "niji {}", quoted.join(" "));
+                continue;
             }
         };
         let _ = writeln!(script, "niji {line}{flags}");

@@ -3,12 +3,14 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use niji_scene::Along;
 
 use crate::cli::Common;
 use crate::failure::Failure;
 use crate::scene_file;
 use crate::stages;
 use crate::stages::render::Inputs;
+use crate::stages::render::Surfaces;
 
 /// Integrate along the view rays (EXR, PNG).
 ///
@@ -29,6 +31,10 @@ pub(crate) struct RenderCommand {
     /// The air.
     #[arg(long, value_name = "EXR")]
     air: Option<PathBuf>,
+    /// Distances of surfaces that hide what is behind them (EXR, Z in metres along the ray, see
+    /// `niji depth`) [default: those of the scene].
+    #[arg(long, value_name = "EXR")]
+    depth: Option<PathBuf>,
     /// The spectral image to write.
     #[arg(short, long, value_name = "EXR")]
     output: PathBuf,
@@ -49,10 +55,21 @@ pub(crate) fn execute(command: &RenderCommand, common: &Common) -> Result<(), Fa
     let table = need("table", planned.plan.scattering.is_some(), &command.table)?;
     let runs_air = planned.plan.runs(niji_scene::Stage::Atmosphere);
     let air = need("air", runs_air, &command.air)?;
+    let scene = &planned.scene;
+    let of_scene = stages::render::scene_surfaces(scene, &command.scene);
+    let given = command.depth.clone().map(|path| Surfaces {
+        path,
+        along: Along::Ray,
+    });
+    let surfaces = given.or(of_scene);
+    if scene.photo.is_some() && surfaces.is_none() {
+        return Err(Failure::Usage("this scene needs --depth".to_owned()));
+    }
     let inputs = Inputs {
         drops: &command.drops,
         table: table.as_deref(),
         air: air.as_deref(),
+        surfaces: surfaces.as_ref(),
     };
     let settings = stages::render::Settings::of(&planned);
     stages::render::make(&settings, inputs, &command.output, common.manner()).map(|_| ())

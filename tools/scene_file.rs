@@ -6,11 +6,14 @@ use std::path::PathBuf;
 
 use niji_scene::DropSummary;
 use niji_scene::MeasuredLevels;
+use niji_scene::Moment;
 use niji_scene::Plan;
 use niji_scene::PlanInputs;
 use niji_scene::Scene;
+use niji_scene::SunPosition;
 use niji_scene::plan;
 
+use crate::check::ephemeris::TimeAndPlace;
 use crate::cli::Common;
 use crate::failure::Failure;
 use crate::stages;
@@ -21,6 +24,8 @@ const MEASURED: &str = include_str!("../data/measurements/levels.csv");
 
 /// A scene and what it calls for.
 pub(crate) struct Planned {
+    /// Its file, to whose folder paths in it are relative.
+    pub file: PathBuf,
     /// The scene, with the accuracy asked for on the command line.
     pub scene: Scene,
     /// What it calls for.
@@ -70,6 +75,7 @@ pub(crate) fn planned(scene: Scene, path: &Path) -> Result<Planned, Failure> {
     };
     let plan = plan(&scene, &inputs).map_err(|error| bad(&with_causes(&error)))?;
     Ok(Planned {
+        file: path.to_owned(),
         scene,
         plan,
         drop_file,
@@ -83,7 +89,9 @@ pub(crate) fn planned(scene: Scene, path: &Path) -> Result<Planned, Failure> {
 /// A scene that is missing or wrong.
 pub(crate) fn read(path: &Path, common: &Common) -> Result<Scene, Failure> {
     let text = fs::read_to_string(path).map_err(|error| Failure::bad_input(path, error))?;
-    let mut scene = Scene::from_toml(&text).map_err(|error| Failure::bad_input(path, error))?;
+    let text = stages::photo::with_picked_sun(text, path)?;
+    let mut scene = Scene::from_toml_with(&text, sun_position)
+        .map_err(|error| Failure::bad_input(path, error))?;
     if let Some(preset) = common.accuracy {
         scene.accuracy.preset = preset.into();
     }
@@ -91,6 +99,20 @@ pub(crate) fn read(path: &Path, common: &Common) -> Result<Scene, Failure> {
         scene.accuracy.tolerance = tolerance;
     }
     Ok(scene)
+}
+
+/// Where the sun of a scene stands at a moment.
+fn sun_position(moment: &Moment) -> Result<SunPosition, String> {
+    let at = TimeAndPlace {
+        local_time: moment.local_time,
+        utc_offset_h: moment.utc_offset_h,
+        position_deg: [moment.latitude_deg, moment.longitude_deg],
+    };
+    let [elevation_deg, azimuth_deg] = at.sun_deg().map_err(|failure| failure.to_string())?;
+    Ok(SunPosition {
+        elevation_deg,
+        azimuth_deg,
+    })
 }
 
 /// An error and its causes in one line.

@@ -3,8 +3,9 @@
 //! Three quantities, each in clear air (molecules and ozone) and in haze (rural besides):
 //! `optical-length` to the top of the air for zenith angles 0 to 90 degrees at 0, 2 and 10 km;
 //! `segment`, light scattered into 20 m to 200 km of a ray; `sky`, all directions above the horizon
-//! for the sun at 2, 10, 30 and 60 degrees. References: the same by nested quadrature, 64 nodes on
-//! either ray. Times are those of one ray on one thread, what is done once for a sky stands apart;
+//! for the sun at 2, 10, 30 and 60 degrees; `sky-all-orders`, the same with light of all orders of
+//! scattering. References: the same by nested quadrature, 64 nodes on either ray, and for all orders
+//! their finest level. Times are those of one ray on one thread, what is done once for a sky stands apart;
 //! those of `gauss` lengths include finding the nodes.
 
 use std::hint::black_box;
@@ -13,8 +14,10 @@ use std::time::Instant;
 use niji_atmosphere::AerosolKind;
 use niji_atmosphere::AirComponent;
 use niji_atmosphere::AirModel;
+use niji_atmosphere::DiffuseSky;
 use niji_atmosphere::InScattering;
 use niji_atmosphere::OpticalLength;
+use niji_atmosphere::ScatteringOrders;
 use niji_atmosphere::SingleScattering;
 use niji_atmosphere::SkyMethod;
 use niji_atmosphere::SkyObserver;
@@ -24,6 +27,7 @@ use niji_atmosphere::optical_length_m;
 use niji_atmosphere::reference_sky;
 use niji_atmosphere::sky_method_cost;
 use niji_atmosphere::spread_directions;
+use niji_atmosphere::with_diffuse_light;
 use niji_exchange::AtmosphereTable;
 use niji_geometry::EARTH;
 use niji_radiometry::Radians;
@@ -70,7 +74,7 @@ pub(super) struct AirRow {
 
 /// Measures all methods.
 pub(super) fn rows(date: &str, verbosity: Verbosity) -> Result<Vec<AirRow>, Failure> {
-    let n_steps = 2 * (LENGTHS.len() + 2 * SkyMethod::ALL.len());
+    let n_steps = 2 * (LENGTHS.len() + 2 * SkyMethod::ALL.len() + 1);
     let bar = progress::bar("calibrate", n_steps as u64, verbosity);
     let mut rows = Vec::new();
     for (name, air) in [("clear", air(false)?), ("haze", air(true)?)] {
@@ -88,6 +92,10 @@ pub(super) fn rows(date: &str, verbosity: Verbosity) -> Result<Vec<AirRow>, Fail
             rows.push(skies(&air, method).row("sky", name, &method.label(), date));
             bar.inc(1);
         }
+        for (label, cost) in all_orders(&air)? {
+            rows.push(cost.row("sky-all-orders", name, label, date));
+        }
+        bar.inc(1);
     }
     bar.finish_and_clear();
     Ok(rows)
@@ -134,6 +142,12 @@ impl Cost {
             self.worst = self.worst.max(error);
             self.squares += error * error;
             self.n_values += 1.0;
+        }
+    }
+
+    fn compare_all(&mut self, found: &[Vec<f64>], exact: &[Vec<f64>]) {
+        for (found, exact) in found.iter().flatten().zip(exact.iter().flatten()) {
+            self.compare(*found, *exact);
         }
     }
 
@@ -242,4 +256,62 @@ fn skies(air: &AtmosphereTable, method: SkyMethod) -> Cost {
         cost.ray_s += found.direction_s / SUNS_DEG.len() as f64;
     }
     cost
+}
+
+/// Levels of multiple scattering against the finest, the first order alone among them.
+fn all_orders(air: &AtmosphereTable) -> Result<Vec<(&'static str, Cost)>, Failure> {
+    let rays: Vec<ViewRay> = SUNS_DEG
+        .into_iter()
+        .flat_map(|sun_deg| {
+            let observer = SkyObserver::from_elevation(2.0, Radians::from_degrees(sun_deg));
+            let directions = spread_directions(Radians(0.0), N_SKY);
+            directions
+                .into_iter()
+                .map(move |direction| observer.ray(direction))
+        })
+        .collect();
+    let single = SingleScattering::new(air, InScattering::STANDARD);
+    let once: Vec<Vec<f64>> = rays.iter().map(|ray| single.sky_radiance(ray)).collect();
+    let fine = with_diffuse_light(air.clone(), ScatteringOrders::FINE);
+    let exact = with_more(&fine, &rays, &once)?;
+    let mut costs = vec![("one order", Cost::default())];
+    costs[0].1.compare_all(&once, &exact);
+    for (label, level) in [
+        ("all orders, draft", ScatteringOrders::DRAFT),
+        ("all orders, standard", ScatteringOrders::STANDARD),
+    ] {
+        let mut solved = air.clone();
+        let mut cost = Cost {
+            setup_s: seconds(&mut || solved = with_diffuse_light(air.clone(), level)),
+            ..Cost::default()
+        };
+        let mut found = with_more(&solved, &rays, &once)?;
+        let all_s = seconds(&mut || {
+            if let Ok(more) = with_more(black_box(&solved), &rays, &once) {
+                found = more;
+            }
+        });
+        cost.ray_s = all_s / rays.len() as f64;
+        cost.compare_all(&found, &exact);
+        costs.push((label, cost));
+    }
+    Ok(costs)
+}
+
+/// Light of one order and of all others along rays.
+fn with_more(
+    air: &AtmosphereTable,
+    rays: &[ViewRay],
+    once: &[Vec<f64>],
+) -> Result<Vec<Vec<f64>>, Failure> {
+    let sky = DiffuseSky::new(air).map_err(|error| Failure::Failed(error.to_string()))?;
+    let all = |(ray, once): (&ViewRay, &Vec<f64>)| {
+        let more = sky
+            .radiance_per_sun(ray)
+            .into_iter()
+            .zip(&air.sun_irradiance);
+        let both = once.iter().zip(more);
+        both.map(|(once, (more, sun))| once + more * sun).collect()
+    };
+    Ok(rays.iter().zip(once).map(all).collect())
 }

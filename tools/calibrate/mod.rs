@@ -5,6 +5,7 @@
 //! stage that the decision belongs to, over the preset's level, best of repeated runs.
 
 mod air;
+mod ice;
 mod theories;
 
 use std::path::Path;
@@ -48,15 +49,17 @@ const N_REPEATS: usize = 3;
 /// table at the end of a run read it when the program is built. With --theories: error against time
 /// of the theories of one drop by radius, for both bows, against the exact order and the exact light.
 /// With --air: of the methods for lengths, segments and skies of air, against converged quadrature.
+/// With --ice: of the levels of light through ice, against many more paths.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   niji calibrate data/scenes/paper-c-figure-3.toml data/scenes/paper-b-sun-10-inscatter.toml \\
       --date 2026-11-21 -o data/measurements/levels.csv --force
   niji calibrate --theories --date 2026-11-21 -o data/measurements/theories.csv --force
-  niji calibrate --air --date 2026-11-21 -o data/measurements/air.csv --force")]
+  niji calibrate --air --date 2026-11-21 -o data/measurements/air.csv --force
+  niji calibrate --ice --date 2026-11-21 -o data/measurements/ice.csv --force")]
 pub(crate) struct CalibrateCommand {
     /// The scenes to measure on.
-    #[arg(required_unless_present_any = ["theories", "air"])]
+    #[arg(required_unless_present_any = ["theories", "air", "ice"])]
     scenes: Vec<PathBuf>,
     /// Measure the theories of one drop instead.
     #[arg(long, conflicts_with = "scenes")]
@@ -64,6 +67,9 @@ pub(crate) struct CalibrateCommand {
     /// Measure the methods of the air instead.
     #[arg(long, conflicts_with_all = ["scenes", "theories"])]
     air: bool,
+    /// Measure the levels of light through ice instead.
+    #[arg(long, conflicts_with_all = ["scenes", "theories", "air"])]
+    ice: bool,
     /// Day of the measurement, written into the file.
     #[arg(long, value_name = "YYYY-MM-DD")]
     date: String,
@@ -235,6 +241,9 @@ const DECISIONS: [Decision; 9] = [
             |a, _| {
                 a.sky = Some(SkyModel::SingleScattering);
             },
+            |a, _| {
+                a.sky = Some(SkyModel::MultipleScattering);
+            },
         ],
     },
     Decision {
@@ -271,6 +280,10 @@ pub(crate) fn execute(command: &CalibrateCommand, common: &Common) -> Result<(),
     }
     if command.air {
         let rows = air::rows(&command.date, manner.verbosity)?;
+        return write_csv(&rows, &command.output);
+    }
+    if command.ice {
+        let rows = ice::rows(&command.date, manner.verbosity)?;
         return write_csv(&rows, &command.output);
     }
     let n_levels: usize = DECISIONS.iter().map(|decision| decision.levels.len()).sum();
@@ -404,7 +417,7 @@ fn run(planned: &Planned, n_repeats: usize) -> Result<(Vec<Done>, SpectralImage)
     let start = Instant::now();
     for repeat in 0..n_repeats {
         let folder = tempfile::tempdir().map_err(|error| Failure::Failed(error.to_string()))?;
-        let done = run_stages(planned, folder.path(), manner)?;
+        let done = run_stages(planned, folder.path(), manner)?.done;
         for (index, stage) in done.into_iter().enumerate() {
             match fastest.get_mut(index) {
                 Some(best) => best.seconds = best.seconds.min(stage.seconds),

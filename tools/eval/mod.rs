@@ -2,6 +2,7 @@
 
 mod air;
 mod airy;
+mod ice;
 mod index;
 mod scatter;
 mod sizes;
@@ -14,7 +15,7 @@ use crate::cli::Common;
 use crate::failure::Failure;
 use crate::output;
 
-/// Print physics as CSV: airy, scatter, sizes, index, air, sun.
+/// Print physics as CSV: airy, scatter, sizes, index, air, sun, ice.
 #[derive(Debug, Args)]
 pub(crate) struct EvalCommand {
     #[command(subcommand)]
@@ -29,6 +30,7 @@ enum Quantity {
     Index(index::IndexArguments),
     Air(Box<air::AirArguments>),
     Sun(sun::SunArguments),
+    Ice(ice::IceArguments),
 }
 
 /// Prints the table that was asked for.
@@ -43,6 +45,7 @@ pub(crate) fn execute(command: &EvalCommand, common: &Common) -> Result<(), Fail
         Quantity::Index(arguments) => index::csv(arguments)?,
         Quantity::Air(arguments) => air::csv(arguments, common)?,
         Quantity::Sun(arguments) => sun::csv(arguments)?,
+        Quantity::Ice(arguments) => ice::csv(arguments)?,
     };
     output::print(&csv)
 }

@@ -8,8 +8,10 @@ use std::path::PathBuf;
 
 use clap::Args;
 use niji_exchange::SpectralImage;
+use niji_photo::Finding;
 use niji_scene::Stage;
 
+use crate::check;
 use crate::cli::Common;
 use crate::failure::Failure;
 use crate::output;
@@ -20,6 +22,7 @@ use crate::stages;
 use crate::stages::Done;
 use crate::stages::Manner;
 use crate::stages::render::Inputs;
+use crate::sun::report::FindingText;
 
 /// Make the picture of a scene, leaving every intermediate file.
 ///
@@ -32,7 +35,8 @@ use crate::stages::render::Inputs;
   niji run scene.toml -o draft --accuracy draft
 
 Leaves drops.vdb, airy.exr, scatter.exr, atmosphere.exr (where the plan needs them), image.exr,
-image.rgb.exr, image.png and report.json.")]
+image.rgb.exr, image.png and report.json; of a photograph also depth.exr, sun.json (with picks),
+check.json and composite.png.")]
 pub(crate) struct RunCommand {
     /// The scene.
     scene: PathBuf,
@@ -58,11 +62,14 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
         return Err(Failure::Usage(message));
     }
     let manner = common.manner();
-    let done = run_stages(&planned, folder, manner)?;
+    let Outcome { done, findings } = run_stages(&planned, folder, manner)?;
     report::write(&planned, &done, folder)?;
     if manner.verbosity > Verbosity::Quiet {
         for warning in &planned.plan.warnings {
             eprintln!("    warning  {warning}");
+        }
+        for finding in findings.iter().map(FindingText::from) {
+            eprint!("{}", finding.text());
         }
         closing::print(&planned.plan, &done)?;
         if done.iter().all(|done| done.up_to_date) {
@@ -73,8 +80,14 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
     if common.json {
         output::print(&format!("{:#}\n", report::json(&planned, &done)))?;
     } else {
-        output::print(&format!("{}\n", image.display()))?;
+        let shown = match planned.scene.photo {
+            Some(_) => folder.join(stages::photo::COMPOSITE),
+            None => image.clone(),
+        };
+        output::print(&format!("{}\n", shown.display()))?;
     }
+    // Everything is written by now, for whoever wants the impossible.
+    check::verdict(&findings)?;
     common.tolerance.map_or(Ok(()), |tolerance| {
         check_accuracy(&planned, &image, tolerance)
     })
@@ -100,6 +113,14 @@ fn check_accuracy(planned: &Planned, image: &Path, tolerance: f64) -> Result<(),
     )))
 }
 
+/// What the stages of a run did.
+pub(crate) struct Outcome {
+    /// The stages, in order.
+    pub(crate) done: Vec<Done>,
+    /// What nature would not do in a photograph.
+    pub(crate) findings: Vec<Finding>,
+}
+
 /// Runs the stages of a plan in order.
 ///
 /// # Errors
@@ -108,7 +129,7 @@ pub(crate) fn run_stages(
     planned: &Planned,
     folder: &Path,
     manner: Manner,
-) -> Result<Vec<Done>, Failure> {
+) -> Result<Outcome, Failure> {
     let (scene, plan) = (&planned.scene, &planned.plan);
     let inside = |name: &str| folder.join(name);
     let drops = planned
@@ -118,7 +139,8 @@ pub(crate) fn run_stages(
     let airy = inside(stages::airy::FILE);
     let table = inside(stages::scatter::FILE);
     let air = inside(stages::atmosphere::FILE);
-    let mut done = Vec::new();
+    let surfaces = stages::photo::surfaces(planned, folder);
+    let (mut done, mut findings) = (Vec::new(), Vec::new());
     for stage in &plan.stages {
         let outcome = match stage.stage {
             Stage::Drops => {
@@ -137,11 +159,19 @@ pub(crate) fn run_stages(
                 stages::scatter::make(need, wavelengths, Some(&airy), &table, manner)
             }
             Stage::Atmosphere => stages::atmosphere::make(scene, &air, manner),
+            stage @ (Stage::Depth | Stage::Sun | Stage::Check | Stage::Composite) => {
+                let made = stages::photo::make(planned, stage, folder, manner);
+                made.map(|(done, found)| {
+                    findings.extend(found);
+                    done
+                })
+            }
             Stage::Render => {
                 let inputs = Inputs {
                     drops: &drops,
                     table: plan.runs(Stage::Scatter).then_some(table.as_path()),
                     air: plan.runs(Stage::Atmosphere).then_some(air.as_path()),
+                    surfaces: surfaces.as_ref(),
                 };
                 let settings = stages::render::Settings::of(planned);
                 stages::render::make(&settings, inputs, &inside(stages::render::FILE), manner)
@@ -149,5 +179,5 @@ pub(crate) fn run_stages(
         };
         done.push(outcome?);
     }
-    Ok(done)
+    Ok(Outcome { done, findings })
 }

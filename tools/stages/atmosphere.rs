@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use niji_atmosphere::with_diffuse_light;
 use niji_exchange::AtmosphereTable;
 use niji_exchange::TableFile;
 use niji_scene::Air;
@@ -18,7 +19,8 @@ use crate::stages::perform;
 /// Name of the file in the folder of a run.
 pub(crate) const FILE: &str = "atmosphere.exr";
 
-/// The air of a scene, tabulated; `None` in a vacuum.
+/// The air of a scene, tabulated, with light of higher orders where the scene's levels ask for it;
+/// `None` in a vacuum.
 ///
 /// # Errors
 /// Parameters out of their range.
@@ -31,7 +33,11 @@ pub(crate) fn table(scene: &Scene) -> Result<Option<AtmosphereTable>, Failure> {
     let model = air
         .model(wavelengths, scene.ground.albedo, &scene.sun)
         .map_err(|error| usage(&error))?;
-    model.tabulate().map(Some).map_err(|error| usage(&error))
+    let table = model.tabulate().map_err(|error| usage(&error))?;
+    Ok(Some(match scene.scattering_orders() {
+        Some(orders) => with_diffuse_light(table, orders),
+        None => table,
+    }))
 }
 
 /// Writes the table of a scene's air.
@@ -46,7 +52,11 @@ pub(crate) fn make(scene: &Scene, to: &Path, manner: Manner) -> Result<Done, Fai
         .as_ref()
         .is_some_and(depends_on)
         .then_some(scene.sun);
-    let settings = canonical_json(&(&scene.air, scene.ground, scene.spectrum, sun));
+    let orders = scene.scattering_orders().map(|orders| {
+        let sizes = [orders.n_layers, orders.n_zeniths, orders.max_degree];
+        (sizes, orders.tolerance)
+    });
+    let settings = canonical_json(&(&scene.air, scene.ground, scene.spectrum, sun, orders));
     let request = Request {
         stage: "atmosphere",
         settings,

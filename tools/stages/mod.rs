@@ -7,6 +7,7 @@
 pub(crate) mod airy;
 pub(crate) mod atmosphere;
 pub(crate) mod drops;
+pub(crate) mod photo;
 pub(crate) mod render;
 pub(crate) mod scatter;
 pub(crate) mod sky;
@@ -19,6 +20,7 @@ use niji_exchange::Provenance;
 use niji_exchange::content_hash;
 use niji_exchange::read_provenance;
 use niji_vdb::VdbHeader;
+use serde::Deserialize;
 use serde::Serialize;
 
 use crate::failure::Failure;
@@ -118,7 +120,7 @@ fn fits(request: &Request, provenance: &Provenance) -> bool {
         && stored_provenance(request.outputs[0]).as_ref() == Some(provenance)
 }
 
-/// The provenance of a VDB or EXR file; `None` where it has none or cannot be read.
+/// The provenance of a VDB, EXR, PNG or JSON file; `None` where it has none or cannot be read.
 pub(crate) fn stored_provenance(path: &Path) -> Option<Provenance> {
     if is_vdb(path) {
         // Without the voxels: a few kilobytes, however large the file is.
@@ -132,7 +134,35 @@ pub(crate) fn stored_provenance(path: &Path) -> Option<Provenance> {
             });
         return Provenance::from_text_items(texts);
     }
-    read_provenance(path).ok().flatten()
+    if path.extension().is_some_and(|end| end == "json") {
+        let file: JsonFile<serde::de::IgnoredAny> =
+            serde_json::from_str(&std::fs::read_to_string(path).ok()?).ok()?;
+        let items = file.provenance.iter();
+        return Provenance::from_text_items(items.map(|(name, text)| (&**name, &**text)));
+    }
+    let foreign = || niji_photo::read_picture_provenance(path).ok().flatten();
+    read_provenance(path).ok().flatten().or_else(foreign)
+}
+
+/// A report on disk.
+#[derive(Serialize, Deserialize)]
+struct JsonFile<T> {
+    provenance: BTreeMap<String, String>,
+    report: T,
+}
+
+/// A report with its provenance, as it stands on disk.
+///
+/// # Errors
+/// [`Failure::Failed`] for a number that JSON cannot hold.
+pub(crate) fn json_text(
+    provenance: &Provenance,
+    report: impl Serialize,
+) -> Result<String, Failure> {
+    let provenance = provenance.to_text_items().into_iter().collect();
+    let text = serde_json::to_string_pretty(&JsonFile { provenance, report });
+    let text = text.map_err(|error| Failure::Failed(format!("no JSON: {error}")))?;
+    Ok(text + "\n")
 }
 
 /// Is it a VDB file by its name?

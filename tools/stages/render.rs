@@ -14,6 +14,10 @@ use niji_exchange::Attributes;
 use niji_exchange::Provenance;
 use niji_exchange::ScatteringTable;
 use niji_exchange::SpectralImage;
+use niji_photo::DepthAlong;
+use niji_photo::DepthKind;
+use niji_photo::depth_from_values;
+use niji_photo::read_depth_map;
 use niji_radiometry::Colorimetry;
 use niji_radiometry::WavelengthGrid;
 use niji_radiometry::solar_irradiance;
@@ -24,10 +28,12 @@ use niji_render::Rendered;
 use niji_render::SunPath;
 use niji_render::Toggle;
 use niji_render::render;
+use niji_scene::Along;
 use niji_scene::Camera;
 use niji_scene::Effect;
 use niji_scene::Levels;
 use niji_scene::Picture;
+use niji_scene::Scene;
 use niji_scene::Spectrum;
 use niji_scene::Sun;
 use niji_scene::canonical_json;
@@ -46,6 +52,9 @@ use crate::stages::perform;
 
 /// Name of the spectral image in the folder of a run.
 pub(crate) const FILE: &str = "image.exr";
+
+/// What files hold for the distance of the sky (m).
+const NO_SURFACE_M: f32 = 1e10;
 
 /// What a picture depends on besides its input files.
 #[derive(Clone, Debug, Serialize)]
@@ -99,6 +108,27 @@ pub(crate) struct Inputs<'a> {
     pub table: Option<&'a Path>,
     /// The air, where an effect of the air is on.
     pub air: Option<&'a Path>,
+    /// Surfaces that hide what is behind them.
+    pub surfaces: Option<&'a Surfaces>,
+}
+
+/// A depth map, and what it is measured along.
+#[derive(Clone, Debug)]
+pub(crate) struct Surfaces {
+    /// The file.
+    pub path: PathBuf,
+    /// The view ray, or the optical axis.
+    pub along: Along,
+}
+
+/// The surfaces that a scene names, relative to its file.
+#[must_use]
+pub(crate) fn scene_surfaces(scene: &Scene, scene_file: &Path) -> Option<Surfaces> {
+    let folder = scene_file.parent().unwrap_or(Path::new(""));
+    scene.occluders.as_ref().map(|occluders| Surfaces {
+        path: folder.join(&occluders.depth),
+        along: occluders.along,
+    })
 }
 
 /// The plain image and the preview beside a spectral image.
@@ -121,9 +151,14 @@ pub(crate) fn make(
     let mut files = vec![("drops", inputs.drops)];
     files.extend(inputs.table.map(|path| ("table", path)));
     files.extend(inputs.air.map(|path| ("air", path)));
+    files.extend(inputs.surfaces.map(|surfaces| ("depth", &*surfaces.path)));
     let [plain, preview] = companions(to);
     let outputs = vec![to, &plain, &preview];
-    let text = canonical_json(settings);
+    let text = match inputs.surfaces.map(|surfaces| surfaces.along) {
+        // As it was before there were surfaces, so that files made then still fit.
+        None | Some(Along::Ray) => canonical_json(settings),
+        Some(Along::Axis) => canonical_json(&(settings, Along::Axis)),
+    };
     let request = Request {
         stage: "render",
         settings: text,
@@ -151,6 +186,10 @@ fn picture(
     let table: Option<ScatteringTable> = inputs.table.map(stages::scatter::read).transpose()?;
     let air: Option<AtmosphereTable> = inputs.air.map(stages::atmosphere::read).transpose()?;
     let drops = lit_drops(settings, inputs.drops)?;
+    let surfaces = inputs
+        .surfaces
+        .map(|surfaces| read_surfaces(surfaces, settings.camera));
+    let surfaces = surfaces.transpose()?;
     let scale = settings.sun.irradiance_scale();
     let sun_irradiance: Vec<f64> = solar_irradiance(&wavelengths)
         .into_iter()
@@ -170,15 +209,21 @@ fn picture(
             drops: &drops,
             table: table.as_ref(),
             air: air.as_ref(),
+            surfaces: surfaces.as_ref(),
             effects: settings.render_effects,
             levels: settings.levels.render_levels(),
         },
         &|n_pixels| bar.inc(n_pixels),
     );
     bar.finish_and_clear();
-    // What contradicts here are the files: a table without the angles or sizes that the drops need.
-    let rendered = rendered
-        .map_err(|error| Failure::bad_input(inputs.table.unwrap_or(inputs.drops), error))?;
+    // What contradicts here are the files: a table without the angles or sizes that the drops need,
+    // or a depth map of another shape.
+    let rendered = rendered.map_err(|error| match (&error, inputs.surfaces) {
+        (niji_render::Error::SurfaceShape { .. }, Some(surfaces)) => {
+            Failure::bad_input(&surfaces.path, error)
+        }
+        (_, _) => Failure::bad_input(inputs.table.unwrap_or(inputs.drops), error),
+    })?;
     let white_luminance_cd_m2 = white_luminance_cd_m2(&wavelengths);
     let world_to_camera = camera.world_to_camera().to_cols_array();
     Ok(SpectralImage {
@@ -220,6 +265,25 @@ fn lit_drops(settings: &Settings, path: &Path) -> Result<LitDrops, Failure> {
         .map_err(|error| Failure::bad_input(path, error))
 }
 
+/// Reads surfaces as distances along the rays of a camera.
+fn read_surfaces(surfaces: &Surfaces, camera: Camera) -> Result<niji_render::Surfaces, Failure> {
+    let bad = |error: &dyn std::fmt::Display| Failure::bad_input(&surfaces.path, error);
+    let mut distance_m = read_depth_map(&surfaces.path).map_err(|error| bad(&error))?;
+    if surfaces.along == Along::Axis {
+        let (height, width) = distance_m.dim();
+        // The same view in the pixels of the map.
+        let of_map = Camera {
+            width_px: width as u32,
+            height_px: height as u32,
+            ..camera
+        };
+        let pinhole = of_map.pinhole().map_err(|error| bad(&error))?;
+        distance_m = depth_from_values(&distance_m, &DepthKind::Metres, DepthAlong::Axis, &pinhole)
+            .map_err(|error| bad(&error))?;
+    }
+    niji_render::Surfaces::new(distance_m).map_err(|error| bad(&error))
+}
+
 fn aovs(rendered: &Rendered) -> Vec<Aov> {
     let xyz = |name: &str, values: &Array3<f32>| {
         let planes = values.axis_iter(Axis(0)).map(|plane| plane.to_owned());
@@ -239,13 +303,21 @@ fn aovs(rendered: &Rendered) -> Vec<Aov> {
         unit: unit.to_owned(),
         channels: vec![(channel.to_owned(), values.clone())],
     };
-    vec![
+    let mut aovs = vec![
         xyz("bow.primary", &rendered.bow_primary),
         xyz("bow.secondary", &rendered.bow_secondary),
         xyz("inscatter", &rendered.inscatter),
+    ];
+    aovs.extend(rendered.skylit.iter().map(|light| xyz("skylit", light)));
+    aovs.extend([
         plane("transmittance", ["Y", "-"], &rendered.transmittance),
         plane("tau_sun", ["Y", "-"], &rendered.tau_sun),
         plane("depth", ["Z", "m"], &rendered.depth),
-        plane("error", ["Y", "cd/m^2"], &rendered.error),
-    ]
+    ]);
+    aovs.extend(rendered.surface.iter().map(|surface| {
+        let finite = surface.mapv(|distance| distance.min(NO_SURFACE_M));
+        plane("surface", ["Z", "m"], &finite)
+    }));
+    aovs.push(plane("error", ["Y", "cd/m^2"], &rendered.error));
+    aovs
 }

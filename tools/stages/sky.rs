@@ -8,6 +8,7 @@ use std::f64::consts::PI;
 use std::path::Path;
 
 use ndarray::Array3;
+use niji_atmosphere::DiffuseDome;
 use niji_atmosphere::PreparedSky;
 use niji_atmosphere::SkyDirection;
 use niji_atmosphere::SkyMethod;
@@ -52,6 +53,7 @@ pub(crate) fn make(
 ) -> Result<Done, Failure> {
     let settings = canonical_json(&(
         (&scene.air, scene.ground, scene.spectrum),
+        scene.scattering_orders().map(|orders| orders.n_layers),
         (scene.sun, scene.picture),
         (panorama.width_px, panorama.height_m),
     ));
@@ -86,6 +88,8 @@ fn picture(
         Radians::from_degrees(scene.sun.elevation_deg),
     );
     let sky = PreparedSky::new(air, observer, SkyMethod::STANDARD_DOME);
+    // Without light of higher orders in the table one is enough.
+    let diffuse = DiffuseDome::new(air, observer).ok();
     let sun_azimuth_rad = scene.sun.azimuth_deg.to_radians();
     // Pixel by pixel, wavelengths together; the planes of the file are cut from it.
     let mut pixels = vec![0.0_f32; height * width * n_wavelengths];
@@ -97,7 +101,11 @@ fn picture(
             for (column, radiance) in line.chunks_mut(n_wavelengths).enumerate() {
                 let azimuth_rad = PI * (2.0 * (column as f64 + 0.5) / width as f64 - 1.0);
                 let azimuth = Radians(azimuth_rad - sun_azimuth_rad);
-                sky.write_radiance(SkyDirection::from_elevation(elevation, azimuth), radiance);
+                let direction = SkyDirection::from_elevation(elevation, azimuth);
+                sky.write_radiance(direction, radiance);
+                if let Some(diffuse) = &diffuse {
+                    diffuse.add_radiance(direction, radiance);
+                }
                 radiance.iter_mut().for_each(no_less_than_dark);
             }
         });

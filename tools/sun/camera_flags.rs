@@ -16,7 +16,7 @@ use crate::cli;
 use crate::failure::Failure;
 
 /// What is known of the camera.
-#[derive(Clone, Debug, Args)]
+#[derive(Clone, Debug, Args, Serialize)]
 #[command(next_help_heading = "Camera")]
 pub(crate) struct CameraFlags {
     /// Horizontal field of view in degrees [default: by EXIF].

@@ -4,13 +4,15 @@ pub(crate) mod bow_edges;
 pub(crate) mod camera_flags;
 pub(crate) mod report;
 
-use std::path::Path;
+use std::io::Write as _;
 use std::path::PathBuf;
 
 use clap::Args;
 use glam::DVec3;
-use niji_exchange::Provenance;
+use niji_geometry::PinholeCamera;
+use niji_photo::Finding;
 use niji_photo::FitRequest;
+use niji_photo::LinearPicture;
 use niji_photo::Photograph;
 use niji_photo::PickedEdge;
 use niji_photo::SunSolution;
@@ -27,12 +29,16 @@ use serde_json::json;
 use crate::cli::Common;
 use crate::failure::Failure;
 use crate::output;
+use crate::stages;
+use crate::stages::Done;
+use crate::stages::Manner;
 use crate::stages::Request;
 use crate::stages::perform;
 use crate::sun::bow_edges::Bow;
 use crate::sun::bow_edges::EDGE_ERROR_DEG;
 use crate::sun::bow_edges::Edge;
 use crate::sun::bow_edges::picked_edge;
+use crate::sun::camera_flags::Camera;
 use crate::sun::camera_flags::CameraFlags;
 use crate::sun::camera_flags::point;
 
@@ -76,12 +82,25 @@ pub(crate) struct SunCommand {
     /// Search as published: directions on a grid of this step with 40 to 43 degrees at every pick.
     #[arg(long, value_name = "STEP_DEG", num_args = 0..=1, default_missing_value = "0.25")]
     published: Option<f64>,
+    /// Write the report as JSON too.
+    #[arg(short, long, value_name = "JSON", conflicts_with = "published")]
+    output: Option<PathBuf>,
     /// Draw the picks and the bows that follow into a copy of the picture.
-    #[arg(long, value_name = "PNG")]
+    #[arg(long, value_name = "PNG", conflicts_with = "published")]
     preview: Option<PathBuf>,
     /// The camera.
     #[command(flatten)]
     camera: CameraFlags,
+}
+
+/// What picks say about the sun.
+pub(crate) struct Solved {
+    camera: Camera,
+    pinhole: PinholeCamera,
+    photo: Photograph,
+    /// Best first.
+    solutions: Vec<SunSolution>,
+    findings: Vec<Finding>,
 }
 
 /// Solves for the sun.
@@ -90,13 +109,41 @@ pub(crate) struct SunCommand {
 /// A photograph that cannot be read, flags that contradict each other, or [`Failure::Impossible`]
 /// after the report where no place of the sun is possible.
 pub(crate) fn execute(command: &SunCommand, common: &Common) -> Result<(), Failure> {
+    if let Some(step_deg) = command.published {
+        return published(command, step_deg, common);
+    }
+    let solved = solve(command)?;
+    let report = solved.report();
+    let text = if common.json {
+        report::json_text(&report)?
+    } else {
+        report::text(&report)
+    };
+    output::print(&text)?;
+    let possible = solved.best().map(|_| ());
+    if command.output.is_some() || command.preview.is_some() {
+        files(command, common.manner(), || Ok(solved))?;
+    }
+    possible
+}
+
+/// Writes what the picks say, or keeps files that fit.
+///
+/// # Errors
+/// As [`solve`], or outputs that exist.
+pub(crate) fn make(command: &SunCommand, manner: Manner) -> Result<Done, Failure> {
+    files(command, manner, || solve(command))
+}
+
+/// What the picks of a command say.
+///
+/// # Errors
+/// A photograph that cannot be read, or flags that contradict each other.
+pub(crate) fn solve(command: &SunCommand) -> Result<Solved, Failure> {
     let photo = Photograph::read(&command.photo)
         .map_err(|error| Failure::bad_input(&command.photo, error))?;
     let camera = command.camera.camera(&photo)?;
     let pinhole = camera.pinhole()?;
-    if let Some(step_deg) = command.published {
-        return published(command, &pinhole, step_deg, common);
-    }
     let edge = edge(command)?;
     let offsets_rad = vec![0.0; command.picks.len()];
     let request = FitRequest {
@@ -109,22 +156,76 @@ pub(crate) fn execute(command: &SunCommand, common: &Common) -> Result<(), Failu
     let usage = |error: niji_photo::Error| Failure::Usage(error.to_string());
     let solutions = sun_from_picks(&request).map_err(usage)?;
     let findings = diagnose_picks(&request, edge, &solutions);
-    let report = report::Report::new(&camera, &solutions, &findings);
-    if common.json {
-        report::print_json(&report)?;
-    } else {
-        report::print_text(&report);
+    Ok(Solved {
+        camera,
+        pinhole,
+        photo,
+        solutions,
+        findings,
+    })
+}
+
+impl Solved {
+    /// The first solution against which nothing speaks.
+    ///
+    /// # Errors
+    /// [`Failure::Impossible`] if there is none.
+    pub(crate) fn best(&self) -> Result<&SunSolution, Failure> {
+        let possible = |solution: &&SunSolution| solution.verdict == Verdict::Possible;
+        self.solutions.iter().find(possible).ok_or_else(|| {
+            let reason = self.findings.first().map(|finding| finding.reason.clone());
+            Failure::Impossible(reason.unwrap_or_else(|| {
+                "no place of the sun gives a bow through these picks".to_owned()
+            }))
+        })
     }
-    if let Some(path) = &command.preview {
-        draw_preview(command, (&request, &solutions), photo, path, common)?;
+
+    fn report(&self) -> report::Report<'_> {
+        report::Report::new(&self.camera, &self.solutions, &self.findings)
     }
-    if solutions.iter().any(|s| s.verdict == Verdict::Possible) {
-        return Ok(());
-    }
-    let first = findings.first().map(|finding| finding.reason.clone());
-    Err(Failure::Impossible(first.unwrap_or_else(|| {
-        "no place of the sun gives a bow through these picks".to_owned()
-    })))
+}
+
+fn files(
+    command: &SunCommand,
+    manner: Manner,
+    solved: impl FnOnce() -> Result<Solved, Failure>,
+) -> Result<Done, Failure> {
+    let job = Request {
+        stage: "sun",
+        settings: settings(command),
+        inputs: vec![("photo", &command.photo)],
+        outputs: [&command.output, &command.preview]
+            .into_iter()
+            .flatten()
+            .map(PathBuf::as_path)
+            .collect(),
+    };
+    perform(&job, manner, |provenance| {
+        let solved = solved()?;
+        let text = stages::json_text(&provenance, solved.report())?;
+        if let Some(path) = &command.preview {
+            let drawn = drawn(solved, &command.picks);
+            output::write_file(path, |writer| write_png(&drawn, &provenance, writer))?;
+        }
+        match &command.output {
+            Some(path) => output::write_file(path, |writer| writer.write_all(text.as_bytes())),
+            None => Ok(()),
+        }
+    })
+}
+
+fn settings(command: &SunCommand) -> String {
+    json!({
+        "camera": command.camera,
+        "picks_px": command.picks,
+        "bow": format!("{:?}", command.bow),
+        "edge": format!("{:?}", command.edge),
+        "bow_angle_deg": command.bow_angle_deg,
+        "bow_angle_error_deg": command.bow_angle_error_deg,
+        "no_prior": command.no_prior,
+        "noise_px": command.noise_px,
+    })
+    .to_string()
 }
 
 fn edge(command: &SunCommand) -> Result<PickedEdge, Failure> {
@@ -146,19 +247,17 @@ fn edge(command: &SunCommand) -> Result<PickedEdge, Failure> {
     ))
 }
 
-fn published(
-    command: &SunCommand,
-    camera: &niji_geometry::PinholeCamera,
-    step_deg: f64,
-    common: &Common,
-) -> Result<(), Failure> {
+fn published(command: &SunCommand, step_deg: f64, common: &Common) -> Result<(), Failure> {
+    let photo = Photograph::read(&command.photo)
+        .map_err(|error| Failure::bad_input(&command.photo, error))?;
+    let camera = command.camera.camera(&photo)?.pinhole()?;
     let picks = command.picks.iter();
     let views: Vec<DVec3> = picks
         .map(|[x_px, y_px]| camera.ray(*x_px, *y_px).direction)
         .collect();
     let examples = published_directions(&views, Radians::from_degrees(step_deg))
         .map_err(|error| Failure::Usage(error.to_string()))?;
-    report::print_examples(&examples, common.json)?;
+    output::print(&report::examples_text(&examples, common.json)?)?;
     if examples.is_empty() {
         return Err(Failure::Impossible(
             "no direction of the sun puts a bow of 40 to 43 degrees through all picks".to_owned(),
@@ -167,51 +266,25 @@ fn published(
     Ok(())
 }
 
-fn draw_preview(
-    command: &SunCommand,
-    (request, solutions): (&FitRequest, &[SunSolution]),
-    photo: Photograph,
-    path: &Path,
-    common: &Common,
-) -> Result<(), Failure> {
-    let settings = json!({
-        "picks_px": command.picks,
-        "noise_px": command.noise_px,
-        "antisolar": solutions.iter().map(|s| s.fit.antisolar.to_array()).collect::<Vec<_>>(),
-        "bow_angle_rad": solutions.iter().map(|s| s.fit.bow_angle.0).collect::<Vec<_>>(),
-    });
-    let job = Request {
-        stage: "sun",
-        settings: settings.to_string(),
-        inputs: vec![("photo", &command.photo)],
-        outputs: vec![path],
-    };
-    perform(&job, common.manner(), |provenance: Provenance| {
-        let mut picture = photo.light;
-        let width_px = (picture.ncols() as f64 / 500.0).max(1.5);
-        for (index, solution) in solutions.iter().enumerate().rev() {
-            let color = if index == 0 { BEST } else { OTHER };
-            let fit = &solution.fit;
-            for line in bow_path(request.camera, fit.antisolar, fit.bow_angle) {
-                draw_line(&mut picture, &line, color, width_px);
-            }
+/// The photograph with the picks and the bows that follow.
+fn drawn(solved: Solved, picks: &[[f64; 2]]) -> LinearPicture {
+    let mut picture = solved.photo.light;
+    let width_px = (picture.ncols() as f64 / 500.0).max(1.5);
+    for (index, solution) in solved.solutions.iter().enumerate().rev() {
+        let color = if index == 0 { BEST } else { OTHER };
+        let fit = &solution.fit;
+        for line in bow_path(&solved.pinhole, fit.antisolar, fit.bow_angle) {
+            draw_line(&mut picture, &line, color, width_px);
         }
-        for [x, y] in &command.picks {
-            let arm = 4.0 * width_px;
-            draw_line(
-                &mut picture,
-                &[[x - arm, *y], [x + arm, *y]],
-                PICK,
-                width_px,
-            );
-            draw_line(
-                &mut picture,
-                &[[*x, y - arm], [*x, y + arm]],
-                PICK,
-                width_px,
-            );
+    }
+    let arm = 4.0 * width_px;
+    for [x, y] in picks {
+        for line in [
+            [[x - arm, *y], [x + arm, *y]],
+            [[*x, y - arm], [*x, y + arm]],
+        ] {
+            draw_line(&mut picture, &line, PICK, width_px);
         }
-        output::write_file(path, |writer| write_png(&picture, &provenance, writer))
-    })
-    .map(|_| ())
+    }
+    picture
 }

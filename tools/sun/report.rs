@@ -70,9 +70,14 @@ impl From<&Finding> for FindingText {
 
 impl FindingText {
     /// One finding on two lines.
-    pub(crate) fn print(&self) {
-        println!("{}: {} [{}]", self.severity, self.reason, self.code);
-        println!("  {}", self.suggestion);
+    pub(crate) fn text(&self) -> String {
+        let Self {
+            code,
+            severity,
+            reason,
+            suggestion,
+        } = self;
+        format!("{severity}: {reason} [{code}]\n  {suggestion}\n")
     }
 }
 
@@ -124,22 +129,21 @@ impl From<&SunSolution> for Solution {
     }
 }
 
-/// Prints JSON.
+/// A report as scripts read it.
 ///
 /// # Errors
 /// [`Failure::Failed`] for a number that JSON cannot hold.
-pub(crate) fn print_json(report: &impl Serialize) -> Result<(), Failure> {
-    let text = serde_json::to_string_pretty(report)
-        .map_err(|error| Failure::Failed(format!("cannot print JSON: {error}")))?;
-    println!("{text}");
-    Ok(())
+pub(crate) fn json_text(report: &impl Serialize) -> Result<String, Failure> {
+    let text = serde_json::to_string_pretty(report);
+    let text = text.map_err(|error| Failure::Failed(format!("no JSON: {error}")))?;
+    Ok(text + "\n")
 }
 
-/// Prints for people.
-pub(crate) fn print_text(report: &Report) {
+/// A report as people read it.
+pub(crate) fn text(report: &Report) -> String {
     let camera = report.camera;
-    println!(
-        "camera: {} x {} pixels, {:.2} degrees across ({}), azimuth {:.2}, elevation {:.2}, roll {:.2}",
+    let mut text = format!(
+        "camera: {} x {} pixels, {:.2} degrees across ({}), azimuth {:.2}, elevation {:.2}, roll {:.2}\n",
         camera.width_px,
         camera.height_px,
         camera.horizontal_fov_deg,
@@ -149,42 +153,51 @@ pub(crate) fn print_text(report: &Report) {
         camera.roll_deg
     );
     if camera.cropped {
-        println!(
-            "warning: the picture was cropped, so EXIF tells a wrong field of view: give --fov-deg"
-        );
+        text += "warning: the picture was cropped, so EXIF tells a wrong field of view: give --fov-deg\n";
     }
     for solution in &report.solutions {
-        println!(
-            "sun: elevation {:.3}, azimuth {:.3} degrees, bow angle {:.3} ({}: {})",
-            solution.elevation_deg,
-            solution.azimuth_deg,
-            solution.bow_angle_deg,
-            solution.verdict,
-            solution.explanation
-        );
-        match &solution.errors {
-            Some(errors) => println!(
-                "  standard errors: {:.3} across, {:.3} in elevation (correlation {:.2}), {:.3} of \
-                 the bow angle; residual {:.4}",
+        text += &solution.text();
+    }
+    for finding in &report.findings {
+        text += &finding.text();
+    }
+    text
+}
+
+impl Solution {
+    fn text(&self) -> String {
+        let errors = match &self.errors {
+            Some(errors) => format!(
+                "{:.3} across, {:.3} in elevation (correlation {:.2}), {:.3} of the bow angle; residual \
+                 {:.4}",
                 errors.across_deg,
                 errors.elevation_deg,
                 errors.correlation,
                 errors.bow_angle_deg,
-                solution.residual_deg
+                self.residual_deg
             ),
-            None => println!("  standard errors: unknown, the picks do not determine it"),
-        }
-    }
-    for finding in &report.findings {
-        finding.print();
+            None => "unknown, the picks do not determine it".to_owned(),
+        };
+        format!(
+            "sun: elevation {:.3}, azimuth {:.3} degrees, bow angle {:.3} ({}: {})\n  standard errors: \
+             {errors}\n",
+            self.elevation_deg,
+            self.azimuth_deg,
+            self.bow_angle_deg,
+            self.verdict,
+            self.explanation
+        )
     }
 }
 
-/// Prints the examples of the published search.
+/// The examples of the published search.
 ///
 /// # Errors
-/// As [`print_json`].
-pub(crate) fn print_examples(examples: &[DirectionExample], as_json: bool) -> Result<(), Failure> {
+/// As [`json_text`].
+pub(crate) fn examples_text(
+    examples: &[DirectionExample],
+    as_json: bool,
+) -> Result<String, Failure> {
     let degrees = |example: &DirectionExample| {
         let sun = example.sun;
         let elevation_deg = sun.y.clamp(-1.0, 1.0).asin().to_degrees();
@@ -201,15 +214,15 @@ pub(crate) fn print_examples(examples: &[DirectionExample], as_json: bool) -> Re
                 "n_directions": example.n_directions,
             })
         });
-        return print_json(&json!({ "examples": list.collect::<Vec<_>>() }));
+        return json_text(&json!({ "examples": list.collect::<Vec<_>>() }));
     }
-    for example in examples {
+    let lines = examples.iter().map(|example| {
         let (elevation_deg, azimuth_deg, spread_deg) = degrees(example);
-        println!(
+        format!(
             "sun: elevation {elevation_deg:.2}, azimuth {azimuth_deg:.2} degrees, within {spread_deg:.2} \
-             ({} directions)",
+             ({} directions)\n",
             example.n_directions
-        );
-    }
-    Ok(())
+        )
+    });
+    Ok(lines.collect())
 }

@@ -23,7 +23,7 @@ use niji_radiometry::Radians;
 use niji_radiometry::WavelengthGrid;
 
 const N_DIRECTIONS: usize = 640 * 480;
-const SUN_ELEVATIONS_DEG: [f64; 5] = [60.0, 20.0, 5.0, 0.0, -4.0];
+const SUN_ELEVATIONS_DEG: [f64; 7] = [60.0, 20.0, 10.0, 5.0, 2.0, 0.0, -4.0];
 
 fn main() {
     // A filter on the command line asks for single times.

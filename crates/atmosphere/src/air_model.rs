@@ -125,6 +125,7 @@ impl AirModel {
                 .collect(),
             ground_albedo: vec![albedo; self.wavelengths.len()],
             constituents,
+            diffuse: None,
         })
     }
 

@@ -55,6 +55,12 @@ pub enum Error {
         /// Visibility in air without aerosol, m.
         clean_air_m: f64,
     },
+    /// Multiple scattering is wanted from a table without it.
+    #[error(
+        "found no diffuse light in the atmosphere table, or none that fits its air, expected a table \
+         made with multiple scattering"
+    )]
+    NoDiffuseLight,
 }
 
 /// `value`, if it is a positive number.

@@ -6,6 +6,7 @@ use niji_radiometry::Radians;
 
 use crate::in_scattering::InScattering;
 use crate::in_scattering::SingleScattering;
+use crate::multiple_scattering::DiffuseSky;
 use crate::sun_beam::sun_transmittance;
 use crate::view_ray::ViewRay;
 
@@ -23,7 +24,7 @@ pub struct AirSample {
     /// Radiance scattered once into the ray, W m^-2 sr^-1 nm^-1.
     pub in_scattering: f64,
     /// Radiance that arrives along the ray from the air and from the ground where it ends there,
-    /// W m^-2 sr^-1 nm^-1.
+    /// W m^-2 sr^-1 nm^-1; of all orders where the table of the air holds diffuse light.
     pub radiance: f64,
     /// Optical depth from the observer to the center of the sun; infinite behind the ground.
     pub sun_optical_depth: f64,
@@ -39,17 +40,25 @@ pub fn evaluate_rays(
     sun_disc_radius: Radians,
 ) -> Vec<AirSample> {
     let solver = SingleScattering::new(air, method);
+    let diffuse = DiffuseSky::new(air).ok();
     let planet = Planet {
         radius_m: air.planet_radius_m,
     };
     let mut samples = Vec::with_capacity(rays.len() * air.wavelengths.len());
     for (ray_index, ray) in rays.iter().enumerate() {
         let light = solver.solve(ray);
-        let radiance = if ray.ends_on_ground(planet) {
+        let mut radiance = if ray.ends_on_ground(planet) {
             solver.sky_radiance(ray)
         } else {
             light.radiance.clone()
         };
+        if let Some(diffuse) = &diffuse {
+            let more = diffuse.radiance_per_sun(ray).into_iter();
+            let more = more.zip(&air.sun_irradiance);
+            for (radiance, (more, sun)) in radiance.iter_mut().zip(more) {
+                *radiance += more * sun;
+            }
+        }
         let sun = sun_transmittance(air, ray.height_m, ray.cos_sun_zenith, sun_disc_radius);
         let depths = view_optical_depths(air, ray);
         for (index, wavelength) in air.wavelengths.centers().enumerate() {

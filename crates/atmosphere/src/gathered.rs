@@ -35,6 +35,9 @@ impl Sample {
 pub(crate) struct Gathered {
     /// G_j, m: one row of wavelengths for each constituent, empty where nothing is scattered.
     pub(crate) lengths_m: Vec<Vec<f64>>,
+    /// By how much these exceed what a coarser rule finds at the same nodes, m; empty where no rule
+    /// does.
+    pub(crate) excess_m: Vec<Vec<f64>>,
     /// Optical depth passed so far, by wavelength.
     pub(crate) depth: Vec<f64>,
     /// Share of the light that arrives by way of the sample at hand, by wavelength.
@@ -54,6 +57,7 @@ impl Gathered {
         };
         Self {
             lengths_m: air.constituents.iter().map(row).collect(),
+            excess_m: Vec::new(),
             depth: zeros.clone(),
             share: zeros,
         }
@@ -90,6 +94,23 @@ impl Gathered {
 
     /// Adds one sample. Constituents outside, wavelengths inside: the loops run over spectra.
     pub(crate) fn add(&mut self, air: &AtmosphereTable, sample: &Sample, weight: f64) {
+        self.find_share(air, sample);
+        add_weighted(&mut self.lengths_m, &self.share, &sample.density, weight);
+    }
+
+    /// Adds one sample, and to the excess what its weight exceeds that of the coarser rule by.
+    pub(crate) fn add_with_excess(
+        &mut self,
+        air: &AtmosphereTable,
+        sample: &Sample,
+        [weight, excess]: [f64; 2],
+    ) {
+        self.add(air, sample, weight);
+        add_weighted(&mut self.excess_m, &self.share, &sample.density, excess);
+    }
+
+    /// Finds the share of the light that arrives by way of a sample.
+    fn find_share(&mut self, air: &AtmosphereTable, sample: &Sample) {
         self.share.copy_from_slice(&self.depth);
         for (index, constituent) in air.constituents.iter().enumerate() {
             let length_m = sample.view_m[index] + sample.sun_m[index];
@@ -99,12 +120,6 @@ impl Gathered {
         }
         for share in &mut self.share {
             *share = exp_minus(*share);
-        }
-        for (lengths_m, density) in self.lengths_m.iter_mut().zip(&sample.density) {
-            let stretch_m = weight * density;
-            for (length_m, share) in lengths_m.iter_mut().zip(&self.share) {
-                *length_m += stretch_m * share;
-            }
         }
     }
 
@@ -119,6 +134,16 @@ impl Gathered {
             for (depth, extinction_m1) in self.depth.iter_mut().zip(&constituent.extinction_m1) {
                 *depth += extinction_m1 * length_m;
             }
+        }
+    }
+}
+
+/// Adds a sample to lengths.
+fn add_weighted(lengths_m: &mut [Vec<f64>], share: &[f64], density: &[f64], weight: f64) {
+    for (lengths_m, density) in lengths_m.iter_mut().zip(density) {
+        let stretch_m = weight * density;
+        for (length_m, share) in lengths_m.iter_mut().zip(share) {
+            *length_m += stretch_m * share;
         }
     }
 }

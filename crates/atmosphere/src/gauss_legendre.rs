@@ -44,6 +44,24 @@ impl Rule {
         }
     }
 
+    /// A rule of nodes in rising order on 0..1 and weights from elsewhere; running integrals are those
+    /// of the polynomial through the nodes.
+    pub(crate) fn through(nodes: Vec<f64>, weights: Vec<f64>) -> Self {
+        // Exact up to the degree of that polynomial.
+        let exact = Self::new(nodes.len().div_ceil(2));
+        let mut running = Vec::with_capacity(nodes.len() * nodes.len());
+        for &end in &nodes {
+            for j in 0..nodes.len() {
+                running.push(exact.integrate(0.0, end, |x| cardinal(&nodes, j, x)));
+            }
+        }
+        Self {
+            nodes,
+            weights,
+            running,
+        }
+    }
+
     pub(crate) fn len(&self) -> usize {
         self.nodes.len()
     }
@@ -88,6 +106,14 @@ fn legendre_up_to(t: f64, n: usize) -> Vec<f64> {
         p.push(((2.0 * k_f + 1.0) * t * p[k] - k_f * p[k - 1]) / (k_f + 1.0));
     }
     p
+}
+
+/// Lagrange's polynomial that is 1 at node `j` and 0 at the others.
+fn cardinal(nodes: &[f64], j: usize, x: f64) -> f64 {
+    let others = nodes.iter().enumerate().filter(|&(i, _)| i != j);
+    others
+        .map(|(_, node)| (x - node) / (nodes[j] - node))
+        .product()
 }
 
 #[cfg(test)]

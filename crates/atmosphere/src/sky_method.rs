@@ -81,7 +81,7 @@ impl SkyMethod {
 #[derive(Debug, Clone)]
 pub enum PreparedSky<'a> {
     /// Each direction by a ray of its own.
-    Rays(SingleScattering<'a>, SkyObserver),
+    Rays(Box<SingleScattering<'a>>, SkyObserver),
     /// By a table of all directions.
     Dome(Box<SkyDome>),
 }
@@ -90,7 +90,9 @@ impl<'a> PreparedSky<'a> {
     /// Does what has to be done once for all directions.
     pub fn new(air: &'a AtmosphereTable, observer: SkyObserver, method: SkyMethod) -> Self {
         match method {
-            SkyMethod::Rays(method) => Self::Rays(SingleScattering::new(air, method), observer),
+            SkyMethod::Rays(method) => {
+                Self::Rays(Box::new(SingleScattering::new(air, method)), observer)
+            }
             SkyMethod::Dome { tolerance } => {
                 Self::Dome(Box::new(SkyDome::new(air, observer, tolerance)))
             }

@@ -6,8 +6,10 @@
 //!   mu_s(s) = (r0 mu_s + s nu)/r
 //! nu is also the cosine of the scattering angle: the sun's light travels along minus the sun's
 //! direction, and leaves along minus the view's.
-//! The planet's shadow is a cylinder: the ray meets its wall where
-//!   s^2 (1 - nu^2) + 2 r0 s (mu - mu_s nu) + [h (2R + h) - r0^2 mu_s^2] = 0,  behind the planet.
+//! The planet's shadow is a cylinder, and so is that of a shell of height t above it. The ray meets
+//! its wall where
+//!   s^2 (1 - nu^2) + 2 r0 s (mu - mu_s nu) + [(h - t)(2R + h + t) - r0^2 mu_s^2] = 0,  behind the
+//! planet.
 
 use glam::DVec3;
 use niji_geometry::Planet;
@@ -100,13 +102,16 @@ impl ViewRay {
         ground_m.is_some_and(|ground_m| ground_m <= self.length_m)
     }
 
-    /// Distances at which the ray crosses the wall of the planet's shadow.
-    pub(crate) fn shadow_walls(&self, planet: Planet) -> Vec<f64> {
+    /// Distances at which the ray crosses the wall of the shadow of the planet up to a height: beyond,
+    /// the sun's rays have their perigee above it.
+    pub(crate) fn shadow_walls(&self, planet: Planet, shell_m: f64) -> Vec<f64> {
         let (nu, mu_s) = (self.cos_scattering, self.cos_sun_zenith);
         let r0 = planet.radius_m + self.height_m;
         let a = (1.0 - nu) * (1.0 + nu);
         let half_b = r0 * (self.cos_zenith - mu_s * nu);
-        let c = self.height_m * (2.0 * planet.radius_m + self.height_m) - (r0 * mu_s).powi(2);
+        let above_shell_m2 =
+            (self.height_m - shell_m) * (2.0 * planet.radius_m + self.height_m + shell_m);
+        let c = above_shell_m2 - (r0 * mu_s).powi(2);
         let discriminant = half_b * half_b - a * c;
         if discriminant < 0.0 || a <= 0.0 {
             return Vec::new();

@@ -92,6 +92,60 @@ fn a_dome_of_1e_4_holds_it_from_noon_to_sunset_from_below_the_sea_to_an_airliner
     }
 }
 
+/// Angle between a direction and the edge of the shadow in front of an observer at sea level: beyond it
+/// a ray leaves the air before it leaves the shadow.
+fn is_near_shadow_edge(direction: SkyDirection, sun_elevation_deg: f64) -> bool {
+    let lit_m = |elevation_deg: f64| {
+        let ray = observer(0.0, sun_elevation_deg).ray(SkyDirection {
+            cos_zenith: elevation_deg.to_radians().sin(),
+            ..direction
+        });
+        let along = |s: f64| ray.cos_sun_zenith * common::RADIUS_M + s * ray.cos_scattering;
+        let end_m = common::exit(0.0, ray.cos_zenith, 100e3);
+        let off_axis2 = (common::RADIUS_M + 100e3).powi(2) - along(end_m).powi(2);
+        along(end_m) > 0.0 || off_axis2 > common::RADIUS_M.powi(2)
+    };
+    let elevation_deg = direction.cos_zenith.asin().to_degrees();
+    lit_m(elevation_deg - 0.5) != lit_m(elevation_deg + 0.5)
+}
+
+#[test]
+fn a_dome_of_1e_4_holds_it_in_twilight_half_a_degree_off_the_edge_of_the_shadow() {
+    let air = unit_sun_air(vec![
+        AirComponent::STANDARD_RAYLEIGH,
+        AirComponent::Ozone {
+            column_dobson: 300.0,
+        },
+        AirComponent::Aerosol(AerosolKind::Clear.aerosol()),
+    ]);
+    for sun_deg in [-4.0, -2.0, 0.0] {
+        let observer = observer(0.0, sun_deg);
+        let dome = SkyDome::new(&air, observer, 1e-4);
+        let directions = spread_directions(Radians(0.0), 24);
+        let exact = reference_sky(&air, observer, &directions);
+        let mut brightest = [0.0_f32; 3];
+        for exact in exact.chunks(3) {
+            for (brightest, light) in brightest.iter_mut().zip(exact) {
+                *brightest = brightest.max(*light);
+            }
+        }
+        for (&direction, exact) in directions.iter().zip(exact.chunks(3)) {
+            if is_near_shadow_edge(direction, sun_deg) {
+                continue;
+            }
+            let found = look(&dome, direction);
+            for i in 0..3 {
+                let scale = exact[i].max(1e-3 * brightest[i]);
+                let error = f64::from((found[i] - exact[i]).abs() / scale);
+                assert!(
+                    error < DOME_TOLERANCE,
+                    "sun {sun_deg}, {direction:?}: {error:e}"
+                );
+            }
+        }
+    }
+}
+
 #[test]
 fn twilight_and_the_earth_seen_from_space_hold_but_for_the_edge_of_the_shadow() {
     let air = usual_air();

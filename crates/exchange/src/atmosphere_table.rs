@@ -14,7 +14,10 @@
 //! because L(p, 0) >= L(h, mu).
 
 mod closed_form;
+mod diffuse_file;
+mod diffuse_light;
 mod file;
+mod harmonics;
 mod interpolation;
 mod lookup;
 mod ray_start;
@@ -22,6 +25,15 @@ mod ray_start;
 use ndarray::Array2;
 use niji_radiometry::WavelengthGrid;
 
+pub use self::diffuse_light::DiffuseLight;
+pub use self::diffuse_light::DiffusePlace;
+pub use self::diffuse_light::DiffuseView;
+pub use self::harmonics::cosines_of_multiples;
+pub use self::harmonics::expansion_weights;
+pub use self::harmonics::harmonics;
+pub use self::harmonics::legendre_polynomials;
+pub use self::harmonics::moment_index;
+pub use self::harmonics::n_moments;
 pub use self::interpolation::Stencil;
 
 /// How the density runs between its nodes.
@@ -78,6 +90,8 @@ pub struct AtmosphereTable {
     pub ground_albedo: Vec<f64>,
     /// What the air is made of.
     pub constituents: Vec<AirConstituent>,
+    /// Light of higher orders of scattering, where it was asked for.
+    pub diffuse: Option<DiffuseLight>,
 }
 
 impl AtmosphereTable {

@@ -55,6 +55,8 @@ pub fn write_srgb_png(
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
+    // A photograph of 24 megapixels takes 5 s otherwise, to be a sixth smaller.
+    encoder.set_compression(png::Compression::Fast);
     for (name, text) in provenance.to_text_items() {
         encoder.add_itxt_chunk(name, text).map_err(failed)?;
     }

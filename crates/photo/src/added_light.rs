@@ -1,8 +1,9 @@
 //! The light of a rendered spectral image, as compositing takes it.
 //!
-//! X, Y, Z of the AOVs `bow.primary`, `bow.secondary` and `inscatter` [cd/m²] over the white
-//! luminance of the image become linear Rec.709; what lies outside the gamut is mixed with grey. The
-//! sky behind the drops, if the image has one, is left out: in a photograph it is there already.
+//! X, Y, Z of the AOVs `bow.primary`, `bow.secondary`, `inscatter` and `skylit` [cd/m²] over the
+//! white luminance of the image become linear Rec.709; what lies outside the gamut is mixed with grey.
+//! The sky behind the drops, if the image has one, is left out: in a photograph it is there already.
+//! Images whose light ends at surfaces say where, in the AOV `surface` [m].
 
 use ndarray::Array2;
 use ndarray::Zip;
@@ -16,8 +17,13 @@ use crate::compositing::AddedLight;
 use crate::error::Error;
 use crate::photograph::LinearPicture;
 
-/// AOVs whose light is added; the last may be missing.
-const LIGHTS: [&str; 3] = ["bow.primary", "bow.secondary", "inscatter"];
+/// AOVs whose light is added, and whether an image must have them.
+const LIGHTS: [(&str, bool); 4] = [
+    ("bow.primary", true),
+    ("bow.secondary", true),
+    ("inscatter", true),
+    ("skylit", false),
+];
 
 impl AddedLight {
     /// Bow, veil and transmittance of a rendered image.
@@ -28,11 +34,12 @@ impl AddedLight {
         let (_, height, width) = image.radiance.dim();
         let white = image.white_luminance_cd_m2;
         let mut light = LinearPicture::from_elem((height, width), [0.0; 3]);
-        for name in LIGHTS {
+        for (name, is_needed) in LIGHTS {
             let aov = image.aovs.iter().find(|aov| aov.name == name);
             match aov {
                 Some(aov) => add_xyz(&mut light, aov)?,
-                None => return Err(Error::MissingAov(name)),
+                None if is_needed => return Err(Error::MissingAov(name)),
+                None => (),
             }
         }
         light.par_mapv_inplace(|xyz| {
@@ -54,6 +61,13 @@ impl AddedLight {
 /// If the image has no such AOV.
 pub fn distance_of_light(image: &SpectralImage) -> Result<&Array2<f32>, Error> {
     plane(image, "depth")
+}
+
+/// Distances of the surfaces at which the light of a rendered image ends, m; `None` if it was
+/// integrated without surfaces.
+#[must_use]
+pub fn surface_of_light(image: &SpectralImage) -> Option<&Array2<f32>> {
+    plane(image, "surface").ok()
 }
 
 fn plane<'a>(image: &'a SpectralImage, name: &'static str) -> Result<&'a Array2<f32>, Error> {

@@ -7,14 +7,15 @@
 //! Inverse:  1/z = a v + b     disparity of stereo and of single-picture networks, near = large
 //! Relative: z = a v + b
 //! `a`, `b` follow from two anchor points (pixel, metres), by least squares from more. Planar depth
-//! is measured along the optical axis: distance = z/cos(angle from the axis). 0 and infinity are the
-//! sky where v is in metres; where a v + b is not above 0, an inverse map shows the sky.
+//! is measured along the optical axis: distance = z/cos(angle from the axis). 0, infinity and NaN are
+//! the sky where v is in metres; where a v + b is not above 0, an inverse map shows the sky.
 
 use std::fs::File;
 use std::io::Seek;
 use std::io::Write;
 use std::path::Path;
 
+use exr::image::Encoding as ExrEncoding;
 use glam::DVec3;
 use ndarray::Array2;
 use ndarray::Zip;
@@ -58,10 +59,11 @@ pub enum DepthAlong {
 }
 
 /// Reads a depth map that `niji depth` wrote, or any EXR with a channel Z in metres along the ray:
-/// 0 and values from 1e10 on become infinity.
+/// 0, NaN and values from 1e10 on become infinity.
 ///
 /// # Errors
-/// A missing or damaged file, several channels without a Z, or a value that is negative or NaN.
+/// A missing or damaged file, several channels without a Z, one in another unit, a value that is
+/// negative, or a map that is NaN everywhere.
 pub fn read_depth_map(path: &Path) -> Result<Array2<f32>, Error> {
     let values = plate::read_depth(path)?;
     metres(&values)
@@ -153,7 +155,14 @@ pub fn write_depth_map(
 ) -> Result<(), Error> {
     nonnegative(depth_m)?;
     let values = depth_m.iter().map(|depth| depth.min(NO_DEPTH_M)).collect();
-    write_exr(depth_m.dim(), vec![("Z", values)], provenance, writer)
+    // Layers are plain: a hundredth of their size is left.
+    let encoding = ExrEncoding::SMALL_LOSSLESS;
+    write_exr(
+        depth_m.dim(),
+        vec![("Z", values)],
+        (encoding, provenance),
+        writer,
+    )
 }
 
 fn cos_from_axis(camera: &PinholeCamera, [x, y]: [usize; 2]) -> f64 {
@@ -162,12 +171,16 @@ fn cos_from_axis(camera: &PinholeCamera, [x, y]: [usize; 2]) -> f64 {
 }
 
 fn metres(values: &Array2<f32>) -> Result<Array2<f32>, Error> {
-    nonnegative(values)?;
+    if values.iter().all(|value| value.is_nan()) {
+        return nonnegative(values).map(|()| values.clone());
+    }
+    refuse(values, |value| value < 0.0)?;
     Ok(values.mapv(|value| {
-        if value <= 0.0 || value >= NO_DEPTH_M {
-            f32::INFINITY
-        } else {
+        // False for NaN, which is the sky as well.
+        if value > 0.0 && value < NO_DEPTH_M {
             value
+        } else {
+            f32::INFINITY
         }
     }))
 }
@@ -299,14 +312,50 @@ mod tests {
 
     #[test]
     fn sky_is_infinite_and_survives_a_file() {
-        let values = ndarray::array![[0.0, 12.5, f32::INFINITY]];
+        let sky = f32::INFINITY;
+        let values = ndarray::array![[0.0, 12.5, sky, f32::NAN, 1e10]];
         let depth = metres(&values).unwrap();
-        assert_eq!(depth, ndarray::array![[f32::INFINITY, 12.5, f32::INFINITY]]);
+        assert_eq!(depth, ndarray::array![[sky, 12.5, sky, sky, sky]]);
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("depth.exr");
         let file = File::create(&path).unwrap();
         write_depth_map(&depth, &Provenance::default(), file).unwrap();
         assert_eq!(read_depth_map(&path).unwrap(), depth);
+    }
+
+    #[test]
+    fn a_z_that_is_no_length_is_refused() {
+        let plane = |unit: &str, channels: &[&str]| niji_exchange::Aov {
+            name: format!("part of {unit}"),
+            unit: unit.to_owned(),
+            channels: channels
+                .iter()
+                .map(|name| ((*name).to_owned(), Array2::from_elem((2, 3), 7.0)))
+                .collect(),
+        };
+        let image = |aovs| niji_exchange::SpectralImage {
+            wavelengths: niji_radiometry::WavelengthGrid::new(500.0, 50.0, 2).unwrap(),
+            radiance: ndarray::Array3::zeros((2, 2, 3)),
+            aovs,
+            white_luminance_cd_m2: 1.0,
+            world_to_camera: None,
+            attributes: niji_exchange::Attributes::new(),
+            provenance: Provenance::default(),
+        };
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("image.exr");
+        let read = |aovs| {
+            image(aovs)
+                .write_spectral(File::create(&path).unwrap())
+                .unwrap();
+            read_depth_map(&path)
+        };
+        let depth = read(vec![plane("m", &["Z"])]).unwrap();
+        assert_eq!(depth, Array2::from_elem((2, 3), 7.0));
+        // CIE Z comes first in a rendered image.
+        let color = plane("cd/m^2", &["X", "Y", "Z"]);
+        let refused = read(vec![color, plane("m", &["Z"])]);
+        assert!(matches!(refused, Err(Error::DepthUnit(unit)) if unit == "cd/m^2"));
     }
 
     #[test]

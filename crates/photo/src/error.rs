@@ -40,6 +40,9 @@ pub enum Error {
     /// A depth file without a depth.
     #[error("found several channels and none called Z in the EXR file, expected one channel or Z")]
     NoDepthChannel,
+    /// A depth that is measured in something else.
+    #[error("found a channel Z in {0:?}, expected a depth in metres")]
+    DepthUnit(String),
     /// A value that may not enter a file.
     #[error("found {value} in channel {channel}, pixel ({x}, {y}), expected a finite number")]
     NotFinite {

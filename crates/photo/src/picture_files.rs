@@ -78,14 +78,15 @@ pub fn write_premultiplied(
     for (index, name) in ["R", "G", "B"].into_iter().enumerate() {
         channels.push((name, plane(picture, |pixel| pixel[index])));
     }
-    write_exr(picture.dim(), channels, provenance, writer)
+    let encoding = ExrEncoding::FAST_LOSSLESS;
+    write_exr(picture.dim(), channels, (encoding, provenance), writer)
 }
 
 /// Writes planes as an EXR of one layer.
 pub(crate) fn write_exr(
     (height, width): (usize, usize),
     channels: Vec<(&'static str, Vec<f32>)>,
-    provenance: &Provenance,
+    (encoding, provenance): (ExrEncoding, &Provenance),
     writer: impl Write + Seek,
 ) -> Result<(), Error> {
     let channels: SmallVec<[AnyChannel<FlatSamples>; 4]> = channels
@@ -102,7 +103,7 @@ pub(crate) fn write_exr(
     let layer = Layer::new(
         (width, height),
         attributes,
-        ExrEncoding::FAST_LOSSLESS,
+        encoding,
         AnyChannels::sort(channels),
     );
     Image::from_layer(layer)

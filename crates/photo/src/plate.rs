@@ -6,10 +6,12 @@
 use std::path::Path;
 
 use exr::prelude::AnyChannels;
+use exr::prelude::AttributeValue;
 use exr::prelude::FlatSamples;
 use exr::prelude::MetaData;
 use exr::prelude::ReadChannels;
 use exr::prelude::ReadLayers;
+use exr::prelude::Text;
 use exr::prelude::read as read_file;
 use ndarray::Array2;
 
@@ -17,6 +19,8 @@ use crate::error::Error;
 use crate::photograph::LinearPicture;
 use crate::photograph::check_size;
 
+/// Name of the attribute with the unit of a part, in the images of `niji render`.
+const UNIT: &str = "niji:unit";
 /// Names of the channels of a plate.
 const COLORS: [&str; 3] = ["R", "G", "B"];
 
@@ -41,11 +45,15 @@ pub(crate) fn read_colors(path: &Path) -> Result<LinearPicture, Error> {
     }))
 }
 
-/// Reads the channel Z, or the only channel there is. Infinity is the sky and allowed.
+/// Reads the channel Z of the first part that has one, or the only channel there is. Infinity and
+/// NaN are the sky and allowed.
 pub(crate) fn read_depth(path: &Path) -> Result<Array2<f32>, Error> {
     let layers = layers(path)?;
-    if let Some(depth) = plane(&layers, "Z") {
-        return Ok(depth);
+    if let Some(layer) = layers.iter().find(|layer| layer.holds("Z")) {
+        if let Some(unit) = layer.unit.as_ref().filter(|unit| *unit != "m") {
+            return Err(Error::DepthUnit(unit.clone()));
+        }
+        return plane(std::slice::from_ref(layer), "Z").ok_or(Error::NoDepthChannel);
     }
     match layers.as_slice() {
         [layer] if layer.channels.len() == 1 => Ok(layer.channels[0].1.clone()),
@@ -55,6 +63,15 @@ pub(crate) fn read_depth(path: &Path) -> Result<Array2<f32>, Error> {
 
 struct Layer {
     channels: Vec<(String, Array2<f32>)>,
+    /// Unit of its values, if it says so.
+    unit: Option<String>,
+}
+
+impl Layer {
+    fn holds(&self, name: &str) -> bool {
+        let mut channels = self.channels.iter();
+        channels.any(|(channel, _)| channel.rsplit('.').next() == Some(name))
+    }
 }
 
 fn plane(layers: &[Layer], name: &str) -> Option<Array2<f32>> {
@@ -85,7 +102,12 @@ fn layers(path: &Path) -> Result<Vec<Layer>, Error> {
         .into_iter()
         .map(|layer| {
             let size = (layer.size.height(), layer.size.width());
-            channels(layer.channel_data, size).map(|channels| Layer { channels })
+            let unit = layer.attributes.other.get(&Text::from(UNIT));
+            let unit = match unit {
+                Some(AttributeValue::Text(text)) => Some(text.to_string()),
+                Some(_) | None => None,
+            };
+            channels(layer.channel_data, size).map(|channels| Layer { channels, unit })
         })
         .collect()
 }

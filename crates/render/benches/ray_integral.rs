@@ -173,6 +173,7 @@ fn picture(drops: &LitDrops, table: &ScatteringTable, integration: Integration) 
         sun_irradiance: &irradiance,
         drops,
         table: Some(table),
+        surfaces: None,
         air: None,
         effects: effects(),
         levels: RenderLevels {

@@ -10,10 +10,12 @@ use glam::DVec3;
 use niji_exchange::AtmosphereTable;
 use niji_geometry::Planet;
 
+use crate::air_diffuse::DiffuseAir;
 use crate::exponential::transmittance;
 use crate::gauss_nodes::AirRay;
 use crate::gauss_nodes::GaussRule;
 use crate::levels::AirPath;
+use crate::levels::SkyModel;
 
 /// Constituents that a path keeps apart.
 pub(crate) const MAX_CONSTITUENTS: usize = 8;
@@ -39,6 +41,8 @@ pub(crate) struct Air<'a> {
     scattering_m1: Vec<Vec<f32>>,
     /// Phase functions by constituent and angle, wavelength fastest [1/sr].
     phase_sr1: Vec<Vec<f32>>,
+    /// Light of higher orders, where the level wants it.
+    diffuse: Option<DiffuseAir<'a>>,
 }
 
 impl<'a> Air<'a> {
@@ -83,11 +87,26 @@ impl<'a> Air<'a> {
                         .collect()
                 })
                 .collect(),
+            diffuse: None,
         };
         let eye_height_m = air.planet.height_m(eye);
         air.eye_density = air.densities(eye_height_m);
         air.eye_to_sun = air.table_to_sun(eye);
         air
+    }
+
+    /// The same air with the light that a level wants in it.
+    pub(crate) fn with_light_of(self, sky_model: SkyModel) -> Self {
+        let diffuse = match sky_model {
+            SkyModel::None | SkyModel::SingleScattering => None,
+            SkyModel::MultipleScattering => DiffuseAir::new(self.table, self.sun_direction),
+        };
+        Self { diffuse, ..self }
+    }
+
+    /// Light of higher orders.
+    pub(crate) fn diffuse(&self) -> Option<&DiffuseAir<'a>> {
+        self.diffuse.as_ref()
     }
 
     /// The planet under the air.

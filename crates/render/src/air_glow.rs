@@ -5,8 +5,9 @@
 //!
 //! `beta_s,c` scattering coefficient of constituent c [1/m], `rho_c` its relative density, `P_c` its
 //! phase function [1/sr], `A` albedo of the ground, `mu_sun` cosine of the sun's zenith angle there,
-//! `T_drops` what the drops in front let pass, without diffraction. Single scattering; the shadow of
-//! the drops on the air and on the ground is left out, and so is skylight on the ground.
+//! `T_drops` what the drops in front let pass, without diffraction. At the level of multiple
+//! scattering the source of diffuse light is added at every node (`air_diffuse`), and skylight on the
+//! ground. The shadow of the drops on the air and on the ground is left out.
 //! \[NMN87\] Nishita, Miyawaki, Nakamae, Computer Graphics 21(4), 303-310 (1987), and the same sum
 //! with constant steps as published for rainbows.
 //!
@@ -32,6 +33,8 @@ const STRETCHES_M: [(f64, usize); 3] = [(300.0, 1), (30_000.0, 4), (f64::INFINIT
 pub(crate) struct GlowRange {
     /// The way through the drops (m); `None` where there are none.
     pub(crate) drops_m: Option<(f64, f64)>,
+    /// Distance of the surface that ends the ray (m); infinite where there is none.
+    pub(crate) surface_m: f64,
     /// Whether air from the eye to the far side of the drops counts.
     pub(crate) in_front: bool,
     /// Whether air and ground beyond the drops count.
@@ -75,6 +78,7 @@ impl AirGlow {
         let far_side_m = range.drops_m.map_or(0.0, |(_, leave_m)| leave_m);
         if let Some((enter_m, leave_m)) = chord {
             let end_m = ground_m.map_or(leave_m, |ground_m| ground_m.min(leave_m));
+            let end_m = end_m.min(range.surface_m);
             if let (true, Some((drops_m, _))) = (range.in_front, range.drops_m) {
                 let cut = |distance_m: f64| distance_m.clamp(enter_m, end_m.max(enter_m));
                 self.stretch(air, air_ray, (enter_m, cut(drops_m)), &mut out.nodes);
@@ -95,7 +99,7 @@ impl AirGlow {
                 );
             }
         }
-        out.ground_m = ground_m.filter(|_| range.beyond);
+        out.ground_m = ground_m.filter(|ground_m| range.beyond && *ground_m < range.surface_m);
         let distances = out
             .nodes
             .iter()
@@ -138,18 +142,23 @@ pub(crate) struct Glow {
     /// Scattering towards the eye by constituent, then wavelength [1/(m sr)].
     towards_eye: Vec<f32>,
     transmitted: Vec<f32>,
+    /// Diffuse light scattered towards the eye.
+    source: Vec<f32>,
+    /// For the diffuse light to work in.
+    room: Vec<f32>,
 }
 
 impl Glow {
     /// Darkness at `n_wavelengths`.
     pub(crate) fn dark(n_wavelengths: usize) -> Self {
         let dark = vec![0.0; n_wavelengths];
-        let transmitted = dark.clone();
         Self {
             in_front: dark.clone(),
-            beyond: dark,
+            beyond: dark.clone(),
             towards_eye: Vec::new(),
-            transmitted,
+            transmitted: dark.clone(),
+            source: dark,
+            room: Vec::new(),
         }
     }
 
@@ -182,28 +191,21 @@ impl Glow {
             }
         };
         for (index, node) in nodes.nodes.iter().enumerate() {
-            let Some(lengths) = sun_to_eye(air, ray, air_ray, node.distance_m) else {
-                continue;
-            };
             let height_m =
                 planet.height_along_ray(air_ray.height_m, air_ray.cos_zenith, node.distance_m);
             let weight_m = node.weight_m * through_drops(node.distance_m);
-            let densities = air
-                .densities(height_m)
-                .map(|density| (weight_m * density) as f32);
-            air.transmit(&lengths, &mut self.transmitted);
-            let sum = if index < nodes.n_in_front {
-                &mut self.in_front
-            } else {
-                &mut self.beyond
-            };
-            let n_wavelengths = sum.len();
-            for (scattering, density) in self.towards_eye.chunks(n_wavelengths).zip(densities) {
-                for ((sum, beta), transmitted) in
-                    sum.iter_mut().zip(scattering).zip(&self.transmitted)
-                {
-                    *sum += density * beta * transmitted;
-                }
+            let weighted = air.densities(height_m).map(|density| weight_m * density);
+            let is_in_front = index < nodes.n_in_front;
+            if let Some(lengths) = sun_to_eye(air, ray, air_ray, node.distance_m) {
+                air.transmit(&lengths, &mut self.transmitted);
+                self.add_scattered_once(&weighted, is_in_front);
+            }
+            if let Some(diffuse) = air.diffuse() {
+                let Self { source, room, .. } = self;
+                diffuse.source((ray, node.distance_m), &weighted, room, source);
+                let to_eye = air.to_eye(air_ray, node.distance_m);
+                air.transmit(&to_eye, &mut self.transmitted);
+                self.add_source(is_in_front);
             }
         }
         if let Some(ground_m) = nodes.ground_m {
@@ -211,22 +213,62 @@ impl Glow {
         }
     }
 
+    /// Sunlight that densities times a length scatter.
+    fn add_scattered_once(&mut self, weighted: &Lengths, is_in_front: bool) {
+        let sum = if is_in_front {
+            &mut self.in_front
+        } else {
+            &mut self.beyond
+        };
+        let n_wavelengths = sum.len();
+        for (scattering, density) in self.towards_eye.chunks(n_wavelengths).zip(weighted) {
+            let density = *density as f32;
+            let spectra = sum.iter_mut().zip(scattering).zip(&self.transmitted);
+            for ((sum, beta), transmitted) in spectra {
+                *sum += density * beta * transmitted;
+            }
+        }
+    }
+
+    /// The source of diffuse light, transmitted.
+    fn add_source(&mut self, is_in_front: bool) {
+        let sum = if is_in_front {
+            &mut self.in_front
+        } else {
+            &mut self.beyond
+        };
+        let spectra = sum.iter_mut().zip(&self.source).zip(&self.transmitted);
+        for ((sum, source), transmitted) in spectra {
+            *sum += source * transmitted;
+        }
+    }
+
     fn add_ground(&mut self, air: &Air, ray: &Ray, ground_m: f64, through_drops: f64) {
-        let point = ray.at(ground_m);
-        let cos_sun = air.planet().cos_zenith(point, air.sun_direction());
         let air_ray = air.ray(ray.origin, ray.direction);
+        let scale = (through_drops * std::f64::consts::FRAC_1_PI) as f32;
+        if let Some(diffuse) = air.diffuse() {
+            air.transmit(&air.to_eye(air_ray, ground_m), &mut self.transmitted);
+            let irradiance = diffuse.on_ground(ray, ground_m);
+            for (transmitted, irradiance) in self.transmitted.iter_mut().zip(irradiance) {
+                *transmitted *= irradiance;
+            }
+            self.add_reflected(air, scale);
+        }
+        let cos_sun = air
+            .planet()
+            .cos_zenith(ray.at(ground_m), air.sun_direction());
         let lengths = sun_to_eye(air, ray, air_ray, ground_m);
         let (true, Some(lengths)) = (cos_sun > 0.0, lengths) else {
             return;
         };
         air.transmit(&lengths, &mut self.transmitted);
-        let scale = (through_drops * cos_sun * std::f64::consts::FRAC_1_PI) as f32;
-        for ((sum, albedo), transmitted) in self
-            .beyond
-            .iter_mut()
-            .zip(air.ground_albedo())
-            .zip(&self.transmitted)
-        {
+        self.add_reflected(air, scale * cos_sun as f32);
+    }
+
+    /// What is left of the light on the ground on its way to the eye, times albedo and `scale`.
+    fn add_reflected(&mut self, air: &Air, scale: f32) {
+        let spectra = self.beyond.iter_mut().zip(air.ground_albedo());
+        for ((sum, albedo), transmitted) in spectra.zip(&self.transmitted) {
             *sum += scale * *albedo as f32 * transmitted;
         }
     }

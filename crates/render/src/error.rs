@@ -107,6 +107,32 @@ pub enum Error {
         /// Those of the drops in um.
         expected_um: (f64, f64),
     },
+    /// A distance that no surface has.
+    #[error(
+        "found a surface at {found_m} m in pixel ({x}, {y}), expected a distance of at least 0"
+    )]
+    SurfaceDistance {
+        /// Column, from 0 at the left.
+        x: usize,
+        /// Row, from 0 at the top.
+        y: usize,
+        /// The distance found, in metres.
+        found_m: f32,
+    },
+    /// A map of surfaces that shows nothing, not even the sky.
+    #[error("found no distance in the map of surfaces: it is empty or NaN everywhere")]
+    NoSurfaces,
+    /// A map of surfaces that is not one of this picture.
+    #[error(
+        "found surfaces of {} x {} pixels, expected the shape of the picture, {} x {}", found.0,
+        found.1, expected.0, expected.1
+    )]
+    SurfaceShape {
+        /// Width and height of the map.
+        found: (usize, usize),
+        /// Width and height of the picture.
+        expected: (u32, u32),
+    },
     /// A table that cannot be interpolated.
     #[error("the {input} cannot be used: {reason}")]
     BadTable {

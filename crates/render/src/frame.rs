@@ -75,7 +75,8 @@ pub(crate) fn frame<'a>(
     let air = request
         .air
         .filter(|_| needs_air)
-        .map(|table| Air::new(table, levels.air_path, request.sun_direction, eye));
+        .map(|table| Air::new(table, levels.air_path, request.sun_direction, eye))
+        .map(|air| air.with_light_of(levels.sky_model));
     let glow = AirGlow::new();
     let bounds = request.drops.bounds();
     let surround = match (&air, bounds) {
@@ -171,15 +172,16 @@ impl Seen {
 
 fn directions_seen(request: &RenderRequest, frame: &Frame) -> Option<Seen> {
     let n = rays_along(request.levels.pixel_footprint);
+    let eye = request.eye();
     (0..request.camera.height_px())
         .into_par_iter()
         .filter_map(|y| {
             let pixels =
                 (0..request.camera.width_px()).flat_map(|x| offsets(n).map(move |o| (x, o)));
             pixels
-                .map(|(x, (dx, dy))| request.camera.ray(f64::from(x) + dx, f64::from(y) + dy))
-                .filter(|ray| frame.range_m(ray).is_some())
-                .map(|ray| Seen::by(&ray, request.sun_direction))
+                .map(|(x, (dx, dy))| eye.sight(f64::from(x) + dx, f64::from(y) + dy))
+                .filter(|sight| frame.range_m(sight).is_some())
+                .map(|sight| Seen::by(&sight.ray, request.sun_direction))
                 .filter(|seen| frame.wants(seen.theta_rad.0))
                 .reduce(Seen::union)
         })

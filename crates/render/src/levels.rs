@@ -92,8 +92,12 @@ pub enum AirPath {
 pub enum SkyModel {
     /// Black.
     None,
-    /// Sunlight scattered once by the air, and the ground in direct sunlight.
+    /// Sunlight scattered once by the air, and the ground in direct sunlight. A clear sky misses 8 to
+    /// 60 % of its light, a hazy one far more.
     SingleScattering,
+    /// Besides, light that air and ground scattered before, behind the drops and in front of them,
+    /// and skylight on the ground: from an air table that holds it. Within 2 % of all light.
+    MultipleScattering,
 }
 
 /// What of a pixel is seen.

@@ -16,6 +16,7 @@
 //! Start at [`render`]; light the drops first with [`LitDrops::new`].
 
 mod air;
+mod air_diffuse;
 mod air_glow;
 mod air_slabs;
 mod deposits;
@@ -39,6 +40,7 @@ mod scattering_angle;
 mod scattering_rows;
 mod size_axes;
 mod sun_sweep;
+mod surfaces;
 mod surround;
 
 pub use effects::RenderEffects;
@@ -57,3 +59,4 @@ pub use lit_drops::LitDrops;
 pub use picture::Rendered;
 pub use picture::render;
 pub use request::RenderRequest;
+pub use surfaces::Surfaces;

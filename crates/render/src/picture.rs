@@ -9,7 +9,6 @@ use ndarray::Array3;
 use ndarray::ArrayViewMut1;
 use ndarray::ArrayViewMut2;
 use ndarray::Axis;
-use niji_geometry::PinholeCamera;
 use niji_geometry::Ray;
 use niji_radiometry::Colorimetry;
 use rayon::prelude::*;
@@ -24,6 +23,7 @@ use crate::ray_light::RayLight;
 use crate::ray_light::weighted_sum;
 use crate::request::RenderRequest;
 use crate::scattering_angle::scattering_angle_rad;
+use crate::surfaces::Eye;
 
 /// A rendered picture, all arrays by row and column of pixels.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,6 +36,9 @@ pub struct Rendered {
     pub bow_secondary: Array3<f32>,
     /// Light of the air from the eye to the far side of the drops: CIE X, Y, Z [cd/m²].
     pub inscatter: Array3<f32>,
+    /// Light of the surroundings that the drops scatter to the eye: CIE X, Y, Z [cd/m²]; `None`
+    /// where that effect is off.
+    pub skylit: Option<Array3<f32>>,
     /// What the drops let pass of the light behind them, without diffraction (Q = 1).
     pub transmittance: Array2<f32>,
     /// Optical depth of the drops towards the sun at Q = 1, mean over the light of the drops; 0
@@ -43,6 +46,9 @@ pub struct Rendered {
     pub tau_sun: Array2<f32>,
     /// Mean distance from the eye of the light of the drops (m); 0 where there is none.
     pub depth: Array2<f32>,
+    /// Distance of the surface that ends the ray through the middle of the pixel (m), infinite for
+    /// the sky; `None` where no surfaces are given.
+    pub surface: Option<Array2<f32>>,
     /// Estimated absolute error of luminance [cd/m²]: quadrature on the ray, interpolation between
     /// the table's sizes, and what the pixel's footprint misses.
     pub error: Array2<f32>,
@@ -60,7 +66,7 @@ pub fn render(request: &RenderRequest, progress: &(dyn Fn(u64) + Sync)) -> Resul
     let to_vector = |[x, y, z]: &[f64; 3]| Vec4::new(*x as f32, *y as f32, *z as f32, 0.0);
     let painter = Painter {
         frame,
-        camera: request.camera,
+        eye: request.eye(),
         footprint: request.levels.pixel_footprint,
         xyz_weights: colorimetry.weights().iter().map(to_vector).collect(),
     };
@@ -69,6 +75,8 @@ pub fn render(request: &RenderRequest, progress: &(dyn Fn(u64) + Sync)) -> Resul
         request.camera.height_px() as usize,
     );
     let mut picture = Rendered::dark(request.wavelengths.len(), height, width);
+    picture.skylit = (painter.frame.surround.is_some()).then(|| Array3::zeros((3, height, width)));
+    picture.surface = request.surfaces.map(|_| painter.surface(height, width));
     picture
         .rows_mut()
         .into_par_iter()
@@ -91,6 +99,7 @@ struct RowMut<'a> {
     bow_primary: ArrayViewMut2<'a, f32>,
     bow_secondary: ArrayViewMut2<'a, f32>,
     inscatter: ArrayViewMut2<'a, f32>,
+    skylit: Option<ArrayViewMut2<'a, f32>>,
     transmittance: ArrayViewMut1<'a, f32>,
     tau_sun: ArrayViewMut1<'a, f32>,
     depth: ArrayViewMut1<'a, f32>,
@@ -107,9 +116,11 @@ impl Rendered {
             bow_primary: xyz(),
             bow_secondary: xyz(),
             inscatter: xyz(),
+            skylit: None,
             transmittance: plane(),
             tau_sun: plane(),
             depth: plane(),
+            surface: None,
             error: plane(),
         }
     }
@@ -119,6 +130,10 @@ impl Rendered {
         let mut bow_primary = self.bow_primary.axis_iter_mut(Axis(1));
         let mut bow_secondary = self.bow_secondary.axis_iter_mut(Axis(1));
         let mut inscatter = self.inscatter.axis_iter_mut(Axis(1));
+        let mut skylit = self
+            .skylit
+            .as_mut()
+            .map(|planes| planes.axis_iter_mut(Axis(1)));
         let mut transmittance = self.transmittance.outer_iter_mut();
         let mut tau_sun = self.tau_sun.outer_iter_mut();
         let mut depth = self.depth.outer_iter_mut();
@@ -129,6 +144,10 @@ impl Rendered {
                 bow_primary: bow_primary.next()?,
                 bow_secondary: bow_secondary.next()?,
                 inscatter: inscatter.next()?,
+                skylit: match &mut skylit {
+                    Some(rows) => Some(rows.next()?),
+                    None => None,
+                },
                 transmittance: transmittance.next()?,
                 tau_sun: tau_sun.next()?,
                 depth: depth.next()?,
@@ -166,7 +185,7 @@ impl Rendered {
 /// What paints rows.
 struct Painter<'a> {
     frame: Frame<'a>,
-    camera: &'a PinholeCamera,
+    eye: Eye<'a>,
     footprint: PixelFootprint,
     xyz_weights: Vec<Vec4>,
 }
@@ -185,6 +204,7 @@ struct Pixel {
     bow_primary: Vec4,
     bow_secondary: Vec4,
     inscatter: Vec4,
+    skylit: Vec4,
     transmittance: f64,
     light: f64,
     light_m: f64,
@@ -195,7 +215,7 @@ struct Pixel {
 impl Brush {
     fn new(painter: &Painter) -> Self {
         let n_wavelengths = painter.frame.irradiance.len();
-        let width = painter.camera.width_px() as usize;
+        let width = painter.eye.camera.width_px() as usize;
         let light = RayLight::new(&painter.frame);
         Self {
             light,
@@ -212,6 +232,7 @@ impl Pixel {
             bow_primary: Vec4::ZERO,
             bow_secondary: Vec4::ZERO,
             inscatter: Vec4::ZERO,
+            skylit: Vec4::ZERO,
             transmittance: 0.0,
             light: 0.0,
             light_m: 0.0,
@@ -242,6 +263,7 @@ impl Pixel {
                 *sum += share_f32 * (inscatter + background);
             }
             self.inscatter += share_f32 * weighted_sum(&light.inscatter, xyz_weights);
+            self.skylit += share_f32 * weighted_sum(&light.skylit, xyz_weights);
         }
         if light.light > 0.0 {
             let bow = share_f32 * weighted_sum(&light.bow, xyz_weights);
@@ -260,6 +282,14 @@ impl Pixel {
 }
 
 impl Painter<'_> {
+    /// Where the rays through the middles of pixels end.
+    fn surface(&self, height: usize, width: usize) -> Array2<f32> {
+        Array2::from_shape_fn((height, width), |(y, x)| {
+            // f32: what the map held.
+            self.eye.sight(x as f64 + 0.5, y as f64 + 0.5).surface_m as f32
+        })
+    }
+
     fn paint_row(&self, y: usize, mut row: RowMut, brush: &mut Brush) {
         let n_wavelengths = self.frame.irradiance.len();
         let mut any_light = false;
@@ -288,8 +318,8 @@ impl Painter<'_> {
         brush.pixel.clear();
         let mut any_light = false;
         for (dx, dy) in offsets(n) {
-            let ray = self.camera.ray(x + dx, y + dy);
-            if self.frame.range_m(&ray).is_none() && !self.frame.glows_without_drops() {
+            let sight = self.eye.sight(x + dx, y + dy);
+            if self.frame.range_m(&sight).is_none() && !self.frame.glows_without_drops() {
                 brush.pixel.transmittance += share;
                 continue;
             }
@@ -298,7 +328,7 @@ impl Painter<'_> {
                 PixelFootprint::Prefiltered => self.width_rad(x, y),
                 PixelFootprint::Center | PixelFootprint::Grid { .. } => 0.0,
             };
-            self.frame.trace(&ray, width_rad, &mut brush.light);
+            self.frame.trace(&sight, width_rad, &mut brush.light);
             brush.pixel.add(&brush.light, share, &self.xyz_weights);
         }
         any_light
@@ -308,7 +338,7 @@ impl Painter<'_> {
     /// of side 1 has variance 1/12 along any direction, as has an interval of length 1.
     fn width_rad(&self, x: f64, y: f64) -> f64 {
         let theta = |x: f64, y: f64| -> f64 {
-            let ray: Ray = self.camera.ray(x, y);
+            let ray: Ray = self.eye.camera.ray(x, y);
             scattering_angle_rad(ray.direction, self.frame.sun_direction)
         };
         let across = theta(x + 1.0, y + 0.5) - theta(x, y + 0.5);
@@ -325,9 +355,10 @@ impl RowMut<'_> {
             (&mut self.bow_secondary, pixel.bow_secondary),
             (&mut self.inscatter, pixel.inscatter),
         ] {
-            for channel in 0..3 {
-                plane[[channel, x]] = xyz[channel];
-            }
+            put_xyz(plane, x, xyz);
+        }
+        if let Some(plane) = &mut self.skylit {
+            put_xyz(plane, x, pixel.skylit);
         }
         self.transmittance[x] = pixel.transmittance as f32;
         if pixel.light > 0.0 {
@@ -335,5 +366,11 @@ impl RowMut<'_> {
             self.depth[x] = (pixel.light_m / pixel.light) as f32;
         }
         self.error[x] = pixel.error_cd_m2 as f32;
+    }
+}
+
+fn put_xyz(plane: &mut ArrayViewMut2<f32>, x: usize, xyz: Vec4) {
+    for channel in 0..3 {
+        plane[[channel, x]] = xyz[channel];
     }
 }

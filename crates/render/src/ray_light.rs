@@ -24,6 +24,7 @@ use crate::scattering_rows::RayPlace;
 use crate::scattering_rows::RowStencil;
 use crate::scattering_rows::ScatteringRows;
 use crate::size_axes::SizeAxes;
+use crate::surfaces::Sight;
 use crate::surround::skylit_radiance;
 
 /// Spectra and figures of a ray, and room to work in.
@@ -35,6 +36,8 @@ pub(crate) struct RayLight {
     pub(crate) inscatter: Vec<f32>,
     /// What shines behind, dimmed, and the light of the surroundings from the drops.
     pub(crate) background: Vec<f32>,
+    /// What of the background is light of the surroundings that the drops scatter.
+    pub(crate) skylit: Vec<f32>,
     /// Whether there is any light of the air in front or from behind.
     pub(crate) glows: bool,
     /// Whether the ray looks at the primary side of the split.
@@ -66,6 +69,7 @@ impl RayLight {
             bow: dark.clone(),
             inscatter: dark.clone(),
             background: dark.clone(),
+            skylit: dark.clone(),
             glows: false,
             is_primary: false,
             transmittance: 1.0,
@@ -85,10 +89,11 @@ impl RayLight {
 
     fn clear(&mut self) {
         self.bow.fill(0.0);
-        // Without a glow these two stay dark.
+        // Without a glow these stay dark.
         if self.glows {
             self.inscatter.fill(0.0);
             self.background.fill(0.0);
+            self.skylit.fill(0.0);
             self.glows = false;
         }
         self.slab_ends_m.clear();
@@ -100,9 +105,10 @@ impl RayLight {
 }
 
 impl Frame<'_> {
-    /// Whether a ray can be anything but black.
-    pub(crate) fn range_m(&self, ray: &Ray) -> Option<(f64, f64)> {
-        self.bounds.and_then(|bounds| bounds.intersect(ray))
+    /// Where on its way to the surface a ray may meet drops.
+    pub(crate) fn range_m(&self, sight: &Sight) -> Option<(f64, f64)> {
+        let (enter_m, leave_m) = self.bounds?.intersect(&sight.ray)?;
+        (enter_m < sight.surface_m).then_some((enter_m, leave_m.min(sight.surface_m)))
     }
 
     /// Whether anything but drops sends light.
@@ -120,13 +126,15 @@ impl Frame<'_> {
     }
 
     /// Follow a ray whose pixel spans `width_rad` of scattering angle (0: a point).
-    pub(crate) fn trace(&self, ray: &Ray, width_rad: f64, out: &mut RayLight) {
+    pub(crate) fn trace(&self, sight: &Sight, width_rad: f64, out: &mut RayLight) {
         out.clear();
-        let drops_m = self.range_m(ray);
+        let ray = &sight.ray;
+        let drops_m = self.range_m(sight);
         let theta_rad = scattering_angle_rad(ray.direction, self.sun_direction);
         out.is_primary = theta_rad >= self.split_theta_rad;
         let glow_range = GlowRange {
             drops_m,
+            surface_m: sight.surface_m,
             in_front: self.glows.0,
             beyond: self.glows.1,
         };
@@ -261,7 +269,8 @@ impl Frame<'_> {
         }
         for (index, irradiance) in self.irradiance.iter().enumerate() {
             let skylit = skylit_radiance(out.transmittance, surround[index]);
-            out.background[index] += irradiance * out.transmitted[index] * skylit;
+            out.skylit[index] = irradiance * out.transmitted[index] * skylit;
+            out.background[index] += out.skylit[index];
         }
     }
 }

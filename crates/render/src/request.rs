@@ -16,6 +16,8 @@ use crate::levels::PixelFootprint;
 use crate::levels::RenderLevels;
 use crate::levels::SkyModel;
 use crate::lit_drops::LitDrops;
+use crate::surfaces::Eye;
+use crate::surfaces::Surfaces;
 
 /// How far the length of a unit vector may be from 1.
 pub(crate) const UNIT_TOLERANCE: f64 = 1e-9;
@@ -43,6 +45,8 @@ pub struct RenderRequest<'a> {
     pub table: Option<&'a ScatteringTable>,
     /// The air; needed where an effect of the air is on.
     pub air: Option<&'a AtmosphereTable>,
+    /// Surfaces that hide what is behind them; `None` where nothing stands in the way.
+    pub surfaces: Option<&'a Surfaces>,
     /// What takes part.
     pub effects: RenderEffects,
     /// How accurately.
@@ -70,7 +74,7 @@ impl RenderRequest<'_> {
     pub(crate) fn wants_sky(&self) -> bool {
         let model = match self.levels.sky_model {
             SkyModel::None => false,
-            SkyModel::SingleScattering => true,
+            SkyModel::SingleScattering | SkyModel::MultipleScattering => true,
         };
         self.effects.sky.is_on() && model
     }
@@ -81,12 +85,23 @@ impl RenderRequest<'_> {
         effects.skylit_drops.is_on() && effects.drop_extinction.is_on() && self.wants_sky()
     }
 
+    /// What the eye sees.
+    pub(crate) fn eye(&self) -> Eye<'_> {
+        Eye {
+            camera: self.camera,
+            surfaces: self.surfaces,
+        }
+    }
+
     /// Check everything but angles, which need the rays.
     pub(crate) fn check(&self) -> Result<(), Error> {
         check_sun_direction(self.sun_direction)?;
         self.check_irradiance()?;
         self.check_levels()?;
         self.check_shadow()?;
+        if let Some(surfaces) = self.surfaces {
+            surfaces.check_shape(self.camera)?;
+        }
         if self.wants_bow() {
             let effect = "a bow";
             let input = "scattering table";
@@ -104,7 +119,33 @@ impl RenderRequest<'_> {
                 self.check_air(self.air.ok_or(Error::MissingInput { effect, input })?)?;
             }
         }
+        if effects.air_inscatter.is_on() || self.wants_sky() {
+            self.check_diffuse_light()?;
+        }
         Ok(())
+    }
+
+    /// The light of higher orders is part of the air's table, if the level wants it.
+    fn check_diffuse_light(&self) -> Result<(), Error> {
+        match self.levels.sky_model {
+            SkyModel::None | SkyModel::SingleScattering => return Ok(()),
+            SkyModel::MultipleScattering => (),
+        }
+        let (Some(air), input) = (self.air, "atmosphere table") else {
+            return Ok(());
+        };
+        let Some(light) = &air.diffuse else {
+            let (effect, input) = (
+                "multiple scattering by the air",
+                "diffuse light in the atmosphere table",
+            );
+            return Err(Error::MissingInput { effect, input });
+        };
+        if light.is_sound(air.constituents.len(), self.wavelengths.len()) {
+            return Ok(());
+        }
+        let reason = "its diffuse light does not fit its axes";
+        Err(Error::BadTable { input, reason })
     }
 
     fn check_irradiance(&self) -> Result<(), Error> {

@@ -40,6 +40,7 @@ pub(crate) fn mean_surround(
     let mut nodes = GlowNodes::default();
     let range = GlowRange {
         drops_m: None,
+        surface_m: f64::INFINITY,
         in_front: false,
         beyond: true,
     };

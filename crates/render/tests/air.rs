@@ -7,12 +7,16 @@ mod common;
 use common::*;
 use glam::DVec3;
 use niji_dropfield::GridBox;
+use niji_exchange::AtmosphereTable;
+use niji_exchange::DiffuseLight;
 use niji_render::AirPath;
+use niji_render::Error;
 use niji_render::LitDrops;
 use niji_render::RenderEffects;
 use niji_render::SkyModel;
 use niji_render::SunPath;
 use niji_render::Toggle;
+use niji_render::render;
 
 const EXTINCTION: [f64; 3] = [4e-5, 2e-5, 1e-5];
 const SCATTERING: [f64; 3] = [3e-5, 1.5e-5, 0.5e-5];
@@ -337,4 +341,79 @@ fn air_inside_a_deep_volume_dims_its_far_end_more() {
             assert!(error < 2e-4, "{path:?} {wavelength}: {error}");
         }
     }
+}
+
+/// Diffuse light of radiance `radiance` from all directions, everywhere.
+fn uniform_light(radiance: f32) -> DiffuseLight {
+    let pi = std::f32::consts::PI;
+    // X_00 = 4 pi L, all others 0 up to degree 1; at each of 2 heights and 2 suns.
+    let node = [4.0 * pi * radiance, 0.0, 0.0].map(|moment| [moment; 3]);
+    let moments = [node; 4].into_iter().flatten().flatten().collect();
+    DiffuseLight {
+        height_m: vec![0.0, 1e5],
+        sun_zenith_rad: vec![0.0, std::f64::consts::PI],
+        max_degree: 1,
+        moments,
+        on_ground: vec![pi * radiance; 6],
+        phase_moments: [[1.0_f32; 3], [0.0; 3]].concat(),
+    }
+}
+
+#[test]
+fn air_and_white_ground_in_even_light_are_as_bright_as_the_light() {
+    let sun = sun_in_the_south(90.0);
+    let mut air = air(EXTINCTION, EXTINCTION);
+    air.ground_albedo = vec![1.0; 3];
+    air.diffuse = Some(uniform_light(0.25));
+    let drops = LitDrops::none();
+    let table = isotropic(0.1);
+    for view_deg in [-90.0, -20.0, 30.0, 90.0] {
+        let camera = camera(DVec3::new(0.0, 100.0, 0.0), (0.0, view_deg), 1e-3, (1, 1));
+        let mut request = request(&camera, sun, &drops, &table);
+        request.air = Some(&air);
+        request.effects.sky = Toggle::On;
+        let once = rendered(&request).radiance;
+        request.levels.sky_model = SkyModel::MultipleScattering;
+        let all = rendered(&request).radiance;
+        for wavelength in 0..3 {
+            let place = [wavelength, 0, 0];
+            let found = f64::from((all[place] - once[place]) / SUN[wavelength] as f32);
+            // Looking up, the air is what it absorbs of the dark behind it.
+            let length_m = if view_deg > 0.0 {
+                let planet = niji_geometry::EARTH;
+                let mu = f64::to_radians(view_deg).sin();
+                planet.shell_chord(100.0, mu, 1e5).unwrap().1
+            } else {
+                f64::INFINITY
+            };
+            let expected = 0.25 * -(-EXTINCTION[wavelength] * length_m).exp_m1();
+            assert!(relative(found, expected) < 2e-4, "{view_deg}: {found}");
+        }
+    }
+}
+
+#[test]
+fn multiple_scattering_wants_an_air_table_that_holds_it() {
+    let sun = sun_in_the_south(90.0);
+    let mut air = air(EXTINCTION, SCATTERING);
+    let drops = LitDrops::none();
+    let table = isotropic(0.1);
+    let camera = camera(DVec3::ZERO, (0.0, 90.0), 1e-3, (1, 1));
+    let refused = |air: &AtmosphereTable| {
+        let mut request = request(&camera, sun, &drops, &table);
+        request.air = Some(air);
+        request.effects.sky = Toggle::On;
+        request.levels.sky_model = SkyModel::MultipleScattering;
+        render(&request, &|_| ())
+    };
+    let error = refused(&air);
+    assert!(
+        matches!(error, Err(Error::MissingInput { .. })),
+        "{error:?}"
+    );
+    let mut light = uniform_light(0.25);
+    light.moments.pop();
+    air.diffuse = Some(light);
+    let error = refused(&air);
+    assert!(matches!(error, Err(Error::BadTable { .. })), "{error:?}");
 }

@@ -2,6 +2,7 @@
 //!
 //! The presets live here and nowhere else: every library takes its levels explicitly.
 
+use niji_atmosphere::ScatteringOrders;
 use niji_dropfield::Interpolation;
 use niji_render::AirPath;
 use niji_render::DropExtinctionModel;
@@ -76,6 +77,7 @@ impl Preset {
                     step_m: 0.5 * voxel_m,
                 },
                 air_path: AirPath::Quadrature { n_nodes: 32 },
+                sky: SkyModel::MultipleScattering,
                 pixel_footprint: PixelFootprint::Grid { n: 4 },
                 ..standard
             },
@@ -261,6 +263,18 @@ impl Default for Accuracy {
 }
 
 impl Accuracy {
+    /// How finely the air's light of higher orders is solved; `None` where one order is enough.
+    pub(crate) fn scattering_orders(&self) -> Option<ScatteringOrders> {
+        let sky = self.sky.unwrap_or(self.preset.levels(1.0).sky);
+        match (sky, self.preset) {
+            (SkyModel::None | SkyModel::SingleScattering, _) => None,
+            (SkyModel::MultipleScattering, Preset::Draft) => Some(ScatteringOrders::DRAFT),
+            (SkyModel::MultipleScattering, Preset::Standard | Preset::Reference) => {
+                Some(ScatteringOrders::STANDARD)
+            }
+        }
+    }
+
     /// The level of every stage for drops on a lattice of `voxel_m`.
     pub fn levels(&self, voxel_m: f64) -> Levels {
         let preset = self.preset.levels(voxel_m);

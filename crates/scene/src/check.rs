@@ -14,6 +14,7 @@ use crate::drops::Drops;
 use crate::effect::Effect;
 use crate::effect::Switch;
 use crate::error::SceneError;
+use crate::photo::PhotoExposure;
 use crate::scene::FORMAT;
 use crate::scene::Scene;
 use crate::sections::Body;
@@ -29,6 +30,9 @@ const MAX_STEPS: usize = 1_000_000;
 const MAX_NODES: usize = 256;
 const MAX_RAYS_PER_SIDE: u32 = 64;
 const MAX_DEBYE_ORDER: u32 = 7;
+
+/// Most points of a bow that are picked.
+const MAX_PICKS: usize = 1000;
 
 /// Checks everything; `lines` says where the keys stand.
 pub(crate) fn scene(scene: &Scene, lines: &BTreeMap<String, usize>) -> Result<(), SceneError> {
@@ -56,16 +60,17 @@ pub(crate) fn scene(scene: &Scene, lines: &BTreeMap<String, usize>) -> Result<()
     )?;
     accuracy(&scene.accuracy, &check)?;
     air(scene, &check)?;
+    photo(scene, &check)?;
     effects(scene, &check)
 }
 
-struct Check<'a> {
-    lines: &'a BTreeMap<String, usize>,
+pub(crate) struct Check<'a> {
+    pub(crate) lines: &'a BTreeMap<String, usize>,
 }
 
 impl Check<'_> {
     /// Line of a key; of its section, or the first, where the key was left out.
-    fn line(&self, key: &str) -> usize {
+    pub(crate) fn line(&self, key: &str) -> usize {
         let section = key.split('.').next().unwrap_or(key);
         self.lines
             .get(key)
@@ -74,7 +79,7 @@ impl Check<'_> {
             .unwrap_or(1)
     }
 
-    fn out_of_range(&self, key: &str, found: String, expected: &str) -> SceneError {
+    pub(crate) fn out_of_range(&self, key: &str, found: String, expected: &str) -> SceneError {
         let expected = expected.to_string();
         SceneError::OutOfRange {
             line: self.line(key),
@@ -84,7 +89,12 @@ impl Check<'_> {
         }
     }
 
-    fn number(&self, key: &str, found: f64, (low, high): (f64, f64)) -> Result<(), SceneError> {
+    pub(crate) fn number(
+        &self,
+        key: &str,
+        found: f64,
+        (low, high): (f64, f64),
+    ) -> Result<(), SceneError> {
         if (low..=high).contains(&found) {
             return Ok(());
         }
@@ -267,6 +277,44 @@ fn accuracy(accuracy: &Accuracy, check: &Check<'_>) -> Result<(), SceneError> {
         }
         Some(PixelFootprint::Center | PixelFootprint::Prefiltered) | None => Ok(()),
     }
+}
+
+fn photo(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {
+    let named = |key: &str, path: &str| {
+        let empty = || check.out_of_range(key, "empty".to_string(), "a path");
+        (!path.trim().is_empty()).then_some(()).ok_or_else(empty)
+    };
+    if let Some(occluders) = &scene.occluders {
+        named("occluders.depth", &occluders.depth)?;
+    }
+    let Some(photo) = &scene.photo else {
+        return Ok(());
+    };
+    named("photo.picture", &photo.picture)?;
+    let contradiction = |key: &str, found: &str, expected: &str| {
+        Err(check.out_of_range(key, found.to_string(), expected))
+    };
+    if photo.layers.is_some() != photo.labels.is_some() {
+        return contradiction("photo", "one of them", "layers and labels together");
+    }
+    if photo.layers.is_some() && scene.occluders.is_some() {
+        let expected = "either layers or [occluders]: both say how far surfaces are";
+        return contradiction("photo.layers", "both", expected);
+    }
+    if !photo.picks_px.is_empty() {
+        check.count("photo.picks_px", &photo.picks_px.len(), (3, MAX_PICKS))?;
+    }
+    if photo.white_card.is_some() && photo.exposure != PhotoExposure::Match {
+        return contradiction("photo.white_card", "both", "either exposure or white_card");
+    }
+    if let Some(value) = photo.white_card {
+        check.positive("photo.white_card", value)?;
+    }
+    check.number(
+        "photo.cloud_cover",
+        photo.cloud_cover.unwrap_or(0.0),
+        (0.0, 1.0),
+    )
 }
 
 fn effects(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {

@@ -157,7 +157,7 @@ impl Node<'_> {
             DeValue::Boolean(flag) => visitor.visit_bool(*flag),
             DeValue::Datetime(date) => Err(Fault::wrong_type(
                 format!("the date {date}"),
-                "no date: scenes have none",
+                "no date of its own: dates stand in quotes",
             )),
             DeValue::Array(array) => visitor.visit_seq(Items::new(array, &self.place)),
             DeValue::Table(table) => visitor.visit_map(Entries::new(table, None, &self.place)),

@@ -57,6 +57,7 @@ pub(crate) enum AirPathName {
 pub(crate) enum SkyName {
     None,
     SingleScattering,
+    MultipleScattering,
 }
 
 #[derive(Serialize, Deserialize)]

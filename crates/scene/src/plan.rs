@@ -42,6 +42,7 @@ use crate::effect::Effect;
 use crate::effect::Switch;
 use crate::measured::MeasuredLevels;
 use crate::scene::Scene;
+use crate::sections::Sun;
 
 use bounds::Assumed;
 use facts::Situation;
@@ -111,6 +112,8 @@ pub struct View {
 pub struct Plan {
     /// Name of the scene.
     pub scene: String,
+    /// Where its sun stands, also where the scene names a moment.
+    pub sun: Sun,
     /// Largest RMS error of luminance over the picture, relative to `reference_luminance_cd_m2`.
     pub tolerance: f64,
     /// What a gray card (albedo 0.18) that faces the sun above the air looks like at exposure 0:
@@ -177,6 +180,7 @@ pub fn plan(scene: &Scene, inputs: &PlanInputs<'_>) -> Result<Plan, PlanError> {
     );
     Ok(Plan {
         scene: scene.name.clone(),
+        sun: scene.sun,
         tolerance: scene.accuracy.tolerance,
         reference_luminance_cd_m2: situation.reference_luminance_cd_m2,
         view: situation.view,

@@ -1,5 +1,6 @@
 //! A scene: everything that a picture depends on, read from TOML.
 
+use niji_atmosphere::ScatteringOrders;
 use serde::Deserialize;
 use serde::Serialize;
 
@@ -7,16 +8,24 @@ use crate::accuracy::Accuracy;
 use crate::air::Air;
 use crate::canonical_json::canonical_json;
 use crate::check;
+use crate::check::Check;
 use crate::document;
 use crate::drops::Drops;
+use crate::effect::Effect;
 use crate::effect::EffectSwitches;
+use crate::effect::Switch;
 use crate::error::SceneError;
+use crate::photo::Occluders;
+use crate::photo::Photo;
 use crate::sections::Camera;
 use crate::sections::Ground;
 use crate::sections::Picture;
 use crate::sections::Spectrum;
 use crate::sections::Sun;
 use crate::sections::Water;
+use crate::sun_section::Moment;
+use crate::sun_section::SunPosition;
+use crate::sun_section::SunSection;
 
 /// The version of the scene format that this crate reads.
 pub const FORMAT: u32 = 1;
@@ -55,9 +64,11 @@ pub const FORMAT: u32 = 1;
 /// assert!(error.to_string().starts_with("line 6: unknown key `azimut_deg` in [sun], did you mean"));
 /// # Ok::<(), SceneError>(())
 /// ```
+///
+/// `S` is the section `[sun]`: the sun, or, while a file is read, what is written there.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Scene {
+pub struct Scene<S = Sun> {
     /// Version of the format, [`FORMAT`].
     pub format: u32,
     /// What the scene is called.
@@ -66,7 +77,7 @@ pub struct Scene {
     #[serde(default)]
     pub description: String,
     /// The light.
-    pub sun: Sun,
+    pub sun: S,
     /// The eye.
     pub camera: Camera,
     /// The wavelengths.
@@ -92,17 +103,42 @@ pub struct Scene {
     /// How the preview is shown.
     #[serde(default)]
     pub picture: Picture,
+    /// Surfaces that hide what is behind them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub occluders: Option<Occluders>,
+    /// The photograph that the bow stands in.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub photo: Option<Photo>,
 }
 
 impl Scene {
     /// Reads a scene from TOML; every key must be known, of the right type and within its range.
     ///
     /// # Errors
-    /// The first thing that is wrong, with its line and what would be right.
+    /// The first thing that is wrong, with its line and what would be right; also a sun given by
+    /// date, time and place, for which see [`Scene::from_toml_with`].
     pub fn from_toml(text: &str) -> Result<Self, SceneError> {
-        let document = document::parse::<Self>(text)?;
-        check::scene(&document.value, &document.lines)?;
-        Ok(document.value)
+        Self::from_toml_with(text, |_| {
+            Err("nobody here knows the sun's course".to_string())
+        })
+    }
+
+    /// As [`Scene::from_toml`]; `sun_at` says where the sun stands at a moment, or why it cannot.
+    ///
+    /// # Errors
+    /// As [`Scene::from_toml`], and what `sun_at` says, with the line of the date.
+    pub fn from_toml_with(
+        text: &str,
+        sun_at: impl Fn(&Moment) -> Result<SunPosition, String>,
+    ) -> Result<Self, SceneError> {
+        let document = document::parse::<Scene<SunSection>>(text)?;
+        let check = Check {
+            lines: &document.lines,
+        };
+        let sun = document.value.sun.clone().placed(sun_at, &check)?;
+        let scene = document.value.with_sun(sun);
+        check::scene(&scene, &document.lines)?;
+        Ok(scene)
     }
 
     /// Reads a scene from the JSON that [`Scene::canonical_json`] writes.
@@ -118,9 +154,42 @@ impl Scene {
         Ok(scene)
     }
 
+    /// How finely light that the air scattered before is solved for the table of the air; `None`
+    /// where the level of the sky or the effects do not ask for it.
+    pub fn scattering_orders(&self) -> Option<ScatteringOrders> {
+        let is_off = |effect| self.effects.of(effect) == Switch::Off;
+        if is_off(Effect::Sky) && is_off(Effect::AirInscatter) {
+            return None;
+        }
+        self.accuracy.scattering_orders()
+    }
+
     /// All values, those left out in the file included, as JSON whose bytes depend on nothing but
     /// the values: sorted keys, no white space, shortest decimals that read back exactly.
     pub fn canonical_json(&self) -> String {
         canonical_json(self)
+    }
+}
+
+impl Scene<SunSection> {
+    /// The same scene under a sun that has its place.
+    fn with_sun(self, sun: Sun) -> Scene {
+        Scene {
+            sun,
+            format: self.format,
+            name: self.name,
+            description: self.description,
+            camera: self.camera,
+            spectrum: self.spectrum,
+            drops: self.drops,
+            water: self.water,
+            air: self.air,
+            ground: self.ground,
+            effects: self.effects,
+            accuracy: self.accuracy,
+            picture: self.picture,
+            occluders: self.occluders,
+            photo: self.photo,
+        }
     }
 }

@@ -39,6 +39,14 @@ pub enum Body {
 }
 
 impl Body {
+    /// The body in words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Sun => "sun",
+            Self::Moon => "moon",
+        }
+    }
+
     #[allow(clippy::trivially_copy_pass_by_ref, reason = "serde hands it over so")]
     fn is_sun(&self) -> bool {
         *self == Self::Sun

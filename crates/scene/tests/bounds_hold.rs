@@ -138,6 +138,7 @@ impl Studio {
             sun_irradiance: &solar_irradiance(&grid),
             drops: &drops,
             table,
+            surfaces: None,
             air: Some(&air),
             effects: plan.render_effects(),
             levels: plan.levels.render_levels(),

@@ -9,7 +9,9 @@ use clap::Args;
 use clap::ValueEnum;
 use niji_atmosphere::AirSample;
 use niji_atmosphere::InScattering;
+use niji_atmosphere::ScatteringOrders;
 use niji_atmosphere::evaluate_rays;
+use niji_atmosphere::with_diffuse_light;
 use niji_exchange::AtmosphereTable;
 use niji_radiometry::Radians;
 use niji_radiometry::WavelengthGrid;
@@ -54,7 +56,8 @@ Columns, one row per ray and wavelength:
   optical_depth        of the ray, up to its end, the ground or the top of the air
   transmittance        exp(-optical_depth)
   in_scattering        sunlight scattered once into the ray and attenuated, 1/sr for a sun of 1
-  radiance             that and, where the ray ends on the ground, the ground's light
+  radiance             that and, where the ray ends on the ground, the ground's light; with
+                       --orders all also light that air and ground scattered before
   sun_optical_depth    from the observer to the center of the sun; inf behind the ground
   sun_transmittance    share of the sun's disc that arrives at the observer")]
 pub(super) struct AirArguments {
@@ -85,6 +88,9 @@ pub(super) struct AirArguments {
     /// Relative error, for adaptive [default: 1e-6].
     #[arg(long, value_name = "T")]
     relative_error: Option<f64>,
+    /// Orders of scattering that count as radiance; all of them take seconds for each wavelength.
+    #[arg(long, value_name = "WHICH", default_value = "one")]
+    orders: Orders,
     /// Take the air, the ground and the wavelengths of a scene.
     #[arg(long, value_name = "TOML")]
     scene: Option<PathBuf>,
@@ -102,6 +108,14 @@ enum Method {
     Nested,
     /// The published sum of equal steps on either ray.
     Midpoint,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Orders {
+    /// Light that is scattered once.
+    One,
+    /// Light that is scattered any number of times.
+    All,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -219,7 +233,10 @@ impl<'a> Request<'a> {
         if let Irradiance::Constant(value) = self.arguments.sun_irradiance {
             table.sun_irradiance = vec![value; grid.len()];
         }
-        Ok(table)
+        Ok(match self.arguments.orders {
+            Orders::One => table,
+            Orders::All => with_diffuse_light(table, ScatteringOrders::STANDARD),
+        })
     }
 
     fn evaluate(&self, air: &AtmosphereTable, ray: AskedRay) -> Vec<AirSample> {

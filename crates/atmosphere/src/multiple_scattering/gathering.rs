@@ -6,211 +6,141 @@
 //! `X'` moments of the order before with the expansion weights in them, `F'` its irradiance on the
 //! ground. At every crossing the sun stands at another zenith angle z_k and azimuth phi_k: the sphere
 //! is taken as it is. Directions: Gauss-Legendre nodes above and below the horizon, crowded at it,
-//! and even azimuths on one side of the sun.
+//! and even azimuths on one side of the sun, one more than the largest order m: products of two
+//! harmonics are then integrated exactly.
 
 use std::f64::consts::PI;
 
 use niji_exchange::AtmosphereTable;
+use niji_exchange::DiffuseView;
+use niji_exchange::cosines_of_multiples;
+use niji_exchange::harmonics;
+use niji_exchange::moment_index;
+use niji_exchange::n_moments;
 use niji_geometry::Planet;
 use rayon::iter::IntoParallelIterator;
 use rayon::iter::ParallelIterator;
 
 use crate::gauss_legendre::Rule;
 use crate::leg::RayPoint;
-use crate::multiple_scattering::harmonics::cosines_of_multiples;
-use crate::multiple_scattering::harmonics::harmonics;
-use crate::multiple_scattering::harmonics::moment;
-use crate::multiple_scattering::harmonics::n_moments;
+use crate::multiple_scattering::light::Light;
+use crate::multiple_scattering::light::add_scaled;
 use crate::multiple_scattering::shell_path::ShellPath;
 use crate::multiple_scattering::sun_axis::SunAxis;
-use crate::view_ray::ViewRay;
-
-/// Light at every node: `[shell][sun][moment][wavelength]`, and on the ground: `[sun][wavelength]`.
-#[derive(Debug, Clone)]
-pub(crate) struct Light {
-    // f32: the solution is good to 1e-3.
-    pub(crate) moments: Vec<f32>,
-    pub(crate) on_ground: Vec<f32>,
-}
-
-/// What sends light along rays: the light of the order before, times what the air makes of it.
-pub(crate) struct Source<'a> {
-    pub(crate) axis: &'a SunAxis,
-    pub(crate) light: Light,
-}
 
 /// One direction from one shell.
-struct Direction {
-    height_m: f64,
-    cos_zenith: f64,
-    weight: f64,
-    harmonics: Vec<f64>,
-    path: ShellPath,
+pub(crate) struct Direction {
+    pub(crate) height_m: f64,
+    pub(crate) cos_zenith: f64,
+    pub(crate) weight: f64,
+    pub(crate) path: ShellPath,
 }
 
 /// All directions from all shells.
-pub(crate) struct Gathering<'a> {
+pub(crate) struct Directions {
     planet: Planet,
-    shells_m: &'a [f64],
-    max_degree: usize,
     n_wavelengths: usize,
-    azimuths: Vec<f64>,
     /// `[shell][direction]`
-    directions: Vec<Vec<Direction>>,
+    by_shell: Vec<Vec<Direction>>,
 }
 
-impl<'a> Gathering<'a> {
+/// Radiances from one direction, `[sun][azimuth][wavelength]`, into moments.
+pub(crate) struct Azimuths {
+    max_degree: usize,
+    max_order: usize,
+    cos_azimuth: Vec<f64>,
+    /// cos(m phi): `[azimuth][m]`.
+    // f32: as the light.
+    cosines: Vec<f32>,
+}
+
+/// A sun and an azimuth, as they are seen from the start of a direction.
+#[derive(Clone, Copy)]
+pub(crate) struct SunSide {
+    /// Row of the radiance.
+    pub(crate) row: usize,
+    cos_sun_zenith: f64,
+    /// Of the scattering angle, one for the whole ray.
+    pub(crate) cos_scattering: f64,
+}
+
+/// Where the suns stand farther along a ray: mu_s(s) = (r0 mu_s + s nu)/r.
+#[derive(Clone, Copy)]
+pub(crate) struct SunShift {
+    /// r0/r and s/r.
+    shares: [f64; 2],
+}
+
+impl Directions {
     /// Follows the rays of every shell once for all orders.
-    pub(crate) fn new(
-        air: &AtmosphereTable,
-        shells_m: &'a [f64],
-        max_degree: usize,
-        [n_zeniths, n_azimuths]: [usize; 2],
-    ) -> Self {
+    pub(crate) fn new(air: &AtmosphereTable, shells_m: &[f64], n_zeniths: usize) -> Self {
         let planet = Planet {
             radius_m: air.planet_radius_m,
         };
         let rule = Rule::new(n_zeniths);
-        let directions_at = |&height_m: &f64| {
-            let directions = cosines(planet, height_m, &rule).into_iter();
-            directions
-                .map(|(cos_zenith, weight)| Direction {
-                    height_m,
-                    cos_zenith,
-                    weight,
-                    harmonics: harmonics(max_degree, cos_zenith),
-                    path: ShellPath::new(
-                        air,
-                        shells_m,
-                        RayPoint {
-                            height_m,
-                            mu: cos_zenith,
-                        },
-                        f64::INFINITY,
-                    ),
-                })
-                .collect()
-        };
-        let n_azimuths = n_azimuths.max(1);
-        let azimuth = |i: usize| PI * (i as f64 + 0.5) / n_azimuths as f64;
+        let by_shell = shells_m
+            .iter()
+            .map(|&height_m| directions(air, shells_m, (height_m, &rule)))
+            .collect();
         Self {
             planet,
-            shells_m,
-            max_degree,
             n_wavelengths: air.wavelengths.len(),
-            azimuths: (0..n_azimuths).map(azimuth).collect(),
-            directions: shells_m.iter().map(directions_at).collect(),
+            by_shell,
         }
     }
 
     /// The light that a source sends to the nodes over the suns of `axis`.
-    pub(crate) fn gather(&self, source: &Source, axis: &SunAxis) -> Light {
-        let shells: Vec<Light> = (0..self.shells_m.len())
-            .into_par_iter()
-            .map(|shell| self.gather_at(shell, source, axis))
-            .collect();
-        let on_ground = shells[0].on_ground.clone();
-        let moments = shells.into_iter().flat_map(|light| light.moments).collect();
-        Light { moments, on_ground }
-    }
-
-    fn gather_at(&self, shell: usize, source: &Source, axis: &SunAxis) -> Light {
-        let n = self.n_wavelengths;
-        let n_moments = n_moments(self.max_degree);
-        let mut light = Light {
-            moments: vec![0.0; axis.len() * n_moments * n],
-            on_ground: vec![0.0; axis.len() * n],
-        };
-        let azimuth_weight = 2.0 * PI / self.azimuths.len() as f64;
-        let mut radiance = vec![0.0_f32; axis.len() * self.azimuths.len() * n];
-        let mut by_order = vec![0.0_f32; (self.max_degree + 1) * n];
-        for direction in &self.directions[shell] {
-            self.radiances(direction, source, axis, &mut radiance);
-            let weight = direction.weight * azimuth_weight;
-            let rows = radiance.chunks(self.azimuths.len() * n);
-            for (sun, rows) in rows.enumerate() {
-                self.to_orders(rows, &mut by_order);
-                let block = &mut light.moments[sun * n_moments * n..(sun + 1) * n_moments * n];
-                for l in 0..=self.max_degree {
-                    for m in 0..=l {
-                        let pair = moment(l, m);
-                        let factor = (weight * direction.harmonics[pair]) as f32;
-                        let target = &mut block[pair * n..(pair + 1) * n];
-                        add_scaled(target, factor, &by_order[m * n..(m + 1) * n]);
-                    }
-                }
-                if direction.cos_zenith > 0.0 {
-                    let target = &mut light.on_ground[sun * n..(sun + 1) * n];
-                    let factor = (weight * direction.cos_zenith) as f32;
-                    add_scaled(target, factor, &by_order[..n]);
-                }
+    pub(crate) fn gather(&self, source: &Light, axis: &SunAxis) -> Light {
+        let azimuths = Azimuths::new(source.max_degree, source.max_order);
+        gather_shells(self.by_shell.len(), |shell| {
+            let mut light = azimuths.dark(axis, self.n_wavelengths);
+            let n_rows = axis.len() * azimuths.len();
+            let mut radiance = vec![0.0_f32; n_rows * self.n_wavelengths];
+            for direction in &self.by_shell[shell] {
+                self.radiances(direction, source, (axis, &azimuths), &mut radiance);
+                azimuths.add(direction, &radiance, &mut light);
             }
-        }
-        light
+            light
+        })
     }
 
-    /// Sums over azimuth of the radiance times cos(m phi).
-    fn to_orders(&self, rows: &[f32], by_order: &mut [f32]) {
-        by_order.fill(0.0);
-        let n = self.n_wavelengths;
-        for (row, azimuth) in rows.chunks(n).zip(&self.azimuths) {
-            for (m, target) in by_order.chunks_mut(n).enumerate() {
-                add_scaled(target, (m as f64 * azimuth).cos() as f32, row);
-            }
-        }
-    }
-
-    /// Radiance from one direction: `[sun][azimuth][wavelength]`.
+    /// Radiance from one direction.
     fn radiances(
         &self,
         direction: &Direction,
-        source: &Source,
-        axis: &SunAxis,
+        source: &Light,
+        (axis, azimuths): (&SunAxis, &Azimuths),
         radiance: &mut [f32],
     ) {
         radiance.fill(0.0);
         let n = self.n_wavelengths;
-        let n_moments = n_moments(self.max_degree);
-        let n_orders = self.max_degree + 1;
-        let mut towards = vec![0.0_f32; source.axis.len() * n_orders * n];
+        let n_orders = source.max_order + 1;
+        let shell_block = axis.len() * source.block();
+        let mut towards = vec![0.0_f32; axis.len() * n_orders * n];
+        let mut cosines = vec![0.0; n_orders];
         for (at, crossing) in direction.path.crossings.iter().enumerate() {
             let Some(crossed) = crossing.shell else {
                 continue;
             };
             let weights = &direction.path.weights[at * n..(at + 1) * n];
-            let y = harmonics(self.max_degree, crossing.point.mu);
-            let block = source.axis.len() * n_moments * n;
-            let light = &source.light.moments[crossed * block..(crossed + 1) * block];
-            towards.fill(0.0);
-            let suns = towards
-                .chunks_mut(n_orders * n)
-                .zip(light.chunks(n_moments * n));
-            for (orders, moments) in suns {
-                for l in 0..=self.max_degree {
-                    for m in 0..=l {
-                        let pair = moment(l, m);
-                        let target = &mut orders[m * n..(m + 1) * n];
-                        add_scaled(target, y[pair] as f32, &moments[pair * n..(pair + 1) * n]);
-                    }
-                }
-                for row in orders.chunks_mut(n) {
-                    for (value, weight) in row.iter_mut().zip(weights) {
-                        *value *= weight;
-                    }
-                }
-            }
-            let point = crossing.point;
-            self.each_sun(direction, axis, crossing.distance_m, |row, ray| {
-                let [_, mu_s] = ray.sun_at(self.planet, crossing.distance_m);
-                let Some((low, share)) = source.axis.place(mu_s) else {
+            let light = &source.moments[crossed * shell_block..(crossed + 1) * shell_block];
+            source_by_order(source, (light, crossing.point.mu), weights, &mut towards);
+            let mu = crossing.point.mu;
+            let shift = SunShift::new(self.planet, direction, crossing.distance_m);
+            each_sun(direction, axis, azimuths, |side| {
+                let mu_s = shift.cos_sun_zenith(side);
+                let Some((low, share)) = axis.place(mu_s) else {
                     return;
                 };
-                let mut cosines = Vec::with_capacity(n_orders);
-                let cos_phi = cos_azimuth(point.mu, mu_s, ray.cos_scattering);
-                cosines_of_multiples(self.max_degree, cos_phi, &mut cosines);
-                let target = &mut radiance[row * n..(row + 1) * n];
-                for (m, cosine) in cosines.into_iter().enumerate() {
-                    let cosine = cosine as f32;
+                let view = DiffuseView {
+                    cos_zenith: mu,
+                    cos_sun_zenith: mu_s,
+                    cos_scattering: side.cos_scattering,
+                };
+                cosines_of_multiples(view.cos_azimuth(), &mut cosines);
+                let target = &mut radiance[side.row * n..(side.row + 1) * n];
+                for (m, cosine) in cosines.iter().enumerate() {
+                    let cosine = *cosine as f32;
                     let from = (low * n_orders + m) * n;
                     let to = from + n_orders * n;
                     let pairs = towards[from..from + n].iter().zip(&towards[to..to + n]);
@@ -222,13 +152,13 @@ impl<'a> Gathering<'a> {
             });
         }
         if let Some((ground_m, transmittance)) = &direction.path.ground {
-            let on_ground = &source.light.on_ground;
-            self.each_sun(direction, axis, *ground_m, |row, ray| {
-                let [_, mu_s] = ray.sun_at(self.planet, *ground_m);
-                let Some((low, share)) = source.axis.place(mu_s) else {
+            let on_ground = &source.on_ground;
+            let shift = SunShift::new(self.planet, direction, *ground_m);
+            each_sun(direction, axis, azimuths, |side| {
+                let Some((low, share)) = axis.place(shift.cos_sun_zenith(side)) else {
                     return;
                 };
-                let target = &mut radiance[row * n..(row + 1) * n];
+                let target = &mut radiance[side.row * n..(side.row + 1) * n];
                 let pairs = on_ground[low * n..(low + 1) * n]
                     .iter()
                     .zip(&on_ground[(low + 1) * n..(low + 2) * n])
@@ -239,41 +169,189 @@ impl<'a> Gathering<'a> {
             });
         }
     }
+}
 
-    /// Calls `f` with the row of the radiance and the ray for every sun and azimuth.
-    fn each_sun(
-        &self,
-        direction: &Direction,
-        axis: &SunAxis,
-        length_m: f64,
-        mut f: impl FnMut(usize, &ViewRay),
-    ) {
-        let mu = direction.cos_zenith;
-        let sin = safe_sqrt((1.0 - mu) * (1.0 + mu));
-        for (sun, &mu_s) in axis.cosines().iter().enumerate() {
-            let sin_s = safe_sqrt((1.0 - mu_s) * (1.0 + mu_s));
-            for (i, azimuth) in self.azimuths.iter().enumerate() {
-                let ray = ViewRay {
-                    height_m: direction.height_m,
-                    cos_zenith: mu,
-                    length_m,
-                    cos_sun_zenith: mu_s,
-                    cos_scattering: (mu * mu_s + sin * sin_s * azimuth.cos()).clamp(-1.0, 1.0),
-                };
-                f(sun * self.azimuths.len() + i, &ray);
+impl Azimuths {
+    /// As many as an order m needs.
+    pub(crate) fn new(max_degree: usize, max_order: usize) -> Self {
+        let n = max_order + 1;
+        let azimuth_rad = |i: usize| PI * (i as f64 + 0.5) / n as f64;
+        let cosines = |i: usize| (0..n).map(move |m| (m as f64 * azimuth_rad(i)).cos() as f32);
+        Self {
+            max_degree,
+            max_order,
+            cos_azimuth: (0..n).map(|i| azimuth_rad(i).cos()).collect(),
+            cosines: (0..n).flat_map(cosines).collect(),
+        }
+    }
+
+    /// Number of azimuths.
+    pub(crate) fn len(&self) -> usize {
+        self.cos_azimuth.len()
+    }
+
+    /// No light at one shell.
+    pub(crate) fn dark(&self, axis: &SunAxis, n_wavelengths: usize) -> Light {
+        Light {
+            max_degree: self.max_degree,
+            max_order: self.max_order,
+            n_suns: axis.len(),
+            n_wavelengths,
+            moments: vec![0.0; axis.len() * n_moments(self.max_degree) * n_wavelengths],
+            on_ground: vec![0.0; axis.len() * n_wavelengths],
+        }
+    }
+
+    /// Adds the moments of the radiance from one direction to the light of its shell.
+    pub(crate) fn add(&self, direction: &Direction, radiance: &[f32], light: &mut Light) {
+        let n = light.n_wavelengths;
+        let n_moments = n_moments(self.max_degree);
+        let weight = direction.weight * 2.0 * PI / self.len() as f64;
+        let y = harmonics(self.max_degree, direction.cos_zenith);
+        let mut by_order = vec![0.0_f32; (self.max_order + 1) * n];
+        for (sun, rows) in radiance.chunks(self.len() * n).enumerate() {
+            self.to_orders(rows, &mut by_order);
+            let block = &mut light.moments[sun * n_moments * n..(sun + 1) * n_moments * n];
+            for l in 0..=self.max_degree {
+                for m in 0..=l.min(self.max_order) {
+                    let pair = moment_index(l, m);
+                    let target = &mut block[pair * n..(pair + 1) * n];
+                    let factor = (weight * y[pair]) as f32;
+                    add_scaled(target, factor, &by_order[m * n..(m + 1) * n]);
+                }
+            }
+            if direction.cos_zenith > 0.0 {
+                let target = &mut light.on_ground[sun * n..(sun + 1) * n];
+                let factor = (weight * direction.cos_zenith) as f32;
+                add_scaled(target, factor, &by_order[..n]);
+            }
+        }
+    }
+
+    /// Sums over azimuth of the radiance times cos(m phi).
+    fn to_orders(&self, rows: &[f32], by_order: &mut [f32]) {
+        by_order.fill(0.0);
+        let n = by_order.len() / (self.max_order + 1);
+        for (row, cosines) in rows.chunks(n).zip(self.cosines.chunks(self.len())) {
+            for (target, cosine) in by_order.chunks_mut(n).zip(cosines) {
+                add_scaled(target, *cosine, row);
             }
         }
     }
 }
 
-/// Cosine of the azimuth between a direction and the sun, from the cosines of both zenith angles and
-/// of the angle between them; 1 where there is no azimuth, and nothing depends on it.
-pub(crate) fn cos_azimuth(mu: f64, mu_s: f64, nu: f64) -> f64 {
-    let sines = safe_sqrt((1.0 - mu) * (1.0 + mu)) * safe_sqrt((1.0 - mu_s) * (1.0 + mu_s));
-    if sines > 0.0 {
-        ((nu - mu * mu_s) / sines).clamp(-1.0, 1.0)
-    } else {
-        1.0
+impl SunShift {
+    pub(crate) fn new(planet: Planet, direction: &Direction, distance_m: f64) -> Self {
+        let (height_m, mu) = (direction.height_m, direction.cos_zenith);
+        let r_m = planet.radius_m + planet.height_along_ray(height_m, mu, distance_m);
+        let r0_m = planet.radius_m + height_m;
+        Self {
+            shares: [r0_m / r_m, distance_m / r_m],
+        }
+    }
+
+    /// Cosine of the sun's zenith angle there.
+    pub(crate) fn cos_sun_zenith(self, side: SunSide) -> f64 {
+        let [here, along] = self.shares;
+        (here * side.cos_sun_zenith + along * side.cos_scattering).clamp(-1.0, 1.0)
+    }
+}
+
+/// Gathers shells in parallel and puts them together in their order; the first stands on the ground.
+pub(crate) fn gather_shells(
+    n_shells: usize,
+    at_shell: impl Fn(usize) -> Light + Sync + Send,
+) -> Light {
+    let shells: Vec<Light> = (0..n_shells).into_par_iter().map(at_shell).collect();
+    let on_ground = shells[0].on_ground.clone();
+    let first = Light {
+        moments: Vec::new(),
+        on_ground,
+        ..shells[0]
+    };
+    let moments = shells.into_iter().flat_map(|light| light.moments);
+    Light {
+        moments: moments.collect(),
+        ..first
+    }
+}
+
+/// The directions of a height, followed through shells.
+pub(crate) fn directions(
+    air: &AtmosphereTable,
+    shells_m: &[f64],
+    (height_m, rule): (f64, &Rule),
+) -> Vec<Direction> {
+    let planet = Planet {
+        radius_m: air.planet_radius_m,
+    };
+    let direction = |(cos_zenith, weight)| {
+        let start = RayPoint {
+            height_m,
+            mu: cos_zenith,
+        };
+        Direction {
+            height_m,
+            cos_zenith,
+            weight,
+            path: ShellPath::new(air, shells_m, start, f64::INFINITY),
+        }
+    };
+    let cosines = cosines(planet, height_m, rule).into_iter();
+    cosines.map(direction).collect()
+}
+
+/// Calls `f` for every sun and azimuth.
+pub(crate) fn each_sun(
+    direction: &Direction,
+    axis: &SunAxis,
+    azimuths: &Azimuths,
+    mut f: impl FnMut(SunSide),
+) {
+    let mu = direction.cos_zenith;
+    let sin = safe_sqrt((1.0 - mu) * (1.0 + mu));
+    let mut row = 0;
+    for &mu_s in axis.cosines() {
+        let sin_s = safe_sqrt((1.0 - mu_s) * (1.0 + mu_s));
+        for cos_azimuth in &azimuths.cos_azimuth {
+            f(SunSide {
+                row,
+                cos_sun_zenith: mu_s,
+                cos_scattering: (mu * mu_s + sin * sin_s * cos_azimuth).clamp(-1.0, 1.0),
+            });
+            row += 1;
+        }
+    }
+}
+
+/// Source of a shell towards a zenith angle, times the weights of a crossing: `[sun][order m]
+/// [wavelength]`.
+fn source_by_order(
+    source: &Light,
+    (light, mu): (&[f32], f64),
+    weights: &[f32],
+    towards: &mut [f32],
+) {
+    let n = source.n_wavelengths;
+    let n_orders = source.max_order + 1;
+    let y = harmonics(source.max_degree, mu);
+    towards.fill(0.0);
+    let suns = towards
+        .chunks_mut(n_orders * n)
+        .zip(light.chunks(source.block()));
+    for (orders, moments) in suns {
+        for l in 0..=source.max_degree {
+            for m in 0..=l.min(source.max_order) {
+                let pair = moment_index(l, m);
+                let target = &mut orders[m * n..(m + 1) * n];
+                add_scaled(target, y[pair] as f32, &moments[pair * n..(pair + 1) * n]);
+            }
+        }
+        for row in orders.chunks_mut(n) {
+            for (value, weight) in row.iter_mut().zip(weights) {
+                *value *= weight;
+            }
+        }
     }
 }
 
@@ -281,7 +359,6 @@ pub(crate) fn cos_azimuth(mu: f64, mu_s: f64, nu: f64) -> f64 {
 /// mu = horizon + (1 - horizon) x^2 above it, and in the same way below.
 fn cosines(planet: Planet, height_m: f64, rule: &Rule) -> Vec<(f64, f64)> {
     let horizon = -planet.horizon_dip(height_m).0.sin();
-    let ends = [-1.0, 1.0];
     let half = |end: f64| {
         let width = end - horizon;
         let node = move |(x, weight): (f64, f64)| {
@@ -289,13 +366,7 @@ fn cosines(planet: Planet, height_m: f64, rule: &Rule) -> Vec<(f64, f64)> {
         };
         rule.pairs().map(node).collect::<Vec<_>>()
     };
-    ends.into_iter().flat_map(half).collect()
-}
-
-fn add_scaled(target: &mut [f32], factor: f32, values: &[f32]) {
-    for (target, value) in target.iter_mut().zip(values) {
-        *target += factor * value;
-    }
+    [-1.0, 1.0].into_iter().flat_map(half).collect()
 }
 
 /// The root of a number that only rounding can make negative.

@@ -39,6 +39,10 @@ impl SunAxis {
         self.zenith_rad.len()
     }
 
+    pub(crate) fn zenith_rad(&self) -> &[f64] {
+        &self.zenith_rad
+    }
+
     pub(crate) fn cosines(&self) -> &[f64] {
         &self.cosine
     }

@@ -5,6 +5,7 @@
 //! * part `NAME.profile`: columns = height; channel `density`, attribute `niji:densityLaw`
 //! * part `NAME.reach` (exponential profiles only): columns = mu, rows = height; channel `reach`
 //! * part `NAME.phase`: columns = scattering angle, rows = wavelength; channel `phase`
+//! * where light of higher orders was asked for, the parts of `diffuse_file`
 //!
 //! Values are f32: 6e-8 relative, and the reach keeps that at any height, where an optical depth to
 //! the top would fall by five decades.
@@ -15,6 +16,7 @@ use niji_radiometry::WavelengthGrid;
 use super::AirConstituent;
 use super::AtmosphereTable;
 use super::DensityLaw;
+use super::diffuse_file;
 use crate::attributes::AttributeValue;
 use crate::attributes::Attributes;
 use crate::error::Error;
@@ -44,6 +46,14 @@ impl AtmosphereTable {
                 parts.push(reach_part(air));
             }
             parts.push(phase_part(air, wavelength_axis(&self.wavelengths)));
+        }
+        if let Some(diffuse) = &self.diffuse {
+            let wavelengths = wavelength_axis(&self.wavelengths);
+            parts.extend(diffuse_file::parts(
+                diffuse,
+                &self.constituents,
+                &wavelengths,
+            ));
         }
         TableFile {
             quantity: QUANTITY.to_owned(),
@@ -100,7 +110,7 @@ impl AtmosphereTable {
             spectra.number("niji:wavelengthStepNm")?,
         )?;
         let names = spectra.text("niji:constituents")?.split(',');
-        let names = names.filter(|name| !name.is_empty());
+        let names: Vec<&str> = names.filter(|name| !name.is_empty()).collect();
         let table = Self {
             planet_radius_m: spectra.number("niji:planetRadiusM")?,
             top_height_m: spectra.number("niji:topHeightM")?,
@@ -108,8 +118,10 @@ impl AtmosphereTable {
             sun_irradiance: spectrum(spectra, "sun_irradiance")?,
             ground_albedo: spectrum(spectra, "ground_albedo")?,
             constituents: names
+                .iter()
                 .map(|name| constituent(file, name))
                 .collect::<Result<_, _>>()?,
+            diffuse: diffuse_file::read(file, &names, &spectra.column_axis)?,
         };
         table.check_planet()?;
         Ok(table)
@@ -285,17 +297,17 @@ fn bad_value(part: &TablePart, channel: &str, x: usize, value: f64) -> Error {
     }
 }
 
-fn bad_axis(name: &str, problem: String) -> Error {
+pub(super) fn bad_axis(name: &str, problem: String) -> Error {
     Error::Axis {
         name: name.to_owned(),
         problem,
     }
 }
 
-fn text(name: &str, text: &str) -> (String, AttributeValue) {
+pub(super) fn text(name: &str, text: &str) -> (String, AttributeValue) {
     (name.to_owned(), AttributeValue::Text(text.to_owned()))
 }
 
-fn number(name: &str, number: f64) -> (String, AttributeValue) {
+pub(super) fn number(name: &str, number: f64) -> (String, AttributeValue) {
     (name.to_owned(), AttributeValue::Number(number))
 }

@@ -154,6 +154,7 @@ pub(crate) fn air(extinction_m1: [f64; 3], scattering_m1: [f64; 3]) -> Atmospher
             phase_angle_rad: vec![0.0, std::f64::consts::PI],
             phase_sr1: Array2::from_elem((3, 2), 0.25 * std::f64::consts::FRAC_1_PI),
         }],
+        diffuse: None,
     }
 }
 
@@ -199,6 +200,7 @@ pub(crate) fn request<'a>(
         drops,
         table: Some(table),
         air: None,
+        surfaces: None,
         effects: RenderEffects::BOWS_ONLY,
         levels: levels(),
     }

@@ -27,7 +27,7 @@ enum Naming {
 /// Parts of drop shapes nest; the drops themselves and the levels of accuracy have a naming key.
 fn naming(enum_name: &str) -> Naming {
     match enum_name {
-        "Drops" => Naming::Key("shape"),
+        "Drops" | "IceShape" => Naming::Key("shape"),
         "SizeLaw" | "Footprint" => Naming::OnlyKey,
         _ => Naming::Key("level"),
     }

@@ -11,6 +11,7 @@
 use std::f64::consts::TAU;
 
 use glam::DVec3;
+use niji_atmosphere::DiffuseSky;
 use niji_atmosphere::InScattering;
 use niji_atmosphere::SingleScattering;
 use niji_atmosphere::ViewRay;
@@ -23,6 +24,9 @@ use super::view::Block;
 
 /// Widens every bound for the air's levels of accuracy and for what lies between samples.
 const MARGIN: f64 = 1.1;
+
+/// Widens the light of higher orders besides: what its draft level may miss.
+const DIFFUSE_MARGIN: f64 = 1.15;
 
 /// Nodes on each leg of a view ray: a few thousandths on whole-sky rays.
 const N_NODES: usize = 6;
@@ -116,6 +120,8 @@ impl AirLight {
 struct Sky<'a> {
     request: &'a AirRequest<'a>,
     solver: SingleScattering<'a>,
+    /// Where the level of the sky asks for it.
+    diffuse: Option<DiffuseSky<'a>>,
     planet: Planet,
 }
 
@@ -128,6 +134,7 @@ impl<'a> Sky<'a> {
         Self {
             request,
             solver: SingleScattering::new(request.table, method),
+            diffuse: DiffuseSky::new(request.table).ok(),
             planet,
         }
     }
@@ -148,11 +155,22 @@ impl<'a> Sky<'a> {
             .sum()
     }
 
+    /// Luminance of light of higher orders; 0 where it is left out.
+    fn diffuse_luminance(&self, ray: &ViewRay) -> f64 {
+        let Some(diffuse) = &self.diffuse else {
+            return 0.0;
+        };
+        let suns = self.request.table.sun_irradiance.iter();
+        let per_sun = diffuse.radiance_per_sun(ray).into_iter();
+        let radiance: Vec<f64> = per_sun.zip(suns).map(|(light, sun)| light * sun).collect();
+        DIFFUSE_MARGIN * self.luminance(&radiance)
+    }
+
     fn front(&self, block: &Block) -> f64 {
         let Some(chord) = block.drops else { return 0.0 };
         let light = |direction: &DVec3| {
             let ray = self.ray(self.request.eye, *direction, chord.leave_m);
-            self.luminance(&self.solver.solve(&ray).radiance)
+            self.luminance(&self.solver.solve(&ray).radiance) + self.diffuse_luminance(&ray)
         };
         MARGIN * block.samples.iter().map(light).fold(0.0, f64::max)
     }
@@ -161,7 +179,7 @@ impl<'a> Sky<'a> {
         let eye = self.request.eye;
         let light = |direction: DVec3| {
             let ray = self.ray(eye, direction, f64::INFINITY);
-            self.luminance(&self.solver.sky_radiance(&ray))
+            self.luminance(&self.solver.sky_radiance(&ray)) + self.diffuse_luminance(&ray)
         };
         let horizon = -self.planet.horizon_dip(self.planet.height_m(eye)).0.sin();
         let zenith = self.planet.zenith(eye);
@@ -193,6 +211,7 @@ impl<'a> Sky<'a> {
                 let direction = DVec3::new(sine * cos, cosine, sine * sin);
                 let ray = self.ray(middle, direction, f64::INFINITY);
                 sum += self.luminance(&self.solver.sky_radiance(&ray));
+                sum += self.diffuse_luminance(&ray);
             }
         }
         MARGIN * sum / (n_cosines * n_azimuths) as f64

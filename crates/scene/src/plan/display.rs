@@ -10,6 +10,13 @@ use super::stages::Estimate;
 impl fmt::Display for Plan {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(out, "{}", self.scene)?;
+        writeln!(
+            out,
+            "{} {:.2} degrees high, azimuth {:.2}",
+            self.sun.body.name(),
+            self.sun.elevation_deg,
+            self.sun.azimuth_deg
+        )?;
         self.write_view(out)?;
         writeln!(
             out,

@@ -2,6 +2,8 @@
 
 use glam::DVec3;
 use niji_airy::rainbow_ray;
+use niji_atmosphere::ScatteringOrders;
+use niji_atmosphere::with_diffuse_light;
 use niji_exchange::AtmosphereTable;
 use niji_geometry::PinholeCamera;
 use niji_radiometry::Colorimetry;
@@ -107,7 +109,12 @@ impl Situation {
             return Ok(None);
         };
         let model = air.model(self.grid, scene.ground.albedo, &scene.sun)?;
-        Ok(Some(model.tabulate()?))
+        let table = model.tabulate()?;
+        // The plan has no time for more than a glance; bounds are widened for it.
+        Ok(Some(match scene.scattering_orders() {
+            Some(_) => with_diffuse_light(table, ScatteringOrders::DRAFT),
+            None => table,
+        }))
     }
 
     pub(super) fn air_light(&self, table: Option<&AtmosphereTable>) -> Option<AirLight> {
@@ -180,6 +187,7 @@ impl Situation {
         let lost = air.map(AirLight::sunlight_lost).unwrap_or_default();
         Facts {
             has_air: scene.air.is_some(),
+            has_surfaces: scene.occluders.is_some() || scene.photo.is_some(),
             sun_elevation_deg: scene.sun.elevation_deg,
             theta_deg: self.view.theta_deg,
             distance_m: self.view.distance_m,
@@ -289,6 +297,14 @@ pub(super) fn warnings(
     }
     if scene.sun.elevation_deg < 0.0 {
         warnings.push("the sun is below the horizon".to_string());
+    }
+    let inscatter_on =
+        |decision: &EffectDecision| decision.effect == Effect::AirInscatter && decision.on;
+    if scene.photo.is_some() && effects.iter().any(inscatter_on) {
+        warnings.push(
+            "air_inscatter is on: a photograph holds the light of its air already, and gets it twice"
+                .to_string(),
+        );
     }
     let flattening = effects
         .iter()

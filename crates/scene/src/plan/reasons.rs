@@ -8,6 +8,8 @@ use super::bounds::Bound;
 /// What reasons speak of.
 pub(super) struct Facts {
     pub(super) has_air: bool,
+    /// Are surfaces given that hide drops?
+    pub(super) has_surfaces: bool,
     pub(super) sun_elevation_deg: f64,
     /// Scattering angles of rays that may meet drops, degrees.
     pub(super) theta_deg: Option<(f64, f64)>,
@@ -105,6 +107,9 @@ fn fact(effect: Effect, facts: &Facts) -> String {
             None => "no drops are in view".to_string(),
         },
         Effect::Sky => "air and ground behind the drops".to_string(),
+        Effect::Occluders if facts.has_surfaces => {
+            "surfaces always hide what is behind them".to_string()
+        }
         Effect::Occluders => "surfaces always hide what is behind them; none is given".to_string(),
     }
 }

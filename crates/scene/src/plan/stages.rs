@@ -27,6 +27,10 @@ const ANGLE_MARGIN_DEG: f64 = 0.05;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Stage {
+    /// The surfaces of a photograph get their distances.
+    Depth,
+    /// The sun follows from picked pixels.
+    Sun,
     /// The shape becomes a drop volume.
     Drops,
     /// Airy's integral is tabulated.
@@ -37,17 +41,25 @@ pub enum Stage {
     Atmosphere,
     /// The picture is rendered.
     Render,
+    /// What nature would not do is listed.
+    Check,
+    /// The bow is set into the photograph.
+    Composite,
 }
 
 impl Stage {
     /// The subcommand that runs it.
     pub fn name(self) -> &'static str {
         match self {
+            Self::Depth => "depth",
+            Self::Sun => "sun",
             Self::Drops => "drops",
             Self::Airy => "airy",
             Self::Scatter => "scatter",
             Self::Atmosphere => "atmosphere",
             Self::Render => "render",
+            Self::Check => "check",
+            Self::Composite => "composite",
         }
     }
 }
@@ -243,6 +255,22 @@ pub(super) fn stages(
             estimate,
         });
     };
+    if let Some(photo) = &scene.photo {
+        let makes = match (&photo.layers, &scene.occluders) {
+            (Some(_), _) => "distances of the given layers",
+            (None, Some(_)) => "distances of the given map",
+            (None, None) => "proposed distances",
+        };
+        add(Stage::Depth, makes.to_string(), None, None);
+    }
+    if let Some(photo) = scene
+        .photo
+        .as_ref()
+        .filter(|photo| !photo.picks_px.is_empty())
+    {
+        let makes = format!("the sun by {} picks", photo.picks_px.len());
+        add(Stage::Sun, makes, None, None);
+    }
     let nodes = situation.drops.n_nodes as f64;
     if scene.drops.file().is_none() {
         let makes = format!(
@@ -293,6 +321,12 @@ pub(super) fn stages(
     let (width, height) = (situation.camera.width_px(), situation.camera.height_px());
     let makes = format!("{width} x {height} pixels, {n_wavelengths} wavelengths");
     add(Stage::Render, makes, Some(bytes), Some(bytes));
+    if scene.photo.is_some() {
+        let makes = "what nature would not do".to_string();
+        add(Stage::Check, makes, None, None);
+        let makes = "the photograph with the bow".to_string();
+        add(Stage::Composite, makes, None, None);
+    }
     stages
 }
 

@@ -1,0 +1,284 @@
+//! The nearest triangle along a ray, through a tree of boxes.
+//!
+//! Nodes are split where  A_left n_left + A_right n_right  is smallest over 16 planes of the longest
+//! axis (`A` area of the box around, `n` number of triangles): the surface area heuristic.
+//! [W07] I. Wald, IEEE Symposium on Interactive Ray Tracing, 33-40 (2007).
+
+use glam::DVec3;
+
+use crate::aabb::Aabb;
+use crate::mesh::TriangleMesh;
+use crate::mesh::box_around;
+use crate::mesh_triangle::ShearedRay;
+use crate::ray::Ray;
+
+/// Most triangles in a leaf that could be split.
+const LEAF_SIZE: usize = 4;
+/// Planes that are tried at every node.
+const N_BINS: usize = 16;
+/// Deeper nodes than this become leaves; balanced trees of 2^32 triangles are half as deep.
+const MAX_DEPTH: usize = 64;
+/// Boxes are left this much later than computed, so that rounding cuts off no triangle (three
+/// roundings, WBW13 as in `mesh_triangle`).
+const LATER: f64 = 1.0 + 4.0 * f64::EPSILON;
+
+/// Where a ray meets a mesh.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeshHit {
+    /// Distance from the origin of the ray, in lengths of its direction, m for a unit vector.
+    pub distance_m: f64,
+    /// The triangle.
+    pub triangle_index: usize,
+    /// Unit normal away from the body.
+    pub normal: DVec3,
+    /// Whether the ray meets it from inside.
+    pub is_from_inside: bool,
+}
+
+/// A mesh with a tree over it.
+#[derive(Clone, Debug)]
+pub struct MeshBvh {
+    mesh: TriangleMesh,
+    nodes: Vec<Node>,
+    /// Triangles in the order of the leaves.
+    order: Vec<u32>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Node {
+    bounds: Aabb,
+    /// First triangle of a leaf; right child of an inner node, whose left child is the next node.
+    start: u32,
+    /// Triangles of a leaf; 0 for an inner node.
+    n_triangles: u32,
+}
+
+impl MeshBvh {
+    /// Builds the tree.
+    #[must_use]
+    pub fn new(mesh: TriangleMesh) -> Self {
+        let n_triangles = mesh.triangles().len();
+        let boxes = (0..n_triangles).map(|index| box_around(mesh.corners(index)));
+        let mut builder = Builder {
+            boxes: boxes.collect(),
+            nodes: Vec::with_capacity(2 * n_triangles),
+            order: (0..n_triangles as u32).collect(),
+        };
+        builder.build(0, n_triangles, 0);
+        Self {
+            mesh,
+            nodes: builder.nodes,
+            order: builder.order,
+        }
+    }
+
+    /// The mesh.
+    #[must_use]
+    pub fn mesh(&self) -> &TriangleMesh {
+        &self.mesh
+    }
+
+    /// The smallest box around the mesh.
+    #[must_use]
+    pub fn bounds(&self) -> Aabb {
+        self.nodes[0].bounds
+    }
+
+    /// The nearest triangle farther along the ray than `after_m`; the lowest index of several.
+    ///
+    /// A ray that is not finite meets nothing, nor does a ray within the plane of a triangle meet
+    /// that one.
+    #[must_use]
+    pub fn nearest(&self, ray: &Ray, after_m: f64) -> Option<MeshHit> {
+        let sheared = ShearedRay::new(ray)?;
+        let slabs = Slabs::new(ray);
+        let mut best: Option<(f64, u32, bool)> = None;
+        let mut stack = [0_u32; MAX_DEPTH + 1];
+        let mut n_waiting = 1;
+        while n_waiting > 0 {
+            n_waiting -= 1;
+            let index = stack[n_waiting] as usize;
+            let node = &self.nodes[index];
+            let nearest_m = best.map_or(f64::INFINITY, |(distance_m, ..)| distance_m);
+            if !slabs.meets(&node.bounds, after_m, nearest_m) {
+                continue;
+            }
+            if node.n_triangles == 0 {
+                let children = [index as u32 + 1, node.start];
+                let near_is_right = self.is_right_nearer(children, ray);
+                stack[n_waiting] = children[usize::from(!near_is_right)];
+                stack[n_waiting + 1] = children[usize::from(near_is_right)];
+                n_waiting += 2;
+                continue;
+            }
+            let leaf = node.start as usize..(node.start + node.n_triangles) as usize;
+            for &triangle in &self.order[leaf] {
+                let corners = self.mesh.corners(triangle as usize);
+                let Some((distance_m, is_inside)) = sheared.meet(corners) else {
+                    continue;
+                };
+                let is_nearer = best.is_none_or(|(nearest_m, nearest, _)| {
+                    (distance_m, triangle) < (nearest_m, nearest)
+                });
+                if distance_m > after_m && is_nearer {
+                    best = Some((distance_m, triangle, is_inside));
+                }
+            }
+        }
+        let (distance_m, triangle, is_from_inside) = best?;
+        let [a, b, c] = self.mesh.corners(triangle as usize);
+        Some(MeshHit {
+            distance_m,
+            triangle_index: triangle as usize,
+            normal: (b - a).cross(c - a).normalize_or_zero(),
+            is_from_inside,
+        })
+    }
+
+    fn is_right_nearer(&self, [left, right]: [u32; 2], ray: &Ray) -> bool {
+        let middle = |index: u32| {
+            let bounds = &self.nodes[index as usize].bounds;
+            bounds.min + bounds.max
+        };
+        (middle(right) - middle(left)).dot(ray.direction) < 0.0
+    }
+}
+
+/// A ray for many boxes.
+struct Slabs {
+    origin: DVec3,
+    inverse: DVec3,
+}
+
+impl Slabs {
+    fn new(ray: &Ray) -> Self {
+        Self {
+            origin: ray.origin,
+            inverse: ray.direction.recip(),
+        }
+    }
+
+    /// Whether the ray meets a box between two distances; sometimes yes where it just misses.
+    fn meets(&self, bounds: &Aabb, after_m: f64, before_m: f64) -> bool {
+        let (mut enter_m, mut leave_m) = (after_m, before_m);
+        for axis in 0..3 {
+            let inverse = self.inverse[axis];
+            let low = (bounds.min[axis] - self.origin[axis]) * inverse;
+            let high = (bounds.max[axis] - self.origin[axis]) * inverse;
+            let (near, far) = if inverse.is_sign_positive() {
+                (low, high)
+            } else {
+                (high, low)
+            };
+            // A ray within a face makes 0 times infinity; `max` and `min` pass over the NaN.
+            enter_m = enter_m.max(near);
+            leave_m = leave_m.min(far * LATER);
+        }
+        enter_m <= leave_m
+    }
+}
+
+struct Builder {
+    boxes: Vec<Aabb>,
+    nodes: Vec<Node>,
+    order: Vec<u32>,
+}
+
+impl Builder {
+    /// Builds the node of `order[first..last]` and all below it.
+    fn build(&mut self, first: usize, last: usize, depth: usize) {
+        let of_order = |order: &[u32], index: usize| order[index] as usize;
+        let bounds = (first..last)
+            .map(|index| self.boxes[of_order(&self.order, index)])
+            .reduce(united);
+        // Meshes are not empty, and neither are halves.
+        let Some(bounds) = bounds else { return };
+        let node_index = self.nodes.len();
+        self.nodes.push(Node {
+            bounds,
+            start: first as u32,
+            n_triangles: (last - first) as u32,
+        });
+        if last - first <= LEAF_SIZE || depth + 1 >= MAX_DEPTH {
+            return;
+        }
+        let Some(middle) = self.split(first, last) else {
+            return;
+        };
+        self.build(first, middle, depth + 1);
+        self.nodes[node_index].start = self.nodes.len() as u32;
+        self.nodes[node_index].n_triangles = 0;
+        self.build(middle, last, depth + 1);
+    }
+
+    /// Orders `order[first..last]` into two halves and says where the second begins; `None` where all
+    /// middles coincide.
+    fn split(&mut self, first: usize, last: usize) -> Option<usize> {
+        let middle_of = |triangle: u32| {
+            let bounds = &self.boxes[triangle as usize];
+            0.5 * (bounds.min + bounds.max)
+        };
+        let span = box_around(
+            self.order[first..last]
+                .iter()
+                .map(|&index| middle_of(index)),
+        );
+        let size = span.size();
+        let axis = (0..3).fold(
+            0,
+            |best, axis| if size[axis] > size[best] { axis } else { best },
+        );
+        if size[axis] <= 0.0 {
+            return None;
+        }
+        let scale = N_BINS as f64 / size[axis];
+        let bin_of = |triangle: u32| {
+            let along = (middle_of(triangle)[axis] - span.min[axis]) * scale;
+            (along as usize).min(N_BINS - 1)
+        };
+        let mut bins = [(0_usize, None::<Aabb>); N_BINS];
+        for &triangle in &self.order[first..last] {
+            let (count, bounds) = &mut bins[bin_of(triangle)];
+            let own = self.boxes[triangle as usize];
+            *count += 1;
+            *bounds = Some(bounds.map_or(own, |bounds| united(bounds, own)));
+        }
+        let plane = cheapest_plane(&bins);
+        let part = &mut self.order[first..last];
+        // Stable, so that the tree depends on nothing but the mesh.
+        part.sort_by_key(|&triangle| bin_of(triangle) >= plane);
+        let n_left: usize = bins[..plane].iter().map(|(count, _)| count).sum();
+        Some(first + n_left)
+    }
+}
+
+/// The first bin right of the best plane; the outer bins are never empty, so neither half is.
+fn cheapest_plane(bins: &[(usize, Option<Aabb>); N_BINS]) -> usize {
+    let cost = |part: &[(usize, Option<Aabb>)]| {
+        let count: usize = part.iter().map(|(count, _)| count).sum();
+        let bounds = part.iter().filter_map(|(_, bounds)| *bounds).reduce(united);
+        bounds.map_or(0.0, |bounds| {
+            let size = bounds.size();
+            count as f64 * (size.x * size.y + size.y * size.z + size.z * size.x)
+        })
+    };
+    let mut best = (f64::INFINITY, N_BINS / 2);
+    for plane in 1..N_BINS {
+        let both = cost(&bins[..plane]) + cost(&bins[plane..]);
+        if both < best.0 {
+            best = (both, plane);
+        }
+    }
+    best.1
+}
+
+fn united(a: Aabb, b: Aabb) -> Aabb {
+    Aabb {
+        min: a.min.min(b.min),
+        max: a.max.max(b.max),
+    }
+}
+
+#[cfg(test)]
+#[path = "mesh_bvh_tests.rs"]
+mod tests;

@@ -1,0 +1,157 @@
+//! Tests of the tree over a mesh.
+
+use super::*;
+
+/// A bumpy ball of 8 x 4^5 triangles.
+fn ball() -> MeshBvh {
+    let mut corners = vec![
+        DVec3::X,
+        DVec3::Y,
+        DVec3::Z,
+        -DVec3::X,
+        -DVec3::Y,
+        -DVec3::Z,
+    ];
+    let mut triangles: Vec<[u32; 3]> = vec![
+        [0, 1, 2],
+        [1, 3, 2],
+        [3, 4, 2],
+        [4, 0, 2],
+        [1, 0, 5],
+        [3, 1, 5],
+        [4, 3, 5],
+        [0, 4, 5],
+    ];
+    for _ in 0..5 {
+        let mut finer = Vec::new();
+        for [a, b, c] in triangles {
+            let middles = [(a, b), (b, c), (c, a)].map(|(from, to)| {
+                let middle = corners[from as usize] + corners[to as usize];
+                corners.push(middle.normalize());
+                corners.len() as u32 - 1
+            });
+            let [ab, bc, ca] = middles;
+            finer.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
+        }
+        triangles = finer;
+    }
+    let bumpy = |corner: &DVec3| *corner * (1.0 + 0.1 * (9.0 * corner.x).sin());
+    let corners: Vec<DVec3> = corners.iter().map(bumpy).collect();
+    MeshBvh::new(
+        TriangleMesh::new(&corners, &triangles)
+            .unwrap()
+            .into_body()
+            .unwrap(),
+    )
+}
+
+/// Directions and offsets without a pattern.
+fn rays(n: u32) -> impl Iterator<Item = Ray> {
+    (0..n).map(|index| {
+        let fraction = |step: f64| (f64::from(index) * step).fract() * 2.0 - 1.0;
+        let towards = 0.7 * DVec3::new(fraction(0.7548), fraction(0.5698), fraction(0.3247));
+        let origin = 3.0 * DVec3::new(fraction(0.6180), fraction(0.4142), 1.1);
+        let direction = (towards - origin).normalize();
+        Ray { origin, direction }
+    })
+}
+
+#[test]
+fn the_tree_finds_what_a_search_through_all_triangles_finds() {
+    let ball = ball();
+    for ray in rays(300) {
+        let sheared = ShearedRay::new(&ray).unwrap();
+        let all = (0..ball.mesh().triangles().len())
+            .filter_map(|index| Some((sheared.meet(ball.mesh().corners(index))?.0, index)))
+            .filter(|(distance_m, _)| *distance_m > 0.0)
+            .min_by(|a, b| a.partial_cmp(b).unwrap());
+        let found = ball.nearest(&ray, 0.0);
+        assert_eq!(found.map(|hit| (hit.distance_m, hit.triangle_index)), all);
+    }
+}
+
+#[test]
+fn rays_from_inside_always_get_out_even_through_corners_and_edges() {
+    let ball = ball();
+    let corners = ball.mesh().vertices().iter().copied();
+    let [a, b] = [0, 1].map(|corner| {
+        let triangles = ball.mesh().triangles().iter();
+        triangles.map(move |triangle| triangle[corner])
+    });
+    let edges = a.zip(b).map(|(a, b)| {
+        let vertices = ball.mesh().vertices();
+        0.5 * (vertices[a as usize] + vertices[b as usize])
+    });
+    for target in corners.chain(edges) {
+        for origin in [DVec3::ZERO, DVec3::new(0.1, 0.2, -0.3)] {
+            let direction = target - origin;
+            let hit = ball.nearest(&Ray { origin, direction }, 0.0).unwrap();
+            assert!(hit.is_from_inside && hit.normal.dot(direction) > 0.0);
+            // Worst found 4e-16.
+            assert!((hit.distance_m - 1.0).abs() < 2e-15 || hit.distance_m < 1.0);
+        }
+    }
+}
+
+#[test]
+fn a_ray_enters_and_leaves_in_turns() {
+    let ball = ball();
+    for ray in rays(300) {
+        let (mut after_m, mut is_inside) = (0.0, false);
+        while let Some(hit) = ball.nearest(&ray, after_m) {
+            assert_eq!(hit.is_from_inside, is_inside);
+            is_inside = !is_inside;
+            after_m = hit.distance_m;
+        }
+        assert!(!is_inside);
+    }
+}
+
+#[test]
+fn rays_within_a_face_and_rays_without_direction_are_settled() {
+    let cube = MeshBvh::new(TriangleMesh::of_box(Aabb {
+        min: DVec3::ZERO,
+        max: DVec3::ONE,
+    }));
+    let ray = |origin, direction| Ray { origin, direction };
+    // Within the top face: it meets the side faces only, where the slabs multiply 0 by infinity.
+    let within = cube.nearest(&ray(DVec3::new(-1.0, 1.0, 0.3), DVec3::X), 0.0);
+    assert_eq!(
+        within.map(|hit| (hit.distance_m, hit.normal)),
+        Some((1.0, -DVec3::X))
+    );
+    let denormal = DVec3::new(5e-324, -5e-324, 1.0);
+    let hit = cube.nearest(&ray(DVec3::new(0.5, 0.4, -1.0), denormal), 0.0);
+    assert_eq!(hit.map(|hit| hit.distance_m), Some(1.0));
+    for bad in [DVec3::ZERO, DVec3::NAN, DVec3::INFINITY] {
+        assert_eq!(cube.nearest(&ray(DVec3::splat(0.5), bad), 0.0), None);
+        assert_eq!(
+            cube.nearest(&ray(bad.lerp(DVec3::NAN, 0.5), DVec3::X), 0.0),
+            None
+        );
+    }
+}
+
+#[test]
+fn slivers_and_bodies_far_from_the_origin_are_met() {
+    let cube = TriangleMesh::of_box(Aabb {
+        min: DVec3::ZERO,
+        max: DVec3::ONE,
+    });
+    let far = MeshBvh::new(cube.moved(|corner| corner + 1e6).unwrap());
+    let origin = DVec3::new(-1e6, 1e6 + 0.25, 1e6 + 0.5);
+    let ray = Ray {
+        origin,
+        direction: DVec3::X,
+    };
+    assert_eq!(far.nearest(&ray, 0.0).map(|hit| hit.distance_m), Some(2e6));
+    let flat = cube
+        .moved(|corner| corner * DVec3::new(1.0, 1e-14, 1.0))
+        .unwrap();
+    let ray = Ray {
+        origin: DVec3::new(0.3, 1.0, 0.4),
+        direction: DVec3::NEG_Y,
+    };
+    let hit = MeshBvh::new(flat).nearest(&ray, 0.0).unwrap();
+    assert!(hit.distance_m < 1.0 && !hit.is_from_inside);
+}

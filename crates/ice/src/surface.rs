@@ -1,0 +1,168 @@
+//! What the surface of ice does with light, by level.
+
+use glam::DVec3;
+use niji_radiometry::Nanometers;
+use niji_radiometry::ice_refractive_index;
+use serde::Deserialize;
+use serde::Serialize;
+
+use crate::diffuse_surface::DiffuseSurface;
+use crate::error::Error;
+use crate::error::check_range;
+use crate::rough_dielectric::RoughDielectric;
+
+/// What the surface of ice does with light.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub enum IceSurface {
+    /// Light is thrown back or goes through in any direction, by the cosine law. The published
+    /// surface; which share is thrown back it leaves open.
+    Diffuse {
+        /// Share thrown back outside, 0 up to 1: 0.063, that of smooth ice in diffuse light, where it
+        /// is left out.
+        #[serde(default = "usual_outer_reflectance")]
+        outer_reflectance: f64,
+        /// Share thrown back inside, 0 up to 1: 0, as light is said to run straight through and out,
+        /// where it is left out. Smooth ice would have 0.45, most of it beyond the critical angle.
+        #[serde(default)]
+        inner_reflectance: f64,
+    },
+    /// Fresnel's equations on facets of random slope.
+    RoughDielectric {
+        /// Width of the distribution of facets (GGX), 0.02 to 1.
+        roughness: f64,
+    },
+}
+
+fn usual_outer_reflectance() -> f64 {
+    0.063
+}
+
+impl IceSurface {
+    /// The published surface with the reflectances that hold where none is given.
+    pub const PUBLISHED: Self = Self::Diffuse {
+        outer_reflectance: 0.063,
+        inner_reflectance: 0.0,
+    };
+
+    /// Checks the ranges.
+    ///
+    /// # Errors
+    /// A share outside 0 up to 1, or a roughness outside 0.02 to 1.
+    pub fn check(&self) -> Result<(), Error> {
+        match *self {
+            Self::Diffuse {
+                outer_reflectance,
+                inner_reflectance,
+            } => {
+                let expected = "0 to 0.999";
+                check_range(
+                    "outer_reflectance",
+                    outer_reflectance,
+                    [0.0, 0.999],
+                    expected,
+                )?;
+                check_range(
+                    "inner_reflectance",
+                    inner_reflectance,
+                    [0.0, 0.999],
+                    expected,
+                )
+            }
+            // Sharper lobes hardly ever find the sun.
+            Self::RoughDielectric { roughness } => {
+                check_range("roughness", roughness, [0.02, 1.0], "0.02 to 1")
+            }
+        }
+    }
+
+    /// The surface at one wavelength.
+    pub(crate) fn at(&self, wavelength: Nanometers) -> SurfaceAt {
+        match *self {
+            Self::Diffuse {
+                outer_reflectance,
+                inner_reflectance,
+            } => SurfaceAt::Diffuse(DiffuseSurface {
+                outer_reflectance,
+                inner_reflectance,
+            }),
+            Self::RoughDielectric { roughness } => SurfaceAt::Rough(RoughDielectric {
+                roughness,
+                refractive_index: ice_refractive_index(wavelength).0,
+            }),
+        }
+    }
+}
+
+/// The side of a surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Side {
+    Outside,
+    Inside,
+}
+
+impl Side {
+    pub(crate) fn other(self) -> Self {
+        match self {
+            Self::Outside => Self::Inside,
+            Self::Inside => Self::Outside,
+        }
+    }
+}
+
+/// How a path goes on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Scattered {
+    /// Unit vector.
+    pub(crate) direction: DVec3,
+    /// Where it goes on.
+    pub(crate) side: Side,
+    /// What its light counts.
+    pub(crate) weight: f64,
+}
+
+/// A surface at one wavelength.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum SurfaceAt {
+    Diffuse(DiffuseSurface),
+    Rough(RoughDielectric),
+}
+
+impl SurfaceAt {
+    /// How light inside counts against light outside.
+    pub(crate) fn kappa(&self) -> f64 {
+        match self {
+            Self::Diffuse(surface) => surface.kappa(),
+            Self::Rough(surface) => surface.refractive_index.powi(-2),
+        }
+    }
+
+    /// How a path that arrives on a side, having come from `back`, goes on.
+    pub(crate) fn sample(
+        &self,
+        normal: DVec3,
+        (side, back): (Side, DVec3),
+        random: [f64; 3],
+    ) -> Option<Scattered> {
+        match self {
+            Self::Diffuse(surface) => Some(surface.sample(normal, side, random)),
+            Self::Rough(surface) => surface.sample(normal, (side, back), random),
+        }
+    }
+
+    /// Share of the irradiance on a plane across `light`, outside, that goes to that path, 1/sr.
+    pub(crate) fn towards_light(
+        &self,
+        normal: DVec3,
+        (side, back): (Side, DVec3),
+        light: DVec3,
+    ) -> f64 {
+        if normal.dot(light) <= 0.0 {
+            return 0.0;
+        }
+        match self {
+            Self::Diffuse(surface) => surface.towards_light(normal, side, light),
+            Self::Rough(surface) => surface.towards_light(normal, (side, back), light),
+        }
+    }
+}

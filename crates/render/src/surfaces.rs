@@ -1,0 +1,145 @@
+//! Surfaces that end view rays: what is behind them is hidden.
+//!
+//! d(x, y) = D[floor(y H / h), floor(x W / w)]
+//! `D` distances along the rays [m], `H` x `W` pixels, of a picture of `h` x `w` pixels in which
+//! (x, y) is a point. The nearest pixel counts and nothing is mixed: between a tree and the sky
+//! behind it there is no surface at half the distance. A map finer than the picture serves rays that
+//! share a pixel, one by one.
+
+use ndarray::Array2;
+use niji_geometry::PinholeCamera;
+use niji_geometry::Ray;
+
+use crate::error::Error;
+
+/// Distances of the surfaces of a picture.
+///
+/// ```
+/// use ndarray::array;
+/// use niji_render::Surfaces;
+/// // A wall 12 m away, sky above it.
+/// let surfaces = Surfaces::new(array![[f32::INFINITY, f32::NAN], [12.0, 12.0]])?;
+/// assert!(Surfaces::new(array![[-1.0]]).is_err());
+/// # drop(surfaces);
+/// # Ok::<(), niji_render::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Surfaces {
+    distance_m: Array2<f32>,
+}
+
+impl Surfaces {
+    /// Surfaces by row and column: distances along the view rays in metres, infinite or NaN for the
+    /// sky.
+    ///
+    /// # Errors
+    /// [`Error::SurfaceDistance`] for a distance below 0, [`Error::NoSurfaces`] for a map that is
+    /// empty or NaN everywhere.
+    pub fn new(mut distance_m: Array2<f32>) -> Result<Self, Error> {
+        if distance_m.iter().all(|distance| distance.is_nan()) {
+            return Err(Error::NoSurfaces);
+        }
+        for ((y, x), distance) in distance_m.indexed_iter_mut() {
+            if distance.is_nan() {
+                *distance = f32::INFINITY;
+            }
+            if *distance < 0.0 {
+                let found_m = *distance;
+                return Err(Error::SurfaceDistance { x, y, found_m });
+            }
+        }
+        Ok(Self { distance_m })
+    }
+
+    /// Do width and height have the ratio of the picture's, up to the rounding of a pixel?
+    pub(crate) fn check_shape(&self, camera: &PinholeCamera) -> Result<(), Error> {
+        let (height, width) = self.distance_m.dim();
+        let expected = (camera.width_px(), camera.height_px());
+        let (w, h) = (f64::from(expected.0), f64::from(expected.1));
+        let pixel = 1.0 / w.min(h).min(width.min(height) as f64);
+        let ratio = (width as f64 * h) / (height as f64 * w);
+        if (ratio - 1.0).abs() <= pixel {
+            return Ok(());
+        }
+        let found = (width, height);
+        Err(Error::SurfaceShape { found, expected })
+    }
+
+    /// Distance at a point of a picture of `size` pixels; infinite for the sky.
+    fn distance_m(&self, (x_px, y_px): (f64, f64), size: (u32, u32)) -> f64 {
+        let (height, width) = self.distance_m.dim();
+        let index = |place: f64, n_of_picture: u32, n: usize| {
+            ((place * n as f64 / f64::from(n_of_picture)) as usize).min(n - 1)
+        };
+        let (x, y) = (index(x_px, size.0, width), index(y_px, size.1, height));
+        f64::from(self.distance_m[[y, x]])
+    }
+}
+
+/// A view ray and the surface that ends it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sight {
+    /// The ray.
+    pub(crate) ray: Ray,
+    /// Distance of the surface (m); infinite where there is none.
+    pub(crate) surface_m: f64,
+}
+
+/// What the eye sees.
+#[derive(Clone, Copy)]
+pub(crate) struct Eye<'a> {
+    /// Where the rays go.
+    pub(crate) camera: &'a PinholeCamera,
+    /// Where they end.
+    pub(crate) surfaces: Option<&'a Surfaces>,
+}
+
+impl Eye<'_> {
+    /// The sight through a point of the picture, in pixels from its top left corner.
+    pub(crate) fn sight(&self, x_px: f64, y_px: f64) -> Sight {
+        let size = (self.camera.width_px(), self.camera.height_px());
+        let surface_m = self.surfaces.map_or(f64::INFINITY, |surfaces| {
+            surfaces.distance_m((x_px, y_px), size)
+        });
+        Sight {
+            ray: self.camera.ray(x_px, y_px),
+            surface_m,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ndarray::array;
+
+    #[test]
+    fn a_map_of_another_size_gives_its_nearest_pixel() {
+        let surfaces = Surfaces::new(array![[1.0, 2.0, 3.0], [4.0, 5.0, f32::NAN]]).unwrap();
+        let size = (6, 4);
+        for (point, expected) in [
+            ((0.5, 0.5), 1.0),
+            ((1.9, 1.9), 1.0),
+            ((2.1, 2.1), 5.0),
+            ((5.5, 0.5), 3.0),
+            ((5.5, 3.5), f64::INFINITY),
+            // The outer edge belongs to the last pixel.
+            ((6.0, 0.0), 3.0),
+        ] {
+            // Stored values come back.
+            assert_eq!(surfaces.distance_m(point, size), expected, "{point:?}");
+        }
+    }
+
+    #[test]
+    fn maps_without_a_distance_or_below_0_are_refused() {
+        for map in [Array2::zeros((0, 0)), Array2::from_elem((2, 2), f32::NAN)] {
+            assert_eq!(Surfaces::new(map), Err(Error::NoSurfaces));
+        }
+        let (x, y, found_m) = (1, 0, -3.0);
+        assert_eq!(
+            Surfaces::new(array![[1.0, -3.0]]),
+            Err(Error::SurfaceDistance { x, y, found_m })
+        );
+    }
+}

@@ -1,0 +1,234 @@
+//! The stages around a photograph: the commands that a scene's section `[photo]` stands for.
+//!
+//! `niji run` parses the command lines that `niji plan --script` prints, so that a chain by hand makes
+//! the same files.
+
+use std::path::Path;
+use std::path::PathBuf;
+
+use clap::Parser;
+use niji_photo::Finding;
+use niji_scene::Along;
+use niji_scene::Camera;
+use niji_scene::Photo;
+use niji_scene::PhotoExposure;
+use niji_scene::PickedBow;
+use niji_scene::PickedColor;
+use niji_scene::Stage;
+use niji_scene::picked_sun;
+use niji_scene::with_sun;
+
+use crate::check;
+use crate::cli::Arguments;
+use crate::cli::Command;
+use crate::composite;
+use crate::depth;
+use crate::failure::Failure;
+use crate::scene_file::Planned;
+use crate::stages;
+use crate::stages::Done;
+use crate::stages::Manner;
+use crate::stages::render::Surfaces;
+use crate::sun;
+
+/// Names of the files in the folder of a run.
+const DEPTH: &str = "depth.exr";
+const SUN: &str = "sun.json";
+const SUN_PREVIEW: &str = "sun.png";
+const CHECK: &str = "check.json";
+/// The photograph with the bow.
+pub(crate) const COMPOSITE: &str = "composite.png";
+
+/// Shapes whose drops are no rain.
+const SPRAYS: [&str; 3] = ["fountain", "waterfall", "sea-spray"];
+const FOGS: [&str; 1] = ["fog-bank"];
+
+/// A scene file with the sun that its picks give, where it says none.
+///
+/// # Errors
+/// A photograph that cannot be read, or picks that no sun explains.
+pub(crate) fn with_picked_sun(text: String, scene_file: &Path) -> Result<String, Failure> {
+    let Some((photo, camera)) = picked_sun(&text) else {
+        return Ok(text);
+    };
+    let mut arguments = vec!["sun".to_owned()];
+    arguments.extend(picture_and_camera(&photo, &camera, scene_file));
+    arguments.extend(picks(&photo));
+    let Command::Sun(command) = parse(&arguments)? else {
+        return Ok(text);
+    };
+    let solved = sun::solve(&command)?;
+    let best = solved.best()?;
+    let (elevation_deg, azimuth_deg) = (best.elevation.to_degrees(), best.azimuth.to_degrees());
+    Ok(with_sun(&text, elevation_deg, azimuth_deg))
+}
+
+/// Where the light of the render stage ends: at the photographed surfaces, or at those that the scene
+/// names.
+pub(crate) fn surfaces(planned: &Planned, folder: &Path) -> Option<Surfaces> {
+    let scene = &planned.scene;
+    let photographed = scene.photo.as_ref().map(|_| Surfaces {
+        path: folder.join(DEPTH),
+        along: Along::Ray,
+    });
+    photographed.or_else(|| stages::render::scene_surfaces(scene, &planned.file))
+}
+
+/// The command line of a stage around the photograph; `None` for any other stage or scene.
+pub(crate) fn arguments(planned: &Planned, stage: Stage, folder: &Path) -> Option<Vec<String>> {
+    let photo = planned.scene.photo.as_ref()?;
+    let mut arguments = vec![stage.name().to_owned()];
+    let inside = |name: &str| folder.join(name).display().to_string();
+    let camera = || picture_and_camera(photo, &planned.scene.camera, &planned.file);
+    let output = |name: &str| ["-o".to_owned(), inside(name)];
+    match stage {
+        Stage::Depth => {
+            arguments.extend(camera());
+            arguments.extend(distances(photo, planned));
+            arguments.extend(output(DEPTH));
+        }
+        Stage::Sun => {
+            arguments.extend(camera());
+            arguments.extend(picks(photo));
+            arguments.push(format!("--preview={}", inside(SUN_PREVIEW)));
+            arguments.extend(output(SUN));
+        }
+        Stage::Check => {
+            arguments.extend(camera());
+            arguments.extend(circumstances(photo, planned, &inside));
+            arguments.extend(output(CHECK));
+        }
+        Stage::Composite => {
+            arguments.push(beside(&planned.file, &photo.picture));
+            arguments.push(format!("--image={}", inside(stages::render::FILE)));
+            arguments.push(format!("--depth={}", inside(DEPTH)));
+            arguments.push(format!("--exposure={}", exposure(photo)));
+            arguments.extend(output(COMPOSITE));
+        }
+        Stage::Drops | Stage::Airy | Stage::Scatter | Stage::Atmosphere | Stage::Render => {
+            return None;
+        }
+    }
+    Some(arguments)
+}
+
+/// Runs a stage around the photograph; what the check found comes with it.
+///
+/// # Errors
+/// Whatever the command reports.
+pub(crate) fn make(
+    planned: &Planned,
+    stage: Stage,
+    folder: &Path,
+    manner: Manner,
+) -> Result<(Done, Vec<Finding>), Failure> {
+    let unknown = || Failure::Failed(format!("no photograph for the stage {}", stage.name()));
+    let arguments = arguments(planned, stage, folder).ok_or_else(unknown)?;
+    let done = match parse(&arguments)? {
+        Command::Depth(command) => depth::make(&command, manner)?,
+        Command::Sun(command) => sun::make(&command, manner)?,
+        Command::Check(command) => return check::make(&command, &folder.join(CHECK), manner),
+        Command::Composite(command) => composite::make(&command, manner)?,
+        _ => return Err(unknown()),
+    };
+    Ok((done, Vec::new()))
+}
+
+fn parse(arguments: &[String]) -> Result<Command, Failure> {
+    let line = std::iter::once("niji").chain(arguments.iter().map(String::as_str));
+    Arguments::try_parse_from(line)
+        .map(|arguments| arguments.command)
+        .map_err(|error| Failure::Failed(error.to_string()))
+}
+
+/// A path of a scene, relative to its file.
+fn beside(scene_file: &Path, path: &str) -> String {
+    let folder = scene_file.parent().unwrap_or(Path::new(""));
+    let path: PathBuf = folder.join(path);
+    path.display().to_string()
+}
+
+fn picture_and_camera(photo: &Photo, camera: &Camera, scene_file: &Path) -> Vec<String> {
+    vec![
+        beside(scene_file, &photo.picture),
+        format!("--fov-deg={}", camera.horizontal_fov_deg),
+        format!("--azimuth-deg={}", camera.azimuth_deg),
+        format!("--elevation-deg={}", camera.elevation_deg),
+        format!("--roll-deg={}", camera.roll_deg),
+    ]
+}
+
+fn distances(photo: &Photo, planned: &Planned) -> Vec<String> {
+    let beside = |path: &str| beside(&planned.file, path);
+    if let (Some(layers), Some(labels)) = (&photo.layers, &photo.labels) {
+        return vec![
+            format!("--layers={}", beside(layers)),
+            format!("--labels={}", beside(labels)),
+        ];
+    }
+    match &planned.scene.occluders {
+        Some(occluders) => vec![
+            format!("--map={}", beside(&occluders.depth)),
+            "--kind=metres".to_owned(),
+            match occluders.along {
+                Along::Ray => "--along=ray".to_owned(),
+                Along::Axis => "--along=axis".to_owned(),
+            },
+        ],
+        None => Vec::new(),
+    }
+}
+
+fn picks(photo: &Photo) -> Vec<String> {
+    let edge = match photo.edge {
+        PickedColor::Red => "red",
+        PickedColor::Middle => "middle",
+        PickedColor::Violet => "violet",
+    };
+    let picks = photo.picks_px.iter();
+    picks
+        .map(|[x, y]| format!("--pick={x},{y}"))
+        .chain([bow(photo), format!("--edge={edge}")])
+        .collect()
+}
+
+fn bow(photo: &Photo) -> String {
+    match photo.bow {
+        PickedBow::Primary => "--bow=primary".to_owned(),
+        PickedBow::Secondary => "--bow=secondary".to_owned(),
+    }
+}
+
+fn circumstances(photo: &Photo, planned: &Planned, inside: &dyn Fn(&str) -> String) -> Vec<String> {
+    let sun = &planned.scene.sun;
+    let shape = planned.scene.drops.name();
+    let drops = if SPRAYS.contains(&shape) {
+        "spray"
+    } else if FOGS.contains(&shape) {
+        "fog"
+    } else {
+        "rain"
+    };
+    let mut arguments = vec![
+        format!("--sun-elevation-deg={}", sun.elevation_deg),
+        format!("--sun-azimuth-deg={}", sun.azimuth_deg),
+        bow(photo),
+        format!("--drops={drops}"),
+        format!("--image={}", inside(stages::render::FILE)),
+    ];
+    if let Some((nearest_m, _)) = planned.plan.view.distance_m {
+        arguments.push(format!("--depth={}", inside(DEPTH)));
+        arguments.push(format!("--drops-distance-m={nearest_m}"));
+    }
+    let cover = photo.cloud_cover;
+    arguments.extend(cover.map(|cover| format!("--cloud-cover={cover}")));
+    arguments
+}
+
+fn exposure(photo: &Photo) -> String {
+    match (photo.white_card, photo.exposure) {
+        (Some(value), _) => value.to_string(),
+        (None, PhotoExposure::Match) => "match".to_owned(),
+        (None, PhotoExposure::Camera) => "camera".to_owned(),
+    }
+}
