@@ -3,8 +3,10 @@
 #![allow(clippy::unwrap_used, reason = "tests stop at what they did not expect")]
 
 use std::fs;
+use std::path::Path;
 use std::path::PathBuf;
 
+use niji_scene::IceScene;
 use niji_scene::MeasuredLevels;
 use niji_scene::PlanInputs;
 use niji_scene::Scene;
@@ -12,7 +14,8 @@ use niji_scene::picked_sun;
 use niji_scene::plan;
 use niji_scene::with_sun;
 
-fn shipped() -> Vec<(PathBuf, Scene)> {
+/// All scene files with their texts.
+fn texts() -> Vec<(PathBuf, String)> {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/scenes");
     let mut paths: Vec<PathBuf> = fs::read_dir(folder)
         .unwrap()
@@ -23,20 +26,53 @@ fn shipped() -> Vec<(PathBuf, Scene)> {
         })
         .collect();
     paths.sort();
-    let read = |path: &PathBuf| {
-        let text = fs::read_to_string(path).unwrap();
+    let read = |path: PathBuf| {
+        let text = fs::read_to_string(&path).unwrap();
+        (path, text)
+    };
+    paths.into_iter().map(read).collect()
+}
+
+/// Scenes of ice are documents of their own.
+fn is_ice(text: &str) -> bool {
+    text.contains("\n[ice.shape]\n")
+}
+
+fn shipped() -> Vec<(PathBuf, Scene)> {
+    let read = |(path, text): (PathBuf, String)| {
         // Where picks in a photograph tell the sun, here it stands about where they put it.
         let text = match picked_sun(&text) {
             Some(_) => with_sun(&text, 27.0, 190.0),
             None => text,
         };
         let scene = Scene::from_toml(&text);
-        scene.unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+        let scene = scene.unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+        (path, scene)
     };
-    paths
-        .iter()
-        .map(|path| (path.clone(), read(path)))
-        .collect()
+    let bows = texts().into_iter().filter(|(_, text)| !is_ice(text));
+    bows.map(read).collect()
+}
+
+fn is_named_after_its_file(path: &Path, name: &str) -> bool {
+    path.file_stem().is_some_and(|stem| stem == name)
+}
+
+#[test]
+fn every_scene_of_ice_parses_and_is_named_after_its_file() {
+    let scenes: Vec<_> = texts()
+        .into_iter()
+        .filter(|(_, text)| is_ice(text))
+        .collect();
+    assert!(scenes.len() >= 4, "{} scenes", scenes.len());
+    for (path, text) in scenes {
+        let scene = IceScene::from_toml(&text);
+        let scene = scene.unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+        assert!(
+            is_named_after_its_file(&path, &scene.name),
+            "{}",
+            scene.name
+        );
+    }
 }
 
 #[test]
@@ -45,9 +81,10 @@ fn every_scene_parses_and_plans_and_is_named_after_its_file() {
     assert!(scenes.len() >= 12, "{} scenes", scenes.len());
     let measured = MeasuredLevels::default();
     for (path, scene) in scenes {
-        assert_eq!(
-            path.file_stem().unwrap().to_str(),
-            Some(scene.name.as_str())
+        assert!(
+            is_named_after_its_file(&path, &scene.name),
+            "{}",
+            scene.name
         );
         let inputs = PlanInputs {
             measured: &measured,
@@ -55,9 +92,12 @@ fn every_scene_parses_and_plans_and_is_named_after_its_file() {
         };
         let plan = plan(&scene, &inputs).unwrap();
         println!("{plan}");
+        assert_eq!(Scene::from_json(&scene.canonical_json()).unwrap(), scene);
+        if scene.name == "clear-sky" {
+            continue;
+        }
         assert!(!plan.is_dark(), "{}", scene.name);
         let scattering = plan.scattering.as_ref().expect("every scene shows a bow");
         assert!(scattering.orders.contains(&2), "{:?}", scattering.orders);
-        assert_eq!(Scene::from_json(&scene.canonical_json()).unwrap(), scene);
     }
 }
