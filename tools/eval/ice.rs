@@ -9,7 +9,7 @@ use niji_ice::one_crossing;
 use niji_radiometry::Nanometers;
 
 use super::line;
-use crate::cli::numbers;
+use super::wavelengths_nm;
 use crate::failure::Failure;
 
 /// Share of light that passes a cube of pure ice once: in anywhere by the cosine law, straight to
@@ -35,15 +35,7 @@ pub(super) struct IceArguments {
 }
 
 pub(super) fn csv(arguments: &IceArguments) -> Result<String, Failure> {
-    let wavelengths_nm = numbers(&arguments.wavelengths_nm).map_err(Failure::Usage)?;
-    let outside = wavelengths_nm
-        .iter()
-        .find(|nm| !(300.0..=1000.0).contains(*nm));
-    if let Some(nm) = outside {
-        return Err(Failure::Usage(format!(
-            "found {nm} nm, expected 300 to 1000 nm"
-        )));
-    }
+    let wavelengths_nm = wavelengths_nm(&arguments.wavelengths_nm)?;
     let edge_m = arguments.cube_m;
     if !(1e-6..=1e6).contains(&edge_m) {
         return Err(Failure::Usage(format!(

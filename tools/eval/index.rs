@@ -9,7 +9,7 @@ use niji_radiometry::sea_water_refractive_index;
 use niji_radiometry::water_refractive_index;
 
 use super::line;
-use crate::cli::numbers;
+use super::wavelengths_nm;
 use crate::failure::Failure;
 
 /// Refractive indices: of water and sea water relative to air, of air and ice relative to vacuum.
@@ -47,15 +47,7 @@ enum Material {
 }
 
 pub(super) fn csv(arguments: &IndexArguments) -> Result<String, Failure> {
-    let wavelengths_nm = numbers(&arguments.wavelengths_nm).map_err(Failure::Usage)?;
-    let outside = wavelengths_nm
-        .iter()
-        .find(|nm| !(300.0..=1000.0).contains(*nm));
-    if let Some(nm) = outside {
-        return Err(Failure::Usage(format!(
-            "found {nm} nm, expected 300 to 1000 nm"
-        )));
-    }
+    let wavelengths_nm = wavelengths_nm(&arguments.wavelengths_nm)?;
     let temperature_c = arguments.temperature_c;
     if !(-30.0..=100.0).contains(&temperature_c) {
         return Err(Failure::Usage(format!(

@@ -12,6 +12,7 @@ use clap::Args;
 use clap::Subcommand;
 
 use crate::cli::Common;
+use crate::cli::numbers;
 use crate::failure::Failure;
 use crate::output;
 
@@ -48,6 +49,18 @@ pub(crate) fn execute(command: &EvalCommand, common: &Common) -> Result<(), Fail
         Quantity::Ice(arguments) => ice::csv(arguments)?,
     };
     output::print(&csv)
+}
+
+/// The wavelengths of a list as the user gave it, nm.
+fn wavelengths_nm(list: &str) -> Result<Vec<f64>, Failure> {
+    let wavelengths_nm = numbers(list).map_err(Failure::Usage)?;
+    let is_outside = |nm: &&f64| !(300.0..=1000.0).contains(*nm);
+    if let Some(nm) = wavelengths_nm.iter().find(is_outside) {
+        return Err(Failure::Usage(format!(
+            "found {nm} nm, expected 300 to 1000 nm"
+        )));
+    }
+    Ok(wavelengths_nm)
 }
 
 /// A line of CSV in full precision.

@@ -36,6 +36,7 @@ use niji_scene::IceShape;
 use niji_scene::MeshUp;
 
 use crate::failure::Failure;
+use crate::stages::sky::no_less_than_dark;
 
 /// Azimuths and elevations of the map of the sky: the interpolation errs by less than the light that
 /// single scattering leaves out.
@@ -213,12 +214,7 @@ fn sky_map(scene: &IceScene, air: &AtmosphereTable) -> SkyMap {
             SkyDirection::from_elevation(elevation, Radians(azimuth_rad)),
             radiance,
         );
-        for value in radiance {
-            // Interpolation undershoots by 1e-10 of the brightest; a NaN would stay.
-            if *value < 0.0 {
-                *value = 0.0;
-            }
-        }
+        radiance.iter_mut().for_each(no_less_than_dark);
     })
 }
 

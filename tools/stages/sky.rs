@@ -123,7 +123,7 @@ fn picture(
 }
 
 /// Interpolation undershoots by 1e-10 of the brightest where the light goes out; a NaN would stay.
-fn no_less_than_dark(radiance: &mut f32) {
+pub(crate) fn no_less_than_dark(radiance: &mut f32) {
     if *radiance < 0.0 {
         *radiance = 0.0;
     }

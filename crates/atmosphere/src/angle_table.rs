@@ -17,11 +17,11 @@
 use std::f64::consts::FRAC_PI_2;
 use std::f64::consts::PI;
 
+use niji_exchange::Stencil;
 use rayon::iter::IndexedParallelIterator;
 use rayon::iter::IntoParallelRefIterator;
 use rayon::iter::ParallelIterator;
 
-use crate::lagrange::Lagrange;
 use crate::refined_axis::Line;
 use crate::refined_axis::Lines;
 use crate::refined_axis::Refinement;
@@ -159,7 +159,7 @@ impl<const N: usize> AngleTable<N> {
             n_wavelengths: spectra.n_wavelengths,
             brightest: &spectra.brightest,
             line: |u: f64| -> Line { azimuths.iter().flat_map(|&phi| at(u, phi)).collect() },
-            stencil: |axis: &[f64], u: f64| Lagrange::<N>::new(axis, u).weighted_nodes().collect(),
+            stencil: |axis: &[f64], u: f64| Stencil::<N>::new(axis, u).weighted_nodes().collect(),
         };
         let Lines { axis: u, lines } = rows.refine(even_steps(1.0, FIRST_INTERVALS[0]));
         let n_values = spectra.n_channels * spectra.n_wavelengths;
@@ -211,7 +211,7 @@ impl<const N: usize> AngleTable<N> {
     pub(crate) fn look_up(&self, cos_zenith: f64, azimuth_rad: f64, values: &mut [f32]) {
         values.fill(0.0);
         let u = self.band.u(cos_zenith);
-        for (row, weight) in Lagrange::<N>::new(&self.u, u).weighted_nodes() {
+        for (row, weight) in Stencil::<N>::new(&self.u, u).weighted_nodes() {
             self.rows[row].add(weight, azimuth_rad, values);
         }
     }
@@ -279,7 +279,7 @@ impl<const N: usize> MirroredAxis<N> {
     /// N nodes and their weights; with N/2 more nodes at either end there always are as many.
     fn weighted_nodes(&self, azimuth_rad: f64) -> [(usize, f64); N] {
         let mut nodes = [(0, 0.0); N];
-        let stencil = Lagrange::<N>::new(&self.extended, azimuth_rad);
+        let stencil = Stencil::<N>::new(&self.extended, azimuth_rad);
         for (slot, (i, weight)) in nodes.iter_mut().zip(stencil.weighted_nodes()) {
             *slot = (self.node[i], weight);
         }

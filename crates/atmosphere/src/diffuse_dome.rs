@@ -102,8 +102,8 @@ impl DiffuseDome {
         };
         let x2 = (elevation_rad - self.horizon_rad) / (end_rad - self.horizon_rad);
         let azimuth_rad = direction.relative_azimuth.0.cos().clamp(-1.0, 1.0).acos();
-        let rises = Stencil::new(&self.rises, x2.clamp(0.0, 1.0).sqrt());
-        let azimuths = Stencil::new(&self.azimuths_rad, azimuth_rad);
+        let rises = Stencil::<4>::new(&self.rises, x2.clamp(0.0, 1.0).sqrt());
+        let azimuths = Stencil::<4>::new(&self.azimuths_rad, azimuth_rad);
         for (rise, rise_weight) in rises.weighted_nodes() {
             for (azimuth, azimuth_weight) in azimuths.weighted_nodes() {
                 let start = (rise * N_AZIMUTHS + azimuth) * n;

@@ -7,9 +7,9 @@
 //! mu_s falls to 0 with an edge: so it is not tabulated but known, and only T_sun is interpolated.
 
 use niji_exchange::AtmosphereTable;
+use niji_exchange::Stencil;
 use niji_geometry::Planet;
 
-use crate::lagrange::Lagrange;
 use crate::refined_axis::Lines;
 use crate::refined_axis::Refinement;
 use crate::sky_view::SkyObserver;
@@ -50,7 +50,7 @@ impl GroundSun {
             brightest: &vec![0.0; n_wavelengths],
             // An observer below sea level stands on ground of his own height.
             line: |mu_s: f64| sun_transmittance(air, observer.height_m.min(0.0), mu_s, SUN_RADIUS),
-            stencil: |axis: &[f64], x: f64| Lagrange::<4>::new(axis, x).weighted_nodes().collect(),
+            stencil: |axis: &[f64], x: f64| Stencil::<4>::new(axis, x).weighted_nodes().collect(),
         };
         let share = |i: usize| i as f64 / FIRST_INTERVALS as f64;
         let mut axis: Vec<f64> = (0..=FIRST_INTERVALS)
@@ -91,7 +91,7 @@ impl GroundSun {
         if mu_s <= 0.0 {
             return;
         }
-        for (node, weight) in Lagrange::<4>::new(&self.mu_s, mu_s).weighted_nodes() {
+        for (node, weight) in Stencil::<4>::new(&self.mu_s, mu_s).weighted_nodes() {
             // f32: as the spectra it is multiplied with.
             let weight = (mu_s * weight) as f32;
             let spectra = brightest.iter().zip(&self.transmittance[node]);

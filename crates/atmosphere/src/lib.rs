@@ -46,7 +46,6 @@ mod ground_sun;
 mod henyey_greenstein;
 mod in_scattering;
 mod king_factor;
-mod lagrange;
 mod leg;
 mod multiple_scattering;
 mod optical_length;

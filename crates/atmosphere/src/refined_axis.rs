@@ -154,8 +154,9 @@ fn merged(known: Lines, new: Lines) -> Lines {
 
 #[cfg(test)]
 mod tests {
+    use niji_exchange::Stencil;
+
     use super::*;
-    use crate::lagrange::Lagrange;
 
     fn refined(tolerance: f64, f: impl Fn(f64) -> f64 + Sync) -> Lines {
         let refinement = Refinement {
@@ -165,7 +166,7 @@ mod tests {
             n_wavelengths: 1,
             brightest: &[0.0],
             line: |x: f64| vec![f(x)],
-            stencil: |axis: &[f64], x: f64| Lagrange::<4>::new(axis, x).weighted_nodes().collect(),
+            stencil: |axis: &[f64], x: f64| Stencil::<4>::new(axis, x).weighted_nodes().collect(),
         };
         refinement.refine(vec![0.0, 0.25, 0.5, 0.75, 1.0])
     }
@@ -179,7 +180,7 @@ mod tests {
         assert!(near > 3 * far, "{near} {far}");
         for i in 0..=1000 {
             let x = f64::from(i) / 1000.0;
-            let nodes = Lagrange::<4>::new(&found.axis, x).weighted_nodes();
+            let nodes = Stencil::<4>::new(&found.axis, x).weighted_nodes();
             let value: f64 = nodes.map(|(i, weight)| weight * found.lines[i][0]).sum();
             let error = (value / peak(x) - 1.0).abs();
             // Worst 1.6e-4, where the spacing changes and the stencil is not even.

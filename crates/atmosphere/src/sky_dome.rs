@@ -229,7 +229,7 @@ impl Lobe {
     /// Adds `source` times the phase function to `radiance`.
     fn add_scattered(&self, theta_rad: f64, source: &[f32], radiance: &mut [f32]) {
         let n_wavelengths = source.len();
-        for (node, weight) in Stencil::new(&self.angle_rad, theta_rad).weighted_nodes() {
+        for (node, weight) in Stencil::<4>::new(&self.angle_rad, theta_rad).weighted_nodes() {
             let phase_sr1 = &self.phase_sr1[node * n_wavelengths..(node + 1) * n_wavelengths];
             let weight = weight as f32;
             for ((radiance, source), phase) in radiance.iter_mut().zip(source).zip(phase_sr1) {

@@ -169,13 +169,13 @@ impl AirConstituent {
     /// Phase function at a scattering angle, 1/sr.
     pub fn phase_at(&self, wavelength_index: usize, theta_rad: f64) -> f64 {
         let row = self.phase_sr1.row(wavelength_index);
-        let stencil = interpolation::Stencil::new(&self.phase_angle_rad, theta_rad);
+        let stencil = interpolation::Stencil::<4>::new(&self.phase_angle_rad, theta_rad);
         stencil.sum(|node| row[node]).max(0.0)
     }
 
     /// Phase function at a scattering angle by wavelength, 1/sr.
     pub fn phases_at(&self, theta_rad: f64) -> Vec<f64> {
-        let stencil = interpolation::Stencil::new(&self.phase_angle_rad, theta_rad);
+        let stencil = interpolation::Stencil::<4>::new(&self.phase_angle_rad, theta_rad);
         let rows = self.phase_sr1.rows().into_iter();
         rows.map(|row| stencil.sum(|node| row[node]).max(0.0))
             .collect()

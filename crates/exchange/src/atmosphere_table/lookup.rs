@@ -96,8 +96,8 @@ fn rising_column(air: &AirConstituent, ray: RayStart) -> f64 {
 /// Interpolated reach. Along mu its reciprocal is interpolated, which is nearly linear in mu; along
 /// height itself, which falls to 0 at the top.
 fn reach(air: &AirConstituent, ray: RayStart) -> f64 {
-    let along_height = Stencil::new(&air.reach_height_m, ray.height_m);
-    let along_mu = Stencil::new(&air.reach_mu, ray.mu);
+    let along_height = Stencil::<4>::new(&air.reach_height_m, ray.height_m);
+    let along_mu = Stencil::<4>::new(&air.reach_mu, ray.mu);
     let top = air.reach_height_m.len() - 1;
     along_height.sum(|row| {
         // The last row is 0 throughout: no air is left above it.
