@@ -20,4 +20,5 @@ mkdir "$out"
 "$niji" render --scene "$rain" --drops "$out/drops.vdb" --table "$out/scatter.exr" \
     --air "$out/atmosphere.exr" --depth "$out/ice.exr" -o "$out/image.exr"
 # Both count in sunlit white cards.
-"$niji" composite "$out/ice.exr" --image "$out/image.exr" --exposure 1 -o "$out/rainbow.png"
+"$niji" composite "$out/ice.exr" --image "$out/image.exr" --exposure 1 --show-ev 1.5 \
+    -o "$out/rainbow.png"

@@ -147,9 +147,56 @@ fn openexr_openimageio_and_colour_science_read_every_file_of_a_run() {
     }
     let check_image = repository("tests/conformance/check_image.py");
     run(&python(), &[text(&check_image), text(&path("image.exr"))]);
+    let acescg = [&small[..], &[("picture.primaries", "\"acescg\"")]].concat();
+    let scene = variant("paper-b-sun-20-inscatter.toml", folder.path(), &acescg);
+    let wide = folder.path().join("acescg");
+    niji_ends_with(0, &["run", text(&scene), "-o", text(&wide), "-q"]);
+    let check_acescg = repository("tests/conformance/check_acescg.py");
+    let pair = [path("image.rgb.exr"), wide.join("image.rgb.exr")];
+    run(
+        &python(),
+        &[text(&check_acescg), text(&pair[0]), text(&pair[1])],
+    );
     let example = repository("examples/read_table.py");
     let printed = run(&python(), &[text(&example), text(&path("scatter.exr"))]);
     assert!(printed.contains("theta"), "{printed}");
+}
+
+#[test]
+fn openexr_and_openimageio_read_the_windows_of_overscan_and_tiles() {
+    let folder = tempfile::tempdir().unwrap();
+    let small = [
+        ("camera.width_px", "48"),
+        ("camera.height_px", "36"),
+        ("camera.overscan_px", "5"),
+    ];
+    let scene = variant("paper-c-figure-6.toml", folder.path(), &small);
+    let out = folder.path().join("out");
+    niji_ends_with(0, &["run", text(&scene), "-o", text(&out), "-q"]);
+    let (drops, table) = (out.join("drops.vdb"), out.join("scatter.exr"));
+    let tile = out.join("tile.exr");
+    let inputs = ["--drops", text(&drops), "--table", text(&table)];
+    let render = [
+        "render",
+        "--scene",
+        text(&scene),
+        "-q",
+        "--region",
+        "-5,7,30,12",
+    ];
+    niji_ends_with(0, &[&render[..], &inputs, &["-o", text(&tile)]].concat());
+    let check = repository("tests/conformance/check_windows.py");
+    for (name, data) in [
+        ("image.exr", "-5,-5,58,46"),
+        ("image.rgb.exr", "-5,-5,58,46"),
+        ("tile.exr", "-5,7,30,12"),
+        ("tile.rgb.exr", "-5,7,30,12"),
+    ] {
+        let path = out.join(name);
+        run(&python(), &[text(&check), text(&path), data, "0,0,48,36"]);
+        let check_exr = repository("tests/conformance/check_exr.py");
+        run(&python(), &[text(&check_exr), text(&path)]);
+    }
 }
 
 #[test]

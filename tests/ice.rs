@@ -21,7 +21,8 @@ fn small(scene: &str) -> String {
     scene
         .replace("width_px = 640", "width_px = 32")
         .replace("height_px = 480", "height_px = 24")
-        .replace("paths_per_pixel = 512", "paths_per_pixel = 64")
+        .replace("paths_per_pixel = 192", "paths_per_pixel = 64")
+        .replace("paths_per_pixel = 128", "paths_per_pixel = 64")
 }
 
 fn write(folder: &Path, name: &str, content: &str) -> String {
@@ -172,4 +173,72 @@ fn one_crossing_of_a_cube_is_printed_with_its_standard_error() {
         2,
         &["eval", "ice", "--cube-m", "1", "--wavelengths-nm", "5000"],
     );
+}
+
+#[test]
+fn the_stages_say_which_command_makes_a_scene_of_ice() {
+    for stage in [&["plan"][..], &["run", "-o", "nowhere"]] {
+        let scene = support::repository("data/scenes/ice-cube-50-m.toml");
+        let output = niji_ends_with(3, &[stage, &[text(&scene)]].concat());
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert!(message.contains("`niji ice "), "{message}");
+    }
+}
+
+#[test]
+fn the_example_sets_an_iceberg_under_a_rainbow() {
+    let folder = tempfile::tempdir().unwrap();
+    let [examples, scenes] = ["examples", "data/scenes"].map(|name| folder.path().join(name));
+    fs::create_dir(&examples).unwrap();
+    fs::create_dir_all(&scenes).unwrap();
+    let script = examples.join("iceberg_under_a_rainbow.sh");
+    let shipped = support::repository("examples/iceberg_under_a_rainbow.sh");
+    fs::copy(shipped, &script).unwrap();
+    let small = [("camera.width_px", "64"), ("camera.height_px", "40")];
+    let few_paths = r#"{ level = "path-traced", paths_per_pixel = 8 }"#;
+    let ice = [
+        ("accuracy.transport", few_paths),
+        ("spectrum.step_nm", "50.0"),
+    ];
+    let rain = [
+        ("accuracy.preset", "\"draft\""),
+        ("spectrum.step_nm", "50.0"),
+    ];
+    let grid = [
+        ("spectrum.first_nm", "400.0"),
+        ("spectrum.n_wavelengths", "7"),
+    ];
+    support::variant(
+        "ice-iceberg-rainbow.toml",
+        &scenes,
+        &[&small[..], &ice, &grid].concat(),
+    );
+    let rain = [&small[..], &rain, &grid].concat();
+    support::variant("ice-iceberg-rainbow-rain.toml", &scenes, &rain);
+    let out = folder.path().join("out");
+    let run = std::process::Command::new("sh")
+        .args([text(&script), text(&out), env!("CARGO_BIN_EXE_niji")])
+        .output()
+        .unwrap();
+    let message = String::from_utf8_lossy(&run.stderr);
+    assert!(run.status.success(), "{message}");
+    let picture = niji_photo::Photograph::read(&out.join("rainbow.png")).unwrap();
+    let (ice, bow) = (out.join("ice.exr"), out.join("image.exr"));
+    let ice = niji_photo::Photograph::read(&ice).unwrap();
+    // The ice hides the rain behind it, and the sky has a bow.
+    let bow = SpectralImage::read_spectral(&bow).unwrap();
+    let primary = bow
+        .aovs
+        .iter()
+        .find(|aov| aov.name == "bow.primary")
+        .unwrap();
+    let luminance = &primary.channels[1].1;
+    let brightest = luminance.iter().copied().fold(0.0, f32::max);
+    assert!(brightest > 0.0 && luminance[[20, 30]] < 0.01 * brightest);
+    // Snow in the sun is nearly white; nothing is black.
+    let greens = || picture.light.iter().map(|rgb| rgb[1]);
+    assert!(greens().fold(0.0, f32::max) > 0.8);
+    let mean = greens().sum::<f32>() / greens().count() as f32;
+    assert!(mean > 0.08 && mean < 0.6, "{mean}");
+    assert_eq!(ice.light.dim(), (40, 64));
 }

@@ -18,6 +18,7 @@ use crate::eval::EvalCommand;
 use crate::ice::IceCommand;
 use crate::info::InfoCommand;
 use crate::lee::LeeCommand;
+use crate::merge::MergeCommand;
 use crate::output::Existing;
 use crate::plan::PlanCommand;
 use crate::progress::Verbosity;
@@ -28,12 +29,14 @@ use crate::shell::CompletionsCommand;
 use crate::shell::ManCommand;
 use crate::stages::Manner;
 use crate::sun::SunCommand;
+use crate::sweep::SweepCommand;
 
 /// Subcommands by group; the help prints this instead of one long list.
 const GROUPS: &str = "\
 Whole scenes:
   run          Make the picture of a scene, leaving every intermediate file
   plan         Say which effects and stages a scene calls for, and why
+  sweep        Show what accuracy costs in time for one scene (CSV, SVG, HTML)
   calibrate    Measure error and time of every accuracy level
 
 Stages, in order:
@@ -42,6 +45,7 @@ Stages, in order:
   scatter      Tabulate how drops scatter (EXR)
   atmosphere   Tabulate the air (EXR)
   render       Integrate along the view rays (EXR, PNG)
+  merge        Put tiles of a picture together (EXR, PNG)
 
 Photographs:
   depth        Find layers of depth in a photograph, or take a depth map from elsewhere
@@ -174,12 +178,14 @@ impl From<PresetName> for Preset {
 pub(crate) enum Command {
     Run(RunCommand),
     Plan(PlanCommand),
+    Sweep(SweepCommand),
     Calibrate(CalibrateCommand),
     Drops(DropsCommand),
     Airy(AiryCommand),
     Scatter(ScatterCommand),
     Atmosphere(AtmosphereCommand),
     Render(RenderCommand),
+    Merge(MergeCommand),
     Depth(DepthCommand),
     Sun(SunCommand),
     Check(CheckCommand),

@@ -1,24 +1,26 @@
-//! `niji composite`: a rendered bow set into a photograph.
+//! `niji composite`: a rendered bow set into a photograph or a plate.
+
+mod background;
 
 use std::path::Path;
 use std::path::PathBuf;
 
 use clap::Args;
+use clap::ValueEnum;
 use niji_exchange::Provenance;
 use niji_exchange::SpectralImage;
 use niji_photo::AddedLight;
 use niji_photo::Exposure;
 use niji_photo::LinearPicture;
-use niji_photo::Photograph;
+use niji_photo::alpha_over;
 use niji_photo::card_value;
 use niji_photo::composite;
-use niji_photo::distance_of_light;
 use niji_photo::read_depth_map;
 use niji_photo::scale_to_white;
-use niji_photo::surface_of_light;
 use niji_photo::write_jpeg;
 use niji_photo::write_png;
 use niji_photo::write_premultiplied;
+use niji_radiometry::RgbPrimaries;
 use serde_json::json;
 
 use crate::cli::Common;
@@ -30,39 +32,82 @@ use crate::stages::Manner;
 use crate::stages::Request;
 use crate::stages::perform;
 
+use background::Background;
+
 /// Set a rendered bow into a photograph (EXR, PNG, JPEG).
 ///
 /// In linear light: photograph x transmittance + bow + veil. The image of `niji render` gives bow,
 /// veil and transmittance; it may be smaller than the photograph, in the same shape. A name ending
-/// in .exr writes the premultiplied bow alone for compositors, and the picture as PNG beside it; .png
-/// and .jpg write the picture.
+/// in .exr writes the premultiplied bow alone for compositors, to be set over the photograph (R, G, B
+/// above 0 where A is 0 is added light), and the picture as PNG beside it; .png and .jpg write the
+/// picture.
+///
+/// An EXR plate is scene-linear, half or float, with any data window; R, G and B are what its attribute
+/// chromaticities says, Rec.709 or ACEScg. A channel Z beside them holds distances along the view ray
+/// in metres (`niji depth --along axis` converts those along the optical axis).
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   niji composite data/photos/pavilion.jpg --image out/image.exr -o bow-in-photo.png
   niji composite plate.exr --image out/image.exr --depth depth.exr --exposure 0.8 -o bow.exr
+  niji composite plate.exr --image out/image.exr --exposure 1 --over shot.exr -o bow.exr
 
-With --depth, light that niji render integrated up to the same surfaces is sharp at their edges, however
+With depth, light that niji render integrated up to the same surfaces is sharp at their edges, however
 small the image is; of an image rendered without them a bow whose mean distance is beyond the surface is
 hidden: all light of a pixel is taken to come from one distance.")]
 pub(crate) struct CompositeCommand {
-    /// The photograph (PNG, JPEG) or plate (EXR, linear Rec.709).
+    /// The photograph (PNG, JPEG) or plate (EXR).
     photo: PathBuf,
     /// The spectral image of `niji render`.
     #[arg(long, value_name = "EXR")]
     image: PathBuf,
-    /// Distances of the photographed surfaces (`niji depth`), which hide the bow behind them.
+    /// Distances of the photographed surfaces (`niji depth`), which hide the bow behind them: the
+    /// plate's own channel Z where this is left out.
     #[arg(long, value_name = "EXR")]
     depth: Option<PathBuf>,
+    /// What red, green and blue of the plate are, whatever its file says.
+    #[arg(long, value_enum, value_name = "NAME")]
+    plate_primaries: Option<PrimariesName>,
+    /// What red, green and blue are in the EXR files written: those of the plate where this is left out.
+    #[arg(long, value_enum, value_name = "NAME")]
+    primaries: Option<PrimariesName>,
+    /// Also write the plate with the bow in it (EXR).
+    #[arg(long, value_name = "EXR")]
+    over: Option<PathBuf>,
     /// Value of a sunlit white card in the photograph, linear: `match` takes the mean of the picture
     /// for grey, `camera` the f-number, time and speed in EXIF, a number is taken as it is.
     #[arg(long, value_name = "match|camera|VALUE", default_value = "match", value_parser = exposure)]
     exposure: ExposureChoice,
+    /// Exposure of the PNG or JPEG, in stops: EXR files hold the light as it is.
+    #[arg(
+        long,
+        value_name = "STOPS",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    show_ev: f64,
     /// The published rule for what is too bright: scale all channels so that the largest is white.
     #[arg(long)]
     published: bool,
     /// The picture to write: .exr, .png or .jpg.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
+}
+
+/// Primaries by their name on the command line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum PrimariesName {
+    Rec709,
+    #[value(name = "acescg")]
+    AcesCg,
+}
+
+impl From<PrimariesName> for RgbPrimaries {
+    fn from(name: PrimariesName) -> Self {
+        match name {
+            PrimariesName::Rec709 => Self::Rec709,
+            PrimariesName::AcesCg => Self::AcesCg,
+        }
+    }
 }
 
 /// The exposure by its name on the command line.
@@ -100,6 +145,7 @@ pub(crate) fn make(command: &CompositeCommand, manner: Manner) -> Result<Done, F
     if kind == Kind::Exr {
         outputs.push(&beside);
     }
+    outputs.extend(command.over.as_deref());
     let mut inputs = vec![
         ("photo", command.photo.as_path()),
         ("image", command.image.as_path()),
@@ -119,29 +165,39 @@ pub(crate) fn make(command: &CompositeCommand, manner: Manner) -> Result<Done, F
                 result.gain
             );
         }
-        write(&result, kind, (&command.output, &beside), &provenance)
+        if let Some(path) = &command.over {
+            write_over(&result, path, &provenance)?;
+        }
+        let shown = result.background.shown(&result.picture, command.show_ev);
+        write(
+            &result,
+            &shown,
+            kind,
+            (&command.output, &beside, &provenance),
+        )
     })
 }
 
 /// The picture and what it is made of.
 struct Composite {
+    background: Background,
     picture: LinearPicture,
     added: AddedLight,
     gain: f64,
 }
 
 fn picture(command: &CompositeCommand) -> Result<Composite, Failure> {
-    let photo = Photograph::read(&command.photo)
-        .map_err(|error| Failure::bad_input(&command.photo, error))?;
+    let named = command.plate_primaries.map(RgbPrimaries::from);
+    let wanted = command.primaries.map(RgbPrimaries::from);
+    let mut background = Background::read(&command.photo, named, wanted)?;
+    if let Some(path) = &command.depth {
+        let of_depth = |error: niji_photo::Error| Failure::bad_input(path, error);
+        let surface_m = read_depth_map(path).map_err(of_depth)?;
+        background.set_surfaces(surface_m).map_err(of_depth)?;
+    }
     let image = SpectralImage::read_spectral(&command.image)
         .map_err(|error| Failure::bad_input(&command.image, error))?;
-    let of_image = |error: niji_photo::Error| Failure::bad_input(&command.image, error);
-    let size = photo.light.dim();
-    let light = AddedLight::of_image(&image).map_err(of_image)?;
-    let added = match &command.depth {
-        Some(path) => before_surfaces(light, &image, (&command.image, path))?,
-        None => light.resized(size).map_err(of_image)?,
-    };
+    let added = background.added(&image, &command.image)?;
     let exposure = match command.exposure {
         ExposureChoice::Match => Exposure::GreyWorld,
         ExposureChoice::Camera => Exposure::Camera {
@@ -150,48 +206,32 @@ fn picture(command: &CompositeCommand) -> Result<Composite, Failure> {
         ExposureChoice::Value(value) => Exposure::Card(value),
     };
     drop(image);
-    let gain = card_value(exposure, &photo.light, &photo.notes)
-        .map_err(|error| Failure::bad_input(&command.photo, error))?;
-    let mut picture = composite(&photo.light, &added, gain).map_err(of_image)?;
+    let of_photo = |error: niji_photo::Error| Failure::bad_input(&command.photo, error);
+    let rec709 = background.rec709(&background.light);
+    let gain = card_value(exposure, &rec709, &background.notes).map_err(of_photo)?;
+    let mut picture = composite(&background.light, &added, gain).map_err(of_photo)?;
     if command.published {
         scale_to_white(&mut picture);
     }
     Ok(Composite {
+        background,
         picture,
         added,
         gain,
     })
 }
 
-/// The light in front of the photographed surfaces: integrated up to them, or hidden as a whole.
-fn before_surfaces(
-    light: AddedLight,
-    image: &SpectralImage,
-    (image_path, depth_path): (&Path, &Path),
-) -> Result<AddedLight, Failure> {
-    let of_image = |error: niji_photo::Error| Failure::bad_input(image_path, error);
-    let of_depth = |error: niji_photo::Error| Failure::bad_input(depth_path, error);
-    let surface_m = read_depth_map(depth_path).map_err(of_depth)?;
-    if let Some(ends_m) = surface_of_light(image) {
-        return light.at_surfaces(ends_m, &surface_m).map_err(of_depth);
-    }
-    let mut added = light.resized(surface_m.dim()).map_err(of_image)?;
-    let light_m = distance_of_light(image).map_err(of_image)?;
-    added.hide_behind(&surface_m, light_m).map_err(of_depth)?;
-    Ok(added)
-}
-
 fn write(
     result: &Composite,
+    shown: &LinearPicture,
     kind: Kind,
-    (main, beside): (&Path, &Path),
-    provenance: &Provenance,
+    (main, beside, provenance): (&Path, &Path, &Provenance),
 ) -> Result<(), Failure> {
     match kind {
-        Kind::Png => output::write_file(main, |to| write_png(&result.picture, provenance, to)),
-        Kind::Jpeg => output::write_file(main, |to| write_jpeg(&result.picture, to)),
+        Kind::Png => output::write_file(main, |to| write_png(shown, provenance, to)),
+        Kind::Jpeg => output::write_file(main, |to| write_jpeg(shown, to)),
         Kind::Exr => {
-            output::write_file(beside, |to| write_png(&result.picture, provenance, to))?;
+            output::write_file(beside, |to| write_png(shown, provenance, to))?;
             // f32: what the file holds.
             let gain = result.gain as f32;
             let light = result
@@ -199,11 +239,28 @@ fn write(
                 .light
                 .mapv(|pixel| pixel.map(|value| gain * value));
             let alpha = result.added.transmittance.mapv(|t| 1.0 - t);
+            let frame = result.background.frame;
             output::write_file(main, |to| {
-                write_premultiplied(&light, &alpha, provenance, to)
+                write_premultiplied(&light, Some(&alpha), (frame, provenance), to)
             })
         }
     }
+}
+
+/// Writes the plate with the bow in it, with its alpha if it has one.
+fn write_over(result: &Composite, to: &Path, provenance: &Provenance) -> Result<(), Failure> {
+    let background = &result.background;
+    let alpha = background
+        .alpha
+        .as_ref()
+        .map(|plate| alpha_over(plate, &result.added));
+    let alpha = alpha
+        .transpose()
+        .map_err(|error| Failure::Failed(error.to_string()))?;
+    let frame = (background.frame, provenance);
+    output::write_file(to, |to| {
+        write_premultiplied(&result.picture, alpha.as_ref(), frame, to)
+    })
 }
 
 fn settings(command: &CompositeCommand) -> String {
@@ -212,7 +269,15 @@ fn settings(command: &CompositeCommand) -> String {
         ExposureChoice::Camera => json!("camera"),
         ExposureChoice::Value(value) => json!(value),
     };
-    json!({ "exposure": exposure, "published": command.published }).to_string()
+    let name = |primaries: PrimariesName| format!("{primaries:?}");
+    json!({
+        "exposure": exposure,
+        "published": command.published,
+        "show_ev": command.show_ev,
+        "plate_primaries": command.plate_primaries.map(name),
+        "primaries": command.primaries.map(name),
+    })
+    .to_string()
 }
 
 fn exposure(text: &str) -> Result<ExposureChoice, String> {

@@ -48,6 +48,22 @@ impl Failure {
         }
     }
 
+    /// The same failure, said of a part of the work.
+    pub(crate) fn within(self, part: &str) -> Self {
+        let said = |message: String| format!("{part}: {message}");
+        match self {
+            Self::Failed(message) => Self::Failed(said(message)),
+            Self::Usage(message) => Self::Usage(said(message)),
+            Self::BadInput { path, message } => {
+                let message = said(message);
+                Self::BadInput { path, message }
+            }
+            Self::Impossible(message) => Self::Impossible(said(message)),
+            Self::AccuracyNotReached(message) => Self::AccuracyNotReached(said(message)),
+            Self::ComparisonFailed(message) => Self::ComparisonFailed(said(message)),
+        }
+    }
+
     /// The code with which the program ends.
     #[must_use]
     pub(crate) fn exit_code(&self) -> ExitCode {

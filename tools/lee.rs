@@ -12,6 +12,7 @@ use clap::Args;
 use ndarray::Array3;
 use niji_exchange::AttributeValue;
 use niji_exchange::Attributes;
+use niji_exchange::ImageWindows;
 use niji_exchange::SpectralImage;
 use niji_radiometry::WavelengthGrid;
 use niji_radiometry::solar_irradiance;
@@ -153,6 +154,7 @@ impl Diagram {
         SpectralImage {
             wavelengths: self.wavelengths,
             radiance,
+            windows: ImageWindows::whole(n.2, n.1),
             aovs: Vec::new(),
             white_luminance_cd_m2,
             world_to_camera: None,

@@ -10,6 +10,7 @@ mod calibrate;
 mod check;
 mod cli;
 mod composite;
+mod decisions;
 mod depth;
 mod diff;
 mod drops;
@@ -18,7 +19,9 @@ mod failure;
 mod ice;
 mod info;
 mod lee;
+mod merge;
 mod output;
+mod peak_memory;
 mod plan;
 mod plot;
 mod progress;
@@ -30,7 +33,9 @@ mod schema_flags;
 mod shell;
 mod stages;
 mod sun;
+mod sweep;
 mod theory_name;
+mod timed_run;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -71,12 +76,14 @@ fn dispatch(arguments: &Arguments) -> Result<(), Failure> {
     match &arguments.command {
         Command::Run(command) => run::execute(command, common),
         Command::Plan(command) => plan::execute(command, common),
+        Command::Sweep(command) => sweep::execute(command, common),
         Command::Calibrate(command) => calibrate::execute(command, common),
         Command::Drops(command) => drops::execute(command, common),
         Command::Airy(command) => airy::execute(command, common),
         Command::Scatter(command) => scatter::execute(command, common),
         Command::Atmosphere(command) => atmosphere::execute(command, common),
         Command::Render(command) => render::execute(command, common),
+        Command::Merge(command) => merge::execute(command, common),
         Command::Depth(command) => depth::execute(command, common),
         Command::Sun(command) => sun::execute(command, common),
         Command::Check(command) => check::execute(command, common),

@@ -1,17 +1,22 @@
 //! Where results go: never half-written, never over somebody's file by accident.
 //!
 //! A file is written under a temporary name in its own folder, flushed to the disk and renamed, so a
-//! reader sees the old file or the new one. An interrupt removes what is unfinished.
+//! reader sees the old file or the new one. An interrupt removes what is unfinished; what a process
+//! that was killed left behind, the next one removes. Whoever writes a temporary file holds a lock on
+//! it, which ends with the process: that tells abandoned files from those of other processes.
 
 use std::collections::BTreeSet;
 use std::fs;
 use std::fs::File;
+use std::fs::TryLockError;
 use std::io;
 use std::io::BufWriter;
 use std::io::Write;
 use std::path::Path;
 use std::path::PathBuf;
 use std::sync::Mutex;
+use std::sync::MutexGuard;
+use std::sync::PoisonError;
 
 use tempfile::Builder;
 use tempfile::NamedTempFile;
@@ -20,6 +25,14 @@ use crate::failure::Failure;
 
 /// Temporary files of this process, removed when it is interrupted.
 static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
+/// Folders that were looked through for abandoned files.
+static TIDIED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
+/// Start of the names of temporary files.
+const PREFIX: &str = ".niji-";
+/// End of the names of temporary files.
+const SUFFIX: &str = ".part";
 
 /// May a file that exists be replaced?
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,7 +80,10 @@ pub(crate) fn write_file<E: std::fmt::Display>(
         _ => Path::new("."),
     };
     fs::create_dir_all(folder).map_err(|error| failed(&error))?;
-    let temporary = temporary_file(folder).map_err(|error| failed(&error))?;
+    if guarded(&TIDIED).insert(folder.to_owned()) {
+        remove_abandoned(folder);
+    }
+    let temporary = locked_file(folder).map_err(|error| failed(&error))?;
     let name = temporary.path().to_owned();
     remember(&name);
     let outcome = fill(temporary, path, write);
@@ -90,9 +106,37 @@ pub(crate) fn print(text: &str) -> Result<(), Failure> {
     }
 }
 
+/// Removes temporary files that nobody writes any more.
+pub(crate) fn remove_abandoned(folder: &Path) {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    for path in entries.map(|entry| entry.path()) {
+        let name = path.file_name().and_then(|name| name.to_str());
+        let is_temporary =
+            name.is_some_and(|name| name.starts_with(PREFIX) && name.ends_with(SUFFIX));
+        let is_abandoned = || File::open(&path).is_ok_and(|file| file.try_lock().is_ok());
+        if is_temporary && is_abandoned() {
+            // What cannot be removed does no harm.
+            let _ = fs::remove_file(&path);
+        }
+    }
+}
+
+/// A temporary file that nobody takes for abandoned.
+fn locked_file(folder: &Path) -> io::Result<NamedTempFile> {
+    loop {
+        let file = temporary_file(folder)?;
+        match file.as_file().try_lock() {
+            // Where files cannot be locked none is removed.
+            Ok(()) | Err(TryLockError::Error(_)) if file.path().exists() => return Ok(file),
+            // Another process looked at it before it was locked.
+            Ok(()) | Err(TryLockError::Error(_) | TryLockError::WouldBlock) => (),
+        }
+    }
+}
+
 fn temporary_file(folder: &Path) -> io::Result<NamedTempFile> {
     let mut builder = Builder::new();
-    builder.prefix(".niji-").suffix(".part");
+    builder.prefix(PREFIX).suffix(SUFFIX);
     // The default of the crate is private to the user; results are for whoever the umask says.
     #[cfg(unix)]
     {
@@ -107,7 +151,8 @@ fn fill<E: std::fmt::Display>(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<File>) -> Result<(), E>,
 ) -> Result<(), String> {
-    let file = temporary.reopen().map_err(|error| error.to_string())?;
+    let file = temporary.as_file().try_clone();
+    let file = file.map_err(|error| error.to_string())?;
     let mut writer = BufWriter::with_capacity(1 << 20, file);
     write(&mut writer).map_err(|error| error.to_string())?;
     writer.flush().map_err(|error| error.to_string())?;
@@ -119,25 +164,23 @@ fn fill<E: std::fmt::Display>(
     Ok(())
 }
 
-fn unfinished() -> std::sync::MutexGuard<'static, BTreeSet<PathBuf>> {
-    UNFINISHED
-        .lock()
-        .unwrap_or_else(std::sync::PoisonError::into_inner)
+fn guarded(paths: &'static Mutex<BTreeSet<PathBuf>>) -> MutexGuard<'static, BTreeSet<PathBuf>> {
+    paths.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 fn remember(name: &Path) {
-    unfinished().insert(name.to_owned());
+    guarded(&UNFINISHED).insert(name.to_owned());
 }
 
 fn forget(name: &Path) {
-    unfinished().remove(name);
+    guarded(&UNFINISHED).remove(name);
 }
 
 /// On Ctrl-C or a termination signal, removes unfinished files and ends with exit code 130.
 pub(crate) fn remove_unfinished_on_interrupt() {
     // A second handler in one process (tests) is refused by the crate; the first one serves.
     let _ = ctrlc::set_handler(|| {
-        for name in unfinished().iter() {
+        for name in guarded(&UNFINISHED).iter() {
             let _ = fs::remove_file(name);
         }
         std::process::exit(130);
@@ -162,6 +205,23 @@ mod tests {
         assert!(matches!(outcome, Err(Failure::Failed(message)) if message.contains("disk full")));
         assert_eq!(fs::read_to_string(&path).unwrap(), "old");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn only_abandoned_temporary_files_are_removed() {
+        let folder = tempfile::tempdir().unwrap();
+        let abandoned = folder.path().join(".niji-killed.part");
+        let foreign = folder.path().join("notes.part");
+        for path in [&abandoned, &foreign] {
+            fs::write(path, "half").unwrap();
+        }
+        let written = locked_file(folder.path()).unwrap();
+        write_file(&folder.path().join("table.exr"), |writer| {
+            writer.write_all(b"new")
+        })
+        .unwrap();
+        assert!(!abandoned.exists());
+        assert!(foreign.exists() && written.path().exists());
     }
 
     #[test]

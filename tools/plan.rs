@@ -82,9 +82,9 @@ fn script(planned: &Planned, scene: &Path, folder: &Path, common: &Common) -> St
             Stage::Render => {
                 let table = plan.runs(Stage::Scatter);
                 let table = table.then(|| format!(" --table {}", inside(stages::scatter::FILE)));
-                let depth = stages::photo::surfaces(planned, folder)
-                    .filter(|_| planned.scene.photo.is_some())
-                    .map(|surfaces| format!(" --depth {}", quoted(&surfaces.path)));
+                let depth = stages::photo::surfaces(planned, folder).depth;
+                let depth = depth.filter(|_| planned.scene.photo.is_some());
+                let depth = depth.map(|depth| format!(" --depth {}", quoted(&depth.path)));
                 let air = plan.runs(Stage::Atmosphere);
                 let air = air.then(|| format!(" --air {}", inside(stages::atmosphere::FILE)));
                 format!(

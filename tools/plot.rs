@@ -113,6 +113,95 @@ impl Plot {
     }
 }
 
+/// Points of several kinds between two logarithmic axes, and a line along some of them.
+pub(crate) struct Cloud {
+    pub(crate) title: String,
+    pub(crate) x_label: &'static str,
+    pub(crate) y_label: &'static str,
+    /// Points by the name of their kind.
+    pub(crate) groups: Vec<(String, Vec<(f64, f64)>)>,
+    /// The line, ascending.
+    pub(crate) front: Vec<(f64, f64)>,
+}
+
+impl Cloud {
+    /// Writes the plot; points of height 0 stand on its lower edge.
+    ///
+    /// # Errors
+    /// Nothing to draw, or a file that cannot be written.
+    pub(crate) fn write_svg(&self, path: &Path) -> Result<(), Failure> {
+        write(self.svg(), path)
+    }
+
+    fn svg(&self) -> Result<String, Box<dyn std::error::Error>> {
+        let points = || self.groups.iter().flat_map(|(_, points)| points);
+        let (left, right) =
+            span(points().map(|point| point.0)).ok_or("there is nothing to draw")?;
+        let (bottom, top) = span(points().map(|point| point.1)).unwrap_or((0.1, 1.0));
+        let floor = 0.5 * bottom;
+        let place = |&(x, y): &(f64, f64)| (x, y.max(floor));
+        let mut svg = String::new();
+        {
+            let area = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
+            area.fill(&WHITE)?;
+            let x_axis = (0.8 * left..1.25 * right).log_scale();
+            let mut chart = ChartBuilder::on(&area)
+                .caption(&self.title, ("sans-serif", 20))
+                .margin(12)
+                .x_label_area_size(44)
+                .y_label_area_size(80)
+                .build_cartesian_2d(x_axis, (0.8 * floor..1.5 * top).log_scale())?;
+            chart
+                .configure_mesh()
+                .x_desc(self.x_label)
+                .y_desc(self.y_label)
+                .x_label_formatter(&|value| format!("{value:.2}"))
+                .y_label_formatter(&|value| format!("{value:.0e}"))
+                .light_line_style(RGBColor(236, 236, 236))
+                .draw()?;
+            let line = self.front.iter().map(place);
+            chart
+                .draw_series(LineSeries::new(line, BLACK.mix(0.5).stroke_width(1)))?
+                .label("Pareto front")
+                .legend(|(x, y)| PathElement::new([(x, y), (x + 18, y)], BLACK.mix(0.5)));
+            for (index, (name, points)) in self.groups.iter().enumerate() {
+                let color = COLORS[index % COLORS.len()];
+                // When colors come again, circles are open.
+                let style = if index < COLORS.len() {
+                    color.filled()
+                } else {
+                    color.stroke_width(2)
+                };
+                let circles = points
+                    .iter()
+                    .map(|point| Circle::new(place(point), 5, style));
+                chart
+                    .draw_series(circles)?
+                    .label(name.as_str())
+                    .legend(move |(x, y)| Circle::new((x + 9, y), 5, style));
+            }
+            chart
+                .configure_series_labels()
+                .position(SeriesLabelPosition::UpperRight)
+                .background_style(WHITE.mix(0.85))
+                .border_style(RGBColor(200, 200, 200))
+                .draw()?;
+            area.present()?;
+        }
+        Ok(svg)
+    }
+}
+
+/// Smallest and largest of the positive values.
+fn span(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
+    values
+        .filter(|value| *value > 0.0)
+        .fold(None, |span, value| {
+            let (low, high) = span.unwrap_or((value, value));
+            Some((value.min(low), value.max(high)))
+        })
+}
+
 impl Picture<'_> {
     /// Writes the picture with its axes; the pixels are inside the file.
     ///

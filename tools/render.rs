@@ -3,21 +3,29 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use niji_scene::Along;
+use niji_geometry::PixelRegion;
 
 use crate::cli::Common;
 use crate::failure::Failure;
 use crate::scene_file;
 use crate::stages;
 use crate::stages::render::Inputs;
-use crate::stages::render::Surfaces;
+use crate::stages::render::Target;
+use crate::stages::surfaces::Surfaces;
+use crate::stages::tile::TileOfMany;
+use crate::stages::tile::parse_region;
+use crate::stages::tile::parse_tile;
 
 /// Integrate along the view rays (EXR, PNG).
 ///
-/// Writes the spectral image with its AOVs, a plain *.rgb.exr and a PNG preview beside it.
+/// Writes the spectral image with its AOVs, a plain *.rgb.exr and a PNG preview beside it. A render
+/// that was interrupted goes on where it was. The pixels of a tile are those of the whole picture;
+/// `niji merge` puts tiles together.
 #[derive(Debug, Args)]
-#[command(after_help = "Example:
-  niji render --scene scene.toml --drops drops.vdb --table scatter.exr -o image.exr")]
+#[command(after_help = "Examples:
+  niji render --scene scene.toml --drops drops.vdb --table scatter.exr -o image.exr
+  niji render --scene scene.toml --drops drops.vdb --table scatter.exr --tiles 3/16 -o tile.03.exr
+  niji merge tile.*.exr -o image.exr")]
 pub(crate) struct RenderCommand {
     /// The scene: camera, sun, effects and levels.
     #[arg(long, value_name = "TOML")]
@@ -35,6 +43,18 @@ pub(crate) struct RenderCommand {
     /// `niji depth`) [default: those of the scene].
     #[arg(long, value_name = "EXR")]
     depth: Option<PathBuf>,
+    /// A mesh that hides what is behind it (OBJ, glTF, STL; metres, y up, north −z), in the scene's own
+    /// coordinates; may be given several times [default: those of the scene].
+    #[arg(long, value_name = "FILE")]
+    mesh: Vec<PathBuf>,
+    /// Render only these pixels of the picture, counted from its top left one; negative in the
+    /// overscan.
+    #[arg(long, value_name = "X,Y,W,H", value_parser = parse_region, conflicts_with = "tiles")]
+    #[arg(allow_hyphen_values = true)]
+    region: Option<PixelRegion>,
+    /// Render only the tile I of N, from 1: bands of rows from the top.
+    #[arg(long, value_name = "I/N", value_parser = parse_tile)]
+    tiles: Option<TileOfMany>,
     /// The spectral image to write.
     #[arg(short, long, value_name = "EXR")]
     output: PathBuf,
@@ -56,21 +76,52 @@ pub(crate) fn execute(command: &RenderCommand, common: &Common) -> Result<(), Fa
     let runs_air = planned.plan.runs(niji_scene::Stage::Atmosphere);
     let air = need("air", runs_air, &command.air)?;
     let scene = &planned.scene;
-    let of_scene = stages::render::scene_surfaces(scene, &command.scene);
-    let given = command.depth.clone().map(|path| Surfaces {
-        path,
-        along: Along::Ray,
-    });
-    let surfaces = given.or(of_scene);
-    if scene.photo.is_some() && surfaces.is_none() {
+    let surfaces = surfaces(command, Surfaces::of_scene(scene, &command.scene))?;
+    if scene.photo.is_some() && surfaces.depth.is_none() {
         return Err(Failure::Usage("this scene needs --depth".to_owned()));
     }
     let inputs = Inputs {
         drops: &command.drops,
         table: table.as_deref(),
         air: air.as_deref(),
-        surfaces: surfaces.as_ref(),
+        surfaces: &surfaces,
     };
     let settings = stages::render::Settings::of(&planned);
-    stages::render::make(&settings, inputs, &command.output, common.manner()).map(|_| ())
+    let target = Target {
+        path: &command.output,
+        region: region(command, settings.whole()?)?,
+    };
+    stages::render::make(&settings, inputs, target, common.manner())?;
+    common.tolerance.map_or(Ok(()), |tolerance| {
+        stages::accuracy::check(&planned, &command.output, tolerance)
+    })
+}
+
+/// The surfaces that are given, or those of the scene.
+fn surfaces(command: &RenderCommand, of_scene: Surfaces) -> Result<Surfaces, Failure> {
+    let surfaces = match &command.depth {
+        Some(path) => of_scene.with_depth(path.clone()),
+        None => of_scene,
+    };
+    if command.mesh.is_empty() {
+        return Ok(surfaces);
+    }
+    surfaces.with_meshes(&command.mesh)
+}
+
+/// The part of a picture that is asked for.
+fn region(command: &RenderCommand, whole: PixelRegion) -> Result<PixelRegion, Failure> {
+    match (command.region, command.tiles) {
+        (Some(region), _) if whole.contains(region) => Ok(region),
+        (Some(region), _) => Err(Failure::Usage(format!(
+            "the region {region} reaches beyond the picture, which is {whole}: x, y, width, height; \
+             camera.overscan_px in the scene makes it larger"
+        ))),
+        (None, Some(tile)) => {
+            let bands = whole.bands(tile.n_tiles);
+            let bands = bands.map_err(|error| Failure::Usage(error.to_string()))?;
+            Ok(bands[tile.number as usize - 1])
+        }
+        (None, None) => Ok(whole),
+    }
 }

@@ -9,7 +9,9 @@ use niji_scene::MeasuredLevels;
 use niji_scene::Moment;
 use niji_scene::Plan;
 use niji_scene::PlanInputs;
+use niji_scene::ScatteringNeed;
 use niji_scene::Scene;
+use niji_scene::SceneError;
 use niji_scene::SunPosition;
 use niji_scene::plan;
 
@@ -28,6 +30,8 @@ pub(crate) struct Planned {
     pub file: PathBuf,
     /// The scene, with the accuracy asked for on the command line.
     pub scene: Scene,
+    /// The tolerance asked for on the command line, which the picture shall keep.
+    pub asked_tolerance: Option<f64>,
     /// What it calls for.
     pub plan: Plan,
     /// Its drop volume, where it names one.
@@ -49,7 +53,11 @@ pub(crate) fn measured_levels() -> Result<MeasuredLevels, Failure> {
 /// # Errors
 /// A scene or a drop volume that is missing or wrong, or a scene without any light.
 pub(crate) fn load(path: &Path, common: &Common) -> Result<Planned, Failure> {
-    planned(read(path, common)?, path)
+    let planned = planned(read(path, common)?, path)?;
+    Ok(Planned {
+        asked_tolerance: common.tolerance,
+        ..planned
+    })
 }
 
 /// Makes the plan of a scene that stands in the file `path`.
@@ -57,6 +65,14 @@ pub(crate) fn load(path: &Path, common: &Common) -> Result<Planned, Failure> {
 /// # Errors
 /// A drop volume that is missing or wrong, or a scene that cannot be planned.
 pub(crate) fn planned(scene: Scene, path: &Path) -> Result<Planned, Failure> {
+    planned_with(scene, path, |drops| drops)
+}
+
+fn planned_with(
+    scene: Scene,
+    path: &Path,
+    of_file: impl Fn(DropSummary) -> DropSummary,
+) -> Result<Planned, Failure> {
     let bad = |error: &dyn std::fmt::Display| Failure::bad_input(path, error);
     let folder = path.parent().unwrap_or(Path::new(""));
     let drop_file = scene.drops.file().map(|file| folder.join(file));
@@ -68,6 +84,7 @@ pub(crate) fn planned(scene: Scene, path: &Path) -> Result<Planned, Failure> {
         (None, Some(Source::Shape(_)) | None) => None,
     };
     let drops = volume.as_ref().and_then(DropSummary::of_volume);
+    let drops = drops.map(of_file);
     let measured = measured_levels()?;
     let inputs = PlanInputs {
         measured: &measured,
@@ -77,6 +94,7 @@ pub(crate) fn planned(scene: Scene, path: &Path) -> Result<Planned, Failure> {
     Ok(Planned {
         file: path.to_owned(),
         scene,
+        asked_tolerance: None,
         plan,
         drop_file,
         drop_source,
@@ -89,9 +107,45 @@ pub(crate) fn planned(scene: Scene, path: &Path) -> Result<Planned, Failure> {
 /// A scene that is missing or wrong.
 pub(crate) fn read(path: &Path, common: &Common) -> Result<Scene, Failure> {
     let text = fs::read_to_string(path).map_err(|error| Failure::bad_input(path, error))?;
-    let text = stages::photo::with_picked_sun(text, path)?;
-    let mut scene = Scene::from_toml_with(&text, sun_position)
-        .map_err(|error| Failure::bad_input(path, error))?;
+    parsed(&stages::photo::with_picked_sun(text, path)?, path, common)
+}
+
+/// Edge of a voxel of a scene's drops in metres; 1 for drops of a file.
+pub(crate) fn voxel_m(scene: &Scene) -> f64 {
+    let shape = scene.drops.shape();
+    shape.map_or(1.0, |shape| shape.grid().voxel_m)
+}
+
+/// Makes the plan of a frame, whose text stands for that of the file `path`: what it needs is rounded,
+/// so that other frames need the same.
+///
+/// # Errors
+/// As [`load`], and a scene of a photograph.
+pub(crate) fn frame(text: &str, path: &Path, common: &Common) -> Result<Planned, Failure> {
+    let scene = parsed(text, path, common)?;
+    if scene.photo.is_some() {
+        let message = "a photograph is a single frame: its scene has no sequence";
+        return Err(Failure::bad_input(path, message));
+    }
+    let mut planned = planned_with(scene, path, DropSummary::with_rounded_sizes)?;
+    planned.asked_tolerance = common.tolerance;
+    let need = planned.plan.scattering.take();
+    planned.plan.scattering = need.map(ScatteringNeed::with_rounded_directions);
+    Ok(planned)
+}
+
+/// Reads the text of a scene.
+fn parsed(text: &str, path: &Path, common: &Common) -> Result<Scene, Failure> {
+    let mut scene = Scene::from_toml_with(text, sun_position).map_err(|error| match error {
+        SceneError::UnknownKey { key, .. } if key == "ice" => Failure::bad_input(
+            path,
+            format!(
+                "this is a scene of ice: `niji ice {} -o EXR` makes its picture",
+                path.display()
+            ),
+        ),
+        error => Failure::bad_input(path, error),
+    })?;
     if let Some(preset) = common.accuracy {
         scene.accuracy.preset = preset.into();
     }

@@ -48,6 +48,10 @@ def checksum(name, header, channels):
         add(struct.pack("<f", header["whiteLuminance"]))
     for number in np.ravel(header.get("worldToCamera", [])):
         add(struct.pack("<f", number))
+    place = np.ravel(header["dataWindow"][0])
+    if place.any():
+        for number in place:
+            add(struct.pack("<i", number))
     for key in sorted(channels):
         pixels = np.ascontiguousarray(channels[key], dtype="<f4")
         add(key.encode())

@@ -13,7 +13,7 @@ use std::process::Command;
 use std::process::Output;
 
 use niji_exchange::SpectralImage;
-use niji_geometry::PinholeCamera;
+use niji_geometry::Camera;
 use niji_scene::Scene;
 
 /// Runs the program and returns what it printed.
@@ -138,10 +138,7 @@ pub fn profile(
     wavelength_nm: f64,
     keep: impl Fn(usize, usize) -> bool,
 ) -> Profile {
-    let camera: PinholeCamera = scene
-        .camera
-        .pinhole()
-        .expect("shipped scenes have a camera");
+    let camera: Camera = scene.camera.camera().expect("shipped scenes have a camera");
     let antisolar = -scene.sun.direction();
     let wavelength = (0..image.wavelengths.len())
         .find(|&index| (image.wavelengths.center(index).0 - wavelength_nm).abs() < 1e-6)
@@ -152,7 +149,9 @@ pub fn profile(
     let (_, height, width) = image.radiance.dim();
     for y in 0..height {
         for x in (0..width).filter(|&x| keep(x, y)) {
-            let ray = camera.ray(x as f64 + 0.5, y as f64 + 0.5);
+            let Some(ray) = camera.ray(x as f64 + 0.5, y as f64 + 0.5) else {
+                continue;
+            };
             let angle_deg = ray.direction.angle_between(antisolar).to_degrees();
             let index = (angle_deg / step_deg) as usize;
             if index < sum.len() {

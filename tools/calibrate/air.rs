@@ -34,11 +34,11 @@ use niji_radiometry::Radians;
 use niji_radiometry::WavelengthGrid;
 use serde::Serialize;
 
-use super::N_REPEATS;
-use super::rounded;
 use crate::failure::Failure;
 use crate::progress;
 use crate::progress::Verbosity;
+use crate::timed_run::N_REPEATS;
+use crate::timed_run::rounded;
 
 /// Shortest time that is measured: below it the loop is repeated.
 const SHORTEST_S: f64 = 0.02;

@@ -15,11 +15,11 @@ use niji_ice::PathWavelengths;
 use niji_scene::IceScene;
 use serde::Serialize;
 
-use super::rounded;
 use crate::failure::Failure;
 use crate::ice::World;
 use crate::progress;
 use crate::progress::Verbosity;
+use crate::timed_run::rounded;
 
 const SCENES: [&str; 2] = [
     include_str!("../../data/scenes/ice-cube-0.1-m.toml"),

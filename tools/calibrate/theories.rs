@@ -12,13 +12,13 @@ use niji_scatter::Theory;
 use niji_scene::ScatteringNeed;
 use serde::Serialize;
 
-use super::N_REPEATS;
-use super::rounded;
 use crate::bow_curves::BowCurves;
 use crate::failure::Failure;
 use crate::progress;
 use crate::progress::Verbosity;
 use crate::stages;
+use crate::timed_run::N_REPEATS;
+use crate::timed_run::rounded;
 
 /// From haze-like fog to large rain.
 const RADII_UM: [f64; 5] = [10.0, 50.0, 100.0, 500.0, 1000.0];

@@ -30,6 +30,7 @@ use niji_photo::sun_too_high;
 use niji_photo::supernumeraries_washed_out;
 use niji_radiometry::Micrometers;
 use niji_radiometry::Radians;
+use niji_radiometry::RgbPrimaries;
 
 use super::CheckCommand;
 use super::Source;
@@ -196,7 +197,7 @@ impl Case<'_> {
             let image = SpectralImage::read_spectral(path)
                 .map_err(|error| Failure::bad_input(path, error))?;
             let of_image = |error: niji_photo::Error| Failure::bad_input(path, error);
-            let light = AddedLight::of_image(&image).map_err(of_image)?;
+            let light = AddedLight::of_image(&image, RgbPrimaries::Rec709).map_err(of_image)?;
             let added = light.resized(self.photo.light.dim()).map_err(of_image)?;
             let gain = card_value(Exposure::GreyWorld, &self.photo.light, &self.photo.notes)
                 .map_err(of_image)?;

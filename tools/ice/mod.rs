@@ -10,6 +10,7 @@ use clap::Args;
 use ndarray::Array2;
 use niji_exchange::Aov;
 use niji_exchange::Attributes;
+use niji_exchange::ImageWindows;
 use niji_exchange::Provenance;
 use niji_exchange::SpectralImage;
 use niji_ice::IcePicture;
@@ -20,9 +21,9 @@ use niji_scene::canonical_json;
 
 use crate::cli::Common;
 use crate::failure::Failure;
-use crate::output;
 use crate::progress;
 use crate::progress::Verbosity;
+use crate::stages;
 use crate::stages::Manner;
 use crate::stages::Request;
 use crate::stages::perform;
@@ -94,10 +95,7 @@ fn make(scene: &IceScene, folder: &Path, to: &Path, manner: Manner) -> Result<()
         let picture = draw(scene, &world, manner.verbosity)?;
         reached = check_tolerance(&picture, tolerance_cd_m2);
         let image = image(&world, picture, provenance);
-        let exposure_ev = scene.picture.exposure_ev;
-        output::write_file(&preview, |writer| image.write_png(writer, exposure_ev))?;
-        output::write_file(&plain, |writer| image.write_rgb_exr(writer))?;
-        output::write_file(to, |writer| image.write_spectral(writer))
+        stages::render::write(&image, &scene.picture, to)
     })?;
     reached
 }
@@ -144,9 +142,11 @@ fn image(world: &World, picture: IcePicture, provenance: Provenance) -> Spectral
         channels: vec![(channel.to_owned(), values)],
     };
     let world_to_camera = world.camera.world_to_camera().to_cols_array();
+    let (_, height, width) = picture.radiance.dim();
     SpectralImage {
         wavelengths: world.wavelengths,
         radiance: picture.radiance,
+        windows: ImageWindows::whole(width, height),
         aovs: vec![
             plane("error", ["Y", "cd/m^2"], picture.error),
             plane("depth", ["Z", "m"], picture.depth),

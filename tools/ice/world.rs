@@ -5,12 +5,15 @@ use std::path::Path;
 
 use glam::DMat3;
 use glam::DVec3;
+use niji_atmosphere::DiffuseDome;
 use niji_atmosphere::PreparedSky;
 use niji_atmosphere::SUN_RADIUS;
+use niji_atmosphere::ScatteringOrders;
 use niji_atmosphere::SkyDirection;
 use niji_atmosphere::SkyMethod;
 use niji_atmosphere::SkyObserver;
 use niji_atmosphere::sun_irradiance_at;
+use niji_atmosphere::with_diffuse_light;
 use niji_exchange::AtmosphereTable;
 use niji_geometry::Aabb;
 use niji_geometry::PinholeCamera;
@@ -29,6 +32,7 @@ use niji_ice::render_ice;
 use niji_radiometry::Radians;
 use niji_radiometry::WavelengthGrid;
 use niji_radiometry::solar_irradiance;
+use niji_render::SkyModel;
 use niji_scene::Air;
 use niji_scene::IceAccuracy;
 use niji_scene::IceScene;
@@ -38,8 +42,7 @@ use niji_scene::MeshUp;
 use crate::failure::Failure;
 use crate::stages::sky::no_less_than_dark;
 
-/// Azimuths and elevations of the map of the sky: the interpolation errs by less than the light that
-/// single scattering leaves out.
+/// Azimuths and elevations of the map of the sky.
 const SKY_NODES: [usize; 2] = [128, 48];
 /// Sine of the elevation of the lowest row of the map: the sky, not the ground at the horizon.
 const ABOVE_HORIZON: f64 = 1e-4;
@@ -176,8 +179,10 @@ fn light(scene: &IceScene, wavelengths: WavelengthGrid) -> Result<Light, Failure
             let share = sky.irradiance_share / PI;
             Sky::Uniform(above_air.iter().map(|sun| share * sun).collect())
         }
-        (None, Some(air)) => Sky::Map(sky_map(scene, air)),
-        (None, None) => Sky::Uniform(vec![0.0; above_air.len()]),
+        (None, Some(air)) if scene.accuracy.sky_model() != SkyModel::None => {
+            Sky::Map(sky_map(scene, air))
+        }
+        (None, _) => Sky::Uniform(vec![0.0; above_air.len()]),
     };
     let sun_irradiance = match &air {
         Some(air) => sun_irradiance_at(air, 0.0, sun_direction.y, SUN_RADIUS),
@@ -185,6 +190,7 @@ fn light(scene: &IceScene, wavelengths: WavelengthGrid) -> Result<Light, Failure
     };
     Ok(Light {
         sun_direction,
+        sun_radius: SUN_RADIUS,
         sun_irradiance,
         sky,
     })
@@ -198,22 +204,29 @@ fn air_table(
     let usage = |error: &dyn std::fmt::Display| Failure::Usage(error.to_string());
     let model = air.model(wavelengths, scene.ground_albedo(), &scene.sun);
     let model = model.map_err(|error| usage(&error))?;
-    model.tabulate().map_err(|error| usage(&error))
+    let table = model.tabulate().map_err(|error| usage(&error))?;
+    Ok(match scene.accuracy.sky_model() {
+        SkyModel::None | SkyModel::SingleScattering => table,
+        SkyModel::MultipleScattering => with_diffuse_light(table, ScatteringOrders::STANDARD),
+    })
 }
 
-/// The sky over sea level, scattered once.
+/// The sky over sea level: light scattered once, and that of further orders where the table has it.
 fn sky_map(scene: &IceScene, air: &AtmosphereTable) -> SkyMap {
     let sun_elevation = Radians::from_degrees(scene.sun.elevation_deg);
     let observer = SkyObserver::from_elevation(0.0, sun_elevation);
     let sky = PreparedSky::new(air, observer, SkyMethod::STANDARD_DOME);
+    // Without light of higher orders in the table one is enough.
+    let diffuse = DiffuseDome::new(air, observer).ok();
     let sun_azimuth_rad = scene.sun.azimuth_deg.to_radians();
     SkyMap::new(SKY_NODES, air.wavelengths.len(), |direction, radiance| {
         let azimuth_rad = direction.x.atan2(-direction.z) - sun_azimuth_rad;
         let elevation = Radians(direction.y.clamp(ABOVE_HORIZON, 1.0).asin());
-        sky.write_radiance(
-            SkyDirection::from_elevation(elevation, Radians(azimuth_rad)),
-            radiance,
-        );
+        let direction = SkyDirection::from_elevation(elevation, Radians(azimuth_rad));
+        sky.write_radiance(direction, radiance);
+        if let Some(diffuse) = &diffuse {
+            diffuse.add_radiance(direction, radiance);
+        }
         radiance.iter_mut().for_each(no_less_than_dark);
     })
 }

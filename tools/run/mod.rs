@@ -1,13 +1,14 @@
 //! `niji run`: a whole scene, stage by stage, with every intermediate file left in a folder.
 
 mod closing;
+pub(crate) mod files;
+mod frames;
 mod report;
 
 use std::path::Path;
 use std::path::PathBuf;
 
 use clap::Args;
-use niji_exchange::SpectralImage;
 use niji_photo::Finding;
 use niji_scene::Stage;
 
@@ -16,12 +17,17 @@ use crate::cli::Common;
 use crate::failure::Failure;
 use crate::output;
 use crate::progress::Verbosity;
+use crate::run::files::Files;
+use crate::run::frames::FrameRange;
+use crate::run::frames::parse_frames;
 use crate::scene_file;
 use crate::scene_file::Planned;
 use crate::stages;
 use crate::stages::Done;
 use crate::stages::Manner;
+use crate::stages::accuracy;
 use crate::stages::render::Inputs;
+use crate::stages::render::Target;
 use crate::sun::report::FindingText;
 
 /// Make the picture of a scene, leaving every intermediate file.
@@ -33,16 +39,26 @@ use crate::sun::report::FindingText;
 #[command(after_help = "Examples:
   niji run data/scenes/paper-c-figure-3.toml -o out
   niji run scene.toml -o draft --accuracy draft
+  niji run sequence.toml -o out --frames 1-240
 
 Leaves drops.vdb, airy.exr, scatter.exr, atmosphere.exr (where the plan needs them), image.exr,
 image.rgb.exr, image.png and report.json; of a photograph also depth.exr, sun.json (with picks),
-check.json and composite.png.")]
+check.json and composite.png. Of a sequence, image.0001.exr and so on; frames share what they need
+alike, as scatter.1a2b3c4d.exr.")]
 pub(crate) struct RunCommand {
     /// The scene.
     scene: PathBuf,
     /// The folder to write to.
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
+    /// The frames of a sequence to make: A, or A-B; what changes from frame to frame stands in the
+    /// scene's section [sequence] and in file names with ####.
+    #[arg(long, value_name = "A-B", value_parser = parse_frames)]
+    frames: Option<FrameRange>,
+    /// Make every K-th of the frames only.
+    #[arg(long, value_name = "K", default_value_t = 1, requires = "frames")]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..))]
+    step: u32,
 }
 
 /// Runs a scene.
@@ -51,8 +67,6 @@ pub(crate) struct RunCommand {
 /// A scene that is missing, wrong or without light, an output that exists, or whatever a stage
 /// reports.
 pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failure> {
-    let planned = scene_file::load(&command.scene, common)?;
-    planned.check_light()?;
     let folder = &command.output;
     if folder.exists() && !folder.is_dir() {
         let message = format!(
@@ -61,9 +75,20 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
         );
         return Err(Failure::Usage(message));
     }
+    if let Some(frames) = command.frames {
+        return frames::execute(&command.scene, folder, (frames, command.step), common);
+    }
+    let planned = scene_file::load(&command.scene, common)?;
+    if planned.scene.sequence.is_some() {
+        return Err(Failure::Usage(format!(
+            "{} is a sequence: say which frames with --frames, as 1-240 or 12",
+            command.scene.display()
+        )));
+    }
+    planned.check_light()?;
     let manner = common.manner();
     let Outcome { done, findings } = run_stages(&planned, folder, manner)?;
-    report::write(&planned, &done, folder)?;
+    report::write(&report::json(&planned, &done), folder)?;
     if manner.verbosity > Verbosity::Quiet {
         for warning in &planned.plan.warnings {
             eprintln!("    warning  {warning}");
@@ -89,28 +114,8 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
     // Everything is written by now, for whoever wants the impossible.
     check::verdict(&findings)?;
     common.tolerance.map_or(Ok(()), |tolerance| {
-        check_accuracy(&planned, &image, tolerance)
+        accuracy::check(&planned, &image, tolerance)
     })
-}
-
-/// Half of a tolerance is for effects that are left out, half for levels: is the estimated error of
-/// the picture, RMS over its pixels, within that half?
-fn check_accuracy(planned: &Planned, image: &Path, tolerance: f64) -> Result<(), Failure> {
-    let parts = SpectralImage::read_spectral(image).map_err(|e| Failure::bad_input(image, e))?;
-    let error = parts.aovs.iter().find(|aov| aov.name == "error");
-    let Some((_, errors)) = error.and_then(|aov| aov.channels.first()) else {
-        return Ok(());
-    };
-    let squares: f64 = errors.iter().map(|&error| f64::from(error).powi(2)).sum();
-    let reference = planned.plan.reference_luminance_cd_m2;
-    let reached = (squares / errors.len().max(1) as f64).sqrt() / reference;
-    if reached <= 0.5 * tolerance {
-        return Ok(());
-    }
-    Err(Failure::AccuracyNotReached(format!(
-        "the estimated error of the picture is {reached:.1e}, more than half of the tolerance \
-         {tolerance:.1e}: take a more accurate preset (the picture was written)"
-    )))
 }
 
 /// What the stages of a run did.
@@ -130,15 +135,23 @@ pub(crate) fn run_stages(
     folder: &Path,
     manner: Manner,
 ) -> Result<Outcome, Failure> {
+    run_stages_to(planned, &Files::of_scene(planned, folder), manner)
+}
+
+/// As [`run_stages`], with a name for each file.
+///
+/// # Errors
+/// As [`run_stages`].
+fn run_stages_to(planned: &Planned, files: &Files, manner: Manner) -> Result<Outcome, Failure> {
     let (scene, plan) = (&planned.scene, &planned.plan);
-    let inside = |name: &str| folder.join(name);
-    let drops = planned
-        .drop_file
-        .clone()
-        .unwrap_or_else(|| inside(stages::drops::FILE));
-    let airy = inside(stages::airy::FILE);
-    let table = inside(stages::scatter::FILE);
-    let air = inside(stages::atmosphere::FILE);
+    let Files {
+        folder,
+        drops,
+        airy,
+        table,
+        air,
+        image,
+    } = files;
     let surfaces = stages::photo::surfaces(planned, folder);
     let (mut done, mut findings) = (Vec::new(), Vec::new());
     for stage in &plan.stages {
@@ -147,18 +160,18 @@ pub(crate) fn run_stages(
                 let Some(source) = &planned.drop_source else {
                     continue;
                 };
-                stages::drops::make(source, niji_vdb::Compression::None, &drops, manner)
+                stages::drops::make(source, niji_vdb::Compression::None, drops, manner)
             }
-            Stage::Airy => stages::airy::make(&airy, manner),
+            Stage::Airy => stages::airy::make(airy, manner),
             Stage::Scatter => {
                 let Some(need) = &plan.scattering else {
                     continue;
                 };
                 let wavelengths = scene.spectrum.grid();
                 let wavelengths = wavelengths.map_err(|e| Failure::Failed(e.to_string()))?;
-                stages::scatter::make(need, wavelengths, Some(&airy), &table, manner)
+                stages::scatter::make(need, wavelengths, Some(airy), table, manner)
             }
-            Stage::Atmosphere => stages::atmosphere::make(scene, &air, manner),
+            Stage::Atmosphere => stages::atmosphere::make(scene, air, manner),
             stage @ (Stage::Depth | Stage::Sun | Stage::Check | Stage::Composite) => {
                 let made = stages::photo::make(planned, stage, folder, manner);
                 made.map(|(done, found)| {
@@ -168,13 +181,17 @@ pub(crate) fn run_stages(
             }
             Stage::Render => {
                 let inputs = Inputs {
-                    drops: &drops,
+                    drops,
                     table: plan.runs(Stage::Scatter).then_some(table.as_path()),
                     air: plan.runs(Stage::Atmosphere).then_some(air.as_path()),
-                    surfaces: surfaces.as_ref(),
+                    surfaces: &surfaces,
                 };
                 let settings = stages::render::Settings::of(planned);
-                stages::render::make(&settings, inputs, &inside(stages::render::FILE), manner)
+                let target = Target {
+                    path: image,
+                    region: settings.whole()?,
+                };
+                stages::render::make(&settings, inputs, target, manner)
             }
         };
         done.push(outcome?);

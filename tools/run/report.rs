@@ -8,6 +8,7 @@ use serde_json::json;
 
 use crate::failure::Failure;
 use crate::output;
+use crate::run::frames::FrameDone;
 use crate::scene_file::Planned;
 use crate::stages::Done;
 
@@ -26,9 +27,20 @@ pub(super) fn json(planned: &Planned, done: &[Done]) -> Value {
     })
 }
 
-/// Writes the report beside the results.
-pub(super) fn write(planned: &Planned, done: &[Done], folder: &Path) -> Result<(), Failure> {
-    let text = format!("{:#}\n", json(planned, done));
+/// The report of frames.
+pub(super) fn of_frames(frames: &[FrameDone]) -> Value {
+    let stages = frames.iter().flat_map(|frame| &frame.stages);
+    json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "command": std::env::args().collect::<Vec<_>>(),
+        "frames": frames,
+        "seconds": stages.map(|done| done.seconds).sum::<f64>(),
+    })
+}
+
+/// Writes a report beside the results.
+pub(super) fn write(report: &Value, folder: &Path) -> Result<(), Failure> {
+    let text = format!("{report:#}\n");
     output::write_file(&folder.join(FILE), |writer| {
         writer.write_all(text.as_bytes())
     })

@@ -45,6 +45,22 @@ pub(crate) fn table(scene: &Scene) -> Result<Option<AtmosphereTable>, Failure> {
 /// # Errors
 /// A scene in a vacuum, an output that exists, or a file that cannot be written.
 pub(crate) fn make(scene: &Scene, to: &Path, manner: Manner) -> Result<Done, Failure> {
+    let request = Request {
+        stage: "atmosphere",
+        settings: settings(scene),
+        inputs: Vec::new(),
+        outputs: vec![to],
+    };
+    perform(&request, manner, |provenance| {
+        let vacuum =
+            || Failure::Usage("the scene has no section [air]: it lies in a vacuum".to_owned());
+        let file = table(scene)?.ok_or_else(vacuum)?.to_file(provenance);
+        output::write_file(to, |writer| file.write(writer))
+    })
+}
+
+/// What the table of a scene's air depends on.
+pub(crate) fn settings(scene: &Scene) -> String {
     // A table that does not depend on the sun serves every sun.
     let depends_on = |air: &Air| air.depends_on(&scene.sun);
     let sun = scene
@@ -56,19 +72,7 @@ pub(crate) fn make(scene: &Scene, to: &Path, manner: Manner) -> Result<Done, Fai
         let sizes = [orders.n_layers, orders.n_zeniths, orders.max_degree];
         (sizes, orders.tolerance)
     });
-    let settings = canonical_json(&(&scene.air, scene.ground, scene.spectrum, sun, orders));
-    let request = Request {
-        stage: "atmosphere",
-        settings,
-        inputs: Vec::new(),
-        outputs: vec![to],
-    };
-    perform(&request, manner, |provenance| {
-        let vacuum =
-            || Failure::Usage("the scene has no section [air]: it lies in a vacuum".to_owned());
-        let file = table(scene)?.ok_or_else(vacuum)?.to_file(provenance);
-        output::write_file(to, |writer| file.write(writer))
-    })
+    canonical_json(&(&scene.air, scene.ground, scene.spectrum, sun, orders))
 }
 
 /// Reads a table of the air.

@@ -4,17 +4,29 @@
 //! nothing else, so a chain by hand gives the bytes of a run, and a file whose request hash still fits
 //! is kept.
 
+pub(crate) mod accuracy;
 pub(crate) mod airy;
+pub(crate) mod assembly;
 pub(crate) mod atmosphere;
 pub(crate) mod drops;
 pub(crate) mod photo;
 pub(crate) mod render;
+pub(crate) mod saved_rows;
 pub(crate) mod scatter;
 pub(crate) mod sky;
+pub(crate) mod sun_volume;
+pub(crate) mod surfaces;
+pub(crate) mod tile;
 
 use std::collections::BTreeMap;
+use std::fs;
+use std::io;
 use std::path::Path;
+use std::path::PathBuf;
+use std::sync::Mutex;
+use std::sync::PoisonError;
 use std::time::Instant;
+use std::time::SystemTime;
 
 use niji_exchange::Provenance;
 use niji_exchange::content_hash;
@@ -103,7 +115,7 @@ pub(crate) fn perform(
 fn provenance(request: &Request) -> Result<Provenance, Failure> {
     let mut inputs = BTreeMap::new();
     for (role, path) in &request.inputs {
-        let hash = content_hash(path).map_err(|error| Failure::bad_input(path, error))?;
+        let hash = hash_once(path).map_err(|error| Failure::bad_input(path, error))?;
         inputs.insert((*role).to_owned(), hash);
     }
     Ok(Provenance {
@@ -112,6 +124,24 @@ fn provenance(request: &Request) -> Result<Provenance, Failure> {
         settings: request.settings.clone(),
         inputs,
     })
+}
+
+/// Content hashes of files by name, length and time of the last change.
+type Hashes = BTreeMap<(PathBuf, u64, SystemTime), String>;
+
+/// Files that were read already: the frames of a sequence share theirs.
+static HASHES: Mutex<Hashes> = Mutex::new(Hashes::new());
+
+fn hash_once(path: &Path) -> io::Result<String> {
+    let metadata = fs::metadata(path)?;
+    let key = (path.to_owned(), metadata.len(), metadata.modified()?);
+    let mut hashes = HASHES.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(hash) = hashes.get(&key) {
+        return Ok(hash.clone());
+    }
+    let hash = content_hash(path)?;
+    hashes.insert(key, hash.clone());
+    Ok(hash)
 }
 
 /// Are all outputs there, the main one made for this very request?

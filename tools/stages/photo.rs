@@ -28,7 +28,7 @@ use crate::scene_file::Planned;
 use crate::stages;
 use crate::stages::Done;
 use crate::stages::Manner;
-use crate::stages::render::Surfaces;
+use crate::stages::surfaces::Surfaces;
 use crate::sun;
 
 /// Names of the files in the folder of a run.
@@ -65,13 +65,12 @@ pub(crate) fn with_picked_sun(text: String, scene_file: &Path) -> Result<String,
 
 /// Where the light of the render stage ends: at the photographed surfaces, or at those that the scene
 /// names.
-pub(crate) fn surfaces(planned: &Planned, folder: &Path) -> Option<Surfaces> {
-    let scene = &planned.scene;
-    let photographed = scene.photo.as_ref().map(|_| Surfaces {
-        path: folder.join(DEPTH),
-        along: Along::Ray,
-    });
-    photographed.or_else(|| stages::render::scene_surfaces(scene, &planned.file))
+pub(crate) fn surfaces(planned: &Planned, folder: &Path) -> Surfaces {
+    let of_scene = Surfaces::of_scene(&planned.scene, &planned.file);
+    match planned.scene.photo {
+        Some(_) => of_scene.with_depth(folder.join(DEPTH)),
+        None => of_scene,
+    }
 }
 
 /// The command line of a stage around the photograph; `None` for any other stage or scene.
@@ -151,7 +150,11 @@ fn beside(scene_file: &Path, path: &str) -> String {
 fn picture_and_camera(photo: &Photo, camera: &Camera, scene_file: &Path) -> Vec<String> {
     vec![
         beside(scene_file, &photo.picture),
-        format!("--fov-deg={}", camera.horizontal_fov_deg),
+        // A scene with a photograph has a pinhole camera, hence a field of view.
+        format!(
+            "--fov-deg={}",
+            camera.horizontal_fov_deg.unwrap_or_default()
+        ),
         format!("--azimuth-deg={}", camera.azimuth_deg),
         format!("--elevation-deg={}", camera.elevation_deg),
         format!("--roll-deg={}", camera.roll_deg),
@@ -166,17 +169,20 @@ fn distances(photo: &Photo, planned: &Planned) -> Vec<String> {
             format!("--labels={}", beside(labels)),
         ];
     }
-    match &planned.scene.occluders {
-        Some(occluders) => vec![
-            format!("--map={}", beside(&occluders.depth)),
+    let Some(occluders) = &planned.scene.occluders else {
+        return Vec::new();
+    };
+    let map = occluders.depth.iter().flat_map(|depth| {
+        [
+            format!("--map={}", beside(depth)),
             "--kind=metres".to_owned(),
             match occluders.along {
                 Along::Ray => "--along=ray".to_owned(),
                 Along::Axis => "--along=axis".to_owned(),
             },
-        ],
-        None => Vec::new(),
-    }
+        ]
+    });
+    map.collect()
 }
 
 fn picks(photo: &Photo) -> Vec<String> {

@@ -10,14 +10,14 @@ use niji_dropfield::Bricks;
 use niji_dropfield::Interpolation;
 use niji_exchange::Aov;
 use niji_exchange::AtmosphereTable;
+use niji_exchange::AttributeValue;
 use niji_exchange::Attributes;
+use niji_exchange::ImageWindows;
 use niji_exchange::Provenance;
 use niji_exchange::ScatteringTable;
 use niji_exchange::SpectralImage;
-use niji_photo::DepthAlong;
-use niji_photo::DepthKind;
-use niji_photo::depth_from_values;
-use niji_photo::read_depth_map;
+use niji_geometry::FisheyeMapping;
+use niji_geometry::PixelRegion;
 use niji_radiometry::Colorimetry;
 use niji_radiometry::WavelengthGrid;
 use niji_radiometry::solar_irradiance;
@@ -27,16 +27,13 @@ use niji_render::RenderRequest;
 use niji_render::Rendered;
 use niji_render::SunPath;
 use niji_render::Toggle;
-use niji_render::render;
-use niji_scene::Along;
 use niji_scene::Camera;
 use niji_scene::Effect;
 use niji_scene::Levels;
 use niji_scene::Picture;
-use niji_scene::Scene;
+use niji_scene::Projection;
 use niji_scene::Spectrum;
 use niji_scene::Sun;
-use niji_scene::canonical_json;
 use serde::Serialize;
 
 use crate::failure::Failure;
@@ -48,7 +45,15 @@ use crate::stages;
 use crate::stages::Done;
 use crate::stages::Manner;
 use crate::stages::Request;
+use crate::stages::accuracy;
 use crate::stages::perform;
+use crate::stages::saved_rows;
+use crate::stages::saved_rows::Saving;
+use crate::stages::saved_rows::Work;
+use crate::stages::sun_volume;
+use crate::stages::sun_volume::Allowed;
+use crate::stages::surfaces::Surfaces;
+use crate::stages::tile::Tile;
 
 /// Name of the spectral image in the folder of a run.
 pub(crate) const FILE: &str = "image.exr";
@@ -69,11 +74,17 @@ pub(crate) struct Settings {
     pub effects: Vec<&'static str>,
     /// How accurately.
     pub levels: Levels,
+    /// Largest error of a pixel, relative to the reference luminance, where one is asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<f64>,
     /// How the preview is shown.
     pub picture: Picture,
     /// What is simulated, as the renderer takes it.
     #[serde(skip)]
     pub render_effects: RenderEffects,
+    /// What a tolerance is relative to [cd/m²].
+    #[serde(skip)]
+    pub reference_luminance_cd_m2: f64,
 }
 
 impl Settings {
@@ -93,9 +104,22 @@ impl Settings {
             spectrum: scene.spectrum,
             effects: on.map(Effect::name).collect(),
             levels: plan.levels,
+            tolerance: planned
+                .asked_tolerance
+                .map(|tolerance| accuracy::SHARE_FOR_LEVELS * tolerance),
             picture: scene.picture,
             render_effects,
+            reference_luminance_cd_m2: plan.reference_luminance_cd_m2,
         }
+    }
+
+    /// All pixels of the picture, overscan included.
+    ///
+    /// # Errors
+    /// Never for a scene that was read from a file.
+    pub(crate) fn whole(&self) -> Result<PixelRegion, Failure> {
+        let region = self.camera.region();
+        region.map_err(|error| Failure::Usage(error.to_string()))
     }
 }
 
@@ -109,26 +133,16 @@ pub(crate) struct Inputs<'a> {
     /// The air, where an effect of the air is on.
     pub air: Option<&'a Path>,
     /// Surfaces that hide what is behind them.
-    pub surfaces: Option<&'a Surfaces>,
+    pub surfaces: &'a Surfaces,
 }
 
-/// A depth map, and what it is measured along.
-#[derive(Clone, Debug)]
-pub(crate) struct Surfaces {
-    /// The file.
-    pub path: PathBuf,
-    /// The view ray, or the optical axis.
-    pub along: Along,
-}
-
-/// The surfaces that a scene names, relative to its file.
-#[must_use]
-pub(crate) fn scene_surfaces(scene: &Scene, scene_file: &Path) -> Option<Surfaces> {
-    let folder = scene_file.parent().unwrap_or(Path::new(""));
-    scene.occluders.as_ref().map(|occluders| Surfaces {
-        path: folder.join(&occluders.depth),
-        along: occluders.along,
-    })
+/// An image to be made.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Target<'a> {
+    /// Its file.
+    pub path: &'a Path,
+    /// The pixels that it shall hold.
+    pub region: PixelRegion,
 }
 
 /// The plain image and the preview beside a spectral image.
@@ -137,7 +151,7 @@ pub(crate) fn companions(image: &Path) -> [PathBuf; 2] {
     [image.with_extension("rgb.exr"), image.with_extension("png")]
 }
 
-/// Renders a picture: the spectral image, the plain one and the preview.
+/// Renders a picture or a tile: the spectral image, the plain one and the preview.
 ///
 /// # Errors
 /// Inputs that are missing, damaged or contradict each other, an output that exists, or a file that
@@ -145,64 +159,70 @@ pub(crate) fn companions(image: &Path) -> [PathBuf; 2] {
 pub(crate) fn make(
     settings: &Settings,
     inputs: Inputs,
-    to: &Path,
+    target: Target,
     manner: Manner,
 ) -> Result<Done, Failure> {
     let mut files = vec![("drops", inputs.drops)];
     files.extend(inputs.table.map(|path| ("table", path)));
     files.extend(inputs.air.map(|path| ("air", path)));
-    files.extend(inputs.surfaces.map(|surfaces| ("depth", &*surfaces.path)));
-    let [plain, preview] = companions(to);
-    let outputs = vec![to, &plain, &preview];
-    let text = match inputs.surfaces.map(|surfaces| surfaces.along) {
-        // As it was before there were surfaces, so that files made then still fit.
-        None | Some(Along::Ray) => canonical_json(settings),
-        Some(Along::Axis) => canonical_json(&(settings, Along::Axis)),
-    };
+    files.extend(inputs.surfaces.inputs());
+    let [plain, preview] = companions(target.path);
+    let outputs = vec![target.path, &plain, &preview];
+    let region = target.region;
+    let whole = settings.whole()?;
+    let text = inputs.surfaces.settings(settings);
     let request = Request {
         stage: "render",
-        settings: text,
+        settings: Tile { region, whole }.settings(&text),
         inputs: files,
         outputs,
     };
-    perform(&request, manner, |provenance| {
-        let image = picture(settings, inputs, provenance, manner.verbosity)?;
-        let exposure_ev = settings.picture.exposure_ev;
-        output::write_file(&preview, |writer| image.write_png(writer, exposure_ev))?;
-        output::write_file(&plain, |writer| image.write_rgb_exr(writer))?;
-        output::write_file(to, |writer| image.write_spectral(writer))
-    })
+    let done = perform(&request, manner, |provenance| {
+        let image = picture(settings, inputs, target, (provenance, manner.verbosity))?;
+        write(&image, &settings.picture, target.path)
+    })?;
+    saved_rows::clear(target.path);
+    Ok(done)
+}
+
+/// Writes an image, the plain one and the preview.
+///
+/// # Errors
+/// A file that cannot be written.
+pub(crate) fn write(image: &SpectralImage, shown: &Picture, to: &Path) -> Result<(), Failure> {
+    let [plain, preview] = companions(to);
+    output::write_file(&preview, |writer| {
+        image.write_png(writer, shown.exposure_ev)
+    })?;
+    output::write_file(&plain, |writer| {
+        image.write_rgb_exr(shown.primaries.into(), writer)
+    })?;
+    output::write_file(to, |writer| image.write_spectral(writer))
 }
 
 fn picture(
     settings: &Settings,
     inputs: Inputs,
-    provenance: Provenance,
-    verbosity: Verbosity,
+    target: Target,
+    (provenance, verbosity): (Provenance, Verbosity),
 ) -> Result<SpectralImage, Failure> {
     let usage = |error: &dyn std::fmt::Display| Failure::Usage(error.to_string());
-    let camera = settings.camera.pinhole().map_err(|error| usage(&error))?;
+    let camera = settings.camera.camera().map_err(|error| usage(&error))?;
     let wavelengths = settings.spectrum.grid().map_err(|error| usage(&error))?;
     let table: Option<ScatteringTable> = inputs.table.map(stages::scatter::read).transpose()?;
     let air: Option<AtmosphereTable> = inputs.air.map(stages::atmosphere::read).transpose()?;
     let drops = lit_drops(settings, inputs.drops)?;
-    let surfaces = inputs
-        .surfaces
-        .map(|surfaces| read_surfaces(surfaces, settings.camera));
-    let surfaces = surfaces.transpose()?;
+    let surfaces = inputs.surfaces.read(settings.camera)?;
     let scale = settings.sun.irradiance_scale();
     let sun_irradiance: Vec<f64> = solar_irradiance(&wavelengths)
         .into_iter()
         .map(|irradiance| scale * irradiance)
         .collect();
-    let bar = progress::bar(
-        "render",
-        u64::from(camera.width_px()) * u64::from(camera.height_px()),
-        verbosity,
-    );
-    let rendered = render(
-        &RenderRequest {
+    let bar = progress::bar("render", target.region.n_pixels(), verbosity);
+    let work = Work {
+        request: RenderRequest {
             camera: &camera,
+            region: target.region,
             sun_direction: settings.sun.direction(),
             wavelengths,
             sun_irradiance: &sun_irradiance,
@@ -212,30 +232,73 @@ fn picture(
             surfaces: surfaces.as_ref(),
             effects: settings.render_effects,
             levels: settings.levels.render_levels(),
+            tolerance_cd_m2: settings
+                .tolerance
+                .map(|tolerance| tolerance * settings.reference_luminance_cd_m2),
         },
-        &|n_pixels| bar.inc(n_pixels),
-    );
+        provenance,
+        image: &|rendered, region, provenance| {
+            image(rendered, &camera, wavelengths, (region, provenance))
+        },
+        progress: &|n_pixels| bar.inc(n_pixels),
+    };
+    let image = saved_rows::render(&work, target.path, Saving::STANDARD);
     bar.finish_and_clear();
     // What contradicts here are the files: a table without the angles or sizes that the drops need,
     // or a depth map of another shape.
-    let rendered = rendered.map_err(|error| match (&error, inputs.surfaces) {
-        (niji_render::Error::SurfaceShape { .. }, Some(surfaces)) => {
-            Failure::bad_input(&surfaces.path, error)
+    image.map_err(|error| match (&error, &inputs.surfaces.depth) {
+        (niji_render::Error::SurfaceShape { .. }, Some(depth)) => {
+            Failure::bad_input(&depth.path, error)
         }
         (_, _) => Failure::bad_input(inputs.table.unwrap_or(inputs.drops), error),
-    })?;
-    let white_luminance_cd_m2 = white_luminance_cd_m2(&wavelengths);
+    })
+}
+
+/// What was rendered of a region, as an image with a provenance.
+fn image(
+    rendered: Rendered,
+    camera: &niji_geometry::Camera,
+    wavelengths: WavelengthGrid,
+    (region, provenance): (PixelRegion, Provenance),
+) -> SpectralImage {
     let world_to_camera = camera.world_to_camera().to_cols_array();
-    Ok(SpectralImage {
+    SpectralImage {
         wavelengths,
         aovs: aovs(&rendered),
         radiance: rendered.radiance,
-        white_luminance_cd_m2,
+        windows: ImageWindows {
+            data: region,
+            display: PixelRegion::frame(camera.width_px(), camera.height_px()),
+        },
+        white_luminance_cd_m2: white_luminance_cd_m2(&wavelengths),
         // f32 is what the attribute holds.
         world_to_camera: Some(world_to_camera.map(|value| value as f32)),
-        attributes: Attributes::new(),
+        attributes: projection_attributes(camera),
         provenance,
-    })
+    }
+}
+
+/// What a reader of a picture needs to know of its projection beside `worldToCamera`; nothing for a
+/// pinhole, which every reader takes for granted.
+fn projection_attributes(camera: &niji_geometry::Camera) -> Attributes {
+    let named = |name: &str| {
+        let projection = AttributeValue::Text(name.to_owned());
+        ("niji:projection".to_owned(), projection)
+    };
+    match camera {
+        niji_geometry::Camera::Pinhole(_) => Attributes::new(),
+        niji_geometry::Camera::Fisheye(fisheye) => {
+            let name = match fisheye.mapping() {
+                FisheyeMapping::Equidistant => Projection::FisheyeEquidistant.name(),
+                FisheyeMapping::Equisolid => Projection::FisheyeEquisolid.name(),
+            };
+            let focal_px = AttributeValue::Number(fisheye.focal_length_px());
+            Attributes::from([named(name), ("niji:focalLengthPx".to_owned(), focal_px)])
+        }
+        niji_geometry::Camera::Panorama(_) => {
+            Attributes::from([named(Projection::Panorama.name())])
+        }
+    }
 }
 
 /// Luminance of a white card that faces the sun above the air.
@@ -261,27 +324,12 @@ fn lit_drops(settings: &Settings, path: &Path) -> Result<LitDrops, Failure> {
     } else {
         SunPath::Ignore
     };
-    LitDrops::new(bricks, settings.sun.direction(), sun_path)
+    let allowed = settings.tolerance.map(|tolerance| Allowed {
+        tolerance,
+        efficiency: settings.levels.drop_extinction.efficiency(),
+    });
+    sun_volume::lit(bricks, settings.sun.direction(), sun_path, allowed)
         .map_err(|error| Failure::bad_input(path, error))
-}
-
-/// Reads surfaces as distances along the rays of a camera.
-fn read_surfaces(surfaces: &Surfaces, camera: Camera) -> Result<niji_render::Surfaces, Failure> {
-    let bad = |error: &dyn std::fmt::Display| Failure::bad_input(&surfaces.path, error);
-    let mut distance_m = read_depth_map(&surfaces.path).map_err(|error| bad(&error))?;
-    if surfaces.along == Along::Axis {
-        let (height, width) = distance_m.dim();
-        // The same view in the pixels of the map.
-        let of_map = Camera {
-            width_px: width as u32,
-            height_px: height as u32,
-            ..camera
-        };
-        let pinhole = of_map.pinhole().map_err(|error| bad(&error))?;
-        distance_m = depth_from_values(&distance_m, &DepthKind::Metres, DepthAlong::Axis, &pinhole)
-            .map_err(|error| bad(&error))?;
-    }
-    niji_render::Surfaces::new(distance_m).map_err(|error| bad(&error))
 }
 
 fn aovs(rendered: &Rendered) -> Vec<Aov> {
@@ -308,6 +356,8 @@ fn aovs(rendered: &Rendered) -> Vec<Aov> {
         xyz("bow.secondary", &rendered.bow_secondary),
         xyz("inscatter", &rendered.inscatter),
     ];
+    let multiple = rendered.bow_multiple.iter();
+    aovs.extend(multiple.map(|light| xyz("bow.multiple", light)));
     aovs.extend(rendered.skylit.iter().map(|light| xyz("skylit", light)));
     aovs.extend([
         plane("transmittance", ["Y", "-"], &rendered.transmittance),
@@ -318,6 +368,20 @@ fn aovs(rendered: &Rendered) -> Vec<Aov> {
         let finite = surface.mapv(|distance| distance.min(NO_SURFACE_M));
         plane("surface", ["Z", "m"], &finite)
     }));
-    aovs.push(plane("error", ["Y", "cd/m^2"], &rendered.error));
+    aovs.push(error_aov(rendered));
     aovs
+}
+
+/// The estimated error, and what it is made of.
+fn error_aov(rendered: &Rendered) -> Aov {
+    let parts = rendered.error_parts.named().into_iter();
+    let total = [(accuracy::TOTAL, &rendered.error)].into_iter();
+    let channels = total.chain(parts);
+    Aov {
+        name: accuracy::AOV.to_owned(),
+        unit: "cd/m^2".to_owned(),
+        channels: channels
+            .map(|(name, plane)| (name.to_owned(), plane.clone()))
+            .collect(),
+    }
 }

@@ -43,12 +43,7 @@ pub(crate) fn make(
 ) -> Result<Done, Failure> {
     let airy = airy.filter(|_| need.theory.uses_airy_table());
     let inputs = airy.map(|path| ("airy", path)).into_iter().collect();
-    let spectrum = (
-        wavelengths.first_nm(),
-        wavelengths.step_nm(),
-        wavelengths.len(),
-    );
-    let settings = canonical_json(&(need, spectrum));
+    let settings = settings(need, wavelengths);
     let request = Request {
         stage: "scatter",
         settings,
@@ -60,6 +55,16 @@ pub(crate) fn make(
         let file = table.to_file(provenance);
         output::write_file(to, |writer| file.write(writer))
     })
+}
+
+/// What a table depends on besides f(z).
+pub(crate) fn settings(need: &ScatteringNeed, wavelengths: WavelengthGrid) -> String {
+    let spectrum = (
+        wavelengths.first_nm(),
+        wavelengths.step_nm(),
+        wavelengths.len(),
+    );
+    canonical_json(&(need, spectrum))
 }
 
 /// The scattering table that is needed, with progress.

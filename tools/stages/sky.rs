@@ -15,6 +15,7 @@ use niji_atmosphere::SkyMethod;
 use niji_atmosphere::SkyObserver;
 use niji_exchange::AtmosphereTable;
 use niji_exchange::Attributes;
+use niji_exchange::ImageWindows;
 use niji_exchange::Provenance;
 use niji_exchange::SpectralImage;
 use niji_radiometry::Radians;
@@ -114,6 +115,7 @@ fn picture(
         radiance: Array3::from_shape_fn((n_wavelengths, height, width), |(plane, row, column)| {
             pixels[(row * width + column) * n_wavelengths + plane]
         }),
+        windows: ImageWindows::whole(width, height),
         aovs: Vec::new(),
         white_luminance_cd_m2: stages::render::white_luminance_cd_m2(&air.wavelengths),
         world_to_camera: None,

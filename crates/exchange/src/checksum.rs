@@ -1,6 +1,7 @@
 //! Notices damage that the format cannot see.
 //!
-//! checksum = SHA-256(name, header values this crate uses, SHA-256 of every channel)
+//! checksum = SHA-256(name, header values this crate uses, place in the frame unless (0, 0),
+//!            SHA-256 of every channel)
 //! EXR itself protects only deflated blocks; a flipped bit in an uncompressed table would pass as
 //! another number. Channels are hashed in parallel and combined in the order of their names.
 //! [FIPS180] NIST FIPS 180-4, Secure Hash Standard (2015).
@@ -51,6 +52,11 @@ pub(crate) fn of(part: &Part) -> String {
         .chain(part.world_to_camera.iter().flatten());
     for number in standard {
         add(&number.to_le_bytes());
+    }
+    let place = part.windows.map_or((0, 0), |w| (w.data.x_px, w.data.y_px));
+    if place != (0, 0) {
+        add(&place.0.to_le_bytes());
+        add(&place.1.to_le_bytes());
     }
     for ((name, samples), hash) in channels.into_iter().zip(hashes) {
         let (height, width) = samples.dim();

@@ -18,17 +18,21 @@ use exr::compression::Compression;
 use exr::meta::BlockDescription;
 use exr::meta::MetaData;
 use exr::meta::attribute::AttributeValue as ExrValue;
+use exr::meta::attribute::IntegerBounds;
 use exr::meta::attribute::SampleType;
 use exr::meta::attribute::Text;
 use exr::meta::header::Header;
 use exr::prelude::f16;
 use ndarray::Array2;
+use niji_geometry::PixelRegion;
+use niji_radiometry::RgbPrimaries;
 use rayon::prelude::*;
 
 use crate::attributes::AttributeValue;
 use crate::attributes::Attributes;
 use crate::checksum;
 use crate::error::Error;
+use crate::image_windows::ImageWindows;
 use crate::part::Part;
 
 /// Best that a codec can do: deflate packs at most 1032 bytes into one, the others less.
@@ -265,12 +269,28 @@ impl Page {
             channels,
             attributes: attributes(header),
             white_luminance_cd_m2: own.white_luminance,
+            primaries: RgbPrimaries::Rec709,
             world_to_camera: own.world_to_camera,
+            windows: Some(ImageWindows {
+                data: region(header.data_window())?,
+                display: region(header.shared_attributes.display_window)?,
+            }),
         };
         checksum::verify(&part)?;
         part.check_values()?;
         Ok(part)
     }
+}
+
+/// A window of the format.
+fn region(bounds: IntegerBounds) -> Result<PixelRegion, Error> {
+    let too_large = |_| Error::Damaged("found a window of more than 2^32 pixels".to_owned());
+    Ok(PixelRegion {
+        x_px: bounds.position.x(),
+        y_px: bounds.position.y(),
+        width_px: u32::try_from(bounds.size.width()).map_err(too_large)?,
+        height_px: u32::try_from(bounds.size.height()).map_err(too_large)?,
+    })
 }
 
 /// Samples from bytes in the order of this machine, as `exr` hands them out.

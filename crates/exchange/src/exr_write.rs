@@ -31,6 +31,8 @@ use exr::meta::attribute::Text;
 use exr::meta::header::Header;
 use exr::meta::header::ImageAttributes;
 use exr::meta::header::LayerAttributes;
+use niji_geometry::PixelRegion;
+use niji_radiometry::RgbPrimaries;
 use rayon::prelude::*;
 
 use crate::attributes::AttributeValue;
@@ -139,6 +141,9 @@ impl<'a, 'p> Sheet<'a, 'p> {
         let mut attributes = LayerAttributes::named(text(&self.part.name));
         attributes.white_luminance = self.part.white_luminance_cd_m2;
         attributes.world_to_camera = self.part.world_to_camera;
+        if let Some(windows) = self.part.windows {
+            attributes.layer_position = bounds(windows.data).position;
+        }
         let checksum = AttributeValue::Text(checksum::of(self.part));
         let own = self
             .part
@@ -167,26 +172,41 @@ impl<'a, 'p> Sheet<'a, 'p> {
     }
 }
 
-/// What all headers of a file share: a display window around all parts, and what R, G, B mean if a
-/// part has a white.
+/// What all headers of a file share: the display window of the first part that has one, or one around
+/// all parts, and what R, G, B mean if a part has a white.
 fn shared_attributes(parts: &[Part]) -> ImageAttributes {
     let sizes = parts.iter().map(Part::size);
     let (height, width) = sizes.fold((0, 0), |a, b| (a.0.max(b.0), a.1.max(b.1)));
-    let mut shared = ImageAttributes::new(IntegerBounds::from_dimensions((width, height)));
-    let has_colors = parts
+    let around = IntegerBounds::from_dimensions((width, height));
+    let windows = parts.iter().find_map(|part| part.windows);
+    let display = windows.map_or(around, |windows| bounds(windows.display));
+    let mut shared = ImageAttributes::new(display);
+    let mut with_white = parts
         .iter()
-        .any(|part| part.white_luminance_cd_m2.is_some());
-    shared.chromaticities = has_colors.then(rec709);
+        .filter(|part| part.white_luminance_cd_m2.is_some());
+    shared.chromaticities = with_white.next().map(|part| chromaticities(part.primaries));
     shared
 }
 
-/// Linear Rec.709 with a D65 white.
-fn rec709() -> Chromaticities {
+/// A region as the format has it.
+fn bounds(region: PixelRegion) -> IntegerBounds {
+    IntegerBounds {
+        position: Vec2(region.x_px, region.y_px),
+        size: Vec2(region.width_px as usize, region.height_px as usize),
+    }
+}
+
+/// What red, green, blue and white are, as the format has it.
+fn chromaticities(primaries: RgbPrimaries) -> Chromaticities {
+    // f32: what the format holds.
+    let [red, green, blue, white] = primaries
+        .chromaticities()
+        .map(|[x, y]| Vec2(x as f32, y as f32));
     Chromaticities {
-        red: Vec2(0.64, 0.33),
-        green: Vec2(0.30, 0.60),
-        blue: Vec2(0.15, 0.06),
-        white: Vec2(0.3127, 0.3290),
+        red,
+        green,
+        blue,
+        white,
     }
 }
 

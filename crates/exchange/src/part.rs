@@ -3,10 +3,12 @@
 use ndarray::Array2;
 use ndarray::CowArray;
 use ndarray::Ix2;
+use niji_radiometry::RgbPrimaries;
 
 use crate::attributes::AttributeValue;
 use crate::attributes::Attributes;
 use crate::error::Error;
+use crate::image_windows::ImageWindows;
 
 /// Longest name of a part, channel or attribute that the format holds, in bytes.
 const MAX_NAME_BYTES: usize = 255;
@@ -21,7 +23,11 @@ pub(crate) struct Part<'a> {
     pub(crate) channels: Vec<(String, Samples<'a>)>,
     pub(crate) attributes: Attributes,
     pub(crate) white_luminance_cd_m2: Option<f32>,
+    /// What R, G and B mean in a part with a white; read ones are Rec.709.
+    pub(crate) primaries: RgbPrimaries,
     pub(crate) world_to_camera: Option<[f32; 16]>,
+    /// `None` for a part that begins at (0, 0) and is shown as a whole.
+    pub(crate) windows: Option<ImageWindows>,
 }
 
 impl<'a> Part<'a> {
@@ -31,7 +37,9 @@ impl<'a> Part<'a> {
             channels,
             attributes: Attributes::new(),
             white_luminance_cd_m2: None,
+            primaries: RgbPrimaries::Rec709,
             world_to_camera: None,
+            windows: None,
         }
     }
 

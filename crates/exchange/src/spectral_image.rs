@@ -4,6 +4,9 @@
 //! that layout and ordinary ones both find something; further parts are AOVs. The layout wants the
 //! unit `W.m^-2.sr^-1`; the truth, bin means per nanometre, stands in `niji:spectralUnit`.
 //!
+//! The data window is the region that was rendered and the display window the frame of the camera, so
+//! that tiles and overscan stand where they belong.
+//!
 //! R, G, B are linear Rec.709 relative to a white of `white_luminance_cd_m2`, so that
 //!   xyz [cd/m^2] = white * M rgb;  colors outside the gamut are mixed with grey (never clipped).
 //! [FPW21] A. Fichet, R. Pacanowski, A. Wilkie, J. Computer Graphics Techniques 10(3), 1-18 (2021).
@@ -18,6 +21,7 @@ use ndarray::Axis as Dimension;
 use ndarray::parallel::prelude::*;
 use niji_radiometry::Colorimetry;
 use niji_radiometry::GamutPolicy;
+use niji_radiometry::RgbPrimaries;
 use niji_radiometry::WavelengthGrid;
 use niji_radiometry::into_gamut;
 use niji_radiometry::xyz_to_linear_rec709;
@@ -30,6 +34,7 @@ use crate::error::Error;
 use crate::exr_read;
 use crate::exr_write;
 use crate::exr_write::Codec;
+use crate::image_windows::ImageWindows;
 use crate::part::Part;
 use crate::part::Samples;
 use crate::preview;
@@ -77,6 +82,8 @@ pub struct SpectralImage {
     pub wavelengths: WavelengthGrid,
     /// Radiance by wavelength, row and column: bin means in W m^-2 sr^-1 nm^-1.
     pub radiance: Array3<f32>,
+    /// Where its pixels lie, and which are the frame.
+    pub windows: ImageWindows,
     /// Further pictures of the same size.
     pub aovs: Vec<Aov>,
     /// Luminance of R = G = B = 1 in cd/m^2.
@@ -91,9 +98,9 @@ pub struct SpectralImage {
 }
 
 impl SpectralImage {
-    /// Linear Rec.709 relative to the white, by channel, row and column.
+    /// Linear RGB relative to the white, by channel, row and column.
     #[must_use]
-    pub fn rgb(&self, policy: GamutPolicy) -> Array3<f32> {
+    pub fn rgb(&self, primaries: RgbPrimaries, policy: GamutPolicy) -> Array3<f32> {
         let (n_wavelengths, height, width) = self.radiance.dim();
         let colorimetry = Colorimetry::new(&self.wavelengths);
         let mut rgb = Array3::zeros((height, width, 3));
@@ -109,7 +116,8 @@ impl SpectralImage {
                     let xyz = colorimetry
                         .xyz(&spectrum)
                         .map(|value| value / self.white_luminance_cd_m2);
-                    let color = into_gamut(xyz_to_linear_rec709(xyz), policy);
+                    let color = primaries.of_linear_rec709(xyz_to_linear_rec709(xyz));
+                    let color = into_gamut(color, primaries, policy);
                     for (channel, value) in color.into_iter().enumerate() {
                         row[[x, channel]] = value as f32;
                     }
@@ -123,13 +131,14 @@ impl SpectralImage {
     /// # Errors
     /// A value that is not finite, an AOV of another size, or a writer that fails.
     pub fn write_spectral(&self, writer: impl Write + Seek) -> Result<(), Error> {
-        self.check_aovs()?;
+        self.check_shape()?;
         let planes = self.radiance.axis_iter(Dimension(0));
         let named = self.wavelengths.centers().zip(planes);
         let mut channels: Vec<(String, Samples)> = named
             .map(|(center, plane)| (format!("{STOKES_0}{}", long_name(center)), plane.into()))
             .collect();
-        channels.extend(rgb_channels(&self.rgb(GamutPolicy::Desaturate)));
+        let rgb = self.rgb(RgbPrimaries::Rec709, GamutPolicy::Desaturate);
+        channels.extend(rgb_channels(&rgb));
         let mut main = Part::new(SPECTRAL_PART, channels);
         main.attributes = self.attributes.clone();
         self.describe(&mut main);
@@ -150,6 +159,7 @@ impl SpectralImage {
             let mut part = Part::new(&aov.name, channels.collect());
             let unit = AttributeValue::Text(aov.unit.clone());
             part.attributes.insert(AOV_UNIT.to_owned(), unit);
+            part.windows = Some(self.windows);
             parts.push(part);
         }
         exr_write::write(&parts, Codec::Piz, writer)
@@ -169,11 +179,15 @@ impl SpectralImage {
         };
         let mut main = parts.next().ok_or_else(missing)?;
         let (wavelengths, radiance) = radiance(&mut main)?;
+        let (_, height, width) = radiance.dim();
         let provenance = Provenance::from_text_items(attributes::texts(&main.attributes));
         let white = main.white_luminance_cd_m2.map_or(1.0, f64::from);
         let image = Self {
             wavelengths,
             radiance,
+            windows: main
+                .windows
+                .unwrap_or_else(|| ImageWindows::whole(width, height)),
             aovs: parts.map(aov).collect(),
             white_luminance_cd_m2: main.number(WHITE).unwrap_or(white),
             world_to_camera: main.world_to_camera,
@@ -183,7 +197,7 @@ impl SpectralImage {
             },
             provenance: provenance.unwrap_or_default(),
         };
-        image.check_aovs()?;
+        image.check_shape()?;
         Ok(image)
     }
 
@@ -192,8 +206,12 @@ impl SpectralImage {
     ///
     /// # Errors
     /// A value that is not finite or a writer that fails.
-    pub fn write_rgb_exr(&self, writer: impl Write + Seek) -> Result<(), Error> {
-        self.check_aovs()?;
+    pub fn write_rgb_exr(
+        &self,
+        primaries: RgbPrimaries,
+        writer: impl Write + Seek,
+    ) -> Result<(), Error> {
+        self.check_shape()?;
         let (_, height, width) = self.radiance.dim();
         let find = |name| self.aovs.iter().find(|aov: &&Aov| aov.name == name);
         let alpha = find(TRANSMITTANCE).map_or_else(
@@ -203,20 +221,25 @@ impl SpectralImage {
         let depth = find(DEPTH)
             .map_or_else(|| Array2::from_elem((height, width), NO_DEPTH_M), Aov::mean)
             .mapv(|z| if z > 0.0 { z } else { NO_DEPTH_M });
-        let mut channels = rgb_channels(&self.rgb(GamutPolicy::Desaturate));
+        let mut channels = rgb_channels(&self.rgb(primaries, GamutPolicy::Desaturate));
         channels.push(("A".to_owned(), alpha.into()));
         channels.push(("Z".to_owned(), depth.into()));
         let mut part = Part::new("rgb", channels);
+        part.primaries = primaries;
         self.describe(&mut part);
         exr_write::write(&[part], Codec::Piz, writer)
     }
 
-    /// Writes a preview for people: 8-bit sRGB, see [`crate::tone_curve`].
+    /// Writes a preview of the frame for people: 8-bit sRGB, see [`crate::tone_curve`].
     ///
     /// # Errors
     /// A value that is not finite or a writer that fails.
     pub fn write_png(&self, writer: impl Write, exposure_ev: f64) -> Result<(), Error> {
-        let rgb = self.rgb(GamutPolicy::Desaturate);
+        self.check_shape()?;
+        let mut rgb = self.rgb(RgbPrimaries::Rec709, GamutPolicy::Desaturate);
+        for (axis, shown) in self.windows.shown_rows_and_columns() {
+            rgb.slice_axis_inplace(axis, shown);
+        }
         preview::write_png(&rgb, exposure_ev, &self.provenance, writer)
     }
 
@@ -224,12 +247,13 @@ impl SpectralImage {
         // f32: what the standard attribute holds; the exact number stands beside it.
         part.white_luminance_cd_m2 = Some(self.white_luminance_cd_m2 as f32);
         part.world_to_camera = self.world_to_camera;
+        part.windows = Some(self.windows);
         let white = AttributeValue::Number(self.white_luminance_cd_m2);
         part.attributes.insert(WHITE.to_owned(), white);
         attributes::insert_texts(&mut part.attributes, self.provenance.to_text_items());
     }
 
-    fn check_aovs(&self) -> Result<(), Error> {
+    fn check_shape(&self) -> Result<(), Error> {
         let (n_planes, height, width) = self.radiance.dim();
         if n_planes != self.wavelengths.len() {
             let (what, expected) = ("planes of radiance".to_owned(), self.wavelengths.len());
@@ -238,6 +262,19 @@ impl SpectralImage {
                 found: n_planes,
                 expected,
             });
+        }
+        let window = self.windows.data;
+        for (what, found, expected) in [
+            ("rows in its data window", window.height_px, height),
+            ("columns in its data window", window.width_px, width),
+        ] {
+            if found as usize != expected {
+                return Err(Error::Shape {
+                    what: what.to_owned(),
+                    found: found as usize,
+                    expected,
+                });
+            }
         }
         for aov in &self.aovs {
             for (name, values) in &aov.channels {

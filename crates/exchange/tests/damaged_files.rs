@@ -14,6 +14,7 @@ use niji_exchange::Attributes;
 use niji_exchange::Axis;
 use niji_exchange::Channel;
 use niji_exchange::Error;
+use niji_exchange::ImageWindows;
 use niji_exchange::Provenance;
 use niji_exchange::SpectralImage;
 use niji_exchange::TableFile;
@@ -77,6 +78,7 @@ fn image() -> SpectralImage {
     SpectralImage {
         wavelengths: WavelengthGrid::new(400.0, 50.0, 7).unwrap(),
         radiance: Array3::from_shape_fn((7, height, width), |(l, y, x)| wave(y + l, x)),
+        windows: ImageWindows::whole(width, height),
         aovs: vec![Aov {
             name: "depth".to_owned(),
             unit: "m".to_owned(),

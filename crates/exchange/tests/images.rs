@@ -8,15 +8,19 @@ use std::io::Cursor;
 
 use ndarray::Array2;
 use ndarray::Array3;
+use ndarray::s;
 use niji_exchange::Aov;
 use niji_exchange::AttributeValue;
 use niji_exchange::Attributes;
 use niji_exchange::Error;
+use niji_exchange::ImageWindows;
 use niji_exchange::Provenance;
 use niji_exchange::SpectralImage;
 use niji_exchange::contents;
+use niji_geometry::PixelRegion;
 use niji_radiometry::Colorimetry;
 use niji_radiometry::GamutPolicy;
+use niji_radiometry::RgbPrimaries;
 use niji_radiometry::WavelengthGrid;
 use niji_radiometry::linear_rec709_to_xyz;
 use niji_radiometry::srgb_encode;
@@ -41,6 +45,7 @@ fn image() -> SpectralImage {
         radiance: Array3::from_shape_fn((10, HEIGHT, WIDTH), |(l, y, x)| {
             1e-2 * noise(77_777 * l + WIDTH * y + x)
         }),
+        windows: ImageWindows::whole(WIDTH, HEIGHT),
         aovs: vec![
             Aov {
                 name: "bow.primary".to_owned(),
@@ -112,7 +117,7 @@ fn the_bytes_do_not_depend_on_the_number_of_threads() {
             .unwrap();
         pool.install(|| {
             let mut rgb = Cursor::new(Vec::new());
-            image.write_rgb_exr(&mut rgb).unwrap();
+            image.write_rgb_exr(RgbPrimaries::Rec709, &mut rgb).unwrap();
             let mut png = Vec::new();
             image.write_png(&mut png, 0.0).unwrap();
             (spectral_bytes(&image), rgb.into_inner(), png)
@@ -146,7 +151,7 @@ fn channels_and_attributes_follow_the_spectral_layout() {
 #[test]
 fn rgb_times_white_is_the_luminance_of_the_spectrum() {
     let image = image();
-    let rgb = image.rgb(GamutPolicy::Desaturate);
+    let rgb = image.rgb(RgbPrimaries::Rec709, GamutPolicy::Desaturate);
     let spectrum: Vec<f64> = (0..10)
         .map(|l| f64::from(image.radiance[[l, 33, 21]]))
         .collect();
@@ -168,7 +173,9 @@ fn light_where_nothing_covers_survives_in_the_plain_image() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("image.rgb.exr");
     let mut cursor = Cursor::new(Vec::new());
-    image.write_rgb_exr(&mut cursor).unwrap();
+    image
+        .write_rgb_exr(RgbPrimaries::Rec709, &mut cursor)
+        .unwrap();
     fs::write(&path, cursor.into_inner()).unwrap();
     let parts = contents(&path).unwrap();
     let names: Vec<&str> = parts[0].channels.iter().map(|c| c.name.as_str()).collect();
@@ -177,7 +184,7 @@ fn light_where_nothing_covers_survives_in_the_plain_image() {
         (parts[0].channels[0].min, parts[0].channels[0].max),
         (0.0, 0.0)
     );
-    let expected = image.rgb(GamutPolicy::Desaturate);
+    let expected = image.rgb(RgbPrimaries::Rec709, GamutPolicy::Desaturate);
     let brightest = expected.iter().copied().fold(0.0, f32::max);
     let found = parts[0].channels[1..4]
         .iter()
@@ -193,7 +200,9 @@ fn alpha_is_what_the_drops_cover_and_z_the_depth() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("image.rgb.exr");
     let mut cursor = Cursor::new(Vec::new());
-    image.write_rgb_exr(&mut cursor).unwrap();
+    image
+        .write_rgb_exr(RgbPrimaries::Rec709, &mut cursor)
+        .unwrap();
     fs::write(&path, cursor.into_inner()).unwrap();
     let channels = &contents(&path).unwrap()[0].channels;
     assert_eq!((channels[0].min, channels[0].max), (0.75, 0.75));
@@ -214,7 +223,7 @@ fn values_that_are_not_finite_name_the_wavelength_and_the_pixel() {
                     expected a finite number";
     assert_eq!(error.to_string(), expected);
     assert!(matches!(
-        broken.write_rgb_exr(Cursor::new(Vec::new())),
+        broken.write_rgb_exr(RgbPrimaries::Rec709, Cursor::new(Vec::new())),
         Err(Error::NotFinite { x: 34, y: 12, .. })
     ));
     assert!(matches!(
@@ -239,16 +248,23 @@ fn aovs_of_another_size_and_images_without_pixels_are_refused() {
     let mut empty = image();
     empty.aovs.clear();
     empty.radiance = Array3::zeros((10, 0, 0));
+    empty.windows = ImageWindows::whole(0, 0);
     let error = empty.write_spectral(Cursor::new(Vec::new())).unwrap_err();
     assert!(matches!(error, Error::Empty { .. }), "{error}");
-    assert!(empty.write_rgb_exr(Cursor::new(Vec::new())).is_err());
+    assert!(
+        empty
+            .write_rgb_exr(RgbPrimaries::Rec709, Cursor::new(Vec::new()))
+            .is_err()
+    );
     assert!(empty.write_png(Vec::new(), 0.0).is_err());
 }
 
 #[test]
 fn a_plain_image_is_no_spectral_one() {
     let mut cursor = Cursor::new(Vec::new());
-    image().write_rgb_exr(&mut cursor).unwrap();
+    image()
+        .write_rgb_exr(RgbPrimaries::Rec709, &mut cursor)
+        .unwrap();
     let error = read(&cursor.into_inner()).unwrap_err();
     assert!(
         matches!(
@@ -267,7 +283,7 @@ fn the_preview_shows_the_tone_curve_in_srgb() {
     let mut grey = image();
     // An equal-energy spectrum whose green channel is 0.18 of the white.
     grey.radiance.fill(1e-3);
-    let green = f64::from(grey.rgb(GamutPolicy::Desaturate)[[1, 0, 0]]);
+    let green = f64::from(grey.rgb(RgbPrimaries::Rec709, GamutPolicy::Desaturate)[[1, 0, 0]]);
     grey.white_luminance_cd_m2 *= green / 0.18;
     for (exposure_ev, expected) in [(0.0, 0.18), (1.0, 0.36), (-2.0, 0.045)] {
         let mut png = Vec::new();
@@ -289,4 +305,123 @@ fn the_preview_shows_the_tone_curve_in_srgb() {
             (255.0 * srgb_encode(expected)).round()
         );
     }
+}
+
+/// Rows and columns of an image, in the pixels of its frame.
+fn cut(image: &SpectralImage, region: PixelRegion) -> SpectralImage {
+    let origin = image.windows.data;
+    let range = |start: i32, origin: i32, n: u32| {
+        let first = start.abs_diff(origin) as usize;
+        first..first + n as usize
+    };
+    let rows = range(region.y_px, origin.y_px, region.height_px);
+    let columns = range(region.x_px, origin.x_px, region.width_px);
+    let plane = |values: &Array2<f32>| values.slice(s![rows.clone(), columns.clone()]).to_owned();
+    let mut cut = image.clone();
+    cut.windows.data = region;
+    let radiance = image.radiance.slice(s![.., rows.clone(), columns.clone()]);
+    cut.radiance = radiance.to_owned();
+    for channel in cut.aovs.iter_mut().flat_map(|aov| &mut aov.channels) {
+        channel.1 = plane(&channel.1);
+    }
+    cut
+}
+
+/// The image as one with a frame of 35 x 60 pixels and overscan around it.
+fn with_overscan() -> SpectralImage {
+    let display = PixelRegion::frame(WIDTH as u32 - 10, HEIGHT as u32 - 10);
+    SpectralImage {
+        windows: ImageWindows {
+            data: display.grown(5).unwrap(),
+            display,
+        },
+        ..image()
+    }
+}
+
+#[test]
+fn tiles_and_overscan_come_back_where_they_were() {
+    let whole = with_overscan();
+    for region in [
+        whole.windows.data,
+        PixelRegion {
+            x_px: -5,
+            y_px: 3,
+            width_px: 9,
+            height_px: 33,
+        },
+        // A single block of rows that begins in the middle of another image's.
+        PixelRegion {
+            x_px: 30,
+            y_px: 64,
+            width_px: 1,
+            height_px: 1,
+        },
+    ] {
+        let image = cut(&whole, region);
+        let bytes = spectral_bytes(&image);
+        assert_eq!(read(&bytes).unwrap(), image);
+        assert_eq!(spectral_bytes(&read(&bytes).unwrap()), bytes);
+    }
+}
+
+#[test]
+fn a_data_window_of_another_size_is_refused() {
+    let mut image = image();
+    image.windows.data.height_px += 1;
+    let refusal = image.write_spectral(Cursor::new(Vec::new())).unwrap_err();
+    assert!(matches!(refusal, Error::Shape { .. }), "{refusal}");
+}
+
+#[test]
+fn a_preview_shows_the_frame_and_of_a_tile_what_is_there() {
+    let size = |image: &SpectralImage| {
+        let mut png = Vec::new();
+        image.write_png(&mut png, 0.0).unwrap();
+        let reader = png::Decoder::new(Cursor::new(png)).read_info().unwrap();
+        (reader.info().width, reader.info().height)
+    };
+    let whole = with_overscan();
+    assert_eq!(size(&whole), (35, 60));
+    let shown = |region| size(&cut(&whole, region));
+    assert_eq!(
+        shown(PixelRegion {
+            y_px: -5,
+            height_px: 15,
+            ..whole.windows.data
+        }),
+        (35, 10)
+    );
+    // All of it lies in the overscan.
+    assert_eq!(
+        shown(PixelRegion {
+            y_px: -5,
+            height_px: 3,
+            ..whole.windows.data
+        }),
+        (45, 3)
+    );
+}
+
+#[test]
+fn a_tile_that_was_moved_does_not_fit_its_checksum() {
+    let region = PixelRegion {
+        x_px: 7,
+        y_px: 3,
+        width_px: 9,
+        height_px: 33,
+    };
+    let bytes = spectral_bytes(&cut(&with_overscan(), region));
+    let name = b"dataWindow\0box2i\0";
+    let at = bytes
+        .windows(name.len())
+        .position(|part| part == name)
+        .unwrap();
+    let first = at + name.len() + 4;
+    let mut moved = bytes.clone();
+    // Both columns of the window of the first part, one to the right.
+    for column in [first, first + 8] {
+        moved[column] += 1;
+    }
+    assert!(matches!(read(&moved), Err(Error::Checksum { .. })));
 }

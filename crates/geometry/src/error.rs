@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use glam::DVec3;
 
+use crate::pixel_region::PixelRegion;
+
 /// A request that cannot be met.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Error {
@@ -21,9 +23,77 @@ pub enum Error {
         /// Height asked for.
         height_px: u32,
     },
-    /// NaN or infinity in a position or an angle.
-    #[error("found a position or an angle that is not a finite number")]
+    /// A region without pixels, or too far from the frame.
+    #[error(
+        "found the region {found} (x, y, width, height), expected at least one pixel and none \
+         farther than 16777216 from the frame's corner"
+    )]
+    Region {
+        /// The region asked for.
+        found: PixelRegion,
+    },
+    /// No bands, or bands without rows.
+    #[error("found {n_bands} tiles of {n_rows} rows, expected 1 to {n_rows}")]
+    Bands {
+        /// Bands asked for.
+        n_bands: u32,
+        /// Rows to be shared out.
+        n_rows: u32,
+    },
+    /// A camera whose pictures bend straight lines where that will not do.
+    #[error("found a fisheye or a panorama, expected a pinhole camera")]
+    NotPinhole,
+    /// The angles of a fisheye camera lie above 0 and up to 360 degrees.
+    #[error("found a fisheye angle of {found_deg} degrees, expected more than 0 and at most 360")]
+    FisheyeAngle {
+        /// The field of view or image circle asked for, in degrees.
+        found_deg: f64,
+    },
+    /// A panorama of all directions has square pixels.
+    #[error(
+        "found a panorama of {width_px} x {height_px} pixels, expected one twice as wide as high"
+    )]
+    PanoramaShape {
+        /// Width asked for.
+        width_px: u32,
+        /// Height asked for.
+        height_px: u32,
+    },
+    /// A lens or a sensor without a size.
+    #[error("found a {name} of {found_mm} mm, expected more than 0")]
+    LensLength {
+        /// Which length.
+        name: &'static str,
+        /// The length asked for, in millimetres.
+        found_mm: f64,
+    },
+    /// NaN or infinity in a position, an angle or a matrix.
+    #[error("found a position, an angle or a matrix that is not of finite numbers")]
     NotFinite,
+    /// A camera matrix for row vectors.
+    #[error(
+        "found a matrix with the position in its last row, expected it in the last column: \
+         transpose it"
+    )]
+    MatrixIsTransposed,
+    /// A camera matrix that does more than turn and move.
+    #[error("found a matrix with the last row {found:?}, expected 0, 0, 0, 1")]
+    MatrixIsProjective {
+        /// The last row.
+        found: [f64; 4],
+    },
+    /// A camera matrix that stretches or shears.
+    #[error(
+        "found a matrix with axes of lengths {lengths:?} or not at right angles, expected a \
+         rotation: apply the camera's scale"
+    )]
+    MatrixScales {
+        /// Lengths of its first three columns.
+        lengths: [f64; 3],
+    },
+    /// A camera matrix that makes a left hand of a right one.
+    #[error("found a matrix that mirrors, expected a rotation")]
+    MatrixMirrors,
     /// A corner of a mesh with NaN or infinity.
     #[error("found a corner, number {index} from 0, that is not finite")]
     VertexNotFinite {

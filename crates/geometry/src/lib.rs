@@ -1,24 +1,40 @@
 //! Rays, cameras, boxes and the geometry of a spherical planet.
 
 mod aabb;
+mod camera;
+mod camera_pose;
 mod error;
+mod fisheye;
+mod lens;
 mod mesh;
 mod mesh_bvh;
 mod mesh_closed;
 mod mesh_files;
 mod mesh_triangle;
+mod panorama;
 mod pinhole;
+mod pixel_region;
 mod planet;
 mod ray;
 
 pub use aabb::Aabb;
+pub use camera::Camera;
+pub use camera_pose::CameraPose;
+pub use camera_pose::UpAxis;
 pub use error::Error;
+pub use fisheye::FisheyeCamera;
+pub use fisheye::FisheyeMapping;
+pub use fisheye::FisheyeRequest;
+pub use lens::FocalLength;
+pub use lens::Lens;
 pub use mesh::TriangleMesh;
 pub use mesh_bvh::MeshBvh;
 pub use mesh_bvh::MeshHit;
 pub use mesh_files::read_mesh;
+pub use panorama::PanoramaCamera;
 pub use pinhole::PinholeCamera;
 pub use pinhole::PinholeRequest;
+pub use pixel_region::PixelRegion;
 pub use planet::EARTH;
 pub use planet::Planet;
 pub use ray::Ray;

@@ -36,7 +36,7 @@ pub struct MeshHit {
 }
 
 /// A mesh with a tree over it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct MeshBvh {
     mesh: TriangleMesh,
     nodes: Vec<Node>,
@@ -44,7 +44,7 @@ pub struct MeshBvh {
     order: Vec<u32>,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct Node {
     bounds: Aabb,
     /// First triangle of a leaf; right child of an inner node, whose left child is the next node.

@@ -3,12 +3,13 @@
 //! It looks along its −z; pixels run x right and y down, (0, 0) is the outer corner of the top left
 //! pixel and pixel centers lie at +0.5. Pixels are square.
 
-use glam::DMat3;
 use glam::DMat4;
 use glam::DVec3;
 use niji_radiometry::Radians;
 
+use crate::camera_pose::CameraPose;
 use crate::error::Error;
+use crate::lens::Lens;
 use crate::ray::Ray;
 
 /// What a pinhole camera is made from.
@@ -50,9 +51,9 @@ pub struct PinholeRequest {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PinholeCamera {
-    request: PinholeRequest,
-    /// Columns: right, up, backwards.
-    axes: DMat3,
+    pose: CameraPose,
+    size_px: [u32; 2],
+    /// Half the width of the picture in focal lengths.
     half_width: f64,
 }
 
@@ -63,64 +64,72 @@ impl PinholeCamera {
     /// If a number is not finite, the field of view is not within 0..180 degrees, or the picture
     /// has no pixels.
     pub fn new(request: PinholeRequest) -> Result<Self, Error> {
-        let fov_deg = request.horizontal_fov.to_degrees();
-        if !(fov_deg > 0.0 && fov_deg < 180.0) {
-            return Err(Error::FieldOfView { found_deg: fov_deg });
-        }
-        if request.width_px == 0 || request.height_px == 0 {
-            let (width_px, height_px) = (request.width_px, request.height_px);
-            return Err(Error::EmptyPicture {
-                width_px,
-                height_px,
-            });
-        }
-        let angles = [request.azimuth.0, request.elevation.0, request.roll.0];
-        if !request.position.is_finite() || angles.iter().any(|angle| !angle.is_finite()) {
-            return Err(Error::NotFinite);
-        }
-        let axes = DMat3::from_rotation_y(-request.azimuth.0)
-            * DMat3::from_rotation_x(request.elevation.0)
-            * DMat3::from_rotation_z(-request.roll.0);
+        let angles = [request.azimuth, request.elevation, request.roll];
+        let size_px = [request.width_px, request.height_px];
+        let lens = Lens::HorizontalFov(request.horizontal_fov);
+        let half_width = half_width(lens, size_px)?;
+        let pose = CameraPose::looking(request.position, angles)?;
         Ok(Self {
-            request,
-            axes,
-            half_width: (0.5 * request.horizontal_fov.0).tan(),
+            pose,
+            size_px,
+            half_width,
         })
+    }
+
+    /// A camera in a pose, with a picture of width and height in pixels.
+    ///
+    /// # Errors
+    /// If the field of view is not within 0..180 degrees, a length of the lens is not above 0, or the
+    /// picture has no pixels.
+    pub fn with_lens(pose: CameraPose, lens: Lens, size_px: [u32; 2]) -> Result<Self, Error> {
+        let half_width = half_width(lens, size_px)?;
+        Ok(Self {
+            pose,
+            size_px,
+            half_width,
+        })
+    }
+
+    /// Where it stands and how it is turned.
+    #[must_use]
+    pub fn pose(&self) -> &CameraPose {
+        &self.pose
     }
 
     /// Width of the picture in pixels.
     #[must_use]
     pub fn width_px(&self) -> u32 {
-        self.request.width_px
+        self.size_px[0]
     }
 
     /// Height of the picture in pixels.
     #[must_use]
     pub fn height_px(&self) -> u32 {
-        self.request.height_px
+        self.size_px[1]
     }
 
     /// Position of the eye in metres.
     #[must_use]
     pub fn position(&self) -> DVec3 {
-        self.request.position
+        self.pose.position()
     }
 
     /// Unit vector along the optical axis.
     #[must_use]
     pub fn forward(&self) -> DVec3 {
-        -self.axes.z_axis
+        self.pose.forward()
     }
 
     /// The ray through a point of the picture, in pixels from its top left corner.
     #[must_use]
     pub fn ray(&self, x_px: f64, y_px: f64) -> Ray {
-        let scale = 2.0 * self.half_width / f64::from(self.request.width_px);
-        let x = scale * (x_px - 0.5 * f64::from(self.request.width_px));
-        let y = scale * (0.5 * f64::from(self.request.height_px) - y_px);
-        let direction = (self.axes * DVec3::new(x, y, -1.0)).normalize();
+        let [width, height] = self.size_px.map(f64::from);
+        let scale = 2.0 * self.half_width / width;
+        let x = scale * (x_px - 0.5 * width);
+        let y = scale * (0.5 * height - y_px);
+        let direction = self.pose.to_world(DVec3::new(x, y, -1.0)).normalize();
         Ray {
-            origin: self.request.position,
+            origin: self.position(),
             direction,
         }
     }
@@ -128,37 +137,59 @@ impl PinholeCamera {
     /// Where a direction falls in the picture, in pixels; `None` behind the camera.
     #[must_use]
     pub fn project(&self, direction: DVec3) -> Option<(f64, f64)> {
-        let local = self.axes.transpose() * direction;
+        let local = self.pose.to_camera(direction);
         if local.z >= 0.0 {
             return None;
         }
-        let scale = f64::from(self.request.width_px) / (2.0 * self.half_width);
-        let x_px = 0.5 * f64::from(self.request.width_px) - scale * local.x / local.z;
-        let y_px = 0.5 * f64::from(self.request.height_px) + scale * local.y / local.z;
+        let [width, height] = self.size_px.map(f64::from);
+        let scale = width / (2.0 * self.half_width);
+        let x_px = 0.5 * width - scale * local.x / local.z;
+        let y_px = 0.5 * height + scale * local.y / local.z;
         Some((x_px, y_px))
     }
 
     /// Angle that a pixel in the center of the picture spans.
     #[must_use]
     pub fn pixel_angle(&self) -> Radians {
-        Radians((2.0 * self.half_width / f64::from(self.request.width_px)).atan())
+        Radians((2.0 * self.half_width / f64::from(self.size_px[0])).atan())
     }
 
     /// The matrix that takes points of the world to the camera's frame.
     #[must_use]
     pub fn world_to_camera(&self) -> DMat4 {
-        let rotation = self.axes.transpose();
-        DMat4::from_mat3(rotation) * DMat4::from_translation(-self.request.position)
+        self.pose.world_to_camera()
     }
+}
+
+/// Half the width of the picture in focal lengths: tan(fov/2).
+fn half_width(lens: Lens, [width_px, height_px]: [u32; 2]) -> Result<f64, Error> {
+    let half_width = match lens {
+        Lens::HorizontalFov(fov) => {
+            let found_deg = fov.to_degrees();
+            if !(found_deg > 0.0 && found_deg < 180.0) {
+                return Err(Error::FieldOfView { found_deg });
+            }
+            (0.5 * fov.0).tan()
+        }
+        Lens::FocalLength(lengths) => 0.5 / lengths.checked()?.in_widths(),
+    };
+    if width_px == 0 || height_px == 0 {
+        return Err(Error::EmptyPicture {
+            width_px,
+            height_px,
+        });
+    }
+    Ok(half_width)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::lens::FocalLength;
     use crate::ray::direction_from_azimuth_elevation;
 
-    fn camera(azimuth_deg: f64, elevation_deg: f64, roll_deg: f64) -> PinholeCamera {
-        PinholeCamera::new(PinholeRequest {
+    fn request(azimuth_deg: f64, elevation_deg: f64, roll_deg: f64) -> PinholeRequest {
+        PinholeRequest {
             position: DVec3::new(1.0, 2.0, 3.0),
             azimuth: Radians::from_degrees(azimuth_deg),
             elevation: Radians::from_degrees(elevation_deg),
@@ -166,8 +197,11 @@ mod tests {
             horizontal_fov: Radians::from_degrees(90.0),
             width_px: 640,
             height_px: 480,
-        })
-        .unwrap()
+        }
+    }
+
+    fn camera(azimuth_deg: f64, elevation_deg: f64, roll_deg: f64) -> PinholeCamera {
+        PinholeCamera::new(request(azimuth_deg, elevation_deg, roll_deg)).unwrap()
     }
 
     #[test]
@@ -188,6 +222,20 @@ mod tests {
         assert!((right.angle_between(DVec3::NEG_Z).to_degrees() - 45.0).abs() < 1e-6);
         assert!(right.x > 0.0, "x runs right, and east is right of north");
         assert!(camera.ray(320.0, 0.0).direction.y > 0.0, "row 0 is the top");
+    }
+
+    /// 36 mm of film behind a lens of 50 mm: 39.6 degrees across, as every table of lenses says.
+    #[test]
+    fn a_normal_lens_has_its_published_angle() {
+        let lens = Lens::FocalLength(FocalLength {
+            focal_length_mm: 50.0,
+            sensor_width_mm: 36.0,
+        });
+        let pose = *camera(0.0, 0.0, 0.0).pose();
+        let camera = PinholeCamera::with_lens(pose, lens, [36, 24]).unwrap();
+        let edges = [0.0, 36.0].map(|x| camera.ray(x, 12.0).direction);
+        let fov_deg = edges[0].angle_between(edges[1]).to_degrees();
+        assert!((fov_deg - 39.6).abs() < 0.05, "{fov_deg}");
     }
 
     #[test]
@@ -215,15 +263,15 @@ mod tests {
 
     #[test]
     fn impossible_cameras_are_refused() {
-        let request = PinholeRequest {
+        let empty = PinholeRequest {
             width_px: 0,
-            ..camera(0.0, 0.0, 0.0).request
+            ..request(0.0, 0.0, 0.0)
         };
         assert!(matches!(
-            PinholeCamera::new(request),
+            PinholeCamera::new(empty),
             Err(Error::EmptyPicture { .. })
         ));
-        let sound = camera(0.0, 0.0, 0.0).request;
+        let sound = request(0.0, 0.0, 0.0);
         for fov_deg in [0.0, 180.0, -3.0, f64::NAN] {
             let request = PinholeRequest {
                 horizontal_fov: Radians::from_degrees(fov_deg),

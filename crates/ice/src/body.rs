@@ -12,6 +12,7 @@ use niji_geometry::Ray;
 use niji_geometry::TriangleMesh;
 
 use crate::error::Error;
+use crate::slopes::Slopes;
 
 /// Crossings nearer than this share of the body's diagonal are the point where the ray starts.
 const NEAR: f64 = 1e-9;
@@ -43,7 +44,7 @@ pub struct Body {
 #[derive(Debug, Clone)]
 enum Shape {
     Box(Aabb),
-    Mesh(MeshBvh),
+    Mesh(MeshBvh, Slopes),
 }
 
 /// Where a ray enters or leaves a body.
@@ -52,6 +53,8 @@ pub(crate) struct Crossing {
     pub(crate) distance_m: f64,
     /// Unit vector out of the body.
     pub(crate) normal: DVec3,
+    /// The triangle of a mesh; 0 for a box.
+    triangle_index: usize,
 }
 
 /// How a way inside a body ends.
@@ -98,7 +101,10 @@ impl Body {
             near_m: near_m(mesh.bounds()),
             volume_m3: mesh.volume_m3(),
             areas_m2: cumulated(areas),
-            shape: Shape::Mesh(MeshBvh::new(mesh)),
+            shape: {
+                let slopes = Slopes::new(&mesh);
+                Shape::Mesh(MeshBvh::new(mesh), slopes)
+            },
         })
     }
 
@@ -121,15 +127,20 @@ impl Body {
     pub fn bounds(&self) -> Aabb {
         match &self.shape {
             Shape::Box(aabb) => *aabb,
-            Shape::Mesh(bvh) => bvh.bounds(),
+            Shape::Mesh(bvh, _) => bvh.bounds(),
         }
+    }
+
+    /// From corner to corner of that box, m.
+    pub(crate) fn diagonal_m(&self) -> f64 {
+        self.bounds().size().length()
     }
 
     /// How often the surface winds around a point: 0 outside.
     pub(crate) fn winding_at(&self, point: DVec3) -> i32 {
         match &self.shape {
             Shape::Box(aabb) => i32::from(aabb.contains(point)),
-            Shape::Mesh(bvh) => bvh.mesh().winding_number(point),
+            Shape::Mesh(bvh, _) => bvh.mesh().winding_number(point),
         }
     }
 
@@ -140,7 +151,7 @@ impl Body {
                 let (crossing, _) = box_crossings(aabb, ray)?;
                 (crossing.distance_m > self.near_m).then_some(crossing)
             }
-            Shape::Mesh(bvh) => {
+            Shape::Mesh(bvh, _) => {
                 let mut winding = 0;
                 self.crossings(bvh, ray, |crossing, step| {
                     winding += step;
@@ -158,6 +169,7 @@ impl Body {
         let here = Crossing {
             distance_m: 0.0,
             normal: ray.direction,
+            triangle_index: 0,
         };
         let found = match &self.shape {
             Shape::Box(aabb) => {
@@ -168,7 +180,7 @@ impl Body {
                 }
                 Some(leaves)
             }
-            Shape::Mesh(bvh) => {
+            Shape::Mesh(bvh, _) => {
                 let mut is_within = false;
                 let found = self.crossings(bvh, ray, |crossing, step| {
                     is_within = crossing.distance_m > length_m;
@@ -186,6 +198,15 @@ impl Body {
         Way::Out(found.unwrap_or(here))
     }
 
+    /// Cosine of the angle between the surface and level ground where a way crosses it, smoothed over
+    /// the triangles of a mesh.
+    pub(crate) fn cos_slope(&self, crossing: &Crossing, point: DVec3) -> f64 {
+        match &self.shape {
+            Shape::Box(_) => crossing.normal.y,
+            Shape::Mesh(bvh, slopes) => slopes.cos_at(bvh.mesh(), crossing.triangle_index, point),
+        }
+    }
+
     /// The first crossing that `pick` takes; it is told +1 for every one from outside, -1 from inside.
     fn crossings(
         &self,
@@ -199,6 +220,7 @@ impl Body {
             let crossing = Crossing {
                 distance_m: hit.distance_m,
                 normal: hit.normal,
+                triangle_index: hit.triangle_index,
             };
             let step = if hit.is_from_inside { -1 } else { 1 };
             if let Some(picked) = pick(crossing, step) {
@@ -226,7 +248,7 @@ impl Body {
                 }
                 (point, axis_normal(axis, is_high))
             }
-            Shape::Mesh(bvh) => {
+            Shape::Mesh(bvh, _) => {
                 let [a, b, c] = bvh.mesh().corners(index);
                 let root = u.sqrt();
                 let point = a * (1.0 - root) + b * (root * (1.0 - v)) + c * (root * v);
@@ -261,6 +283,7 @@ fn box_crossings(aabb: &Aabb, ray: &Ray) -> Option<(Crossing, Crossing)> {
     let nowhere = |distance_m| Crossing {
         distance_m,
         normal: DVec3::ZERO,
+        triangle_index: 0,
     };
     let (mut enter, mut leave) = (nowhere(f64::NEG_INFINITY), nowhere(f64::INFINITY));
     for axis in 0..3 {
@@ -280,12 +303,14 @@ fn box_crossings(aabb: &Aabb, ray: &Ray) -> Option<(Crossing, Crossing)> {
             enter = Crossing {
                 distance_m: near,
                 normal: axis_normal(axis, !rises),
+                triangle_index: 0,
             };
         }
         if far < leave.distance_m {
             leave = Crossing {
                 distance_m: far.max(0.0),
                 normal: axis_normal(axis, rises),
+                triangle_index: 0,
             };
         }
     }

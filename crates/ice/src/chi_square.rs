@@ -1,6 +1,14 @@
 //! Pearson's test, for the tests of sampled directions against their densities.
 //!
-//! chi² = sum (n_i - N p_i)²/(N p_i), of mean k - 1 and variance 2(k - 1) over k bins.
+//! chi² = sum (n_i - N p_i)²/(N p_i), of mean k - 1 and variance 2(k - 1) over k bins; with probabilities
+//! that are estimates themselves, the variance of N p_i is added below.
+
+use std::f64::consts::PI;
+use std::f64::consts::TAU;
+
+use glam::DVec3;
+
+use crate::sampler::Stream;
 
 /// Counts by bin.
 pub(crate) struct Chi2 {
@@ -30,6 +38,20 @@ impl Chi2 {
         self.assert_fits_of(probabilities, n_all / probabilities.iter().sum::<f64>());
     }
 
+    /// The same for probabilities that are estimates, given with their variances.
+    pub(crate) fn assert_fits_estimates(&self, estimates: &[[f64; 2]]) {
+        let n_all: f64 = self.counts.iter().sum();
+        let (mut chi2, mut freedom) = (0.0, 0.0);
+        for (&found, [share, variance]) in self.counts.iter().zip(estimates) {
+            let expected = n_all * share;
+            if expected >= LEAST_EXPECTED {
+                chi2 += (found - expected).powi(2) / (expected + n_all * n_all * variance);
+                freedom += 1.0;
+            }
+        }
+        assert_probable(chi2, freedom);
+    }
+
     /// The same for `n_all` draws, some of which fell into no bin.
     pub(crate) fn assert_fits_of(&self, probabilities: &[f64], n_all: f64) {
         let (mut chi2, mut n_bins) = (0.0, 0.0);
@@ -55,21 +77,62 @@ impl Chi2 {
                 "{rare} draws where hardly any are expected"
             );
         }
-        let freedom: f64 = n_bins - 1.0;
-        let deviations = (chi2 - freedom) / (2.0 * freedom).sqrt();
-        assert!(
-            deviations < LIMIT,
-            "chi² = {chi2} for {freedom} degrees of freedom"
-        );
+        assert_probable(chi2, n_bins - 1.0);
     }
 }
 
-/// Numbers in 0..1 without a pattern: SplitMix64 (G. Steele, D. Lea, C. Flood, OOPSLA 2014).
+fn assert_probable(chi2: f64, freedom: f64) {
+    let deviations = (chi2 - freedom) / (2.0 * freedom).sqrt();
+    assert!(
+        deviations < LIMIT,
+        "chi² = {chi2} for {freedom} degrees of freedom"
+    );
+}
+
+/// Rings of the sphere alike in height, and sectors of each.
+const N_RINGS: usize = 16;
+/// Steps of a quadrature over a ring or a sector.
+const N_FINE: usize = 40;
+
+/// The bin of a direction among 16 x 16 of the same solid angle.
+pub(crate) fn sphere_bin(direction: DVec3) -> usize {
+    let n = N_RINGS as f64;
+    let ring = ((0.5 + 0.5 * direction.z) * n).min(n - 1.0) as usize;
+    let turn = direction.y.atan2(direction.x) / TAU + 0.5;
+    ring * N_RINGS + (turn * n).min(n - 1.0) as usize
+}
+
+/// Integrals of a density [1/sr] over these bins.
+pub(crate) fn sphere_shares(density: impl Fn(DVec3) -> f64) -> Vec<f64> {
+    let estimates = sphere_estimates(|direction, _| density(direction));
+    estimates.into_iter().map(|[share, _]| share).collect()
+}
+
+/// The same for a density of which two random estimates are known at every direction, numbered from 0,
+/// with the variances of the integrals.
+pub(crate) fn sphere_estimates(density: impl Fn(DVec3, u64) -> f64) -> Vec<[f64; 2]> {
+    let n = N_RINGS * N_FINE;
+    let solid_angle_sr = 4.0 * PI / (n * n) as f64;
+    let mut estimates = vec![[0.0; 2]; N_RINGS * N_RINGS];
+    for ring in 0..n {
+        let z = 2.0 * (ring as f64 + 0.5) / n as f64 - 1.0;
+        let level = (1.0 - z * z).sqrt();
+        for sector in 0..n {
+            let (sin, cos) = (TAU * ((sector as f64 + 0.5) / n as f64 - 0.5)).sin_cos();
+            let direction = DVec3::new(level * cos, level * sin, z);
+            let number = 2 * (ring * n + sector) as u64;
+            let pair =
+                [number, number + 1].map(|number| solid_angle_sr * density(direction, number));
+            let [share, variance] = &mut estimates[ring / N_FINE * N_RINGS + sector / N_FINE];
+            *share += 0.5 * (pair[0] + pair[1]);
+            *variance += 0.25 * (pair[0] - pair[1]).powi(2);
+        }
+    }
+    estimates
+}
+
+/// Numbers in 0..1 without a pattern.
 pub(crate) fn pseudo_random<const N: usize>(index: u64) -> [f64; N] {
-    std::array::from_fn(|dimension| {
-        let mut z = (index * N as u64 + dimension as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / 9_007_199_254_740_992.0
-    })
+    let mut stream = Stream::new(index * N as u64);
+    std::array::from_fn(|_| stream.next())
 }

@@ -87,6 +87,7 @@ impl Deposit<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use niji_radiometry::Radians;
 
     #[test]
     fn every_choice_of_wavelengths_has_the_same_mean() {
@@ -94,6 +95,7 @@ mod tests {
         let table = TransmittanceTable::new(&absorption);
         let light = Light {
             sun_direction: DVec3::Y,
+            sun_radius: Radians(0.0),
             sun_irradiance: vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0],
             sky: Sky::Uniform(vec![1.0; 6]),
         };

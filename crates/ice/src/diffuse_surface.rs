@@ -57,11 +57,7 @@ impl DiffuseSurface {
             Side::Outside => normal,
             Side::Inside => -normal,
         };
-        Scattered {
-            direction: cosine_about(axis, [u, v]),
-            side,
-            weight: 1.0,
-        }
+        Scattered::all(cosine_about(axis, [u, v]), side)
     }
 
     /// Share of the irradiance on a plane across `light` that goes to a path which arrived on `side`,

@@ -16,8 +16,9 @@ use serde::Serialize;
 use crate::directions::cosine_about;
 use crate::error::Error;
 use crate::error::check_range;
+use crate::facets::Facets;
 use crate::rough_dielectric::RoughDielectric;
-use crate::rough_dielectric::fresnel_reflectance;
+use crate::sampler::VertexNumbers;
 use crate::surface::Scattered;
 use crate::surface::Side;
 
@@ -76,48 +77,45 @@ impl Ground {
         match *self {
             Self::Land { .. } => None,
             Self::Sea { wind_m_s, .. } => Some(RoughDielectric {
-                roughness: (0.003 + 0.00512 * wind_m_s).sqrt(),
+                facets: Facets {
+                    roughness: (0.003 + 0.00512 * wind_m_s).sqrt(),
+                },
                 refractive_index: SEA_INDEX,
             }),
         }
     }
 
-    /// How a path goes on that came down from `back`; `None` where a wave throws it against others.
-    pub(crate) fn sample(&self, back: DVec3, [choice, u, v]: [f64; 3]) -> Option<Scattered> {
-        let diffuse = Scattered {
-            direction: cosine_about(DVec3::Y, [u, v]),
-            side: Side::Outside,
-            weight: self.albedo(),
-        };
+    /// What it does with a path that came down from `back`: the share of the irradiance on a plane
+    /// across `light` that goes to it, 1/sr, and how it goes on.
+    pub(crate) fn scatter(
+        &self,
+        back: DVec3,
+        light: DVec3,
+        mut random: VertexNumbers,
+    ) -> (f64, Option<Scattered>) {
+        let cos_light = light.y.max(0.0);
         let Some(waves) = self.waves() else {
-            return Some(diffuse);
+            let [_, u, v] = random.choice_and_direction();
+            return (self.albedo() * cos_light / PI, Some(self.diffuse([u, v])));
         };
-        let mirrored = fresnel_reflectance(back.y, SEA_INDEX);
-        if choice >= mirrored {
-            return Some(diffuse);
+        let at = (Side::Outside, back);
+        let (lit_per_sr, onwards) = waves.scatter(DVec3::Y, at, light, &mut random);
+        let mirrored = if cos_light > 0.0 { lit_per_sr } else { 0.0 };
+        match onwards.map(|onwards| onwards.side) {
+            Some(Side::Inside) => {
+                let uv = [random.next(), random.next()];
+                let diffuse = self.albedo() * cos_light / PI;
+                (mirrored + diffuse, Some(self.diffuse(uv)))
+            }
+            Some(Side::Outside) | None => (mirrored, onwards),
         }
-        // A choice of 0 always reflects; the facet's own share is made up for by the weight.
-        let scattered = waves.sample(DVec3::Y, (Side::Outside, back), [0.0, u, v])?;
-        let facet = (back + scattered.direction).normalize_or(DVec3::Y);
-        let share = fresnel_reflectance(back.dot(facet), SEA_INDEX);
-        Some(Scattered {
-            weight: scattered.weight * share / mirrored,
-            ..scattered
-        })
     }
 
-    /// Share of the irradiance on a plane across `light` that goes to `back`, 1/sr.
-    pub(crate) fn towards_light(&self, back: DVec3, light: DVec3) -> f64 {
-        if light.y <= 0.0 || back.y <= 0.0 {
-            return 0.0;
-        }
-        let diffuse = self.albedo() * light.y / PI;
-        match self.waves() {
-            None => diffuse,
-            Some(waves) => {
-                let into = 1.0 - fresnel_reflectance(back.y, SEA_INDEX);
-                into * diffuse + waves.towards_light(DVec3::Y, (Side::Outside, back), light)
-            }
+    fn diffuse(&self, uv: [f64; 2]) -> Scattered {
+        Scattered {
+            direction: cosine_about(DVec3::Y, uv),
+            side: Side::Outside,
+            weight: self.albedo(),
         }
     }
 }
@@ -125,57 +123,77 @@ impl Ground {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::chi_square::Chi2;
     use crate::chi_square::pseudo_random;
+    use crate::chi_square::sphere_bin;
+    use crate::chi_square::sphere_estimates;
+    use crate::sampler::Sampler;
 
-    fn mean_weight(ground: Ground, back: DVec3) -> f64 {
-        let weight = |index| {
-            let drawn = ground.sample(back, pseudo_random(index));
-            drawn.map_or(0.0, |scattered| scattered.weight)
-        };
-        (0..20_000).map(weight).sum::<f64>() / 20_000.0
+    fn numbers(index: u64) -> VertexNumbers {
+        let stream = Sampler::new(5, index as u32).stream(0);
+        VertexNumbers::new(pseudo_random(index), stream)
     }
 
     #[test]
-    fn snow_gives_back_its_albedo_and_a_white_sea_all_but_what_waves_lose() {
-        let snow = Ground::Land { albedo: 0.85 };
-        assert!((mean_weight(snow, DVec3::Y) - 0.85).abs() < 1e-12);
-        let sea = Ground::Sea {
+    fn snow_gives_back_its_albedo_and_a_white_sea_everything() {
+        let sea = |wind_m_s| Ground::Sea {
             albedo: 1.0,
-            wind_m_s: 5.0,
+            wind_m_s,
         };
-        let slanted = mean_weight(sea, DVec3::new(0.8, 0.6, 0.0));
-        assert!((slanted - 1.0).abs() < 0.01, "{slanted}");
-    }
-
-    #[test]
-    fn what_is_drawn_and_what_the_sun_gets_are_the_same_surface() {
-        // The whole upper half as the light: the mean weight is the integral of the share.
-        let sea = Ground::Sea {
-            albedo: 0.3,
-            wind_m_s: 10.0,
-        };
-        let back = DVec3::new(0.8, 0.6, 0.0);
-        let n = 400;
-        let mut sum = 0.0;
-        for ring in 0..n {
-            let y = (f64::from(ring) + 0.5) / f64::from(n);
-            let level = (1.0 - y * y).sqrt();
-            for sector in 0..n {
-                let (sin, cos) =
-                    (std::f64::consts::TAU * f64::from(sector) / f64::from(n)).sin_cos();
-                sum += sea.towards_light(back, DVec3::new(level * cos, y, level * sin));
+        let snow = Ground::Land { albedo: 0.85 };
+        for (ground, albedo) in [
+            (snow, 0.85),
+            (sea(0.0), 1.0),
+            (sea(5.0), 1.0),
+            (sea(30.0), 1.0),
+        ] {
+            for back in [
+                DVec3::Y,
+                DVec3::new(0.8, 0.6, 0.0),
+                DVec3::new(1.0, 1e-3, 0.0),
+            ] {
+                for index in 0..1_000 {
+                    let (_, on) = ground.scatter(back.normalize(), DVec3::Y, numbers(index));
+                    assert_eq!(on.unwrap().weight, albedo);
+                }
             }
         }
-        let integral = sum * 2.0 * PI / f64::from(n * n);
-        let drawn = mean_weight(sea, back);
-        // Statistical, 2e-3.
-        assert!((integral - drawn).abs() < 6e-3, "{integral} {drawn}");
+    }
+
+    #[test]
+    fn the_sea_sends_paths_where_it_says_that_light_comes_from() {
+        let n_draws = 400_000;
+        for (wind_m_s, albedo, back) in [
+            (5.0, 1.0, DVec3::new(0.8, 0.6, 0.0)),
+            (10.0, 1.0, DVec3::new(0.995, 0.1, 0.0)),
+            (20.0, 1.0, DVec3::Y),
+        ] {
+            let sea = Ground::Sea { albedo, wind_m_s };
+            let mut chi2 = Chi2::new(256);
+            // The bins have z upwards.
+            let z_up = |direction: DVec3| DVec3::new(direction.x, direction.z, direction.y);
+            for index in 0..n_draws {
+                let (_, on) = sea.scatter(back.normalize(), DVec3::Y, numbers(index));
+                chi2.count(sphere_bin(z_up(on.unwrap().direction)));
+            }
+            chi2.assert_fits_estimates(&sphere_estimates(|light, number| {
+                let random = numbers(n_draws + number);
+                sea.scatter(back.normalize(), z_up(light), random).0
+            }));
+        }
     }
 
     #[test]
     fn light_from_below_gives_nothing() {
         let land = Ground::Land { albedo: 0.5 };
-        assert_eq!(land.towards_light(DVec3::Y, DVec3::NEG_Y), 0.0);
+        let sea = Ground::Sea {
+            albedo: 0.5,
+            wind_m_s: 5.0,
+        };
+        for ground in [land, sea] {
+            let (lit, _) = ground.scatter(DVec3::Y, DVec3::NEG_Y, numbers(1));
+            assert_eq!(lit, 0.0);
+        }
         assert!(Ground::Land { albedo: 1.1 }.check().is_err());
         let storm = Ground::Sea {
             albedo: 0.05,

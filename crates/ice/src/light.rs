@@ -8,13 +8,18 @@ use glam::DVec3;
 use niji_geometry::direction_from_azimuth_elevation;
 use niji_radiometry::Radians;
 
+use crate::directions::frame;
+use crate::directions::unit_disc;
 use crate::error::Error;
+use crate::error::check_range;
 
 /// Sunlight and skylight, one value for each wavelength.
 #[derive(Debug, Clone)]
 pub struct Light {
-    /// Unit vector towards the sun.
+    /// Unit vector towards the middle of the sun.
     pub sun_direction: DVec3,
+    /// Angular radius of its disc; 0 for a point, whose shadows are sharp.
+    pub sun_radius: Radians,
     /// What arrives on a plane across the sunlight, W m^-2 nm^-1.
     pub sun_irradiance: Vec<f64>,
     /// The sky.
@@ -99,6 +104,7 @@ impl Light {
     /// # Errors
     /// A spectrum of another length, or with values that are negative or not finite.
     pub fn check(&self, n_wavelengths: usize) -> Result<(), Error> {
+        check_range("sun_radius", self.sun_radius.0, [0.0, 0.1], "0 to 0.1")?;
         check_spectrum("sun_irradiance", &self.sun_irradiance, n_wavelengths)?;
         match &self.sky {
             Sky::Uniform(radiance) => check_spectrum("sky_radiance", radiance, n_wavelengths),
@@ -116,6 +122,13 @@ impl Light {
                 check_spectrum("sky_radiance", &values, values.len())
             }
         }
+    }
+
+    /// A direction towards the disc of the sun, uniform by solid angle to the second order of its
+    /// radius, 2e-5.
+    pub(crate) fn towards_disc(&self, uv: [f64; 2]) -> DVec3 {
+        let [x, y] = unit_disc(uv).map(|part| self.sun_radius.0 * part);
+        (self.sun_direction + frame(self.sun_direction) * DVec3::new(x, y, 0.0)).normalize()
     }
 
     /// Calls `add` with spectra and weights that sum to the radiance of the sky in a direction.
@@ -206,6 +219,8 @@ pub(crate) fn check_spectrum(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::chi_square::Chi2;
+    use crate::chi_square::pseudo_random;
 
     fn look(light: &Light, direction: DVec3) -> f64 {
         let mut sum = [0.0];
@@ -216,6 +231,7 @@ mod tests {
     fn light(sky: Sky) -> Light {
         Light {
             sun_direction: DVec3::Y,
+            sun_radius: Radians(0.0),
             sun_irradiance: vec![0.0],
             sky,
         }
@@ -229,7 +245,7 @@ mod tests {
         });
         let light = light(Sky::Map(map));
         for index in 0..200 {
-            let [a, b] = crate::chi_square::pseudo_random(index);
+            let [a, b] = pseudo_random(index);
             let direction =
                 direction_from_azimuth_elevation(Radians(TAU * a), Radians(FRAC_PI_2 * b));
             // Worst found 5e-4.
@@ -249,6 +265,24 @@ mod tests {
         sunny.sun_irradiance = vec![2.0];
         sunny.sun_direction = DVec3::new(0.8, 0.6, 0.0);
         assert!((sunny.ground_irradiance()[0] - 1.2).abs() < 1e-15);
+    }
+
+    #[test]
+    fn directions_fill_the_disc_of_the_sun() {
+        let mut low = light(Sky::Uniform(vec![0.0]));
+        low.sun_direction = DVec3::new(0.6, 0.0, -0.8);
+        assert_eq!(low.towards_disc([0.1, 0.7]), low.sun_direction);
+        low.sun_radius = Radians(0.00465);
+        let across = [DVec3::new(0.8, 0.0, 0.6), DVec3::Y];
+        let mut chi2 = Chi2::new(100);
+        for index in 0..50_000 {
+            let towards = low.towards_disc(pseudo_random(index));
+            let [x, y] = across.map(|axis| axis.dot(towards) / 0.00465);
+            let ring = ((x * x + y * y) * 10.0).min(9.0) as usize;
+            let sector = (y.atan2(x) / TAU + 0.5) * 10.0;
+            chi2.count(ring * 10 + sector.min(9.0) as usize);
+        }
+        chi2.assert_fits(&[0.01; 100]);
     }
 
     #[test]

@@ -69,7 +69,7 @@ pub struct IcePicture {
     /// Standard error of the luminance, cd/m²; an overestimate by a factor of 1 to 3. 0 where there is a
     /// single block, which knows none.
     pub error: Array2<f32>,
-    /// Distance to ice or ground through the middle of the pixel, m; 0 for the sky.
+    /// Distance to ice or ground along the ray through the middle of the pixel, m; 0 for the sky.
     pub depth: Array2<f32>,
     /// Paths drawn.
     pub n_paths: Array2<f32>,
@@ -269,9 +269,8 @@ impl Renderer<'_> {
             _ => Some(0.0),
         };
         let nearest_m = ground_m.min(ice_m.unwrap_or(f64::INFINITY));
-        let along_axis = ray.direction.dot(self.request.camera.forward());
         if nearest_m.is_finite() {
-            nearest_m * along_axis
+            nearest_m
         } else {
             0.0
         }

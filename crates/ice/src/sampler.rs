@@ -54,6 +54,67 @@ impl Sampler {
             (f64::from(digits) + 0.5) / 4_294_967_296.0
         })
     }
+
+    /// Numbers without end for what follows choice and direction at a vertex.
+    pub(crate) fn stream(self, vertex: u32) -> Stream {
+        let high = hash(self.seed ^ hash(self.index));
+        let low = hash(high ^ hash(vertex));
+        Stream::new(u64::from(high) << 32 | u64::from(low))
+    }
+}
+
+/// Pseudo-random numbers: SplitMix64 (G. Steele, D. Lea, C. Flood, OOPSLA 2014).
+#[derive(Debug)]
+pub(crate) struct Stream {
+    /// How many numbers of the one sequence there is have gone before.
+    position: u64,
+}
+
+impl Stream {
+    /// The numbers from a position on.
+    pub(crate) fn new(position: u64) -> Self {
+        Self { position }
+    }
+
+    /// The next number in 0..1, ends excluded.
+    pub(crate) fn next(&mut self) -> f64 {
+        self.position = self.position.wrapping_add(1);
+        let mut z = self.position.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^= z >> 31;
+        // 52 bits, and half of the last: never 0 or 1.
+        ((z >> 12) as f64 + 0.5) / 4_503_599_627_370_496.0
+    }
+}
+
+/// Random numbers for one vertex: the first choice and direction from the sequence.
+#[derive(Debug)]
+pub(crate) struct VertexNumbers {
+    first: Option<[f64; 3]>,
+    stream: Stream,
+}
+
+impl VertexNumbers {
+    /// Numbers that begin with a choice and a direction.
+    pub(crate) fn new(choice_and_direction: [f64; 3], stream: Stream) -> Self {
+        Self {
+            first: Some(choice_and_direction),
+            stream,
+        }
+    }
+
+    /// A choice and a direction, 0..1 each.
+    pub(crate) fn choice_and_direction(&mut self) -> [f64; 3] {
+        self.first
+            .take()
+            .unwrap_or_else(|| [0; 3].map(|_| self.stream.next()))
+    }
+
+    /// One number more.
+    pub(crate) fn next(&mut self) -> f64 {
+        self.stream.next()
+    }
 }
 
 /// A seed from a seed and the number of a pixel.

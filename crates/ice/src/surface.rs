@@ -9,7 +9,9 @@ use serde::Serialize;
 use crate::diffuse_surface::DiffuseSurface;
 use crate::error::Error;
 use crate::error::check_range;
+use crate::facets::Facets;
 use crate::rough_dielectric::RoughDielectric;
+use crate::sampler::VertexNumbers;
 
 /// What the surface of ice does with light.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -87,7 +89,7 @@ impl IceSurface {
                 inner_reflectance,
             }),
             Self::RoughDielectric { roughness } => SurfaceAt::Rough(RoughDielectric {
-                roughness,
+                facets: Facets { roughness },
                 refractive_index: ice_refractive_index(wavelength).0,
             }),
         }
@@ -121,6 +123,17 @@ pub(crate) struct Scattered {
     pub(crate) weight: f64,
 }
 
+impl Scattered {
+    /// All light goes on.
+    pub(crate) fn all(direction: DVec3, side: Side) -> Self {
+        Self {
+            direction,
+            side,
+            weight: 1.0,
+        }
+    }
+}
+
 /// A surface at one wavelength.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum SurfaceAt {
@@ -137,32 +150,23 @@ impl SurfaceAt {
         }
     }
 
-    /// How a path that arrives on a side, having come from `back`, goes on.
-    pub(crate) fn sample(
-        &self,
-        normal: DVec3,
-        (side, back): (Side, DVec3),
-        random: [f64; 3],
-    ) -> Option<Scattered> {
-        match self {
-            Self::Diffuse(surface) => Some(surface.sample(normal, side, random)),
-            Self::Rough(surface) => surface.sample(normal, (side, back), random),
-        }
-    }
-
-    /// Share of the irradiance on a plane across `light`, outside, that goes to that path, 1/sr.
-    pub(crate) fn towards_light(
+    /// What it does with a path that arrives on a side, having come from `back`: the share of the
+    /// irradiance on a plane across `light`, which is outside, that goes to it, 1/sr, and how it goes on.
+    pub(crate) fn scatter(
         &self,
         normal: DVec3,
         (side, back): (Side, DVec3),
         light: DVec3,
-    ) -> f64 {
-        if normal.dot(light) <= 0.0 {
-            return 0.0;
-        }
-        match self {
-            Self::Diffuse(surface) => surface.towards_light(normal, side, light),
-            Self::Rough(surface) => surface.towards_light(normal, (side, back), light),
-        }
+        mut random: VertexNumbers,
+    ) -> (f64, Option<Scattered>) {
+        let (lit_per_sr, onwards) = match self {
+            Self::Diffuse(surface) => {
+                let onwards = surface.sample(normal, side, random.choice_and_direction());
+                (surface.towards_light(normal, side, light), Some(onwards))
+            }
+            Self::Rough(surface) => surface.scatter(normal, (side, back), light, &mut random),
+        };
+        let is_lit = normal.dot(light) > 0.0;
+        (if is_lit { lit_per_sr } else { 0.0 }, onwards)
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! L = sum over its vertices of  w exp(-alpha d) f(sun) E_sun   +  w exp(-alpha d) L_sky  at its end
 //! `w` product of the weights of the directions drawn, `d` way through ice so far, `f` what the vertex
-//! sends of sunlight into the path [1/sr]. The sun is a direction, which no random path would find;
+//! sends of sunlight into the path [1/sr]. The sun is small, and no random path would find it;
 //! everything else is found by the path itself. Inside ice radiance counts as that outside would, see
 //! `diffuse_surface`: a camera in the ice sees the light that it would see through a flat window.
 
@@ -12,14 +12,16 @@ use glam::DVec3;
 use niji_geometry::Ray;
 
 use crate::body::Body;
+use crate::body::Crossing;
 use crate::body::Way;
 use crate::bubbles::Bubbles;
 use crate::deposit::Deposit;
 use crate::diffuse_surface::DiffuseSurface;
 use crate::ground::Ground;
-use crate::ice::Snow;
 use crate::light::Light;
 use crate::sampler::Sampler;
+use crate::sampler::VertexNumbers;
+use crate::snow::Snow;
 use crate::surface::Scattered;
 use crate::surface::Side;
 use crate::surface::SurfaceAt;
@@ -105,8 +107,7 @@ impl World<'_> {
         };
         match ice {
             Some(crossing) if crossing.distance_m <= ground_m => {
-                let point = path.ray.at(crossing.distance_m);
-                self.surface(path, (point, crossing.normal), (vertex, sampler), deposit)
+                self.surface(path, crossing, (vertex, sampler), deposit)
             }
             _ if ground_m.is_finite() => self.on_ground(path, ground_m, (vertex, sampler), deposit),
             _ => {
@@ -133,7 +134,7 @@ impl World<'_> {
             &self.bubbles,
         ) {
             (Way::Within(winding), Some(bubbles)) => {
-                let [_, u, v] = numbers(vertex, sampler);
+                let [_, u, v] = choice_and_direction(vertex, sampler);
                 path.ray = Ray {
                     origin: path.ray.at(free_m),
                     direction: bubbles.scattered(path.ray.direction, [u, v]),
@@ -146,8 +147,7 @@ impl World<'_> {
             (Way::Within(_), None) => false,
             (Way::Out(crossing), _) => {
                 path.ice_m += crossing.distance_m;
-                let point = path.ray.at(crossing.distance_m);
-                self.surface(path, (point, crossing.normal), (vertex, sampler), deposit)
+                self.surface(path, crossing, (vertex, sampler), deposit)
             }
         }
     }
@@ -156,24 +156,25 @@ impl World<'_> {
     fn surface(
         &self,
         path: &mut Path,
-        (point, normal): (DVec3, DVec3),
+        crossing: Crossing,
         (vertex, sampler): (u32, Sampler),
         deposit: &mut Deposit,
     ) -> bool {
+        let point = path.ray.at(crossing.distance_m);
         let side = if path.winding > 0 {
             Side::Inside
         } else {
             Side::Outside
         };
         let back = -path.ray.direction;
-        let surface = self.surface_at(point, normal, deposit);
-        let sun = self.light.sun_direction;
-        let share_per_sr = surface.towards_light(normal, (side, back), sun);
-        if share_per_sr > 0.0 && self.is_sunlit(point) {
-            deposit.add_sun(path.weight * share_per_sr, path.ice_m);
+        let surface = self.surface_at(&crossing, point, deposit);
+        let mut random = numbers(vertex, sampler);
+        let sun = self.light.towards_disc([random.next(), random.next()]);
+        let (lit_per_sr, scattered) = surface.scatter(crossing.normal, (side, back), sun, random);
+        if lit_per_sr > 0.0 && self.is_sunlit(point, sun) {
+            deposit.add_sun(path.weight * lit_per_sr, path.ice_m);
         }
-        let random = numbers(vertex, sampler);
-        let Some(scattered) = surface.sample(normal, (side, back), random) else {
+        let Some(scattered) = scattered else {
             return false;
         };
         path.go_on(point, scattered);
@@ -195,11 +196,13 @@ impl World<'_> {
         // Exactly on the plane, or the next step might begin below it.
         point.y = self.ground_y_m;
         let back = -path.ray.direction;
-        let share_per_sr = self.ground.towards_light(back, self.light.sun_direction);
-        if share_per_sr > 0.0 && self.is_sunlit(point) {
-            deposit.add_sun(path.weight * share_per_sr, path.ice_m);
+        let mut random = numbers(vertex, sampler);
+        let sun = self.light.towards_disc([random.next(), random.next()]);
+        let (lit_per_sr, scattered) = self.ground.scatter(back, sun, random);
+        if lit_per_sr > 0.0 && self.is_sunlit(point, sun) {
+            deposit.add_sun(path.weight * lit_per_sr, path.ice_m);
         }
-        let Some(scattered) = self.ground.sample(back, numbers(vertex, sampler)) else {
+        let Some(scattered) = scattered else {
             return false;
         };
         path.go_on(point, scattered);
@@ -208,31 +211,36 @@ impl World<'_> {
 
     /// Adds the sunlight on a surface as if it were diffuse and white.
     pub(crate) fn add_sun_on(&self, point: DVec3, normal: DVec3, deposit: &mut Deposit) {
-        let share_per_sr = normal.dot(self.light.sun_direction).max(0.0) / PI;
-        if share_per_sr > 0.0 && self.is_sunlit(point) {
+        let sun = self.light.sun_direction;
+        let share_per_sr = normal.dot(sun).max(0.0) / PI;
+        if share_per_sr > 0.0 && self.is_sunlit(point, sun) {
             deposit.add_sun(share_per_sr, 0.0);
         }
     }
 
     /// The surface at a point: snow or bare ice.
-    fn surface_at(&self, point: DVec3, normal: DVec3, deposit: &Deposit) -> SurfaceAt {
+    fn surface_at(&self, crossing: &Crossing, point: DVec3, deposit: &Deposit) -> SurfaceAt {
         let bare = self.surfaces[deposit.lanes.leading(self.surfaces.len())];
-        match &self.snow {
-            Some(snow) if point.y > 0.0 && normal.y >= snow.steepest_deg.to_radians().cos() => {
-                SurfaceAt::Diffuse(DiffuseSurface::patch(snow.albedo, bare.kappa()))
-            }
-            _ => bare,
+        let lies = |snow: &&Snow| {
+            let cos_slope = self.body.cos_slope(crossing, point);
+            snow.lies_at(point, cos_slope, self.body.diagonal_m())
+        };
+        match self.snow.as_ref().filter(lies) {
+            Some(snow) => SurfaceAt::Diffuse(DiffuseSurface::patch(snow.albedo, bare.kappa())),
+            None => bare,
         }
     }
 
-    /// Whether the sun is above the horizon and nothing stands between it and a point outside.
-    fn is_sunlit(&self, point: DVec3) -> bool {
-        let direction = self.light.sun_direction;
+    /// Whether the sun is above the horizon and nothing stands between its point `sun` and a point
+    /// outside.
+    fn is_sunlit(&self, point: DVec3, sun: DVec3) -> bool {
         let towards_sun = Ray {
             origin: point,
-            direction,
+            direction: sun,
         };
-        direction.y > 0.0 && point.y >= self.ground_y_m && self.body.enter(&towards_sun).is_none()
+        // What the horizon hides of the disc its irradiance lacks already.
+        let is_up = self.light.sun_direction.y > 0.0;
+        is_up && point.y >= self.ground_y_m && self.body.enter(&towards_sun).is_none()
     }
 }
 
@@ -268,8 +276,15 @@ pub(crate) fn wavelength_number(sampler: Sampler) -> f64 {
     sampler.coordinate(1, 0)
 }
 
-/// Choice and direction at a vertex.
-fn numbers(vertex: u32, sampler: Sampler) -> [f64; 3] {
+/// The random numbers of a vertex.
+fn numbers(vertex: u32, sampler: Sampler) -> VertexNumbers {
+    VertexNumbers::new(
+        choice_and_direction(vertex, sampler),
+        sampler.stream(vertex),
+    )
+}
+
+fn choice_and_direction(vertex: u32, sampler: Sampler) -> [f64; 3] {
     match vertex {
         0 => sampler.coordinates(0, [6, 0, 1]),
         1 => sampler.coordinates(0, [7, 2, 3]),

@@ -1,7 +1,7 @@
 //! The light of a rendered spectral image, as compositing takes it.
 //!
 //! X, Y, Z of the AOVs `bow.primary`, `bow.secondary`, `inscatter` and `skylit` [cd/m²] over the
-//! white luminance of the image become linear Rec.709; what lies outside the gamut is mixed with grey.
+//! white luminance of the image become linear RGB; what lies outside the gamut is mixed with grey.
 //! The sky behind the drops, if the image has one, is left out: in a photograph it is there already.
 //! Images whose light ends at surfaces say where, in the AOV `surface` [m].
 
@@ -10,12 +10,14 @@ use ndarray::Zip;
 use niji_exchange::Aov;
 use niji_exchange::SpectralImage;
 use niji_radiometry::GamutPolicy;
+use niji_radiometry::RgbPrimaries;
 use niji_radiometry::into_gamut;
 use niji_radiometry::xyz_to_linear_rec709;
 
 use crate::compositing::AddedLight;
 use crate::error::Error;
 use crate::photograph::LinearPicture;
+use crate::picture_files::to_f32;
 
 /// AOVs whose light is added, and whether an image must have them.
 const LIGHTS: [(&str, bool); 4] = [
@@ -26,11 +28,11 @@ const LIGHTS: [(&str, bool); 4] = [
 ];
 
 impl AddedLight {
-    /// Bow, veil and transmittance of a rendered image.
+    /// Bow, veil and transmittance of a rendered image, in these primaries.
     ///
     /// # Errors
     /// An AOV that is missing.
-    pub fn of_image(image: &SpectralImage) -> Result<Self, Error> {
+    pub fn of_image(image: &SpectralImage, primaries: RgbPrimaries) -> Result<Self, Error> {
         let (_, height, width) = image.radiance.dim();
         let white = image.white_luminance_cd_m2;
         let mut light = LinearPicture::from_elem((height, width), [0.0; 3]);
@@ -44,9 +46,8 @@ impl AddedLight {
         }
         light.par_mapv_inplace(|xyz| {
             let relative = xyz.map(|value| f64::from(value) / white);
-            let rgb = into_gamut(xyz_to_linear_rec709(relative), GamutPolicy::Desaturate);
-            // f32: what files hold.
-            rgb.map(|value| value as f32)
+            let rgb = primaries.of_linear_rec709(xyz_to_linear_rec709(relative));
+            to_f32(into_gamut(rgb, primaries, GamutPolicy::Desaturate))
         });
         Ok(Self {
             light,

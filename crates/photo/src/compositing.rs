@@ -1,7 +1,7 @@
 //! Setting a bow into a photograph.
 //!
 //! out = photo T + g (bow + veil)
-//! All in linear Rec.709: `photo` with 1 for its white, `T` what drops (and air in front of the
+//! All in linear RGB of the same primaries: `photo` with 1 for its white, `T` what drops (and air in front of the
 //! surface) let pass, without diffraction, `bow` the light of the drops and `veil` that of the air
 //! relative to a sunlit white card, `g` the value which such a card has in the photograph. A bow is
 //! added light: it can only brighten, except where T takes more than bow and veil give. For
@@ -9,6 +9,7 @@
 
 use ndarray::Array2;
 use ndarray::Zip;
+use niji_geometry::PixelRegion;
 
 use crate::error::Error;
 use crate::photograph::LinearPicture;
@@ -21,7 +22,7 @@ use crate::resample::same_shape;
 /// Light to be added, and what it lets pass.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AddedLight {
-    /// Bow and veil relative to a sunlit white card, linear Rec.709, without negative channels.
+    /// Bow and veil relative to a sunlit white card, linear RGB, without negative channels.
     pub light: LinearPicture,
     /// Transmittance T in 0..1.
     pub transmittance: Array2<f32>,
@@ -45,6 +46,15 @@ impl AddedLight {
             light: resample(&self.light, (height, width), mix_colors)?,
             transmittance: resample(&self.transmittance, (height, width), mix_numbers)?,
         })
+    }
+
+    /// The same light on other pixels of its frame: nothing is added where there was no light.
+    #[must_use]
+    pub fn on_region(self, from: PixelRegion, to: PixelRegion) -> Self {
+        Self {
+            light: on_region(&self.light, (from, to), [0.0; 3]),
+            transmittance: on_region(&self.transmittance, (from, to), 1.0),
+        }
     }
 
     /// Keeps the light only where the photographed surface lies behind the drops.
@@ -103,6 +113,18 @@ pub fn composite(
         }))
 }
 
+/// The alpha of a plate with the light in it: 1 - T over what the plate covers.
+///
+///   a = A + (1 - A) a_plate,   A = 1 - T
+///
+/// # Errors
+/// Pictures of other sizes.
+pub fn alpha_over(plate: &Array2<f32>, added: &AddedLight) -> Result<Array2<f32>, Error> {
+    check_size("the alpha", added.transmittance.dim(), plate.dim())?;
+    let pairs = Zip::from(plate).and(&added.transmittance);
+    Ok(pairs.par_map_collect(|plate, transmittance| 1.0 - transmittance * (1.0 - plate)))
+}
+
 /// The published rule for what is too bright: where a channel exceeds white, all three are scaled so
 /// that the largest is white.
 ///
@@ -112,6 +134,29 @@ pub fn scale_to_white(picture: &mut LinearPicture) {
         let largest = pixel[0].max(pixel[1]).max(pixel[2]).max(1.0);
         pixel.map(|channel| channel / largest)
     });
+}
+
+/// The pixels `to` of a frame from a picture of its pixels `from`; `fill` where it has none.
+pub fn on_region<T: Copy>(
+    picture: &Array2<T>,
+    (from, to): (PixelRegion, PixelRegion),
+    fill: T,
+) -> Array2<T> {
+    if from == to {
+        return picture.clone();
+    }
+    let size = (to.height_px as usize, to.width_px as usize);
+    // Both are within 2^24 of the frame's corner.
+    let offset = [to.y_px - from.y_px, to.x_px - from.x_px];
+    Array2::from_shape_fn(size, |(y, x)| {
+        let at = [(y, offset[0]), (x, offset[1])]
+            .map(|(index, offset)| usize::try_from(index as i64 + i64::from(offset)).ok());
+        let pixel = match at {
+            [Some(y), Some(x)] => picture.get([y, x]),
+            [None, _] | [_, None] => None,
+        };
+        pixel.copied().unwrap_or(fill)
+    })
 }
 
 pub(crate) fn check_gain(gain: f64) -> Result<(), Error> {
@@ -183,6 +228,42 @@ mod tests {
         let (rgb, alpha) = (gain * light, 1.0 - t);
         let over = rgb + (1.0 - alpha) * photo;
         assert!((out.unwrap()[[0, 0]][0] - over).abs() < 1e-6);
+    }
+
+    #[test]
+    fn light_stays_on_the_pixels_of_its_frame() {
+        let light = AddedLight {
+            light: Array2::from_shape_fn((2, 3), |(y, x)| [y as f32, x as f32, 7.0]),
+            transmittance: Array2::from_elem((2, 3), 0.5),
+        };
+        let frame = PixelRegion::frame(3, 2);
+        let larger = PixelRegion {
+            x_px: -1,
+            y_px: 1,
+            width_px: 5,
+            height_px: 2,
+        };
+        let moved = light.clone().on_region(frame, larger);
+        assert_eq!(moved.light[[0, 3]], [1.0, 2.0, 7.0]);
+        assert_eq!(
+            moved.transmittance.row(0).to_vec(),
+            [1.0, 0.5, 0.5, 0.5, 1.0]
+        );
+        assert_eq!(moved.transmittance.row(1).to_vec(), [1.0; 5]);
+        assert_eq!(light.clone().on_region(frame, frame), light);
+    }
+
+    #[test]
+    fn alpha_of_a_plate_only_grows() {
+        let plate = ndarray::array![[0.0, 0.4, 1.0]];
+        let added = AddedLight {
+            light: Array2::from_elem((1, 3), [0.0; 3]),
+            transmittance: Array2::from_elem((1, 3), 0.75),
+        };
+        let alpha = alpha_over(&plate, &added).unwrap();
+        for (found, expected) in alpha.iter().zip([0.25_f32, 0.55, 1.0]) {
+            assert!((found - expected).abs() < 1e-6);
+        }
     }
 
     #[test]

@@ -15,7 +15,6 @@ use std::io::Seek;
 use std::io::Write;
 use std::path::Path;
 
-use exr::image::Encoding as ExrEncoding;
 use glam::DVec3;
 use ndarray::Array2;
 use ndarray::Zip;
@@ -26,7 +25,7 @@ use crate::compositing::check_size;
 use crate::error::Error;
 use crate::photograph;
 use crate::picture_files::NO_DEPTH_M;
-use crate::picture_files::write_exr;
+use crate::picture_files::write_depth;
 use crate::plate;
 
 /// What the values of a depth map from elsewhere mean.
@@ -154,15 +153,7 @@ pub fn write_depth_map(
     writer: impl Write + Seek,
 ) -> Result<(), Error> {
     nonnegative(depth_m)?;
-    let values = depth_m.iter().map(|depth| depth.min(NO_DEPTH_M)).collect();
-    // Layers are plain: a hundredth of their size is left.
-    let encoding = ExrEncoding::SMALL_LOSSLESS;
-    write_exr(
-        depth_m.dim(),
-        vec![("Z", values)],
-        (encoding, provenance),
-        writer,
-    )
+    write_depth(depth_m, provenance, writer)
 }
 
 fn cos_from_axis(camera: &PinholeCamera, [x, y]: [usize; 2]) -> f64 {
@@ -170,7 +161,7 @@ fn cos_from_axis(camera: &PinholeCamera, [x, y]: [usize; 2]) -> f64 {
     view.dot(camera.forward())
 }
 
-fn metres(values: &Array2<f32>) -> Result<Array2<f32>, Error> {
+pub(crate) fn metres(values: &Array2<f32>) -> Result<Array2<f32>, Error> {
     if values.iter().all(|value| value.is_nan()) {
         return nonnegative(values).map(|()| values.clone());
     }
@@ -336,6 +327,7 @@ mod tests {
         let image = |aovs| niji_exchange::SpectralImage {
             wavelengths: niji_radiometry::WavelengthGrid::new(500.0, 50.0, 2).unwrap(),
             radiance: ndarray::Array3::zeros((2, 2, 3)),
+            windows: niji_exchange::ImageWindows::whole(3, 2),
             aovs,
             white_luminance_cd_m2: 1.0,
             world_to_camera: None,

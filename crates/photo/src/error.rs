@@ -34,6 +34,12 @@ pub enum Error {
     /// A sound EXR file without what a picture needs.
     #[error("found no channel {0:?} in the EXR file, expected R, G and B")]
     MissingChannel(&'static str),
+    /// Red, green, blue and white of something else than Rec.709 or ACEScg.
+    #[error(
+        "found the chromaticities {0:?} of red, green, blue and white in the EXR file, expected those of \
+         Rec.709 or ACEScg: convert it, or name its primaries"
+    )]
+    Primaries([[f64; 2]; 4]),
     /// A rendered image without what compositing needs.
     #[error("found no AOV {0:?} in the image, expected one written by niji render")]
     MissingAov(&'static str),

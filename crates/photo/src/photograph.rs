@@ -1,8 +1,8 @@
 //! Photographs as linear light.
 //!
 //! PNG (8 and 16 bit) and JPEG hold sRGB code values (IEC 61966-2-1); they become linear Rec.709 in
-//! 0..1 by its curve, whatever color profile the file carries. EXR plates are linear already and are
-//! taken as Rec.709. The orientation that a camera writes is applied, so that row 0 is the top of the
+//! 0..1 by its curve, whatever color profile the file carries. EXR plates are linear already; ACEScg
+//! becomes Rec.709. The orientation that a camera writes is applied, so that row 0 is the top of the
 //! scene. Transparency is dropped.
 
 use std::fs::File;

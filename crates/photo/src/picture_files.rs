@@ -1,7 +1,7 @@
 //! Pictures as files for people (PNG, JPEG) and for compositors (EXR).
 //!
-//! PNG and JPEG hold sRGB code values of min(c, 1); EXR holds linear Rec.709 as 32-bit floats with
-//! its chromaticities, premultiplied: RGB may be above 0 where A is 0. Where a file comes from stands
+//! PNG and JPEG hold sRGB code values of min(c, 1); EXR holds linear Rec.709 or ACEScg as 32-bit floats
+//! with their chromaticities, premultiplied: RGB may be above 0 where A is 0. Where a file comes from stands
 //! in the text items of a PNG and in the comments of an EXR, whose further attributes the writer would
 //! put in an order that changes from run to run. The same picture gives the same bytes.
 
@@ -13,17 +13,22 @@ use exr::prelude::AnyChannel;
 use exr::prelude::AnyChannels;
 use exr::prelude::FlatSamples;
 use exr::prelude::Image;
+use exr::prelude::IntegerBounds;
 use exr::prelude::Layer;
 use exr::prelude::LayerAttributes;
 use exr::prelude::SmallVec;
 use exr::prelude::Text;
+use exr::prelude::Vec2;
 use exr::prelude::WritableImage;
+use exr::prelude::attribute::Chromaticities;
 use image::ExtendedColorType;
 use image::ImageEncoder;
 use image::codecs::jpeg::JpegEncoder;
 use ndarray::Array2;
+use niji_exchange::ImageWindows;
 use niji_exchange::Provenance;
 use niji_exchange::write_srgb_png;
+use niji_radiometry::RgbPrimaries;
 use niji_radiometry::srgb_encode;
 use rayon::prelude::*;
 
@@ -63,53 +68,105 @@ pub fn write_jpeg(picture: &LinearPicture, writer: impl Write) -> Result<(), Err
         .map_err(unencoded)
 }
 
-/// Writes a premultiplied EXR: R, G, B, A.
+/// What the pixels of an EXR picture are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frame {
+    /// What R, G and B are.
+    pub primaries: RgbPrimaries,
+    /// Which pixels of the frame there are.
+    pub windows: ImageWindows,
+}
+
+/// Writes a premultiplied EXR: R, G, B and, where it is given, A.
 ///
 /// # Errors
 /// A value that is not finite, or a writer that fails.
 pub fn write_premultiplied(
     picture: &LinearPicture,
-    alpha: &Array2<f32>,
-    provenance: &Provenance,
+    alpha: Option<&Array2<f32>>,
+    (frame, provenance): (Frame, &Provenance),
     writer: impl Write + Seek,
 ) -> Result<(), Error> {
     check_finite(picture)?;
-    let mut channels = vec![("A", plane(alpha, |value| *value))];
+    let mut channels = Vec::new();
+    if let Some(alpha) = alpha {
+        channels.push(("A", plane(alpha, |value| *value)));
+    }
     for (index, name) in ["R", "G", "B"].into_iter().enumerate() {
         channels.push((name, plane(picture, |pixel| pixel[index])));
     }
-    let encoding = ExrEncoding::FAST_LOSSLESS;
-    write_exr(picture.dim(), channels, (encoding, provenance), writer)
+    let mut attributes = described(provenance);
+    let data = frame.windows.data;
+    attributes.layer_position = Vec2(data.x_px, data.y_px);
+    let layer = Layer::new(
+        (data.width_px as usize, data.height_px as usize),
+        attributes,
+        ExrEncoding::FAST_LOSSLESS,
+        planes(channels),
+    );
+    let mut image = Image::from_layer(layer);
+    let display = frame.windows.display;
+    image.attributes.display_window = IntegerBounds {
+        position: Vec2(display.x_px, display.y_px),
+        size: Vec2(display.width_px as usize, display.height_px as usize),
+    };
+    image.attributes.chromaticities = Some(chromaticities(frame.primaries));
+    image.write().to_buffered(writer).map_err(unencoded)
 }
 
-/// Writes planes as an EXR of one layer.
-pub(crate) fn write_exr(
-    (height, width): (usize, usize),
-    channels: Vec<(&'static str, Vec<f32>)>,
-    (encoding, provenance): (ExrEncoding, &Provenance),
+/// A depth map as an EXR of one layer.
+pub(crate) fn write_depth(
+    depth_m: &Array2<f32>,
+    provenance: &Provenance,
     writer: impl Write + Seek,
 ) -> Result<(), Error> {
+    let (height, width) = depth_m.dim();
+    let values = plane(depth_m, |depth| depth.min(NO_DEPTH_M));
+    // Layers are plain: a hundredth of their size is left.
+    let layer = Layer::new(
+        (width, height),
+        described(provenance),
+        ExrEncoding::SMALL_LOSSLESS,
+        planes(vec![("Z", values)]),
+    );
+    let image = Image::from_layer(layer);
+    image.write().to_buffered(writer).map_err(unencoded)
+}
+
+fn planes(channels: Vec<(&'static str, Vec<f32>)>) -> AnyChannels<FlatSamples> {
     let channels: SmallVec<[AnyChannel<FlatSamples>; 4]> = channels
         .into_iter()
         .map(|(name, values)| AnyChannel::new(name, FlatSamples::F32(values)))
         .collect();
+    AnyChannels::sort(channels)
+}
+
+/// Where a file comes from.
+fn described(provenance: &Provenance) -> LayerAttributes {
     let items = provenance.to_text_items().into_iter();
     let lines: Vec<String> = items.map(|(name, text)| format!("{name}={text}")).collect();
-    let attributes = LayerAttributes {
+    LayerAttributes {
         software_name: Text::new_or_none(format!("niji {}", provenance.version)),
         comments: Text::new_or_none(lines.join("\n")),
         ..LayerAttributes::default()
-    };
-    let layer = Layer::new(
-        (width, height),
-        attributes,
-        encoding,
-        AnyChannels::sort(channels),
-    );
-    Image::from_layer(layer)
-        .write()
-        .to_buffered(writer)
-        .map_err(unencoded)
+    }
+}
+
+fn chromaticities(primaries: RgbPrimaries) -> Chromaticities {
+    let [red, green, blue, white] = primaries
+        .chromaticities()
+        .map(|[x, y]| Vec2(x as f32, y as f32));
+    Chromaticities {
+        red,
+        green,
+        blue,
+        white,
+    }
+}
+
+/// Values as files hold them.
+pub(crate) fn to_f32(rgb: [f64; 3]) -> [f32; 3] {
+    rgb.map(|channel| channel as f32)
 }
 
 fn plane<T: Sync>(values: &Array2<T>, value: impl Fn(&T) -> f32 + Sync + Send) -> Vec<f32> {

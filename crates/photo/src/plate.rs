@@ -1,7 +1,8 @@
 //! EXR plates of other programs, and depth maps as EXR.
 //!
-//! Scan lines or tiles, any compression, the first layer that has the channels. What the header
-//! promises is compared with the length of the file before any pixel is decoded.
+//! Scan lines or tiles, any compression, half or float, any data window, the first layer that has the
+//! channels. The attribute `chromaticities` says what R, G and B are: Rec.709 where it is missing. What
+//! the header promises is compared with the length of the file before any pixel is decoded.
 
 use std::path::Path;
 
@@ -12,22 +13,95 @@ use exr::prelude::MetaData;
 use exr::prelude::ReadChannels;
 use exr::prelude::ReadLayers;
 use exr::prelude::Text;
+use exr::prelude::Vec2;
+use exr::prelude::attribute::Chromaticities;
 use exr::prelude::read as read_file;
 use ndarray::Array2;
+use niji_exchange::ImageWindows;
+use niji_geometry::PixelRegion;
+use niji_radiometry::RgbPrimaries;
 
+use crate::compositing::check_size as check_size_of_plane;
+use crate::depth_map::metres;
 use crate::error::Error;
 use crate::photograph::LinearPicture;
 use crate::photograph::check_size;
+use crate::picture_files::to_f32;
 
 /// Name of the attribute with the unit of a part, in the images of `niji render`.
 const UNIT: &str = "niji:unit";
 /// Names of the channels of a plate.
 const COLORS: [&str; 3] = ["R", "G", "B"];
+const ALPHA: &str = "A";
+const DEPTH: &str = "Z";
 
-/// Reads R, G and B.
+/// A picture of another program that a bow is set into.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plate {
+    /// Its light, scene-linear, premultiplied where there is an alpha.
+    pub light: LinearPicture,
+    /// What R, G and B are.
+    pub primaries: RgbPrimaries,
+    /// Which pixels of the frame it holds.
+    pub windows: ImageWindows,
+    /// Its channel A, if it has one.
+    pub alpha: Option<Array2<f32>>,
+    /// The channel Z beside its colors, if there is one: distances of its surfaces along the view ray,
+    /// m, infinite for the sky.
+    pub surface_m: Option<Array2<f32>>,
+}
+
+impl Plate {
+    /// Reads an EXR file with channels R, G and B; `primaries` replace those that the file names.
+    ///
+    /// # Errors
+    /// A missing or damaged file, one without the channels or with unknown chromaticities, a value
+    /// that is not finite, or a distance below 0.
+    pub fn read(path: &Path, primaries: Option<RgbPrimaries>) -> Result<Self, Error> {
+        let file = layers(path)?;
+        let layer = file.layers.iter().find(|layer| layer.holds(COLORS[0]));
+        let layer = std::slice::from_ref(layer.ok_or(Error::MissingChannel(COLORS[0]))?);
+        let primaries = primaries.map_or_else(|| known(file.chromaticities), Ok)?;
+        let alpha = plane(layer, ALPHA);
+        if let Some(alpha) = &alpha {
+            check_finite(ALPHA, alpha)?;
+        }
+        let surface_m = layer[0].holds(DEPTH).then(|| depth(layer)).transpose()?;
+        let surface_m = surface_m.as_ref().map(metres).transpose()?;
+        let light = colors(layer)?;
+        let windows = ImageWindows {
+            data: layer[0].data,
+            display: file.display,
+        };
+        for (what, size) in [
+            ("a channel A", alpha.as_ref().map(Array2::dim)),
+            ("a channel Z", surface_m.as_ref().map(Array2::dim)),
+        ] {
+            check_size_of_plane(what, light.dim(), size.unwrap_or(light.dim()))?;
+        }
+        Ok(Self {
+            light,
+            primaries,
+            windows,
+            alpha,
+            surface_m,
+        })
+    }
+}
+
+/// Reads R, G and B as linear Rec.709.
 pub(crate) fn read_colors(path: &Path) -> Result<LinearPicture, Error> {
-    let layers = layers(path)?;
-    let [red, green, blue] = COLORS.map(|name| plane(&layers, name));
+    let file = layers(path)?;
+    let primaries = known(file.chromaticities)?;
+    let mut light = colors(&file.layers)?;
+    if primaries != RgbPrimaries::Rec709 {
+        light.par_mapv_inplace(|rgb| to_f32(primaries.to_linear_rec709(rgb.map(f64::from))));
+    }
+    Ok(light)
+}
+
+fn colors(layers: &[Layer]) -> Result<LinearPicture, Error> {
+    let [red, green, blue] = COLORS.map(|name| plane(layers, name));
     let missing = |index: usize| Error::MissingChannel(COLORS[index]);
     let red = red.ok_or_else(|| missing(0))?;
     let green = green.ok_or_else(|| missing(1))?;
@@ -45,26 +119,48 @@ pub(crate) fn read_colors(path: &Path) -> Result<LinearPicture, Error> {
     }))
 }
 
+/// The primaries that a file names.
+fn known(chromaticities: Option<Chromaticities>) -> Result<RgbPrimaries, Error> {
+    let Some(found) = chromaticities else {
+        return Ok(RgbPrimaries::Rec709);
+    };
+    let corners = [found.red, found.green, found.blue, found.white];
+    let corners = corners.map(|Vec2(x, y)| [f64::from(x), f64::from(y)]);
+    RgbPrimaries::of_chromaticities(corners).ok_or(Error::Primaries(corners))
+}
+
 /// Reads the channel Z of the first part that has one, or the only channel there is. Infinity and
 /// NaN are the sky and allowed.
 pub(crate) fn read_depth(path: &Path) -> Result<Array2<f32>, Error> {
-    let layers = layers(path)?;
-    if let Some(layer) = layers.iter().find(|layer| layer.holds("Z")) {
+    depth(&layers(path)?.layers)
+}
+
+fn depth(layers: &[Layer]) -> Result<Array2<f32>, Error> {
+    if let Some(layer) = layers.iter().find(|layer| layer.holds(DEPTH)) {
         if let Some(unit) = layer.unit.as_ref().filter(|unit| *unit != "m") {
             return Err(Error::DepthUnit(unit.clone()));
         }
-        return plane(std::slice::from_ref(layer), "Z").ok_or(Error::NoDepthChannel);
+        return plane(std::slice::from_ref(layer), DEPTH).ok_or(Error::NoDepthChannel);
     }
-    match layers.as_slice() {
+    match layers {
         [layer] if layer.channels.len() == 1 => Ok(layer.channels[0].1.clone()),
         _ => Err(Error::NoDepthChannel),
     }
+}
+
+/// What a file holds.
+struct File {
+    layers: Vec<Layer>,
+    chromaticities: Option<Chromaticities>,
+    display: PixelRegion,
 }
 
 struct Layer {
     channels: Vec<(String, Array2<f32>)>,
     /// Unit of its values, if it says so.
     unit: Option<String>,
+    /// Its data window.
+    data: PixelRegion,
 }
 
 impl Layer {
@@ -82,7 +178,7 @@ fn plane(layers: &[Layer], name: &str) -> Option<Array2<f32>> {
         .map(|(_, values)| values.clone())
 }
 
-fn layers(path: &Path) -> Result<Vec<Layer>, Error> {
+fn layers(path: &Path) -> Result<File, Error> {
     let file_bytes = std::fs::metadata(path)?.len();
     let header = MetaData::read_from_file(path, false).map_err(damaged)?;
     for part in &header.headers {
@@ -97,19 +193,37 @@ fn layers(path: &Path) -> Result<Vec<Layer>, Error> {
         .all_attributes()
         .from_file(path)
         .map_err(damaged)?;
-    picture
-        .layer_data
-        .into_iter()
-        .map(|layer| {
-            let size = (layer.size.height(), layer.size.width());
-            let unit = layer.attributes.other.get(&Text::from(UNIT));
-            let unit = match unit {
-                Some(AttributeValue::Text(text)) => Some(text.to_string()),
-                Some(_) | None => None,
-            };
-            channels(layer.channel_data, size).map(|channels| Layer { channels, unit })
+    let shared = picture.attributes;
+    let layers = picture.layer_data.into_iter().map(|layer| {
+        let size = (layer.size.height(), layer.size.width());
+        let unit = layer.attributes.other.get(&Text::from(UNIT));
+        let unit = match unit {
+            Some(AttributeValue::Text(text)) => Some(text.to_string()),
+            Some(_) | None => None,
+        };
+        let data = region(layer.attributes.layer_position, layer.size)?;
+        channels(layer.channel_data, size).map(|channels| Layer {
+            channels,
+            unit,
+            data,
         })
-        .collect()
+    });
+    Ok(File {
+        layers: layers.collect::<Result<_, _>>()?,
+        chromaticities: shared.chromaticities,
+        display: region(shared.display_window.position, shared.display_window.size)?,
+    })
+}
+
+fn region(position: Vec2<i32>, size: Vec2<usize>) -> Result<PixelRegion, Error> {
+    let too_large = |_| Error::Damaged("found a window that no picture has".to_owned());
+    let region = PixelRegion {
+        x_px: position.x(),
+        y_px: position.y(),
+        width_px: u32::try_from(size.width()).map_err(too_large)?,
+        height_px: u32::try_from(size.height()).map_err(too_large)?,
+    };
+    Ok(region.checked()?)
 }
 
 fn channels(

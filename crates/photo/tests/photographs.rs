@@ -6,16 +6,19 @@ use std::path::Path;
 use std::path::PathBuf;
 
 use ndarray::Array2;
+use niji_exchange::ImageWindows;
 use niji_exchange::Provenance;
 use niji_photo::AddedLight;
 use niji_photo::Encoding;
 use niji_photo::Error;
+use niji_photo::Frame;
 use niji_photo::LinearPicture;
 use niji_photo::Photograph;
 use niji_photo::composite;
 use niji_photo::write_jpeg;
 use niji_photo::write_png;
 use niji_photo::write_premultiplied;
+use niji_radiometry::RgbPrimaries;
 use niji_radiometry::srgb_decode;
 
 fn pavilion() -> PathBuf {
@@ -35,6 +38,15 @@ fn corners() -> LinearPicture {
         pixel[channel] = 1.0;
     }
     picture
+}
+
+/// The whole of a picture as Rec.709.
+fn frame(picture: &LinearPicture) -> Frame {
+    let (height, width) = picture.dim();
+    Frame {
+        primaries: RgbPrimaries::Rec709,
+        windows: ImageWindows::whole(width, height),
+    }
 }
 
 /// EXIF with an orientation and a focal length of 28 mm on film.
@@ -155,7 +167,7 @@ fn a_plate_keeps_values_above_one_and_light_where_alpha_is_zero() {
     };
     let write = |path: &Path| {
         let file = File::create(path).unwrap();
-        write_premultiplied(&light, &alpha, &provenance, file).unwrap();
+        write_premultiplied(&light, Some(&alpha), (frame(&light), &provenance), file).unwrap();
         fs::read(path).unwrap()
     };
     let bytes = write(&path);
@@ -188,7 +200,8 @@ fn broken_pictures_are_errors() {
     assert!(read("cut.png", &png[..png.len() / 2]).is_err());
     let mut exr = std::io::Cursor::new(Vec::new());
     let alpha = Array2::zeros((16, 24));
-    write_premultiplied(&corners(), &alpha, &Provenance::default(), &mut exr).unwrap();
+    let to = (frame(&corners()), &Provenance::default());
+    write_premultiplied(&corners(), Some(&alpha), to, &mut exr).unwrap();
     let exr = exr.into_inner();
     for n_bytes in [5, 100, exr.len() - 10] {
         assert!(read("cut.exr", &exr[..n_bytes]).is_err(), "{n_bytes}");

@@ -6,6 +6,8 @@
 //! policy, by name, before they become a picture.
 //! [BT709] ITU-R BT.709-6 (2015); [SRGB] IEC 61966-2-1:1999.
 
+use crate::rgb_primaries::RgbPrimaries;
+
 /// Rec.709 from XYZ [BT709].
 const RGB_FROM_XYZ: [[f64; 3]; 3] = [
     [
@@ -71,17 +73,17 @@ pub fn xy_chromaticity(xyz: [f64; 3]) -> Option<[f64; 2]> {
     (sum > 0.0 && sum.is_finite()).then(|| [x / sum, y / sum])
 }
 
-/// The color that stands for `rgb` (linear Rec.709) where channels cannot be negative.
+/// The color that stands for `rgb` of some primaries where channels cannot be negative.
 ///
 /// Channels above 1 are left alone: how bright the display is, is not a question of gamut. A color
 /// without positive luminance becomes black. NaN stays NaN, for the writer to reject.
-pub fn into_gamut(rgb: [f64; 3], policy: GamutPolicy) -> [f64; 3] {
+pub fn into_gamut(rgb: [f64; 3], primaries: RgbPrimaries, policy: GamutPolicy) -> [f64; 3] {
     let lowest = rgb[0].min(rgb[1]).min(rgb[2]);
     if lowest >= 0.0 || rgb.iter().any(|channel| channel.is_nan()) {
         return rgb;
     }
     match policy {
-        GamutPolicy::Desaturate => desaturate(rgb, lowest),
+        GamutPolicy::Desaturate => desaturate(rgb, lowest, primaries.luminance(rgb)),
         GamutPolicy::Clip => rgb.map(|channel| channel.max(0.0)),
     }
 }
@@ -105,8 +107,7 @@ pub fn srgb_decode(encoded: f64) -> f64 {
 }
 
 /// Moves `rgb` along the line to its grey just far enough that `lowest` becomes zero.
-fn desaturate(rgb: [f64; 3], lowest: f64) -> [f64; 3] {
-    let luminance = multiply(&XYZ_FROM_RGB, rgb)[1];
+fn desaturate(rgb: [f64; 3], lowest: f64, luminance: f64) -> [f64; 3] {
     if luminance <= 0.0 {
         return [0.0; 3];
     }
@@ -115,7 +116,7 @@ fn desaturate(rgb: [f64; 3], lowest: f64) -> [f64; 3] {
     rgb.map(|channel| (luminance + saturation * (channel - luminance)).max(0.0))
 }
 
-fn multiply(matrix: &[[f64; 3]; 3], vector: [f64; 3]) -> [f64; 3] {
+pub(crate) fn multiply(matrix: &[[f64; 3]; 3], vector: [f64; 3]) -> [f64; 3] {
     matrix.map(|row| row[0] * vector[0] + row[1] * vector[1] + row[2] * vector[2])
 }
 
@@ -129,6 +130,8 @@ mod tests {
 
     /// Worst found 1.7e-16 over the colors below.
     const ROUND_TRIP: f64 = 1e-15;
+
+    const REC709: RgbPrimaries = RgbPrimaries::Rec709;
 
     fn spectral_color(wavelength_nm: f64) -> [f64; 3] {
         let grid = WavelengthGrid::new(wavelength_nm, 1.0, 1).unwrap();
@@ -187,7 +190,7 @@ mod tests {
                 rgb.iter().any(|c| *c < 0.0),
                 "{wavelength_nm} nm is outside the gamut"
             );
-            let shown = into_gamut(rgb, GamutPolicy::Desaturate);
+            let shown = into_gamut(rgb, REC709, GamutPolicy::Desaturate);
             assert!(
                 shown.iter().all(|c| *c >= 0.0),
                 "{wavelength_nm} nm: {shown:?}"
@@ -202,7 +205,11 @@ mod tests {
     fn desaturation_moves_straight_towards_white() {
         let xy = |rgb| xy_chromaticity(linear_rec709_to_xyz(rgb)).unwrap();
         let pure = xy(spectral_color(500.0));
-        let shown = xy(into_gamut(spectral_color(500.0), GamutPolicy::Desaturate));
+        let shown = xy(into_gamut(
+            spectral_color(500.0),
+            REC709,
+            GamutPolicy::Desaturate,
+        ));
         let cross =
             (pure[0] - 0.3127) * (shown[1] - 0.3290) - (pure[1] - 0.3290) * (shown[0] - 0.3127);
         assert!(cross.abs() <= 1e-12, "{cross}");
@@ -211,7 +218,7 @@ mod tests {
     #[test]
     fn clipping_brightens_what_desaturation_keeps() {
         let rgb = spectral_color(500.0);
-        let clipped = into_gamut(rgb, GamutPolicy::Clip);
+        let clipped = into_gamut(rgb, REC709, GamutPolicy::Clip);
         assert!(clipped.iter().all(|c| *c >= 0.0));
         assert!(linear_rec709_to_xyz(clipped)[1] > 1.2 * linear_rec709_to_xyz(rgb)[1]);
     }
@@ -219,10 +226,13 @@ mod tests {
     #[test]
     fn colors_in_gamut_black_and_negative_light_are_settled() {
         for policy in [GamutPolicy::Desaturate, GamutPolicy::Clip] {
-            assert_eq!(into_gamut([0.0, 0.5, 40.0], policy), [0.0, 0.5, 40.0]);
-            assert_eq!(into_gamut([0.0; 3], policy), [0.0; 3]);
-            assert_eq!(into_gamut([-1.0, -2.0, -3.0], policy), [0.0; 3]);
-            assert!(into_gamut([-1.0, f64::NAN, 1.0], policy)[1].is_nan());
+            assert_eq!(
+                into_gamut([0.0, 0.5, 40.0], REC709, policy),
+                [0.0, 0.5, 40.0]
+            );
+            assert_eq!(into_gamut([0.0; 3], REC709, policy), [0.0; 3]);
+            assert_eq!(into_gamut([-1.0, -2.0, -3.0], REC709, policy), [0.0; 3]);
+            assert!(into_gamut([-1.0, f64::NAN, 1.0], REC709, policy)[1].is_nan());
         }
         assert_eq!(xy_chromaticity([0.0; 3]), None);
         assert_eq!(xy_chromaticity([f64::NAN, 1.0, 1.0]), None);

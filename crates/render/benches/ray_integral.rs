@@ -17,12 +17,15 @@ use niji_dropfield::Drops;
 use niji_dropfield::GridBox;
 use niji_dropfield::Interpolation;
 use niji_exchange::ScatteringTable;
+use niji_geometry::Camera;
 use niji_geometry::PinholeCamera;
 use niji_geometry::PinholeRequest;
+use niji_geometry::PixelRegion;
 use niji_radiometry::Radians;
 use niji_radiometry::WavelengthGrid;
 use niji_render::AirPath;
 use niji_render::DropExtinctionModel;
+use niji_render::DropOrders;
 use niji_render::Integration;
 use niji_render::LitDrops;
 use niji_render::PixelFootprint;
@@ -53,7 +56,7 @@ fn sun() -> DVec3 {
     DVec3::new(0.0, sin, cos)
 }
 
-fn camera() -> PinholeCamera {
+fn camera() -> Camera {
     PinholeCamera::new(PinholeRequest {
         position: DVec3::new(0.0, 2.0, 0.0),
         azimuth: Radians(0.0),
@@ -64,6 +67,7 @@ fn camera() -> PinholeCamera {
         height_px: 480,
     })
     .expect("the camera is sound")
+    .into()
 }
 
 fn table(n_sizes: usize, n_wavelengths: usize) -> ScatteringTable {
@@ -168,6 +172,7 @@ fn picture(drops: &LitDrops, table: &ScatteringTable, integration: Integration) 
     let irradiance = vec![1.5; table.wavelengths.len()];
     let request = RenderRequest {
         camera: &camera,
+        region: PixelRegion::frame(camera.width_px(), camera.height_px()),
         sun_direction: sun(),
         wavelengths: table.wavelengths,
         sun_irradiance: &irradiance,
@@ -176,9 +181,11 @@ fn picture(drops: &LitDrops, table: &ScatteringTable, integration: Integration) 
         surfaces: None,
         air: None,
         effects: effects(),
+        tolerance_cd_m2: None,
         levels: RenderLevels {
             integration,
             drop_extinction_model: DropExtinctionModel::WithoutDiffraction,
+            drop_orders: DropOrders::SingleScattering,
             air_path: AirPath::Table,
             sky_model: SkyModel::None,
             pixel_footprint: PixelFootprint::Center,

@@ -6,6 +6,9 @@ use niji_radiometry::WavelengthGrid;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
+    /// The region has no pixels or lies too far away.
+    #[error("{0}")]
+    Region(niji_geometry::Error),
     /// The direction towards the sun is not a unit vector.
     #[error("found a sun direction {found:?}, expected a unit vector towards the sun")]
     SunDirection {
@@ -24,6 +27,15 @@ pub enum Error {
     /// Drops shall cast shadows, but their way to the sun was never looked at.
     #[error("drop shadow is on, but the drops were lit with the sun path ignored")]
     NoShadow,
+    /// Light that drops scatter more than once is what their extinction takes.
+    #[error(
+        "multiple scattering by drops is on without {without}: it gives back what that takes, switch \
+         both on or both off"
+    )]
+    OrdersWithout {
+        /// The effect that is off.
+        without: &'static str,
+    },
     /// The setting of a level is out of its range.
     #[error("{level} = {found}, expected {expected}")]
     Level {

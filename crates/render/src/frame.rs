@@ -3,6 +3,7 @@
 use glam::DVec3;
 use niji_exchange::ScatteringTable;
 use niji_geometry::Aabb;
+use niji_geometry::PixelRegion;
 use niji_geometry::Ray;
 use niji_radiometry::Colorimetry;
 use rayon::prelude::*;
@@ -10,8 +11,14 @@ use rayon::prelude::*;
 use crate::air::Air;
 use crate::air_glow::AirGlow;
 use crate::air_slabs::DimmedBy;
+use crate::drop_orders::Diffraction;
+use crate::drop_orders::MultipleLight;
+use crate::drop_orders::OrdersRequest;
+use crate::drop_orders::SeenDirections;
+use crate::drop_orders::SunAxes;
 use crate::error::Error;
 use crate::flattening::flattening_along;
+use crate::footprint::apron;
 use crate::footprint::offsets;
 use crate::footprint::rays_along;
 use crate::levels::PixelFootprint;
@@ -20,6 +27,7 @@ use crate::piece_rule::PieceRule;
 use crate::request::RenderRequest;
 use crate::scattering_angle::scattering_angle_rad;
 use crate::scattering_rows::ScatteringRows;
+use crate::shadow_error::ShadowError;
 use crate::surround::mean_surround;
 
 /// What all rays of a picture share.
@@ -32,6 +40,8 @@ pub(crate) struct Frame<'a> {
     pub(crate) bounds: Option<Aabb>,
     /// The way through the drops.
     pub(crate) march: March<'a>,
+    /// How wrong the sun's optical depth is, and the efficiency Q by which it counts.
+    pub(crate) shadow_error: Option<(&'a ShadowError, f64)>,
     /// How drops scatter; `None` where no bow is wanted.
     pub(crate) rows: Option<ScatteringRows>,
     /// Between secondary and primary bow.
@@ -50,6 +60,10 @@ pub(crate) struct Frame<'a> {
     pub(crate) glow: AirGlow,
     /// Mean of the surroundings for unit irradiance [1/sr], where it lights the drops.
     pub(crate) surround: Option<Vec<f32>>,
+    /// Light that drops scatter more than once, where it is wanted.
+    pub(crate) multiple: Option<MultipleLight>,
+    /// What diffraction changes in the bows, where that light is wanted.
+    pub(crate) diffraction: Option<Diffraction<'a>>,
 }
 
 /// Everything that rays share.
@@ -101,6 +115,11 @@ pub(crate) fn frame<'a>(
             rule,
             integration: levels.integration,
         },
+        shadow_error: request
+            .drops
+            .shadow_error()
+            .filter(|_| effects.drop_shadow.is_on())
+            .map(|error| (error, efficiency)),
         rows: None,
         split_theta_rad,
         sides: request.wanted_sides(),
@@ -110,8 +129,12 @@ pub(crate) fn frame<'a>(
         glows,
         glow,
         surround,
+        multiple: None,
+        diffraction: None,
     };
     frame.rows = rows(request, &frame, colorimetry)?;
+    frame.multiple = multiple(request, &frame, colorimetry)?;
+    frame.diffraction = diffraction(request, &frame)?;
     Ok(frame)
 }
 
@@ -124,23 +147,86 @@ fn rows(
     let Some(table) = request.table.filter(|_| request.wants_bow()) else {
         return Ok(None);
     };
-    let Some(seen) = directions_seen(request, frame) else {
+    let seen = directions_seen(request, frame, request.region);
+    if let Some(seen) = &seen {
+        check_coverage(table, seen)?;
+    }
+    // What estimates an error looks at neighbors too, which may lie beyond the table: there its
+    // last angle stands for them.
+    let strips = apron(request.region).into_iter();
+    let around = strips.filter_map(|strip| directions_seen(request, frame, strip));
+    let Some(seen) = seen.into_iter().chain(around).reduce(Seen::union) else {
         return Ok(None);
     };
-    check_coverage(table, &seen)?;
-    let luminance_weights: Vec<f64> = colorimetry
-        .weights()
-        .iter()
-        .zip(request.sun_irradiance)
-        .map(|([_, y, _], irradiance)| y * irradiance)
-        .collect();
+    let luminance_weights = luminance_weights(request, colorimetry);
     // The footprint of a pixel reaches beyond its center.
-    let margin_rad = match request.levels.pixel_footprint {
-        PixelFootprint::Prefiltered => request.camera.pixel_angle().0,
-        PixelFootprint::Center | PixelFootprint::Grid { .. } => 0.0,
+    let margin_rad = match (request.levels.pixel_footprint, request.tolerance_cd_m2) {
+        (PixelFootprint::Prefiltered, _) | (_, Some(_)) => request.camera.pixel_angle().0,
+        (PixelFootprint::Center | PixelFootprint::Grid { .. }, None) => 0.0,
     };
     let range_rad = (seen.theta_rad.0 - margin_rad, seen.theta_rad.1 + margin_rad);
     ScatteringRows::new(table, range_rad, &luminance_weights).map(Some)
+}
+
+/// From a spectrum for unit irradiance to luminance in the sun.
+fn luminance_weights(request: &RenderRequest, colorimetry: &Colorimetry) -> Vec<f64> {
+    let weights = colorimetry.weights().iter().zip(request.sun_irradiance);
+    weights
+        .map(|([_, y, _], irradiance)| y * irradiance)
+        .collect()
+}
+
+/// What diffraction changes in the bows that are seen.
+fn diffraction<'a>(
+    request: &RenderRequest,
+    frame: &Frame<'a>,
+) -> Result<Option<Diffraction<'a>>, Error> {
+    let (Some(rows), Some(_), Some(table)) = (&frame.rows, &frame.multiple, request.table) else {
+        return Ok(None);
+    };
+    let first_order = request.levels.drop_extinction_model;
+    Diffraction::new(table, rows.theta_range_rad(), frame.march, first_order).map(Some)
+}
+
+/// The light of orders beyond the first, for all directions of the camera's frame whatever its region:
+/// beyond the frame the nearest direction stands for others.
+fn multiple(
+    request: &RenderRequest,
+    frame: &Frame,
+    colorimetry: &Colorimetry,
+) -> Result<Option<MultipleLight>, Error> {
+    let (Some((nodes_across, paths_per_node)), Some(table), Some(bounds)) =
+        (request.wanted_orders(), request.table, frame.bounds)
+    else {
+        return Ok(None);
+    };
+    let (camera, axes) = (request.camera, SunAxes::of(request.sun_direction));
+    let seen = (0..=camera.height_px())
+        .into_par_iter()
+        .map(|y| {
+            let mut seen = SeenDirections::none();
+            for x in 0..=camera.width_px() {
+                let ray = camera.ray(f64::from(x), f64::from(y));
+                if let Some(ray) = ray.filter(|ray| bounds.intersect(ray).is_some()) {
+                    seen.add(&axes, ray.direction);
+                }
+            }
+            seen
+        })
+        .reduce(SeenDirections::none, |a, b| a.union(&b));
+    let air = |dims: bool| frame.air.as_ref().filter(|_| dims);
+    MultipleLight::new(&OrdersRequest {
+        drops: request.drops,
+        table,
+        sun_direction: request.sun_direction,
+        eye: camera.position(),
+        seen: &seen,
+        sunlight_air: air(frame.dimmed_by.sunlight),
+        view_air: air(frame.dimmed_by.view),
+        luminance_weights: &luminance_weights(request, colorimetry),
+        nodes_across,
+        paths_per_node,
+    })
 }
 
 /// Smallest and largest scattering angle and flattening of the rays that cross the drops' box and
@@ -170,16 +256,17 @@ impl Seen {
     }
 }
 
-fn directions_seen(request: &RenderRequest, frame: &Frame) -> Option<Seen> {
+fn directions_seen(request: &RenderRequest, frame: &Frame, region: PixelRegion) -> Option<Seen> {
     let n = rays_along(request.levels.pixel_footprint);
     let eye = request.eye();
-    (0..request.camera.height_px())
+    (0..region.height_px)
         .into_par_iter()
-        .filter_map(|y| {
-            let pixels =
-                (0..request.camera.width_px()).flat_map(|x| offsets(n).map(move |o| (x, o)));
+        .filter_map(|row| {
+            let y = f64::from(region.y_px) + f64::from(row);
+            let columns = (0..region.width_px).map(|x| f64::from(region.x_px) + f64::from(x));
+            let pixels = columns.flat_map(|x| offsets(n).map(move |o| (x, o)));
             pixels
-                .map(|(x, (dx, dy))| eye.sight(f64::from(x) + dx, f64::from(y) + dy))
+                .filter_map(|(x, (dx, dy))| eye.sight(x + dx, y + dy))
                 .filter(|sight| frame.range_m(sight).is_some())
                 .map(|sight| Seen::by(&sight.ray, request.sun_direction))
                 .filter(|seen| frame.wants(seen.theta_rad.0))

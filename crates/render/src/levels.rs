@@ -100,6 +100,23 @@ pub enum SkyModel {
     MultipleScattering,
 }
 
+/// How often light is scattered by drops.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DropOrders {
+    /// Once.
+    SingleScattering,
+    /// Any number of times: the first order as before, and light that was scattered before, by paths
+    /// on a coarse lattice of view directions. Standard error of that light in a fog bank of optical
+    /// depth 1 to 3, 41 wavelengths: 9 % with 512 paths, 1.6 % with 16384, as large at all
+    /// directions at once; a path takes 1.5 us of a core (November 2026).
+    MultipleScattering {
+        /// Directions along both sides of the lattice, 2 to 512.
+        nodes_across: usize,
+        /// Paths from each direction and each quarter of the light seen there, 2 to 2^20.
+        paths_per_node: usize,
+    },
+}
+
 /// What of a pixel is seen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PixelFootprint {
@@ -122,6 +139,8 @@ pub struct RenderLevels {
     pub integration: Integration,
     /// Extinction of drops on the view path and on the sun's.
     pub drop_extinction_model: DropExtinctionModel,
+    /// Light scattered by more than one drop.
+    pub drop_orders: DropOrders,
     /// Air on the sun's path and on the view path.
     pub air_path: AirPath,
     /// What shines behind the drops.

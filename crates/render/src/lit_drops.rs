@@ -18,6 +18,7 @@ use niji_geometry::Ray;
 use crate::error::Error;
 use crate::levels::SunPath;
 use crate::piece::EXTINCTION_PER_M2;
+use crate::shadow_error::ShadowError;
 use crate::sun_sweep::SunSweep;
 
 /// More steps than this from a node to the sun are a mistake in the step's length.
@@ -33,6 +34,7 @@ pub struct LitDrops {
     shadow: Shadow,
     bounds: Option<Aabb>,
     size_range_um: Option<(f64, f64)>,
+    shadow_error: Option<ShadowError>,
 }
 
 /// Where the shadows in the bricks fall.
@@ -50,6 +52,7 @@ impl LitDrops {
             shadow: Shadow::None,
             bounds: None,
             size_range_um: None,
+            shadow_error: None,
         }
     }
 
@@ -70,6 +73,7 @@ impl LitDrops {
             shadow: Shadow::None,
             bounds,
             size_range_um: None,
+            shadow_error: None,
         };
         let Some(bounds) = bounds else { return Ok(lit) };
         match sun_path {
@@ -99,6 +103,9 @@ impl LitDrops {
                 lit.shadow = Shadow::From { sun_direction };
             }
         }
+        if lit.has_shadow() {
+            lit.shadow_error = Some(ShadowError::of(&lit.bricks, bounds, sun_direction));
+        }
         Ok(lit)
     }
 
@@ -115,6 +122,17 @@ impl LitDrops {
     /// Smallest and largest effective radius at any node with drops (um).
     pub fn size_range_um(&self) -> Option<(f64, f64)> {
         self.size_range_um
+    }
+
+    /// Estimated error of the optical depth towards the sun at Q = 1, RMS over the drops' box: light of
+    /// drops errs relatively by Q times that. 0 without shadows.
+    pub fn shadow_depth_error(&self) -> f64 {
+        self.shadow_error.as_ref().map_or(0.0, ShadowError::rms)
+    }
+
+    /// How wrong the shadows are.
+    pub(crate) fn shadow_error(&self) -> Option<&ShadowError> {
+        self.shadow_error.as_ref()
     }
 
     /// Whether these drops hold shadows of a sun in another direction.

@@ -16,8 +16,11 @@ use crate::air_glow::GlowNodes;
 use crate::air_glow::GlowRange;
 use crate::air_slabs::AirSlabs;
 use crate::deposits::Deposits;
+use crate::drop_orders::DiffractionRoom;
+use crate::error_parts::RayErrors;
 use crate::flattening::flattening_along;
 use crate::frame::Frame;
+use crate::march::March;
 use crate::march::Walk;
 use crate::scattering_angle::scattering_angle_rad;
 use crate::scattering_rows::RayPlace;
@@ -32,6 +35,8 @@ use crate::surround::skylit_radiance;
 pub(crate) struct RayLight {
     /// Light of the bows [W m^-2 sr^-1 nm^-1].
     pub(crate) bow: Vec<f32>,
+    /// Light that drops scattered more than once; empty where it is not wanted.
+    pub(crate) multiple: Vec<f32>,
     /// Light of the air in front.
     pub(crate) inscatter: Vec<f32>,
     /// What shines behind, dimmed, and the light of the surroundings from the drops.
@@ -48,8 +53,11 @@ pub(crate) struct RayLight {
     pub(crate) light: f64,
     pub(crate) light_m: f64,
     pub(crate) light_tau_sun: f64,
-    /// Estimated error of luminance from the quadrature and from the table's sizes [cd/m²].
-    pub(crate) error_cd_m2: f64,
+    /// Luminance of the bows as if there were no air [cd/m²].
+    pub(crate) sunlit_cd_m2: f64,
+    /// Estimated errors of luminance [cd/m²], those of the bows as if there were no air.
+    pub(crate) errors: RayErrors,
+    diffraction: Option<DiffractionRoom>,
     deposits: Deposits,
     stencil: RowStencil,
     slab_ends_m: Vec<f64>,
@@ -67,6 +75,7 @@ impl RayLight {
         let axes = frame.rows.as_ref().map_or(&no_sizes, ScatteringRows::axes);
         Self {
             bow: dark.clone(),
+            multiple: frame.multiple.as_ref().map_or(Vec::new(), |_| dark.clone()),
             inscatter: dark.clone(),
             background: dark.clone(),
             skylit: dark.clone(),
@@ -76,7 +85,12 @@ impl RayLight {
             light: 0.0,
             light_m: 0.0,
             light_tau_sun: 0.0,
-            error_cd_m2: 0.0,
+            sunlit_cd_m2: 0.0,
+            errors: RayErrors::default(),
+            diffraction: frame
+                .diffraction
+                .as_ref()
+                .map(|diffraction| diffraction.room(dark.len())),
             deposits: Deposits::new(axes),
             stencil: RowStencil::default(),
             slab_ends_m: Vec::new(),
@@ -89,6 +103,7 @@ impl RayLight {
 
     fn clear(&mut self) {
         self.bow.fill(0.0);
+        self.multiple.fill(0.0);
         // Without a glow these stay dark.
         if self.glows {
             self.inscatter.fill(0.0);
@@ -100,7 +115,8 @@ impl RayLight {
         self.nodes.probes.clear();
         self.transmittance = 1.0;
         (self.light, self.light_m, self.light_tau_sun) = (0.0, 0.0, 0.0);
-        self.error_cd_m2 = 0.0;
+        self.sunlit_cd_m2 = 0.0;
+        self.errors = RayErrors::default();
     }
 }
 
@@ -125,8 +141,14 @@ impl Frame<'_> {
         }
     }
 
-    /// Follow a ray whose pixel spans `width_rad` of scattering angle (0: a point).
-    pub(crate) fn trace(&self, sight: &Sight, width_rad: f64, out: &mut RayLight) {
+    /// Follow a ray, with the march of the level or a finer one, whose pixel spans `width_rad` of
+    /// scattering angle (0: a point).
+    pub(crate) fn trace(
+        &self,
+        sight: &Sight,
+        (march, width_rad): (&March, f64),
+        out: &mut RayLight,
+    ) {
         out.clear();
         let ray = &sight.ray;
         let drops_m = self.range_m(sight);
@@ -143,7 +165,24 @@ impl Frame<'_> {
             self.glow.lay_out(air, ray, &glow_range, &mut out.nodes);
         }
         if let Some(range_m) = drops_m {
-            self.through_drops(ray, range_m, (theta_rad, width_rad), out);
+            self.through_drops((ray, march), range_m, (theta_rad, width_rad), out);
+        }
+        if let (Some(light), Some(range_m)) = (&self.multiple, drops_m) {
+            if let (Some(diffraction), Some(room), true) = (
+                &self.diffraction,
+                &mut out.diffraction,
+                self.wants(theta_rad),
+            ) {
+                let place = self.place(ray, (theta_rad, width_rad));
+                let to = (room, &mut out.multiple[..]);
+                self.add_diffracted(diffraction, (ray, range_m), &place, to);
+            }
+            out.errors.orders = light.add(
+                ray.direction,
+                out.transmittance,
+                &self.irradiance,
+                &mut out.multiple,
+            );
         }
         if let (Some(air), true) = (&self.air, glowing) {
             self.add_glow(air, ray, theta_rad, out);
@@ -153,9 +192,24 @@ impl Frame<'_> {
         }
     }
 
+    /// Where a ray stands in the scattering table.
+    fn place(&self, ray: &Ray, (theta_rad, width_rad): (f64, f64)) -> RayPlace {
+        let are_flat = (self.rows.as_ref()).is_some_and(ScatteringRows::are_of_flat_drops);
+        let flattening = if are_flat {
+            flattening_along(ray.direction, self.sun_direction)
+        } else {
+            0.0
+        };
+        RayPlace {
+            theta_rad,
+            width_rad,
+            flattening,
+        }
+    }
+
     fn through_drops(
         &self,
-        ray: &Ray,
+        (ray, march): (&Ray, &March),
         range_m: (f64, f64),
         (theta_rad, width_rad): (f64, f64),
         out: &mut RayLight,
@@ -165,17 +219,7 @@ impl Frame<'_> {
             return;
         }
         if let Some(rows) = rows {
-            let flattening = if rows.are_of_flat_drops() {
-                flattening_along(ray.direction, self.sun_direction)
-            } else {
-                0.0
-            };
-            let place = RayPlace {
-                theta_rad,
-                width_rad,
-                flattening,
-            };
-            rows.stencil(&place, &mut out.stencil);
+            rows.stencil(&self.place(ray, (theta_rad, width_rad)), &mut out.stencil);
         }
         let slabs = match &self.air {
             Some(air) if rows.is_some() && !self.dimmed_by.nothing() => Some(AirSlabs::cut(
@@ -205,31 +249,43 @@ impl Frame<'_> {
             axes: rows.map(ScatteringRows::axes),
             slab_ends_m,
         };
-        let depth = self
-            .march
-            .along(&walk, &mut nodes.probes, deposits, |deposits| {
-                let Some(rows) = rows else { return };
-                sums.add(rows, stencil, deposits);
-                slab.fill(0.0);
-                rows.shade(&deposits.bins, stencil, slab);
-                if let Some(slabs) = &slabs {
-                    slabs.transmit(deposits, transmitted);
-                    for (value, transmitted) in slab.iter_mut().zip(transmitted.iter()) {
-                        *value *= transmitted;
-                    }
+        let depth = march.along(&walk, &mut nodes.probes, deposits, |deposits| {
+            let Some(rows) = rows else { return };
+            sums.add(rows, stencil, deposits);
+            slab.fill(0.0);
+            rows.shade(&deposits.bins, stencil, slab);
+            if let Some(slabs) = &slabs {
+                slabs.transmit(deposits, transmitted);
+                for (value, transmitted) in slab.iter_mut().zip(transmitted.iter()) {
+                    *value *= transmitted;
                 }
-                for ((sum, value), irradiance) in
-                    bow.iter_mut().zip(slab.iter()).zip(&self.irradiance)
-                {
-                    *sum += value * irradiance;
-                }
-            });
+            }
+            for ((sum, value), irradiance) in bow.iter_mut().zip(slab.iter()).zip(&self.irradiance)
+            {
+                *sum += value * irradiance;
+            }
+        });
         if self.drops_dim {
             out.transmittance = (-depth).exp();
         }
         (out.light, out.light_m, out.light_tau_sun) =
             (sums.light, sums.light_m, sums.light_tau_sun);
-        out.error_cd_m2 = sums.error_cd_m2;
+        out.sunlit_cd_m2 = sums.luminance_cd_m2;
+        out.errors = sums.errors;
+        out.errors.shadow = self.shadow_error(ray, &sums);
+    }
+
+    /// The light of a ray errs relatively by Q times the error of the sun's optical depth.
+    fn shadow_error(&self, ray: &Ray, sums: &Sums) -> f64 {
+        let Some((error, efficiency)) = self.shadow_error.filter(|_| sums.light > 0.0) else {
+            return 0.0;
+        };
+        let middle_m = sums.light_m / sums.light;
+        // As if the light came evenly from a stretch of its mean and variance.
+        let variance = (sums.light_m2 / sums.light - middle_m * middle_m).max(0.0);
+        let half_m = (3.0 * variance).sqrt();
+        let depth = error.along(|at_m| ray.at(at_m), (middle_m - half_m, middle_m + half_m));
+        efficiency * depth * sums.luminance_cd_m2
     }
 
     fn add_glow(&self, air: &Air, ray: &Ray, theta_rad: f64, out: &mut RayLight) {
@@ -280,18 +336,22 @@ impl Frame<'_> {
 struct Sums {
     light: f64,
     light_m: f64,
+    light_m2: f64,
     light_tau_sun: f64,
-    error_cd_m2: f64,
+    luminance_cd_m2: f64,
+    errors: RayErrors,
 }
 
 impl Sums {
     fn add(&mut self, rows: &ScatteringRows, stencil: &RowStencil, deposits: &Deposits) {
         let (luminance, size_error) = rows.luminance(&deposits.bins, stencil);
-        let quadrature_error = luminance * deposits.error.abs() / deposits.light;
         self.light += deposits.light;
         self.light_m += deposits.light_m;
+        self.light_m2 += deposits.light_m2;
         self.light_tau_sun += deposits.light_tau_sun;
-        self.error_cd_m2 += quadrature_error + size_error;
+        self.luminance_cd_m2 += luminance;
+        self.errors.quadrature += luminance * deposits.error.abs() / deposits.light;
+        self.errors.sizes += size_error;
     }
 }
 

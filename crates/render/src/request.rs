@@ -3,7 +3,8 @@
 use glam::DVec3;
 use niji_exchange::AtmosphereTable;
 use niji_exchange::ScatteringTable;
-use niji_geometry::PinholeCamera;
+use niji_geometry::Camera;
+use niji_geometry::PixelRegion;
 use niji_radiometry::WavelengthGrid;
 
 use crate::air::MAX_CONSTITUENTS;
@@ -11,6 +12,7 @@ use crate::effects::RenderEffects;
 use crate::error::Error;
 use crate::error::Wavelengths;
 use crate::levels::AirPath;
+use crate::levels::DropOrders;
 use crate::levels::Integration;
 use crate::levels::PixelFootprint;
 use crate::levels::RenderLevels;
@@ -32,7 +34,10 @@ const MAX_STEPS: f64 = 1e6;
 #[derive(Clone, Copy)]
 pub struct RenderRequest<'a> {
     /// The camera.
-    pub camera: &'a PinholeCamera,
+    pub camera: &'a Camera,
+    /// The pixels to render, of the camera's frame or beyond it. The value of a pixel does not depend
+    /// on the region that it is rendered in.
+    pub region: PixelRegion,
     /// Unit vector towards the sun.
     pub sun_direction: DVec3,
     /// Wavelength bins of the picture and of every table.
@@ -51,6 +56,9 @@ pub struct RenderRequest<'a> {
     pub effects: RenderEffects,
     /// How accurately.
     pub levels: RenderLevels,
+    /// Largest estimated error of a pixel's luminance [cd/m²]: pixels above it get more rays, up to
+    /// 64, and a finer quadrature. `None` leaves all pixels at their level.
+    pub tolerance_cd_m2: Option<f64>,
 }
 
 impl RenderRequest<'_> {
@@ -68,6 +76,18 @@ impl RenderRequest<'_> {
             both || effects.secondary_bow.is_on(),
             both || effects.primary_bow.is_on(),
         )
+    }
+
+    /// Directions across and paths for each, where light of orders beyond the first is wanted and
+    /// there are drops.
+    pub(crate) fn wanted_orders(&self) -> Option<(usize, usize)> {
+        match self.levels.drop_orders {
+            DropOrders::SingleScattering => None,
+            DropOrders::MultipleScattering {
+                nodes_across,
+                paths_per_node,
+            } => self.drops.bounds().map(|_| (nodes_across, paths_per_node)),
+        }
     }
 
     /// Whether sky and ground stand behind the drops.
@@ -95,6 +115,7 @@ impl RenderRequest<'_> {
 
     /// Check everything but angles, which need the rays.
     pub(crate) fn check(&self) -> Result<(), Error> {
+        self.region.checked().map_err(Error::Region)?;
         check_sun_direction(self.sun_direction)?;
         self.check_irradiance()?;
         self.check_levels()?;
@@ -102,6 +123,7 @@ impl RenderRequest<'_> {
         if let Some(surfaces) = self.surfaces {
             surfaces.check_shape(self.camera)?;
         }
+        self.check_orders()?;
         if self.wants_bow() {
             let effect = "a bow";
             let input = "scattering table";
@@ -123,6 +145,41 @@ impl RenderRequest<'_> {
             self.check_diffuse_light()?;
         }
         Ok(())
+    }
+
+    /// Orders beyond the first need a table, and the extinction and shadow that feed them.
+    fn check_orders(&self) -> Result<(), Error> {
+        let Some((nodes_across, paths_per_node)) = self.wanted_orders() else {
+            return Ok(());
+        };
+        for (level, found, most, expected) in [
+            ("drop orders: nodes_across", nodes_across, 512, "2 to 512"),
+            (
+                "drop orders: paths_per_node",
+                paths_per_node,
+                1 << 20,
+                "2 to 2^20",
+            ),
+        ] {
+            if !(2..=most).contains(&found) {
+                let found = found as f64;
+                return Err(Error::Level {
+                    level,
+                    found,
+                    expected,
+                });
+            }
+        }
+        for (on, without) in [
+            (self.effects.drop_extinction.is_on(), "drop extinction"),
+            (self.effects.drop_shadow.is_on(), "drop shadow"),
+        ] {
+            if !on {
+                return Err(Error::OrdersWithout { without });
+            }
+        }
+        let (effect, input) = ("multiple scattering", "scattering table");
+        self.check_table(self.table.ok_or(Error::MissingInput { effect, input })?)
     }
 
     /// The light of higher orders is part of the air's table, if the level wants it.
@@ -187,6 +244,10 @@ impl RenderRequest<'_> {
                 })
             }
         };
+        if let Some(tolerance) = self.tolerance_cd_m2 {
+            let sound = tolerance.is_finite() && tolerance > 0.0;
+            check(sound, "tolerance", tolerance, "above 0 cd/m²")?;
+        }
         match self.levels.integration {
             Integration::FixedStep { step_m } => {
                 let longest_m = self

@@ -127,6 +127,11 @@ impl ScatteringRows {
         &self.axes
     }
 
+    /// The first and the last angle.
+    pub(crate) fn theta_range_rad(&self) -> (f64, f64) {
+        (self.theta_rad[0], self.theta_rad[self.theta_rad.len() - 1])
+    }
+
     /// Whether the rows of a ray depend on its flattening.
     pub(crate) fn are_of_flat_drops(&self) -> bool {
         self.flattening.len() > 1
@@ -195,7 +200,7 @@ impl ScatteringRows {
     }
 
     /// Luminance in sunlight of the light in `bins`, and its estimated error from the linear
-    /// interpolation between sizes: h²/12 times the second derivative is its mean over a step.
+    /// interpolation between sizes: h²/8 times the second derivative in the middle of a step.
     pub(crate) fn luminance(&self, bins: &SizeBins, stencil: &RowStencil) -> (f64, f64) {
         let stride = self.axes.n_variances();
         let n_bins = self.axes.n_bins();
@@ -221,7 +226,7 @@ impl ScatteringRows {
                 known = (bin + stride, here, after);
             }
         }
-        (sum, bend.abs() / 12.0)
+        (sum, bend.abs() / 8.0)
     }
 
     #[inline]

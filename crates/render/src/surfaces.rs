@@ -4,15 +4,17 @@
 //! `D` distances along the rays [m], `H` x `W` pixels, of a picture of `h` x `w` pixels in which
 //! (x, y) is a point. The nearest pixel counts and nothing is mixed: between a tree and the sky
 //! behind it there is no surface at half the distance. A map finer than the picture serves rays that
-//! share a pixel, one by one.
+//! share a pixel, one by one. A mesh ends every ray for itself, where it first meets a triangle; of map
+//! and mesh the nearer counts.
 
 use ndarray::Array2;
-use niji_geometry::PinholeCamera;
+use niji_geometry::Camera;
+use niji_geometry::MeshBvh;
 use niji_geometry::Ray;
 
 use crate::error::Error;
 
-/// Distances of the surfaces of a picture.
+/// The surfaces of a picture: a map of distances, a mesh, or both.
 ///
 /// ```
 /// use ndarray::array;
@@ -25,7 +27,8 @@ use crate::error::Error;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surfaces {
-    distance_m: Array2<f32>,
+    distance_m: Option<Array2<f32>>,
+    mesh: Option<MeshBvh>,
 }
 
 impl Surfaces {
@@ -48,12 +51,36 @@ impl Surfaces {
                 return Err(Error::SurfaceDistance { x, y, found_m });
             }
         }
-        Ok(Self { distance_m })
+        Ok(Self {
+            distance_m: Some(distance_m),
+            mesh: None,
+        })
+    }
+
+    /// The triangles of a mesh in the world (m), seen from both sides.
+    #[must_use]
+    pub fn of_mesh(mesh: MeshBvh) -> Self {
+        Self {
+            distance_m: None,
+            mesh: Some(mesh),
+        }
+    }
+
+    /// The same with the triangles of a mesh in the world (m) before or behind them.
+    #[must_use]
+    pub fn with_mesh(self, mesh: MeshBvh) -> Self {
+        Self {
+            mesh: Some(mesh),
+            ..self
+        }
     }
 
     /// Do width and height have the ratio of the picture's, up to the rounding of a pixel?
-    pub(crate) fn check_shape(&self, camera: &PinholeCamera) -> Result<(), Error> {
-        let (height, width) = self.distance_m.dim();
+    pub(crate) fn check_shape(&self, camera: &Camera) -> Result<(), Error> {
+        let Some(distance_m) = &self.distance_m else {
+            return Ok(());
+        };
+        let (height, width) = distance_m.dim();
         let expected = (camera.width_px(), camera.height_px());
         let (w, h) = (f64::from(expected.0), f64::from(expected.1));
         let pixel = 1.0 / w.min(h).min(width.min(height) as f64);
@@ -65,15 +92,24 @@ impl Surfaces {
         Err(Error::SurfaceShape { found, expected })
     }
 
-    /// Distance at a point of a picture of `size` pixels; infinite for the sky.
-    fn distance_m(&self, (x_px, y_px): (f64, f64), size: (u32, u32)) -> f64 {
-        let (height, width) = self.distance_m.dim();
-        let index = |place: f64, n_of_picture: u32, n: usize| {
-            ((place * n as f64 / f64::from(n_of_picture)) as usize).min(n - 1)
-        };
-        let (x, y) = (index(x_px, size.0, width), index(y_px, size.1, height));
-        f64::from(self.distance_m[[y, x]])
+    /// Distance along the ray through a point of a picture of `size` pixels; infinite for the sky.
+    fn distance_m(&self, ray: &Ray, point: (f64, f64), size: (u32, u32)) -> f64 {
+        let of_map = self.distance_m.as_ref();
+        let of_map_m = of_map.map_or(f64::INFINITY, |map| nearest_pixel_m(map, point, size));
+        // A mesh on which the eye itself lies does not blind it.
+        let hit = self.mesh.as_ref().and_then(|mesh| mesh.nearest(ray, 0.0));
+        hit.map_or(of_map_m, |hit| of_map_m.min(hit.distance_m))
     }
+}
+
+/// Distance at a point of a picture of `size` pixels in a map of it.
+fn nearest_pixel_m(map: &Array2<f32>, (x_px, y_px): (f64, f64), size: (u32, u32)) -> f64 {
+    let (height, width) = map.dim();
+    let index = |place: f64, n_of_picture: u32, n: usize| {
+        ((place * n as f64 / f64::from(n_of_picture)) as usize).min(n - 1)
+    };
+    let (x, y) = (index(x_px, size.0, width), index(y_px, size.1, height));
+    f64::from(map[[y, x]])
 }
 
 /// A view ray and the surface that ends it.
@@ -89,22 +125,21 @@ pub(crate) struct Sight {
 #[derive(Clone, Copy)]
 pub(crate) struct Eye<'a> {
     /// Where the rays go.
-    pub(crate) camera: &'a PinholeCamera,
+    pub(crate) camera: &'a Camera,
     /// Where they end.
     pub(crate) surfaces: Option<&'a Surfaces>,
 }
 
 impl Eye<'_> {
-    /// The sight through a point of the picture, in pixels from its top left corner.
-    pub(crate) fn sight(&self, x_px: f64, y_px: f64) -> Sight {
+    /// The sight through a point of the picture, in pixels from its top left corner; `None` where the
+    /// camera sees nothing.
+    pub(crate) fn sight(&self, x_px: f64, y_px: f64) -> Option<Sight> {
+        let ray = self.camera.ray(x_px, y_px)?;
         let size = (self.camera.width_px(), self.camera.height_px());
         let surface_m = self.surfaces.map_or(f64::INFINITY, |surfaces| {
-            surfaces.distance_m((x_px, y_px), size)
+            surfaces.distance_m(&ray, (x_px, y_px), size)
         });
-        Sight {
-            ray: self.camera.ray(x_px, y_px),
-            surface_m,
-        }
+        Some(Sight { ray, surface_m })
     }
 }
 
@@ -116,6 +151,7 @@ mod tests {
     #[test]
     fn a_map_of_another_size_gives_its_nearest_pixel() {
         let surfaces = Surfaces::new(array![[1.0, 2.0, 3.0], [4.0, 5.0, f32::NAN]]).unwrap();
+        let map = surfaces.distance_m.unwrap();
         let size = (6, 4);
         for (point, expected) in [
             ((0.5, 0.5), 1.0),
@@ -127,7 +163,7 @@ mod tests {
             ((6.0, 0.0), 3.0),
         ] {
             // Stored values come back.
-            assert_eq!(surfaces.distance_m(point, size), expected, "{point:?}");
+            assert_eq!(nearest_pixel_m(&map, point, size), expected, "{point:?}");
         }
     }
 

@@ -8,7 +8,6 @@ use common::*;
 use glam::DVec3;
 use niji_dropfield::GridBox;
 use niji_exchange::AtmosphereTable;
-use niji_exchange::DiffuseLight;
 use niji_render::AirPath;
 use niji_render::Error;
 use niji_render::LitDrops;
@@ -340,22 +339,6 @@ fn air_inside_a_deep_volume_dims_its_far_end_more() {
             println!("{path:?} {wavelength}: {error:.1e}");
             assert!(error < 2e-4, "{path:?} {wavelength}: {error}");
         }
-    }
-}
-
-/// Diffuse light of radiance `radiance` from all directions, everywhere.
-fn uniform_light(radiance: f32) -> DiffuseLight {
-    let pi = std::f32::consts::PI;
-    // X_00 = 4 pi L, all others 0 up to degree 1; at each of 2 heights and 2 suns.
-    let node = [4.0 * pi * radiance, 0.0, 0.0].map(|moment| [moment; 3]);
-    let moments = [node; 4].into_iter().flatten().flatten().collect();
-    DiffuseLight {
-        height_m: vec![0.0, 1e5],
-        sun_zenith_rad: vec![0.0, std::f64::consts::PI],
-        max_degree: 1,
-        moments,
-        on_ground: vec![pi * radiance; 6],
-        phase_moments: [[1.0_f32; 3], [0.0; 3]].concat(),
     }
 }
 

@@ -9,7 +9,7 @@ use glam::DVec3;
 use ndarray::Array6;
 use niji_dropfield::GridBox;
 use niji_exchange::ScatteringTable;
-use niji_geometry::PinholeCamera;
+use niji_geometry::Camera;
 use niji_render::Error;
 use niji_render::LitDrops;
 use niji_render::PixelFootprint;
@@ -57,7 +57,7 @@ fn wall(sun: DVec3) -> LitDrops {
 }
 
 /// The whole bow of a low sun.
-fn wide_camera() -> PinholeCamera {
+fn wide_camera() -> Camera {
     camera(DVec3::ZERO, (0.0, 10.0), 100.0, (60, 45))
 }
 
@@ -101,7 +101,10 @@ fn every_pixel_is_the_literal_lookup_at_its_angle_and_flattening() {
     let found = seen(&table, sun);
     for y in 0..45_u32 {
         for x in 0..60_u32 {
-            let view = camera.ray(f64::from(x) + 0.5, f64::from(y) + 0.5).direction;
+            let view = camera
+                .ray(f64::from(x) + 0.5, f64::from(y) + 0.5)
+                .unwrap()
+                .direction;
             let expected = lookup(&table, sun.dot(view).acos(), flattening_along(view, sun));
             let found = f64::from(found[[1, y as usize, x as usize]]);
             assert!(
@@ -180,7 +183,7 @@ fn one_flattening_stands_for_all_rays() {
     let sun = sun_in_the_south(25.0);
     let (camera, table) = (wide_camera(), flat_table(&[0.7]));
     let found = seen(&table, sun);
-    let view = camera.ray(30.5, 10.5).direction;
+    let view = camera.ray(30.5, 10.5).unwrap().direction;
     let expected = 2.0 * bell(sun.dot(view).acos(), 0.7);
     assert!(relative(f64::from(found[[1, 10, 30]]), expected) < 5e-3);
 }

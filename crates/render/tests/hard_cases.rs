@@ -16,6 +16,7 @@ use niji_render::Integration;
 use niji_render::LitDrops;
 use niji_render::PixelFootprint;
 use niji_render::RenderEffects;
+use niji_render::SkyModel;
 use niji_render::SunPath;
 use niji_render::Toggle;
 
@@ -107,7 +108,7 @@ fn a_direction_component_of_zero_is_the_limit_of_small_ones() {
     let drops = lit(&cube(DVec3::ZERO), 0.3);
     let exact = |eye: DVec3| {
         let camera = one_ray(eye);
-        let ray: Ray = camera.ray(0.5, 0.5);
+        let ray: Ray = camera.ray(0.5, 0.5).unwrap();
         assert!(ray.direction.x == 0.0 && ray.direction.y == 0.0);
         light_along(&drops, eye, with_extinction(), Integration::CellExact)
     };
@@ -380,5 +381,88 @@ fn sweep_and_march_agree_for_suns_in_all_directions() {
         let rms = (square / f64::from(n)).sqrt();
         println!("{sun}: {rms:.4}");
         assert!(rms < 0.02, "{sun}: {rms}");
+    }
+}
+
+#[test]
+fn a_uniform_surround_hides_drops_of_any_thickness() {
+    // Air and white ground that shine evenly from everywhere, and a sun below the horizon.
+    let sun = sun_in_the_south(-30.0);
+    let mut air = air([1e-4; 3], [1e-4; 3]);
+    air.ground_albedo = vec![1.0; 3];
+    air.diffuse = Some(uniform_light(0.25));
+    let camera = camera(DVec3::new(0.0, 100.0, 0.0), (0.0, 0.0), 20.0, (8, 6));
+    let table = isotropic(1.0);
+    for depth in [0.0, 1e-6, 0.3, 3.0, 1e3] {
+        let grid = cube(DVec3::new(0.0, 100.0, 0.0));
+        let volume = bricks(&grid, |_| depth / 4.0);
+        let drops = LitDrops::new(vec![volume], sun, SunPath::Ignore).unwrap();
+        let mut request = request(&camera, sun, &drops, &table);
+        request.air = Some(&air);
+        request.levels.sky_model = SkyModel::MultipleScattering;
+        request.effects = RenderEffects {
+            primary_bow: Toggle::Off,
+            secondary_bow: Toggle::Off,
+            sky: Toggle::On,
+            skylit_drops: Toggle::On,
+            air_extinction: Toggle::On,
+            air_inscatter: Toggle::On,
+            ..with_extinction()
+        };
+        let picture = rendered(&request);
+        for (wavelength, plane) in picture.radiance.outer_iter().enumerate() {
+            for value in plane {
+                let error = relative(f64::from(*value), 0.25 * SUN[wavelength]);
+                assert!(error < 1e-3, "{depth}: {error}");
+            }
+        }
+    }
+}
+
+#[test]
+fn denormals_are_next_to_nothing() {
+    let grid = cube(DVec3::ZERO);
+    for density in [f32::from_bits(1), 1e-42, f32::MIN_POSITIVE] {
+        let drops = Drops {
+            number_density_m3: density,
+            effective_radius_m: RADIUS_M as f32,
+            effective_variance: 0.0,
+        };
+        let mode = DropMode::from_fn("", &grid, |_| drops).unwrap();
+        for interpolation in [Interpolation::Moments, Interpolation::RadiusDensity] {
+            let volume = Bricks::build(&mode, interpolation).unwrap();
+            let path = SunPath::Volume { voxel_m: 0.5 };
+            let drops = LitDrops::new(vec![volume], sun_in_the_south(25.0), path).unwrap();
+            for level in INTEGRATIONS {
+                let found = light_along(&drops, DVec3::ZERO, with_shadow(), level);
+                assert!(
+                    (0.0..1e-36).contains(&found),
+                    "{density} {level:?}: {found}"
+                );
+            }
+        }
+    }
+    // Behind a depth of 86 what the sun leaves is the smallest normal number.
+    let drops = lit(&grid, 86.0 / 4.0);
+    for level in INTEGRATIONS {
+        let found = light_along(&drops, DVec3::ZERO, with_shadow(), level);
+        assert!(found > 0.1 && found < 1.0, "{level:?}: {found}");
+    }
+}
+
+#[test]
+fn nan_voxels_never_reach_the_renderer() {
+    // Those of files are refused on reading, with their grid and place (niji-dropfield).
+    for field in [
+        |_: DVec3| Drops {
+            number_density_m3: f32::NAN,
+            ..drops(0.1)
+        },
+        |_: DVec3| Drops {
+            effective_radius_m: f32::NAN,
+            ..drops(0.1)
+        },
+    ] {
+        assert!(DropMode::from_fn("", &cube(DVec3::ZERO), field).is_err());
     }
 }

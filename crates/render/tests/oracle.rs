@@ -111,7 +111,7 @@ fn deposit_and_shade_is_the_literal_sum() {
         let peak = f64::from(picture.radiance.iter().copied().fold(0.0, f32::max));
         for y in 0..5_u32 {
             for x in 0..7_u32 {
-                let ray = camera.ray(f64::from(x) + 0.5, f64::from(y) + 0.5);
+                let ray = camera.ray(f64::from(x) + 0.5, f64::from(y) + 0.5).unwrap();
                 let expected = literal(&drops, &table, ray.origin, ray.direction, sun);
                 let found = f64::from(picture.radiance[[1, y as usize, x as usize]]);
                 let error = (found - expected).abs() / peak;

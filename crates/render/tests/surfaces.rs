@@ -8,7 +8,7 @@ use common::*;
 use glam::DVec3;
 use ndarray::Array2;
 use niji_dropfield::GridBox;
-use niji_geometry::PinholeCamera;
+use niji_geometry::Camera;
 use niji_render::Error;
 use niji_render::Integration;
 use niji_render::LitDrops;
@@ -39,7 +39,7 @@ fn fog() -> LitDrops {
     LitDrops::new(vec![bricks], sun_in_the_south(30.0), SunPath::Ignore).unwrap()
 }
 
-fn wall(camera: &PinholeCamera, distance_m: f64) -> Surfaces {
+fn wall(camera: &Camera, distance_m: f64) -> Surfaces {
     let size = (camera.height_px() as usize, camera.width_px() as usize);
     Surfaces::new(Array2::from_elem(size, distance_m as f32)).unwrap()
 }

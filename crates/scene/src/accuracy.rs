@@ -6,6 +6,7 @@ use niji_atmosphere::ScatteringOrders;
 use niji_dropfield::Interpolation;
 use niji_render::AirPath;
 use niji_render::DropExtinctionModel;
+use niji_render::DropOrders;
 use niji_render::Integration;
 use niji_render::PixelFootprint;
 use niji_render::RenderLevels;
@@ -48,6 +49,10 @@ impl Preset {
             integration: Integration::CellExact,
             interpolation: Interpolation::Moments,
             drop_extinction: DropExtinctionModel::WithoutDiffraction,
+            drop_orders: DropOrders::MultipleScattering {
+                nodes_across: 16,
+                paths_per_node: 2048,
+            },
             sun_path: SunPath::Volume { voxel_m },
             air_path: AirPath::Table,
             sky: SkyModel::SingleScattering,
@@ -59,6 +64,10 @@ impl Preset {
                 table_relative_error: 2e-2,
                 integration: Integration::Adaptive {
                     relative_error: 1e-2,
+                },
+                drop_orders: DropOrders::MultipleScattering {
+                    nodes_across: 8,
+                    paths_per_node: 512,
                 },
                 sun_path: SunPath::Volume {
                     voxel_m: 2.0 * voxel_m,
@@ -72,6 +81,10 @@ impl Preset {
                 table_relative_error: 5e-4,
                 integration: Integration::Adaptive {
                     relative_error: 1e-6,
+                },
+                drop_orders: DropOrders::MultipleScattering {
+                    nodes_across: 24,
+                    paths_per_node: 16_384,
                 },
                 sun_path: SunPath::March {
                     step_m: 0.5 * voxel_m,
@@ -101,6 +114,12 @@ pub struct Levels {
     /// Which part of the drops' extinction leaves the picture.
     #[serde(with = "level_names::DropExtinctionName")]
     pub drop_extinction: DropExtinctionModel,
+    /// Light scattered by more than one drop; not written where that effect is off.
+    #[serde(
+        with = "level_names::DropOrdersName",
+        skip_serializing_if = "is_single_scattering"
+    )]
+    pub drop_orders: DropOrders,
     /// The drops' optical depth towards the sun.
     #[serde(with = "level_names::SunPathName")]
     pub sun_path: SunPath,
@@ -137,11 +156,17 @@ impl Levels {
         RenderLevels {
             integration: self.integration,
             drop_extinction_model: self.drop_extinction,
+            drop_orders: self.drop_orders,
             air_path: self.air_path,
             sky_model: self.sky,
             pixel_footprint: self.pixel_footprint,
         }
     }
+}
+
+/// Whether nothing is to be said of further orders.
+fn is_single_scattering(orders: &DropOrders) -> bool {
+    *orders == DropOrders::SingleScattering
 }
 
 /// `"center"` as `center`, `{"grid": {"n": 4}}` as `grid n=4`.
@@ -207,6 +232,13 @@ pub struct Accuracy {
         with = "level_names::drop_extinction"
     )]
     pub drop_extinction: Option<DropExtinctionModel>,
+    /// Replaces the preset's orders of scattering by drops, where that effect is on.
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        with = "level_names::drop_orders"
+    )]
+    pub drop_orders: Option<DropOrders>,
     /// Replaces the preset's path through the drops to the sun.
     #[serde(
         default,
@@ -254,6 +286,7 @@ impl Default for Accuracy {
             integration: None,
             interpolation: None,
             drop_extinction: None,
+            drop_orders: None,
             sun_path: None,
             air_path: None,
             sky: None,
@@ -286,6 +319,7 @@ impl Accuracy {
             integration: self.integration.unwrap_or(preset.integration),
             interpolation: self.interpolation.unwrap_or(preset.interpolation),
             drop_extinction: self.drop_extinction.unwrap_or(preset.drop_extinction),
+            drop_orders: self.drop_orders.unwrap_or(preset.drop_orders),
             sun_path: self.sun_path.unwrap_or(preset.sun_path),
             air_path: self.air_path.unwrap_or(preset.air_path),
             sky: self.sky.unwrap_or(preset.sky),

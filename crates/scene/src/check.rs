@@ -4,23 +4,24 @@ use std::collections::BTreeMap;
 use std::error::Error as _;
 
 use niji_render::AirPath;
+use niji_render::DropOrders;
 use niji_render::Integration;
 use niji_render::PixelFootprint;
 use niji_render::SunPath;
 use niji_scatter::Theory;
 
 use crate::accuracy::Accuracy;
+use crate::camera_section;
+use crate::camera_section::Projection;
 use crate::drops::Drops;
 use crate::effect::Effect;
 use crate::effect::Switch;
 use crate::error::SceneError;
+use crate::occluders;
 use crate::photo::PhotoExposure;
 use crate::scene::FORMAT;
 use crate::scene::Scene;
 use crate::sections::Body;
-
-/// Largest side of a picture, pixels.
-const MAX_SIDE_PX: u32 = 65_536;
 
 /// Farthest that anything may be from the origin, metres; f64 still resolves a nanometre there.
 const MAX_COORDINATE_M: f64 = 1e7;
@@ -28,6 +29,8 @@ const MAX_COORDINATE_M: f64 = 1e7;
 /// Largest settings of the levels that count something.
 const MAX_STEPS: usize = 1_000_000;
 const MAX_NODES: usize = 256;
+const MAX_DIRECTIONS: usize = 512;
+const MAX_PATHS: usize = 1 << 20;
 const MAX_RAYS_PER_SIDE: u32 = 64;
 const MAX_DEBYE_ORDER: u32 = 7;
 
@@ -44,7 +47,7 @@ pub(crate) fn scene(scene: &Scene, lines: &BTreeMap<String, usize>) -> Result<()
     check.number("sun.elevation_deg", scene.sun.elevation_deg, (-90.0, 90.0))?;
     check.number("sun.azimuth_deg", scene.sun.azimuth_deg, (-360.0, 360.0))?;
     moon(scene, &check)?;
-    camera(scene, &check)?;
+    camera_section::check(&scene.camera, &check)?;
     spectrum(scene, &check)?;
     drops(scene, &check)?;
     check.number(
@@ -101,7 +104,12 @@ impl Check<'_> {
         Err(self.out_of_range(key, found.to_string(), &format!("{low} to {high}")))
     }
 
-    fn positive(&self, key: &str, found: f64) -> Result<(), SceneError> {
+    /// A place along an axis, in metres.
+    pub(crate) fn coordinate(&self, key: &str, found: f64) -> Result<(), SceneError> {
+        self.number(key, found, (-MAX_COORDINATE_M, MAX_COORDINATE_M))
+    }
+
+    pub(crate) fn positive(&self, key: &str, found: f64) -> Result<(), SceneError> {
         if found > 0.0 && found <= MAX_COORDINATE_M {
             return Ok(());
         }
@@ -109,7 +117,7 @@ impl Check<'_> {
         Err(self.out_of_range(key, found.to_string(), &expected))
     }
 
-    fn count<T: PartialOrd + ToString>(
+    pub(crate) fn count<T: PartialOrd + ToString>(
         &self,
         key: &str,
         found: &T,
@@ -135,31 +143,6 @@ fn moon(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {
             Err(check.out_of_range(key, phase_deg.to_string(), expected))
         }
     }
-}
-
-fn camera(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {
-    let camera = &scene.camera;
-    for coordinate in camera.position_m {
-        check.number(
-            "camera.position_m",
-            coordinate,
-            (-MAX_COORDINATE_M, MAX_COORDINATE_M),
-        )?;
-    }
-    check.number("camera.azimuth_deg", camera.azimuth_deg, (-360.0, 360.0))?;
-    check.number("camera.elevation_deg", camera.elevation_deg, (-90.0, 90.0))?;
-    check.number("camera.roll_deg", camera.roll_deg, (-360.0, 360.0))?;
-    check.number(
-        "camera.horizontal_fov_deg",
-        camera.horizontal_fov_deg,
-        (0.001, 175.0),
-    )?;
-    check.count("camera.width_px", &camera.width_px, (1, MAX_SIDE_PX))?;
-    check.count("camera.height_px", &camera.height_px, (1, MAX_SIDE_PX))?;
-    let refused = |error: niji_geometry::Error| {
-        check.out_of_range("camera", "refused".to_string(), &error.to_string())
-    };
-    camera.pinhole().map(|_| ()).map_err(refused)
 }
 
 fn spectrum(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {
@@ -271,6 +254,23 @@ fn accuracy(accuracy: &Accuracy, check: &Check<'_>) -> Result<(), SceneError> {
         }
         Some(AirPath::Constant | AirPath::Table) | None => (),
     }
+    match accuracy.drop_orders {
+        Some(DropOrders::MultipleScattering {
+            nodes_across,
+            paths_per_node,
+        }) => {
+            let key = "accuracy.drop_orders.nodes_across";
+            check.count(key, &nodes_across, (2, MAX_DIRECTIONS))?;
+            let key = "accuracy.drop_orders.paths_per_node";
+            check.count(key, &paths_per_node, (2, MAX_PATHS))?;
+        }
+        Some(DropOrders::SingleScattering) => {
+            let expected = "\"multiple-scattering\"; effects.multiple_scattering switches it off";
+            let found = "single-scattering".to_string();
+            return Err(check.out_of_range("accuracy.drop_orders", found, expected));
+        }
+        None => (),
+    }
     match accuracy.pixel_footprint {
         Some(PixelFootprint::Grid { n }) => {
             check.count("accuracy.pixel_footprint.n", &n, (1, MAX_RAYS_PER_SIDE))
@@ -284,9 +284,7 @@ fn photo(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {
         let empty = || check.out_of_range(key, "empty".to_string(), "a path");
         (!path.trim().is_empty()).then_some(()).ok_or_else(empty)
     };
-    if let Some(occluders) = &scene.occluders {
-        named("occluders.depth", &occluders.depth)?;
-    }
+    occluders::check(scene, check)?;
     let Some(photo) = &scene.photo else {
         return Ok(());
     };
@@ -297,8 +295,25 @@ fn photo(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {
     if photo.layers.is_some() != photo.labels.is_some() {
         return contradiction("photo", "one of them", "layers and labels together");
     }
-    if photo.layers.is_some() && scene.occluders.is_some() {
-        let expected = "either layers or [occluders]: both say how far surfaces are";
+    if scene.camera.projection != Projection::Pinhole {
+        let expected = "\"pinhole\" for a photograph";
+        return contradiction(
+            "camera.projection",
+            scene.camera.projection.name(),
+            expected,
+        );
+    }
+    if scene.camera.overscan_px > 0 {
+        let found = scene.camera.overscan_px.to_string();
+        return contradiction(
+            "camera.overscan_px",
+            &found,
+            "0: a photograph ends at its edges",
+        );
+    }
+    let of_occluders = scene.occluders.as_ref().and_then(|it| it.depth.as_ref());
+    if photo.layers.is_some() && of_occluders.is_some() {
+        let expected = "either layers or the depth of [occluders]: both say how far surfaces are";
         return contradiction("photo.layers", "both", expected);
     }
     if !photo.picks_px.is_empty() {
@@ -334,6 +349,14 @@ fn effects(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {
         if switch == Switch::On && effect.needs_air() && scene.air.is_none() {
             let expected = "\"auto\" or \"off\" in a scene without an [air] section";
             return Err(check.out_of_range(&key, "\"on\"".to_string(), expected));
+        }
+        let missing = effect
+            .needs()
+            .iter()
+            .find(|needed| scene.effects.of(**needed) == Switch::Off);
+        if let (Switch::On, Some(missing)) = (switch, missing) {
+            let expected = format!("\"auto\" or \"off\" in a scene without {missing}");
+            return Err(check.out_of_range(&key, "\"on\"".to_string(), &expected));
         }
         if switch == Switch::Off && effect == Effect::Occluders {
             let expected = "\"on\" or \"auto\": surfaces always hide what is behind them";

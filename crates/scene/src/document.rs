@@ -64,6 +64,11 @@ fn collect_lines(
     source: &Source,
     lines: &mut BTreeMap<String, usize>,
 ) {
+    if let DeValue::Array(items) = value.get_ref() {
+        for (index, item) in items.iter().enumerate() {
+            collect_lines(item, &format!("{path}[{index}]"), source, lines);
+        }
+    }
     let DeValue::Table(table) = value.get_ref() else {
         return;
     };

@@ -35,7 +35,8 @@ pub enum Effect {
     DropShadow,
     /// Drops scatter the light of sky and ground into the view.
     SkylitDrops,
-    /// Light scattered by two or more drops.
+    /// Light scattered by two or more drops. It needs a table of all angles and paths through the
+    /// drops, so that `auto` leaves it out but for the preset `reference`.
     MultipleScattering,
     /// The air dims and reddens sunlight before it reaches the drops.
     SunlightThroughAir,
@@ -109,12 +110,44 @@ impl Effect {
             | Self::DropExtinction
             | Self::DropShadow
             | Self::SkylitDrops
+            | Self::MultipleScattering
             | Self::SunlightThroughAir
             | Self::AirExtinction
             | Self::AirInscatter
             | Self::Sky
             | Self::Occluders => true,
-            Self::Glory | Self::Corona | Self::MultipleScattering => false,
+            Self::Glory | Self::Corona => false,
+        }
+    }
+
+    /// What it cannot do without: light of further orders is all that extinction takes, scattered by
+    /// drops in their own shade into all directions.
+    pub fn needs(self) -> &'static [Self] {
+        match self {
+            Self::MultipleScattering => &[
+                Self::PrimaryBow,
+                Self::SecondaryBow,
+                Self::HigherOrders,
+                Self::DropExtinction,
+                Self::DropShadow,
+            ],
+            Self::PrimaryBow
+            | Self::SecondaryBow
+            | Self::HigherOrders
+            | Self::Supernumeraries
+            | Self::Glory
+            | Self::Corona
+            | Self::SunDisc
+            | Self::SizeSpread
+            | Self::DropFlattening
+            | Self::DropExtinction
+            | Self::DropShadow
+            | Self::SkylitDrops
+            | Self::SunlightThroughAir
+            | Self::AirExtinction
+            | Self::AirInscatter
+            | Self::Sky
+            | Self::Occluders => &[],
         }
     }
 

@@ -13,15 +13,17 @@ use niji_ice::IceTransport;
 use niji_ice::Iceberg;
 use niji_ice::PathWavelengths;
 use niji_ice::Snow;
+use niji_render::SkyModel;
 use serde::Deserialize;
 use serde::Serialize;
 
 use crate::accuracy::Preset;
 use crate::air::Air;
+use crate::camera_section::Camera;
 use crate::document;
 use crate::error::SceneError;
+use crate::level_names;
 use crate::scene::FORMAT;
-use crate::sections::Camera;
 use crate::sections::Picture;
 use crate::sections::Spectrum;
 use crate::sections::Sun;
@@ -166,6 +168,13 @@ pub struct IceAccuracy {
     /// Another seed is another noise.
     #[serde(default)]
     pub seed: u64,
+    /// How often the air scatters the light of its sky: all orders where it is left out.
+    #[serde(
+        default,
+        with = "level_names::sky",
+        skip_serializing_if = "Option::is_none"
+    )]
+    pub sky: Option<SkyModel>,
 }
 
 fn usual_transport() -> IceTransport {
@@ -186,6 +195,12 @@ impl IceAccuracy {
             wavelengths: PathWavelengths::All,
         }
     }
+
+    /// How often the air scatters the light of its sky.
+    #[must_use]
+    pub fn sky_model(&self) -> SkyModel {
+        self.sky.unwrap_or(SkyModel::MultipleScattering)
+    }
 }
 
 impl Default for IceAccuracy {
@@ -194,6 +209,7 @@ impl Default for IceAccuracy {
             transport: usual_transport(),
             tolerance: None,
             seed: 0,
+            sky: None,
         }
     }
 }
@@ -373,6 +389,17 @@ mod tests {
             level.contains("`accuracy.transport.paths_per_pixel` is 0"),
             "{level}"
         );
+    }
+
+    #[test]
+    fn the_sky_has_all_orders_unless_the_scene_says_otherwise() {
+        let scene = IceScene::from_toml(SCENE).unwrap();
+        assert_eq!(scene.accuracy.sky_model(), SkyModel::MultipleScattering);
+        let once = SCENE.replace("[accuracy]", "[accuracy]\nsky = \"single-scattering\"");
+        let scene = IceScene::from_toml(&once).unwrap();
+        assert_eq!(scene.accuracy.sky_model(), SkyModel::SingleScattering);
+        let misspelt = once.replace("single-", "twice-");
+        assert!(IceScene::from_toml(&misspelt).is_err());
     }
 
     #[test]

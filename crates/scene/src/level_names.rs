@@ -6,6 +6,7 @@
 use niji_dropfield::Interpolation;
 use niji_render::AirPath;
 use niji_render::DropExtinctionModel;
+use niji_render::DropOrders;
 use niji_render::Integration;
 use niji_render::PixelFootprint;
 use niji_render::SkyModel;
@@ -33,6 +34,16 @@ pub(crate) enum InterpolationName {
 pub(crate) enum DropExtinctionName {
     WithoutDiffraction,
     Full,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "DropOrders", rename_all = "kebab-case", deny_unknown_fields)]
+pub(crate) enum DropOrdersName {
+    SingleScattering,
+    MultipleScattering {
+        nodes_across: usize,
+        paths_per_node: usize,
+    },
 }
 
 #[derive(Serialize, Deserialize)]
@@ -106,6 +117,7 @@ macro_rules! optional_level {
 optional_level!(integration, Integration, "IntegrationName");
 optional_level!(interpolation, Interpolation, "InterpolationName");
 optional_level!(drop_extinction, DropExtinctionModel, "DropExtinctionName");
+optional_level!(drop_orders, DropOrders, "DropOrdersName");
 optional_level!(sun_path, SunPath, "SunPathName");
 optional_level!(air_path, AirPath, "AirPathName");
 optional_level!(sky, SkyModel, "SkyName");

@@ -1,33 +1,9 @@
-//! The sections `[photo]` and `[occluders]`: a photograph that the bow stands in, and surfaces that
-//! hide what is behind them.
+//! The section `[photo]`: a photograph that the bow stands in.
 
 use serde::Deserialize;
 use serde::Serialize;
 
-use crate::sections::Camera;
-
-/// The section `[occluders]`.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Occluders {
-    /// Path of an EXR with a channel Z in metres, relative to the scene file; 0, infinity and 1e10
-    /// are the sky.
-    pub depth: String,
-    /// What Z is measured along: the view ray where it is left out.
-    #[serde(default)]
-    pub along: Along,
-}
-
-/// What a depth is measured along.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Along {
-    /// The view ray.
-    #[default]
-    Ray,
-    /// The optical axis, as most renderers write it.
-    Axis,
-}
+use crate::camera_section::Camera;
 
 /// The section `[photo]`: the camera of the scene is the one that took the picture.
 ///
@@ -121,6 +97,7 @@ pub fn with_sun(text: &str, elevation_deg: f64, azimuth_deg: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::occluders::Along;
     use crate::scene::Scene;
 
     const SCENE: &str = r#"

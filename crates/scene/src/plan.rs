@@ -18,6 +18,7 @@ mod flat_drops;
 mod higher_orders;
 mod light_curves;
 mod reasons;
+mod shared_tables;
 mod size_mean;
 mod stages;
 mod view;
@@ -31,6 +32,9 @@ pub use stages::ScatteringNeed;
 pub use stages::Stage;
 pub use stages::StagePlan;
 
+use std::collections::BTreeSet;
+
+use niji_render::DropOrders;
 use niji_render::RenderEffects;
 use niji_render::SunPath;
 use niji_render::Toggle;
@@ -147,7 +151,8 @@ pub fn plan(scene: &Scene, inputs: &PlanInputs<'_>) -> Result<Plan, PlanError> {
     let curves = situation.curves(scene);
     let bound_scene = situation.bound_scene(&curves, air.as_ref());
     let bound = |effect: Effect, assumed: &Assumed| bound_scene.bound(effect, assumed);
-    let on = decide::decide(&scene.effects, scene.accuracy.tolerance, &bound).on;
+    let switches = decide::settled(&scene.effects, scene.accuracy.preset);
+    let on = decide::decide(&switches, scene.accuracy.tolerance, &bound).on;
 
     let facts = situation.facts(scene, air.as_ref());
     let decision = |effect: Effect| {
@@ -166,7 +171,7 @@ pub fn plan(scene: &Scene, inputs: &PlanInputs<'_>) -> Result<Plan, PlanError> {
     let effects: Vec<EffectDecision> = Effect::ALL.into_iter().map(decision).collect();
     let left_out = effects
         .iter()
-        .filter(|decision| !decision.on && decision.asked == Switch::Auto)
+        .filter(|decision| !decision.on && switches.of(decision.effect) == Switch::Auto)
         .filter(|decision| decision.effect.is_available())
         .filter_map(|decision| decision.bound)
         .map(|bound| bound.value)
@@ -187,10 +192,21 @@ pub fn plan(scene: &Scene, inputs: &PlanInputs<'_>) -> Result<Plan, PlanError> {
         warnings: facts::warnings(scene, &situation, &effects),
         effects,
         left_out,
-        levels: situation.levels,
+        levels: levels_used(situation.levels, &on),
         scattering,
         stages,
     })
+}
+
+/// The levels, without those of what is left out.
+fn levels_used(levels: Levels, on: &BTreeSet<Effect>) -> Levels {
+    if on.contains(&Effect::MultipleScattering) {
+        return levels;
+    }
+    Levels {
+        drop_orders: DropOrders::SingleScattering,
+        ..levels
+    }
 }
 
 impl Plan {

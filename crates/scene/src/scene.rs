@@ -3,9 +3,11 @@
 use niji_atmosphere::ScatteringOrders;
 use serde::Deserialize;
 use serde::Serialize;
+use serde::de::IgnoredAny;
 
 use crate::accuracy::Accuracy;
 use crate::air::Air;
+use crate::camera_section::Camera;
 use crate::canonical_json::canonical_json;
 use crate::check;
 use crate::check::Check;
@@ -15,14 +17,14 @@ use crate::effect::Effect;
 use crate::effect::EffectSwitches;
 use crate::effect::Switch;
 use crate::error::SceneError;
-use crate::photo::Occluders;
+use crate::occluders::Occluders;
 use crate::photo::Photo;
-use crate::sections::Camera;
 use crate::sections::Ground;
 use crate::sections::Picture;
 use crate::sections::Spectrum;
 use crate::sections::Sun;
 use crate::sections::Water;
+use crate::sequence::Sequence;
 use crate::sun_section::Moment;
 use crate::sun_section::SunPosition;
 use crate::sun_section::SunSection;
@@ -109,6 +111,10 @@ pub struct Scene<S = Sun> {
     /// The photograph that the bow stands in.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub photo: Option<Photo>,
+    /// What changes from frame to frame; the scene itself is none of its frames, see
+    /// [`crate::Sequence`].
+    #[serde(default, skip_serializing)]
+    pub sequence: Option<IgnoredAny>,
 }
 
 impl Scene {
@@ -132,6 +138,7 @@ impl Scene {
         sun_at: impl Fn(&Moment) -> Result<SunPosition, String>,
     ) -> Result<Self, SceneError> {
         let document = document::parse::<Scene<SunSection>>(text)?;
+        Sequence::from_toml(text)?;
         let check = Check {
             lines: &document.lines,
         };
@@ -190,6 +197,7 @@ impl Scene<SunSection> {
             picture: self.picture,
             occluders: self.occluders,
             photo: self.photo,
+            sequence: self.sequence,
         }
     }
 }

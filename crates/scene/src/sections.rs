@@ -1,11 +1,10 @@
 //! The sections of a scene file, each a plain struct with the unit in the name of every key.
 
 use glam::DVec3;
-use niji_geometry::PinholeCamera;
-use niji_geometry::PinholeRequest;
 use niji_geometry::direction_from_azimuth_elevation;
 use niji_radiometry::GamutPolicy;
 use niji_radiometry::Radians;
+use niji_radiometry::RgbPrimaries;
 use niji_radiometry::WavelengthGrid;
 use niji_radiometry::moon_over_sun;
 use serde::Deserialize;
@@ -68,45 +67,6 @@ impl Sun {
             Radians::from_degrees(self.azimuth_deg),
             Radians::from_degrees(self.elevation_deg),
         )
-    }
-}
-
-/// The section `[camera]`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Camera {
-    /// Position of the eye, metres: x east, y up, z south.
-    pub position_m: [f64; 3],
-    /// Azimuth of the optical axis, clockwise from north, degrees.
-    pub azimuth_deg: f64,
-    /// Elevation of the optical axis above the horizon, degrees.
-    pub elevation_deg: f64,
-    /// Rotation about the optical axis, positive where the right side goes down, degrees.
-    #[serde(default)]
-    pub roll_deg: f64,
-    /// Full field of view across the width, degrees.
-    pub horizontal_fov_deg: f64,
-    /// Width of the picture, pixels.
-    pub width_px: u32,
-    /// Height of the picture, pixels.
-    pub height_px: u32,
-}
-
-impl Camera {
-    /// The camera as the renderer takes it.
-    ///
-    /// # Errors
-    /// As [`PinholeCamera::new`]; never for a camera of a scene that was read from a file.
-    pub fn pinhole(&self) -> Result<PinholeCamera, niji_geometry::Error> {
-        PinholeCamera::new(PinholeRequest {
-            position: DVec3::from(self.position_m),
-            azimuth: Radians::from_degrees(self.azimuth_deg),
-            elevation: Radians::from_degrees(self.elevation_deg),
-            roll: Radians::from_degrees(self.roll_deg),
-            horizontal_fov: Radians::from_degrees(self.horizontal_fov_deg),
-            width_px: self.width_px,
-            height_px: self.height_px,
-        })
     }
 }
 
@@ -184,6 +144,29 @@ pub struct Picture {
     /// What happens to colors that the display cannot show.
     #[serde(default)]
     pub gamut: Gamut,
+    /// What red, green and blue are in the plain image for compositors.
+    #[serde(default)]
+    pub primaries: Primaries,
+}
+
+/// What red, green and blue are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Primaries {
+    /// Rec.709, as displays have them.
+    #[default]
+    Rec709,
+    /// AP1, in which compositors exchange ACES.
+    AcesCg,
+}
+
+impl From<Primaries> for RgbPrimaries {
+    fn from(primaries: Primaries) -> Self {
+        match primaries {
+            Primaries::Rec709 => Self::Rec709,
+            Primaries::AcesCg => Self::AcesCg,
+        }
+    }
 }
 
 /// What happens to colors that the display cannot show.

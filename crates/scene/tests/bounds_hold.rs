@@ -11,6 +11,7 @@ use ndarray::Array2;
 use niji_airy::AiryTable;
 use niji_dropfield::Bricks;
 use niji_exchange::ScatteringTable;
+use niji_geometry::PixelRegion;
 use niji_radiometry::Colorimetry;
 use niji_radiometry::solar_irradiance;
 use niji_render::LitDrops;
@@ -131,8 +132,10 @@ impl Studio {
             .model(grid, scene.ground.albedo, &scene.sun)
             .unwrap();
         let air = air.tabulate().unwrap();
+        let camera = scene.camera.camera().unwrap();
         let request = RenderRequest {
-            camera: &scene.camera.pinhole().unwrap(),
+            camera: &camera,
+            region: PixelRegion::frame(camera.width_px(), camera.height_px()),
             sun_direction: sun,
             wavelengths: grid,
             sun_irradiance: &solar_irradiance(&grid),
@@ -141,6 +144,7 @@ impl Studio {
             surfaces: None,
             air: Some(&air),
             effects: plan.render_effects(),
+            tolerance_cd_m2: None,
             levels: plan.levels.render_levels(),
         };
         let rendered = render(&request, &|_| {}).unwrap();

@@ -12,13 +12,17 @@ use niji_dropfield::Interpolation;
 use niji_exchange::AirConstituent;
 use niji_exchange::AtmosphereTable;
 use niji_exchange::DensityLaw;
+use niji_exchange::DiffuseLight;
 use niji_exchange::ScatteringTable;
+use niji_geometry::Camera;
 use niji_geometry::PinholeCamera;
 use niji_geometry::PinholeRequest;
+use niji_geometry::PixelRegion;
 use niji_radiometry::Radians;
 use niji_radiometry::WavelengthGrid;
 use niji_render::AirPath;
 use niji_render::DropExtinctionModel;
+use niji_render::DropOrders;
 use niji_render::Integration;
 use niji_render::LitDrops;
 use niji_render::PixelFootprint;
@@ -68,8 +72,8 @@ pub(crate) fn camera(
     look_deg: (f64, f64),
     fov_deg: f64,
     size: (u32, u32),
-) -> PinholeCamera {
-    PinholeCamera::new(PinholeRequest {
+) -> Camera {
+    let camera = PinholeCamera::new(PinholeRequest {
         position,
         azimuth: Radians::from_degrees(look_deg.0),
         elevation: Radians::from_degrees(look_deg.1),
@@ -77,12 +81,12 @@ pub(crate) fn camera(
         horizontal_fov: Radians::from_degrees(fov_deg),
         width_px: size.0,
         height_px: size.1,
-    })
-    .unwrap()
+    });
+    camera.unwrap().into()
 }
 
 /// One ray to the north.
-pub(crate) fn one_ray(position: DVec3) -> PinholeCamera {
+pub(crate) fn one_ray(position: DVec3) -> Camera {
     camera(position, (0.0, 0.0), 1e-3, (1, 1))
 }
 
@@ -158,11 +162,28 @@ pub(crate) fn air(extinction_m1: [f64; 3], scattering_m1: [f64; 3]) -> Atmospher
     }
 }
 
+/// Diffuse light of radiance `radiance` from all directions, everywhere.
+pub(crate) fn uniform_light(radiance: f32) -> DiffuseLight {
+    let pi = std::f32::consts::PI;
+    // X_00 = 4 pi L, all others 0 up to degree 1; at each of 2 heights and 2 suns.
+    let node = [4.0 * pi * radiance, 0.0, 0.0].map(|moment| [moment; 3]);
+    let moments = [node; 4].into_iter().flatten().flatten().collect();
+    DiffuseLight {
+        height_m: vec![0.0, 1e5],
+        sun_zenith_rad: vec![0.0, std::f64::consts::PI],
+        max_degree: 1,
+        moments,
+        on_ground: vec![pi * radiance; 6],
+        phase_moments: [[1.0_f32; 3], [0.0; 3]].concat(),
+    }
+}
+
 /// Cell-exact, no air to speak of, pixel centers.
 pub(crate) fn levels() -> RenderLevels {
     RenderLevels {
         integration: Integration::CellExact,
         drop_extinction_model: DropExtinctionModel::WithoutDiffraction,
+        drop_orders: DropOrders::SingleScattering,
         air_path: AirPath::Table,
         sky_model: SkyModel::SingleScattering,
         pixel_footprint: PixelFootprint::Center,
@@ -187,13 +208,14 @@ pub(crate) fn with_shadow() -> RenderEffects {
 
 /// A request of bows in a vacuum.
 pub(crate) fn request<'a>(
-    camera: &'a PinholeCamera,
+    camera: &'a Camera,
     sun_direction: DVec3,
     drops: &'a LitDrops,
     table: &'a ScatteringTable,
 ) -> RenderRequest<'a> {
     RenderRequest {
         camera,
+        region: PixelRegion::frame(camera.width_px(), camera.height_px()),
         sun_direction,
         wavelengths: wavelengths(),
         sun_irradiance: &SUN,
@@ -202,6 +224,7 @@ pub(crate) fn request<'a>(
         air: None,
         surfaces: None,
         effects: RenderEffects::BOWS_ONLY,
+        tolerance_cd_m2: None,
         levels: levels(),
     }
 }

@@ -100,7 +100,11 @@ impl<'de> MapAccess<'de> for Entries<'_> {
 
     fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, Fault> {
         match self.next_value.take() {
-            Some(node) => seed.deserialize(node),
+            Some(node) => {
+                // What a type refuses when its parts are read already belongs here.
+                let place = node.place.clone();
+                place.locate(seed.deserialize(node))
+            }
             None => Err(Fault::missing_key("a value")),
         }
     }

@@ -10,6 +10,8 @@
 //!   towards the sun;
 //! * the air takes at most 1 - exp(-tau_air) of each wavelength of the bow, on either path;
 //! * the other orders add their own P, and show both sides of the split where a bow is off;
+//! * light that drops scatter more than once is as bright as if the sunlight that they take, 1 -
+//!   exp(-tau_s), came back evenly from all directions: L = (1 - exp(-tau_s)) (1 - exp(-tau)) E/(4 pi);
 //! * light scattered by the air is bounded by itself (see `air_light`);
 //! * sun's disc, spread of sizes and supernumeraries change P by a difference of two curves;
 //! * flat drops change P by what moving the bow of every size does (see `flat_drops`).
@@ -20,6 +22,7 @@
 //! out.
 
 use std::collections::BTreeSet;
+use std::f64::consts::PI;
 
 use crate::effect::Effect;
 
@@ -179,7 +182,15 @@ impl BoundScene<'_> {
             Effect::AirInscatter => proved(&|index| self.inscatter(index)),
             Effect::Sky => proved(&|index| self.sky(index)),
             Effect::Occluders => proved(&|_| 0.0),
-            Effect::Glory | Effect::Corona | Effect::MultipleScattering => None,
+            Effect::MultipleScattering => {
+                let factor = self.sunlight(assumed);
+                let lines = self.lines.iter().zip(&factor);
+                let sunlight: f64 = lines.map(|(line, factor)| line.weight * factor).sum();
+                let source = taken(self.sun_depth) * sunlight / (4.0 * PI);
+                let change = |index| source * taken(self.depth(index));
+                Some(self.over(BoundKind::Estimated, &change))
+            }
+            Effect::Glory | Effect::Corona => None,
         }
     }
 

@@ -5,9 +5,14 @@
 //! sum hold in whatever order effects are left out (see `bounds`), with the bows shaped by every
 //! effect that may shape them. Where one of those is left out itself, the bows change a little, so
 //! the sum is checked again with the final bounds, and the largest comes back until it fits.
+//!
+//! Multiple scattering is decided before: it takes paths through the drops and a table of all angles,
+//! so that only the preset `reference` weighs it by its bound. An effect that is on brings those that
+//! it cannot do without.
 
 use std::collections::BTreeSet;
 
+use crate::accuracy::Preset;
 use crate::effect::Effect;
 use crate::effect::EffectSwitches;
 use crate::effect::Switch;
@@ -22,6 +27,21 @@ const SHARE_FOR_EFFECTS: f64 = 0.5;
 /// The effects that are on.
 pub(super) struct Decision {
     pub(super) on: BTreeSet<Effect>,
+}
+
+/// The switches of a scene, with what only the reference weighs left out of other presets, and
+/// wherever the scene leaves out what it needs.
+pub(super) fn settled(switches: &EffectSwitches, preset: Preset) -> EffectSwitches {
+    let mut settled = switches.clone();
+    let effect = Effect::MultipleScattering;
+    let needs = effect.needs().iter();
+    let lacks = needs
+        .copied()
+        .any(|needed| switches.of(needed) == Switch::Off);
+    if switches.of(effect) == Switch::Auto && (preset != Preset::Reference || lacks) {
+        settled.set(effect, Switch::Off);
+    }
+    settled
 }
 
 /// Decides every effect; `bound` says what an effect may contribute.
@@ -71,6 +91,12 @@ pub(super) fn decide(
     }
     drop_dependents(switches, &mut on);
     keep_to(budget, (&mut on, left_out), bound);
+    let needed: Vec<Effect> = on
+        .iter()
+        .flat_map(|effect| effect.needs())
+        .copied()
+        .collect();
+    on.extend(needed);
     Decision { on }
 }
 
@@ -134,7 +160,7 @@ mod tests {
                 kind: BoundKind::Proved,
             })
         };
-        decide(switches, 0.01, &bound).on
+        decide(&settled(switches, Preset::Standard), 0.01, &bound).on
     }
 
     #[test]
@@ -172,8 +198,30 @@ mod tests {
         assert!(
             Effect::ALL
                 .iter()
+                .filter(|effect| **effect != Effect::MultipleScattering)
                 .all(|effect| effect.is_available() == on.contains(effect))
         );
+    }
+
+    #[test]
+    fn light_of_further_orders_is_for_the_reference_or_who_asks_and_brings_what_it_needs() {
+        let multiple = Effect::MultipleScattering;
+        let mut switches = EffectSwitches::default();
+        for (preset, kept) in [(Preset::Standard, false), (Preset::Reference, true)] {
+            let asked = settled(&switches, preset).of(multiple);
+            assert_eq!(asked == Switch::Auto, kept);
+        }
+        switches.set(Effect::DropShadow, Switch::Off);
+        assert_eq!(
+            settled(&switches, Preset::Reference).of(multiple),
+            Switch::Off
+        );
+        let mut switches = EffectSwitches::default();
+        switches.set(multiple, Switch::On);
+        let needs = multiple.needs().iter();
+        let bounds: Vec<(Effect, f64)> = needs.map(|needed| (*needed, 0.0)).collect();
+        let on = decide_with(&bounds, &switches);
+        assert!(multiple.needs().iter().all(|needed| on.contains(needed)));
     }
 
     #[test]

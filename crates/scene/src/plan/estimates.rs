@@ -2,8 +2,6 @@
 //!
 //! None of these decides anything; each comes from a model of a line or two.
 
-use std::f64::consts::PI;
-
 use crate::effect::Effect;
 
 use super::bounds::Bound;
@@ -23,13 +21,6 @@ pub(super) fn bound(effect: Effect, scene: &BoundScene<'_>, facts: &Facts) -> Op
         return None;
     }
     let estimate = |change: &dyn Fn(usize) -> f64| Some(scene.over(BoundKind::Estimated, change));
-    let spread_light = |sr1: f64| sr1 * scene.lines.iter().map(|line| line.weight).sum::<f64>();
-    let share = |index: usize| -(-scene.depth(index)).exp_m1();
-    if effect == Effect::MultipleScattering {
-        // Light of a second scattering, spread over all directions.
-        let second = -(-facts.sun_depth).exp_m1();
-        return estimate(&|index| spread_light(second / (4.0 * PI)) * share(index));
-    }
     let (low_deg, high_deg) = facts.theta_deg.unwrap_or((90.0, 90.0));
     let in_view = if effect == Effect::Glory {
         high_deg > GLORY_DEG

@@ -5,7 +5,7 @@ use niji_airy::rainbow_ray;
 use niji_atmosphere::ScatteringOrders;
 use niji_atmosphere::with_diffuse_light;
 use niji_exchange::AtmosphereTable;
-use niji_geometry::PinholeCamera;
+use niji_geometry::Camera;
 use niji_radiometry::Colorimetry;
 use niji_radiometry::Nanometers;
 use niji_radiometry::WavelengthGrid;
@@ -46,7 +46,7 @@ const SPLIT_WAVELENGTH: Nanometers = Nanometers(560.0);
 
 /// A scene, measured.
 pub(super) struct Situation {
-    pub(super) camera: PinholeCamera,
+    pub(super) camera: Camera,
     pub(super) sun: DVec3,
     pub(super) grid: WavelengthGrid,
     pub(super) drops: DropSummary,
@@ -64,7 +64,7 @@ pub(super) struct Situation {
 impl Situation {
     pub(super) fn new(scene: &Scene, inputs: &PlanInputs<'_>) -> Result<Self, PlanError> {
         let drops = summary(scene, inputs)?;
-        let camera = scene.camera.pinhole()?;
+        let camera = scene.camera.camera()?;
         let grid = scene.spectrum.grid()?;
         let sun = scene.sun.direction();
         let parts: Vec<view::Part> = drops
@@ -77,7 +77,7 @@ impl Situation {
             extinction_m1: drops.max_extinction_m1_q1,
             parts: &parts,
         };
-        let blocks = view::blocks(&camera, sun, &extent);
+        let blocks = view::blocks(&camera, scene.camera.region()?, sun, &extent);
         let sun_chord_m = view::longest_chord_m(&drops.bounds(), sun);
         let bow = |order| {
             let index = water_refractive_index(SPLIT_WAVELENGTH, scene.water.temperature_c);

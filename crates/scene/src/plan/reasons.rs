@@ -42,6 +42,9 @@ pub(super) fn reason(
         Switch::Auto if is_on && effect == Effect::Occluders => fact,
         Switch::Auto if is_on && bound.is_none() => format!("kept, its size is not known; {fact}"),
         Switch::Auto if is_on => format!("kept; {fact}"),
+        Switch::Auto if effect == Effect::MultipleScattering && !is_on => {
+            format!("only the preset reference weighs it; {fact}")
+        }
         Switch::Auto if bound.is_some_and(|bound| bound.value <= 0.0) => {
             format!("adds nothing; {fact}")
         }

@@ -1,6 +1,7 @@
 //! The stages that run, with only the tables and angles that are needed, and what they take.
 
 use std::collections::BTreeSet;
+use std::f64::consts::PI;
 
 use niji_airy::AiryTable;
 use niji_radiometry::WavelengthGrid;
@@ -22,6 +23,9 @@ use super::light_curves::variant;
 
 /// Beyond the angles in view, so that pixel footprints and rounding stay inside the table, degrees.
 const ANGLE_MARGIN_DEG: f64 = 0.05;
+
+/// Highest order of a scattering table: together with those below it holds all but 1 % of the light.
+const HIGHEST_ORDER: u32 = 7;
 
 /// A stage of the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -158,6 +162,10 @@ pub(super) fn scattering_need(
     let radii = situation.drops.effective_radius_um;
     let with_disc = on.contains(&Effect::SunDisc);
     let error = levels.table_relative_error;
+    if on.contains(&Effect::MultipleScattering) {
+        // Light of further orders comes from all directions, by every way through a drop.
+        orders = (0..=HIGHEST_ORDER).collect();
+    }
     let theory = if on.contains(&Effect::Supernumeraries) {
         levels.theory
     } else {
@@ -186,6 +194,9 @@ pub(super) fn scattering_need(
 
 /// Scattering angles of the light that is wanted; `None` if there is none.
 fn angles_needed(situation: &Situation, on: &BTreeSet<Effect>, bows: &[u32]) -> Option<(f64, f64)> {
+    if on.contains(&Effect::MultipleScattering) {
+        return situation.view.theta_deg.map(|_| (0.0, PI));
+    }
     let both_sides = on.contains(&Effect::HigherOrders);
     if bows.is_empty() && !both_sides {
         return None;
@@ -193,7 +204,7 @@ fn angles_needed(situation: &Situation, on: &BTreeSet<Effect>, bows: &[u32]) -> 
     let (low_deg, high_deg) = situation.view.theta_deg?;
     let margin_rad = ANGLE_MARGIN_DEG.to_radians() + situation.camera.pixel_angle().0;
     let mut low_rad = (low_deg.to_radians() - margin_rad).max(0.0);
-    let mut high_rad = (high_deg.to_radians() + margin_rad).min(std::f64::consts::PI);
+    let mut high_rad = (high_deg.to_radians() + margin_rad).min(PI);
     // The renderer leaves out the side of a bow that is off; its split lies between both bows.
     let (primary_rad, secondary_rad) = situation.bows_rad;
     if bows == [2] && !both_sides {
@@ -256,7 +267,8 @@ pub(super) fn stages(
         });
     };
     if let Some(photo) = &scene.photo {
-        let makes = match (&photo.layers, &scene.occluders) {
+        let map = scene.occluders.as_ref().and_then(|it| it.depth.as_ref());
+        let makes = match (&photo.layers, map) {
             (Some(_), _) => "distances of the given layers",
             (None, Some(_)) => "distances of the given map",
             (None, None) => "proposed distances",
@@ -316,9 +328,10 @@ pub(super) fn stages(
         let names: Vec<&str> = constituents.map(|constituent| constituent.name()).collect();
         add(Stage::Atmosphere, names.join(", "), None, None);
     }
-    let pixels = u64::from(situation.camera.width_px()) * u64::from(situation.camera.height_px());
-    let bytes = 4 * pixels * (n_wavelengths + EXTRA_PLANES);
+    let overscan_px = 2 * scene.camera.overscan_px;
     let (width, height) = (situation.camera.width_px(), situation.camera.height_px());
+    let pixels = u64::from(width + overscan_px) * u64::from(height + overscan_px);
+    let bytes = 4 * pixels * (n_wavelengths + EXTRA_PLANES);
     let makes = format!("{width} x {height} pixels, {n_wavelengths} wavelengths");
     add(Stage::Render, makes, Some(bytes), Some(bytes));
     if scene.photo.is_some() {

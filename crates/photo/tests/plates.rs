@@ -1,0 +1,184 @@
+//! Plates of other programs: windows, primaries, alpha, depth, damage.
+
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+use std::fs::File;
+use std::path::Path;
+
+use exr::prelude::AnyChannel;
+use exr::prelude::AnyChannels;
+use exr::prelude::Encoding;
+use exr::prelude::FlatSamples;
+use exr::prelude::Image;
+use exr::prelude::IntegerBounds;
+use exr::prelude::Layer;
+use exr::prelude::LayerAttributes;
+use exr::prelude::Vec2;
+use exr::prelude::WritableImage;
+use exr::prelude::attribute::Chromaticities;
+use exr::prelude::f16;
+use ndarray::Array2;
+use niji_exchange::ImageWindows;
+use niji_exchange::Provenance;
+use niji_geometry::PixelRegion;
+use niji_photo::Error;
+use niji_photo::Frame;
+use niji_photo::Photograph;
+use niji_photo::Plate;
+use niji_photo::write_premultiplied;
+use niji_radiometry::RgbPrimaries;
+
+const SIZE: [usize; 2] = [4, 3];
+
+/// Writes a plate as another program might: channels of one value each, in a data window of its own.
+fn write_plate(path: &Path, channels: &[(&str, f32)], white: Option<Vec2<f32>>) {
+    let n_pixels = SIZE[0] * SIZE[1];
+    let channels = channels.iter().map(|&(name, value)| {
+        // Distances lose too much as halves.
+        let samples = if name == "Z" {
+            FlatSamples::F32(vec![value; n_pixels])
+        } else {
+            FlatSamples::F16(vec![f16::from_f32(value); n_pixels])
+        };
+        AnyChannel::new(name, samples)
+    });
+    let attributes = LayerAttributes {
+        layer_position: Vec2(-1, 2),
+        ..LayerAttributes::default()
+    };
+    let channels = AnyChannels::sort(channels.collect());
+    let layer = Layer::new(
+        Vec2(SIZE[0], SIZE[1]),
+        attributes,
+        Encoding::default(),
+        channels,
+    );
+    let mut image = Image::from_layer(layer);
+    image.attributes.display_window = IntegerBounds {
+        position: Vec2(0, 0),
+        size: Vec2(8, 6),
+    };
+    image.attributes.chromaticities = white.map(|white| Chromaticities {
+        red: Vec2(0.713, 0.293),
+        green: Vec2(0.165, 0.830),
+        blue: Vec2(0.128, 0.044),
+        white,
+    });
+    image.write().to_file(path).unwrap();
+}
+
+const RGB: [(&str, f32); 3] = [("R", 0.5), ("G", 2.0), ("B", 0.25)];
+const ACES_WHITE: Vec2<f32> = Vec2(0.32168, 0.33767);
+
+#[test]
+fn windows_primaries_alpha_and_depth_are_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("plate.exr");
+    let channels = [&RGB[..], &[("A", 0.75), ("Z", 12.5)]].concat();
+    write_plate(&path, &channels, Some(ACES_WHITE));
+    let plate = Plate::read(&path, None).unwrap();
+    assert_eq!(plate.primaries, RgbPrimaries::AcesCg);
+    let data = PixelRegion {
+        x_px: -1,
+        y_px: 2,
+        width_px: 4,
+        height_px: 3,
+    };
+    let display = PixelRegion::frame(8, 6);
+    assert_eq!(plate.windows, ImageWindows { data, display });
+    assert_eq!(plate.light, Array2::from_elem((3, 4), [0.5, 2.0, 0.25]));
+    assert_eq!(plate.alpha, Some(Array2::from_elem((3, 4), 0.75)));
+    assert_eq!(plate.surface_m, Some(Array2::from_elem((3, 4), 12.5)));
+    let named = Plate::read(&path, Some(RgbPrimaries::Rec709)).unwrap();
+    assert_eq!(
+        (named.primaries, &named.light),
+        (RgbPrimaries::Rec709, &plate.light)
+    );
+}
+
+#[test]
+fn a_plate_without_chromaticities_alpha_or_depth_is_rec709() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("plate.exr");
+    write_plate(&path, &RGB, None);
+    let plate = Plate::read(&path, None).unwrap();
+    assert_eq!(plate.primaries, RgbPrimaries::Rec709);
+    assert_eq!((plate.alpha, plate.surface_m), (None, None));
+}
+
+#[test]
+fn a_photograph_of_acescg_becomes_rec709() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("plate.exr");
+    write_plate(&path, &RGB, Some(ACES_WHITE));
+    let photo = Photograph::read(&path).unwrap();
+    let expected = RgbPrimaries::AcesCg.to_linear_rec709([0.5, 2.0, 0.25]);
+    for (found, expected) in photo.light[[0, 0]].iter().zip(expected) {
+        assert!((f64::from(*found) - expected).abs() < 1e-6);
+    }
+}
+
+#[test]
+fn what_is_written_is_read_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("element.exr");
+    let data = PixelRegion {
+        x_px: 3,
+        y_px: -2,
+        width_px: 5,
+        height_px: 2,
+    };
+    let display = PixelRegion::frame(7, 4);
+    let frame = Frame {
+        primaries: RgbPrimaries::AcesCg,
+        windows: ImageWindows { data, display },
+    };
+    let light = Array2::from_shape_fn((2, 5), |(y, x)| [x as f32, y as f32, 0.1]);
+    let file = File::create(&path).unwrap();
+    write_premultiplied(&light, None, (frame, &Provenance::default()), file).unwrap();
+    let plate = Plate::read(&path, None).unwrap();
+    assert_eq!(
+        (plate.primaries, plate.windows),
+        (frame.primaries, frame.windows)
+    );
+    assert_eq!((plate.light, plate.alpha), (light, None));
+}
+
+#[test]
+fn plates_that_are_none_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("plate.exr");
+    let refused = |channels: &[(&str, f32)], white| {
+        write_plate(&path, channels, white);
+        Plate::read(&path, None).unwrap_err()
+    };
+    assert!(matches!(
+        refused(&RGB[..2], None),
+        Error::MissingChannel("R" | "G" | "B")
+    ));
+    for value in [f32::NAN, f32::INFINITY] {
+        let bright = [("R", value), ("G", 1.0), ("B", 1.0)];
+        let error = refused(&bright, None);
+        assert!(matches!(
+            error,
+            Error::NotFinite {
+                channel: "R",
+                x: 0,
+                y: 0,
+                ..
+            }
+        ));
+        let alpha = [&RGB[..], &[("A", value)]].concat();
+        assert!(matches!(
+            refused(&alpha, None),
+            Error::NotFinite { channel: "A", .. }
+        ));
+    }
+    let behind = [&RGB[..], &[("Z", -1.0)]].concat();
+    assert!(matches!(refused(&behind, None), Error::Depth { .. }));
+    // AP1 with an equal-energy white is no ACEScg.
+    assert!(matches!(
+        refused(&RGB, Some(Vec2(0.3333, 0.3333))),
+        Error::Primaries(_)
+    ));
+}

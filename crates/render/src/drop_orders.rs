@@ -1,0 +1,223 @@
+//! Sunlight that drops scattered more than once, added to the first order.
+//!
+//! L(d) = E_sun int_0^W J(d, w) dw,   w = 1 - exp(-tau),   W = 1 - T of the ray
+//! J(x, d) = int P(d . d') L'(x, d') domega'
+//!
+//! `tau` optical depth of the drops from the eye without diffraction (Q = 1), so that dw is the share
+//! of the view that is scattered at a depth; `J` light that was scattered before and is scattered
+//! there towards the eye, `P` phase function (see `phase`), `L'` light of all orders from the first
+//! on. Drops absorb nothing: what extinction takes, P gives back. The integral over w needs no march of
+//! its own: the ray's transmittance is known, and J is a mean over strata of w.
+//!
+//! J is found at directions on a coarse lattice (see `view_grid`) by paths from the eye's side: the
+//! place on the view ray is drawn evenly in w, a direction from P, the next drop as in `free_flight`,
+//! and at each drop met sunlight P T_sun is added, for all wavelengths at once. A path is drawn at
+//! one wavelength; with p_l the product of its phase functions at wavelength l, its light there
+//! counts p_l over their mean [WWL14], so that no weight exceeds the number of wavelengths. Air dims
+//! sunlight and view as at the middle of the stratum. J changes slowly: interpolation between the
+//! directions is linear, and what is sharp in the picture is in T and in the first order.
+//!
+//! What diffraction on the way changes in the bows themselves is in `diffraction`.
+//!
+//! [WWL14] A. Wilkie et al., "Hero wavelength spectral sampling", Computer Graphics Forum 33,
+//! 123-131 (2014).
+
+mod column;
+mod diffraction;
+mod free_flight;
+mod paths;
+mod phase;
+mod randoms;
+mod view_grid;
+
+use glam::DVec3;
+use niji_exchange::ScatteringTable;
+use niji_geometry::Ray;
+use rayon::prelude::*;
+
+use crate::air::Air;
+use crate::error::Error;
+use crate::lit_drops::LitDrops;
+
+use column::Column;
+use column::N_STRATA;
+use column::Stratum;
+pub(crate) use diffraction::Diffraction;
+pub(crate) use diffraction::DiffractionRoom;
+use free_flight::FreeFlight;
+use paths::Mean;
+use paths::Paths;
+use phase::PhaseRows;
+pub(crate) use view_grid::SeenDirections;
+pub(crate) use view_grid::SunAxes;
+use view_grid::ViewGrid;
+
+/// Light of orders beyond the first, ready for rays.
+pub(crate) struct MultipleLight {
+    grid: ViewGrid,
+    n_wavelengths: usize,
+    /// J with the air in front by direction, stratum and wavelength, for unit irradiance [1/sr].
+    source_sr1: Vec<f32>,
+    /// Standard error of its luminance in the sun of the picture by direction and stratum [cd/m²].
+    error_cd_m2: Vec<f32>,
+}
+
+/// What the light is found from.
+pub(crate) struct OrdersRequest<'a> {
+    /// The drops with their shadows.
+    pub(crate) drops: &'a LitDrops,
+    /// How they scatter, at all angles.
+    pub(crate) table: &'a ScatteringTable,
+    /// Towards the sun.
+    pub(crate) sun_direction: DVec3,
+    /// Where view rays start.
+    pub(crate) eye: DVec3,
+    /// Where they go.
+    pub(crate) seen: &'a SeenDirections,
+    /// Air that dims sunlight; `None` if it does not.
+    pub(crate) sunlight_air: Option<&'a Air<'a>>,
+    /// Air that dims the view; `None` if it does not.
+    pub(crate) view_air: Option<&'a Air<'a>>,
+    /// Weights that turn a spectrum for unit irradiance into luminance in the sun [cd/m²].
+    pub(crate) luminance_weights: &'a [f64],
+    /// Directions along both sides of the lattice.
+    pub(crate) nodes_across: usize,
+    /// Paths of a direction and stratum.
+    pub(crate) paths_per_node: usize,
+}
+
+impl MultipleLight {
+    /// Follow the paths; `None` where no ray meets drops.
+    ///
+    /// # Errors
+    /// [`Error::AngleRange`] if the table does not hold all angles.
+    pub(crate) fn new(request: &OrdersRequest) -> Result<Option<Self>, Error> {
+        let axes = SunAxes::of(request.sun_direction);
+        let grid = ViewGrid::over(request.seen, axes, request.nodes_across);
+        let (Some(grid), Some(bounds)) = (grid, request.drops.bounds()) else {
+            return Ok(None);
+        };
+        let phase = PhaseRows::new(request.table)?;
+        let bricks = request.drops.bricks();
+        let paths = Paths {
+            bricks,
+            flight: FreeFlight::new(bricks, bounds),
+            phase: &phase,
+            sun_direction: request.sun_direction,
+            luminance_weights: request.luminance_weights,
+        };
+        let columns: Vec<Column> = (0..grid.n_nodes())
+            .into_par_iter()
+            .map(|node| {
+                let ray = Ray {
+                    origin: request.eye,
+                    direction: grid.direction(node),
+                };
+                Column::along(bricks, bounds, ray)
+            })
+            .collect();
+        let nearest = nearest_with_drops(&grid, &columns);
+        let n_wavelengths = request.table.wavelengths.len();
+        let means: Vec<Mean> = (0..columns.len() * N_STRATA)
+            .into_par_iter()
+            .map(|index| {
+                let stratum = columns[index / N_STRATA].stratum(index % N_STRATA);
+                let mean = stratum.map(|stratum| {
+                    let mut mean = paths.mean(&stratum, request.paths_per_node);
+                    request.dim(&stratum, &mut mean);
+                    mean
+                });
+                mean.unwrap_or_else(|| Mean::dark(n_wavelengths))
+            })
+            .collect();
+        let mut light = Self {
+            grid,
+            n_wavelengths,
+            source_sr1: Vec::with_capacity(means.len() * n_wavelengths),
+            error_cd_m2: Vec::with_capacity(means.len()),
+        };
+        for node in nearest {
+            for stratum in 0..N_STRATA {
+                // Strata deeper than the drops hold what the deepest one does.
+                let mean = &means[node * N_STRATA + columns[node].deepest(stratum)];
+                light.source_sr1.extend(&mean.source_sr1);
+                light.error_cd_m2.push(mean.error_cd_m2);
+            }
+        }
+        Ok(Some(light))
+    }
+
+    /// Add to `out` the light of a ray on which the drops let `transmittance` pass; returns its
+    /// standard error in luminance [cd/m²].
+    pub(crate) fn add(
+        &self,
+        direction: DVec3,
+        transmittance: f64,
+        irradiance: &[f32],
+        out: &mut [f32],
+    ) -> f64 {
+        let seen = (1.0 - transmittance) * N_STRATA as f64;
+        let mut error_cd_m2 = 0.0;
+        for (node, weight) in self.grid.around(direction) {
+            let mut variance = 0.0;
+            for stratum in 0..N_STRATA {
+                let share = (seen - stratum as f64).clamp(0.0, 1.0) / N_STRATA as f64;
+                let scale = share as f32 * weight;
+                if scale <= 0.0 {
+                    continue;
+                }
+                let index = node * N_STRATA + stratum;
+                let row = &self.source_sr1[index * self.n_wavelengths..][..self.n_wavelengths];
+                for ((sum, source), irradiance) in out.iter_mut().zip(row).zip(irradiance) {
+                    *sum += scale * source * irradiance;
+                }
+                variance += f64::from(scale * self.error_cd_m2[index]).powi(2);
+            }
+            // Strata have paths of their own, neighboring directions the same ones.
+            error_cd_m2 += variance.sqrt();
+        }
+        error_cd_m2
+    }
+}
+
+impl OrdersRequest<'_> {
+    /// Take away what the air in front of a stratum and above it absorbs and scatters.
+    fn dim(&self, stratum: &Stratum, mean: &mut Mean) {
+        let mut transmitted = vec![1.0_f32; mean.source_sr1.len()];
+        let place = stratum.middle();
+        if let Some(air) = self.sunlight_air {
+            match air.to_sun(place) {
+                Some(lengths) => air.transmit(&lengths, &mut transmitted),
+                None => transmitted.fill(0.0),
+            }
+            mean.dim(&transmitted);
+        }
+        if let Some(air) = self.view_air {
+            let ray = air.ray(self.eye, stratum.direction());
+            let lengths = air.to_eye(ray, place.distance(self.eye));
+            air.transmit(&lengths, &mut transmitted);
+            mean.dim(&transmitted);
+        }
+    }
+}
+
+/// For each node the nearest one whose column holds drops: itself, or for rays past the drops a
+/// neighbor.
+fn nearest_with_drops(grid: &ViewGrid, columns: &[Column]) -> Vec<usize> {
+    let with_drops: Vec<usize> = (0..columns.len())
+        .filter(|node| columns[*node].stratum(0).is_some())
+        .collect();
+    let nearest = |node: usize| {
+        let direction = grid.direction(node);
+        let cosine = |other: &usize| grid.direction(*other).dot(direction);
+        let best = with_drops.iter().copied();
+        // The first of the nearest.
+        best.max_by(|a, b| cosine(a).total_cmp(&cosine(b)).then(b.cmp(a)))
+    };
+    (0..columns.len())
+        .map(|node| match columns[node].stratum(0) {
+            Some(_) => node,
+            None => nearest(node).unwrap_or(node),
+        })
+        .collect()
+}

@@ -1,0 +1,339 @@
+//! Light of a bow that was diffracted forward, once or more, on its way.
+//!
+//! L = L_Full(P) + [L_WithoutDiffraction - L_Full](P * lobe)
+//!
+//! `L_Full`, `L_WithoutDiffraction` the first order with the extinction at Q = 2 and at Q = 1, `P` its
+//! scattering table, `P * lobe` the table blurred by the pattern of a round hole as large as the drop,
+//! (2 J1(x)/x)², x = k r psi. What Q = 2 takes and Q = 1 does not is light that some drop turned by
+//! less than a degree or so: it still makes a bow, a little less sharp. With the first order at Q = 1
+//! this adds [L_WithoutDiffraction - L_Full](P * lobe - P), which dims bow and fringes by some percent
+//! and lights the dark side next to them; with Q = 2 it adds what is missing, so that all orders are
+//! the same whichever first order they are added to.
+//!
+//! Around a bow the pattern counts by its projection on the scattering angle, the line-spread
+//! function, whose transform is that of the round hole:
+//!
+//! lsf(u) = 1/pi int_0^2 m(v/2) cos(u v) dv,   m(q) = 2/pi (acos q - q sqrt(1 - q²))
+//!
+//! `u = k r (theta' - theta)`. The blur is the mean of the table over quantiles of lsf. Repeated
+//! diffraction widens the lobe further, which is left out, as is the spread of sizes in it; tables of
+//! many radii are blurred at 24 of them.
+//! [G05] J. W. Goodman, "Introduction to Fourier Optics", 3rd ed. (2005), eq. 6-31: m(q).
+
+use std::f64::consts::PI;
+use std::f64::consts::TAU;
+
+use ndarray::Array6;
+use ndarray::ArrayView1;
+use ndarray::Axis;
+use niji_exchange::ScatteringTable;
+use niji_geometry::Ray;
+use rayon::prelude::*;
+
+use super::phase::kept_radii;
+use crate::air_slabs::AirSlabs;
+use crate::deposits::Deposits;
+use crate::error::Error;
+use crate::frame::Frame;
+use crate::levels::DropExtinctionModel;
+use crate::march::March;
+use crate::march::Walk;
+use crate::piece_rule::PieceRule;
+use crate::scattering_rows::RayPlace;
+use crate::scattering_rows::RowStencil;
+use crate::scattering_rows::ScatteringRows;
+
+/// Quantiles of the line-spread function on each side; the outermost lies at u = 13.
+const N_QUANTILES: usize = 16;
+
+/// Points of the integral over spatial frequencies: 2 u / 400 rad apart.
+const N_FREQUENCIES: usize = 400;
+
+/// Beyond the outermost quantile.
+const LARGEST_U: f64 = 64.0;
+
+/// The change of the first order by diffraction.
+pub(crate) struct Diffraction<'a> {
+    blurred: ScatteringRows,
+    /// Taken off where the first order holds it already.
+    sharp: Option<ScatteringRows>,
+    /// Both extinctions, and whether their light is added or taken off.
+    marches: [(March<'a>, f32); 2],
+}
+
+/// Room to work in.
+#[derive(Clone, Debug)]
+pub(crate) struct DiffractionRoom {
+    deposits: Deposits,
+    stencil: RowStencil,
+    slab_ends_m: Vec<f64>,
+    spectrum: Vec<f32>,
+    transmitted: Vec<f32>,
+}
+
+impl<'a> Diffraction<'a> {
+    /// For rays between two scattering angles, of drops in `march`.
+    ///
+    /// # Errors
+    /// [`Error::BadTable`] if a value is negative or not finite.
+    pub(crate) fn new(
+        table: &ScatteringTable,
+        theta_range_rad: (f64, f64),
+        march: March<'a>,
+        first_order: DropExtinctionModel,
+    ) -> Result<Self, Error> {
+        let sharp = with_few_radii(table);
+        // Nobody asks these rows for luminance.
+        let dark = vec![0.0; table.wavelengths.len()];
+        let rows = |table: &ScatteringTable| ScatteringRows::new(table, theta_range_rad, &dark);
+        let of = |model: DropExtinctionModel| {
+            let efficiency = model.efficiency();
+            let rule = PieceRule::new(efficiency, efficiency, march.integration);
+            March { rule, ..march }
+        };
+        Ok(Self {
+            blurred: rows(&blurred(&sharp, theta_range_rad))?,
+            sharp: match first_order {
+                DropExtinctionModel::WithoutDiffraction => Some(rows(&sharp)?),
+                DropExtinctionModel::Full => None,
+            },
+            marches: [
+                (of(DropExtinctionModel::WithoutDiffraction), 1.0),
+                (of(DropExtinctionModel::Full), -1.0),
+            ],
+        })
+    }
+
+    /// Room for a ray.
+    pub(crate) fn room(&self, n_wavelengths: usize) -> DiffractionRoom {
+        DiffractionRoom {
+            deposits: Deposits::new(self.blurred.axes()),
+            stencil: RowStencil::default(),
+            slab_ends_m: Vec::new(),
+            spectrum: vec![0.0; n_wavelengths],
+            transmitted: vec![1.0; n_wavelengths],
+        }
+    }
+}
+
+impl Frame<'_> {
+    /// Add to `out` what diffraction changes in the light of a ray; air dims it as at its mean
+    /// distance.
+    pub(crate) fn add_diffracted(
+        &self,
+        diffraction: &Diffraction,
+        (ray, range_m): (&Ray, (f64, f64)),
+        place: &RayPlace,
+        (room, out): (&mut DiffractionRoom, &mut [f32]),
+    ) {
+        let DiffractionRoom {
+            deposits,
+            stencil,
+            slab_ends_m,
+            spectrum,
+            transmitted,
+        } = room;
+        diffraction.blurred.stencil(place, stencil);
+        let air = self.air.as_ref().filter(|_| !self.dimmed_by.nothing());
+        let slabs = air.map(|air| AirSlabs::cut(air, self.dimmed_by, ray, range_m, slab_ends_m));
+        let walk = Walk {
+            ray,
+            range_m,
+            axes: Some(diffraction.blurred.axes()),
+            slab_ends_m: &[],
+        };
+        for (march, sign) in &diffraction.marches {
+            march.along(&walk, &mut [], deposits, |deposits| {
+                transmitted.fill(1.0);
+                if let Some(slabs) = &slabs {
+                    slabs.transmit(deposits, transmitted);
+                }
+                let mut add = |rows: &ScatteringRows, sign: f32| {
+                    spectrum.fill(0.0);
+                    rows.shade(&deposits.bins, stencil, spectrum);
+                    let dimmed = spectrum.iter().zip(&*transmitted).zip(&self.irradiance);
+                    for (sum, ((value, transmitted), irradiance)) in out.iter_mut().zip(dimmed) {
+                        *sum += sign * value * transmitted * irradiance;
+                    }
+                };
+                add(&diffraction.blurred, *sign);
+                if let Some(sharp) = &diffraction.sharp {
+                    add(sharp, -sign);
+                }
+            });
+        }
+    }
+}
+
+/// The table with as many radii as are blurred.
+fn with_few_radii(table: &ScatteringTable) -> ScatteringTable {
+    let kept = kept_radii(table.effective_radius_um.len());
+    let radii = kept.iter().map(|index| table.effective_radius_um[*index]);
+    with(table, radii.collect(), table.values.select(Axis(1), &kept))
+}
+
+/// A table like another one, without copying what is not kept.
+fn with(table: &ScatteringTable, radii_um: Vec<f64>, values: Array6<f32>) -> ScatteringTable {
+    ScatteringTable {
+        theory: table.theory.clone(),
+        orders: table.orders.clone(),
+        wavelengths: table.wavelengths,
+        theta_rad: table.theta_rad.clone(),
+        effective_radius_um: radii_um,
+        effective_variance: table.effective_variance.clone(),
+        flattening: table.flattening.clone(),
+        values,
+        sun_disc_diameter_rad: table.sun_disc_diameter_rad,
+        split_theta_rad: table.split_theta_rad,
+        forward_fraction_left_out: table.forward_fraction_left_out,
+        temperature_c: table.temperature_c,
+        interpolation_error: None,
+    }
+}
+
+/// The table blurred between two angles by the pattern of each radius and wavelength.
+fn blurred(table: &ScatteringTable, theta_range_rad: (f64, f64)) -> ScatteringTable {
+    let quantiles = line_spread_quantiles();
+    let angles = &table.theta_rad;
+    // One node beyond each end: what rows between these angles are made of.
+    let first = angles.partition_point(|theta| *theta <= theta_range_rad.0);
+    let end = angles.partition_point(|theta| *theta < theta_range_rad.1);
+    let wanted = first.saturating_sub(1)..(end + 1).min(angles.len());
+    let mut values = table.values.clone();
+    let wavelengths_um: Vec<f64> = table
+        .wavelengths
+        .centers()
+        .map(|wavelength| 1e-3 * wavelength.0)
+        .collect();
+    values
+        .axis_iter_mut(Axis(1))
+        .into_par_iter()
+        .enumerate()
+        .for_each(|(radius, mut of_radius)| {
+            for (wavelength, wavelength_um) in wavelengths_um.iter().enumerate() {
+                let per_rad = TAU * table.effective_radius_um[radius] / wavelength_um;
+                let turns = quantiles.map(|u| u / per_rad);
+                let of_table = table.values.index_axis(Axis(1), radius);
+                let sharp = of_table.index_axis(Axis(3), wavelength);
+                let mut blurred = of_radius.index_axis_mut(Axis(3), wavelength);
+                for (mut blurred, sharp) in blurred
+                    .lanes_mut(Axis(3))
+                    .into_iter()
+                    .zip(sharp.lanes(Axis(3)))
+                {
+                    for angle in wanted.clone() {
+                        let value = |turn: &f64| linear(angles, &sharp, angles[angle] + turn);
+                        let sum: f64 = turns.iter().map(value).sum();
+                        // f32 as in the table.
+                        blurred[angle] = (sum / turns.len() as f64) as f32;
+                    }
+                }
+            }
+        });
+    with(table, table.effective_radius_um.clone(), values)
+}
+
+/// Linear interpolation in the angle, which is folded back at 0 and 180 degrees.
+fn linear(angles: &[f64], values: &ArrayView1<f32>, theta_rad: f64) -> f64 {
+    let folded = theta_rad.abs();
+    let folded = if folded > PI { TAU - folded } else { folded };
+    let above = angles.partition_point(|node| *node <= folded);
+    let lower = above.clamp(1, angles.len() - 1) - 1;
+    let fraction = (folded - angles[lower]) / (angles[lower + 1] - angles[lower]);
+    let fraction = fraction.clamp(0.0, 1.0);
+    f64::from(values[lower]) * (1.0 - fraction) + f64::from(values[lower + 1]) * fraction
+}
+
+/// Share of the light of the line-spread function below u: 1/2 + 1/pi int_0^2 m(v/2) sin(u v)/v dv.
+fn line_spread_below(u: f64) -> f64 {
+    let step = 2.0 / N_FREQUENCIES as f64;
+    let sum: f64 = (0..N_FREQUENCIES)
+        .map(|index| (index as f64 + 0.5) * step)
+        .map(|v| {
+            let q = 0.5 * v;
+            let transfer = 2.0 / PI * (q.acos() - q * (1.0 - q * q).sqrt());
+            transfer * (u * v).sin() / v
+        })
+        .sum();
+    0.5 + sum * step / PI
+}
+
+/// The middles of equal shares of the line-spread function, by bisection.
+fn line_spread_quantiles() -> [f64; 2 * N_QUANTILES] {
+    std::array::from_fn(|index| {
+        let side = index % N_QUANTILES;
+        let share = 0.5 + (side as f64 + 0.5) / (2 * N_QUANTILES) as f64;
+        let (mut low, mut high) = (0.0, LARGEST_U);
+        for _ in 0..50 {
+            let middle = 0.5 * (low + high);
+            if line_spread_below(middle) < share {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        if index < N_QUANTILES { low } else { -low }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn half_of_the_lines_light_lies_on_each_side_and_all_of_it_somewhere() {
+        assert!((line_spread_below(0.0) - 0.5).abs() < 1e-15);
+        // The tail: 2/(pi² u) on each side, from the 2/(pi x) of light beyond x (Goodman 2005).
+        for u in [10.0, 20.0, 40.0] {
+            let expected = 2.0 / (PI * PI * u);
+            let found = 1.0 - line_spread_below(u);
+            // Measured 3 %: the rings.
+            assert!(
+                (found / expected - 1.0).abs() < 0.06,
+                "{u}: {found} {expected}"
+            );
+        }
+    }
+
+    #[test]
+    fn the_line_spread_is_the_projection_of_the_pattern() {
+        // Encircled light 1 - J0² - J1² seen along a line: its mean over azimuths of the strip.
+        let j = |order: f64, x: f64| {
+            let n = 400;
+            (0..n)
+                .map(|index| PI * (f64::from(index) + 0.5) / f64::from(n))
+                .map(|t| (order * t - x * t.sin()).cos())
+                .sum::<f64>()
+                / f64::from(n)
+        };
+        let beyond = |x: f64| j(0.0, x).powi(2) + j(1.0, x).powi(2);
+        for u in [0.5, 1.5, 3.0, 6.0] {
+            let n = 2000;
+            let outside: f64 = (0..n)
+                .map(|index| 0.5 * PI * (f64::from(index) + 0.5) / f64::from(n))
+                .map(|azimuth| beyond(u / azimuth.cos()))
+                .sum::<f64>()
+                / f64::from(n);
+            let found = 1.0 - line_spread_below(u);
+            // Half of all azimuths look to each side. Measured 2e-4.
+            assert!(
+                (found - 0.5 * outside).abs() < 1e-3,
+                "{u}: {found} {outside}"
+            );
+        }
+    }
+
+    #[test]
+    fn quantiles_are_symmetric_and_ascend() {
+        let quantiles = line_spread_quantiles();
+        for index in 0..N_QUANTILES {
+            assert!((quantiles[index] + quantiles[N_QUANTILES + index]).abs() < 1e-12);
+        }
+        assert!(
+            quantiles[..N_QUANTILES]
+                .windows(2)
+                .all(|pair| pair[0] < pair[1])
+        );
+        assert!((10.0..20.0).contains(&quantiles[N_QUANTILES - 1]));
+    }
+}

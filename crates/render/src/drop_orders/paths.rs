@@ -1,0 +1,255 @@
+//! The mean over paths of the light that reaches a view ray after two or more drops.
+
+use std::f64::consts::TAU;
+
+use glam::DVec3;
+use niji_dropfield::Bricks;
+use niji_geometry::Ray;
+
+use super::column::Stratum;
+use super::free_flight::FreeFlight;
+use super::phase::PhaseRows;
+use super::phase::SizeClass;
+use super::randoms::Randoms;
+use crate::exponential::transmittance;
+
+/// Drops on a path at most. In a box of optical depth tau a path meets about tau of them on the mean,
+/// so that the end is never reached short of a solid wall of water.
+const MAX_DROPS: usize = 4096;
+
+/// Share of the paths that turn towards the sun at the first drop, the second and so on. Each takes
+/// from the number of the others, which must carry more; so it ends before that adds up.
+const TO_SUN: [f64; 6] = [0.5, 0.1, 0.1, 0.1, 0.1, 0.1];
+
+/// What paths are followed in.
+pub(super) struct Paths<'a> {
+    /// The drops with their shadows.
+    pub(super) bricks: &'a [Bricks],
+    pub(super) flight: FreeFlight<'a>,
+    pub(super) phase: &'a PhaseRows,
+    pub(super) sun_direction: DVec3,
+    /// From a spectrum for unit irradiance to luminance.
+    pub(super) luminance_weights: &'a [f64],
+}
+
+/// The mean of a stratum.
+pub(super) struct Mean {
+    /// J for unit irradiance by wavelength [1/sr].
+    pub(super) source_sr1: Vec<f32>,
+    /// Standard error of its luminance [cd/m²], as if the paths were independent.
+    pub(super) error_cd_m2: f32,
+}
+
+/// A drop on a path.
+struct Met {
+    class: SizeClass,
+    /// exp(-tau_sun) of the drops between it and the sun.
+    sunlit: f32,
+}
+
+/// A change of direction at a drop.
+struct Turn {
+    class: SizeClass,
+    /// Direction of the path before it.
+    before: DVec3,
+    /// Share of the paths that are drawn around the sun.
+    to_sun: f64,
+    /// Wavelength at which the path is drawn.
+    drawn_at: usize,
+}
+
+/// Room for a path, by wavelength.
+struct Room {
+    /// Probability of the path over its mean over the wavelengths.
+    weights: Vec<f32>,
+    /// Phase functions over the probabilities of all turns.
+    of_view: Vec<f32>,
+    /// Light gathered [1/sr].
+    light: Vec<f32>,
+}
+
+impl Room {
+    fn new(n_wavelengths: usize) -> Self {
+        let dark = vec![0.0; n_wavelengths];
+        Self {
+            weights: dark.clone(),
+            of_view: dark.clone(),
+            light: dark,
+        }
+    }
+}
+
+impl Mean {
+    /// No light.
+    pub(super) fn dark(n_wavelengths: usize) -> Self {
+        Self {
+            source_sr1: vec![0.0; n_wavelengths],
+            error_cd_m2: 0.0,
+        }
+    }
+
+    /// Let part of the light pass.
+    pub(super) fn dim(&mut self, transmitted: &[f32]) {
+        for (source, transmitted) in self.source_sr1.iter_mut().zip(transmitted) {
+            *source *= transmitted;
+        }
+    }
+}
+
+impl Paths<'_> {
+    /// J of a stratum from so many paths.
+    pub(super) fn mean(&self, stratum: &Stratum, n_paths: usize) -> Mean {
+        let n_wavelengths = self.phase.n_wavelengths();
+        let mut sums = vec![0.0_f64; n_wavelengths];
+        let (mut luminance, mut square) = (0.0, 0.0);
+        let mut room = Room::new(n_wavelengths);
+        // Other paths in each stratum of a column, so that their errors are not the same.
+        let first = (stratum.index * n_paths) as u64;
+        for path in first..first + n_paths as u64 {
+            room.light.fill(0.0);
+            self.follow(stratum, path, &mut room);
+            let mut of_path = 0.0;
+            for ((sum, light), weight) in
+                sums.iter_mut().zip(&room.light).zip(self.luminance_weights)
+            {
+                *sum += f64::from(*light);
+                of_path += f64::from(*light) * weight;
+            }
+            luminance += of_path;
+            square += of_path * of_path;
+        }
+        let n = n_paths as f64;
+        let variance = (square / n - (luminance / n).powi(2)).max(0.0);
+        Mean {
+            // f32: a mean that is known to percents.
+            source_sr1: sums.iter().map(|sum| (sum / n) as f32).collect(),
+            error_cd_m2: (variance / n).sqrt() as f32,
+        }
+    }
+
+    /// Follow a path against the light and add what each drop on it sends along, by wavelength.
+    fn follow(&self, stratum: &Stratum, path: u64, room: &mut Room) {
+        let mut randoms = Randoms::of(path);
+        let mut point = stratum.at(randoms.next_even());
+        let n_wavelengths = self.phase.n_wavelengths();
+        let drawn_at = (randoms.next_even() * n_wavelengths as f64) as usize;
+        let drawn_at = drawn_at.min(n_wavelengths - 1);
+        let Some(mut met) = self.meet(point, &mut randoms) else {
+            return;
+        };
+        let mut direction = stratum.direction();
+        room.weights.fill(1.0);
+        room.of_view.fill(1.0);
+        for index in 0..MAX_DROPS {
+            let turn = Turn {
+                class: met.class,
+                before: direction,
+                to_sun: TO_SUN.get(index).copied().unwrap_or(0.0),
+                drawn_at,
+            };
+            direction = self.turned(&turn, &mut randoms, room);
+            let ray = Ray {
+                origin: point,
+                direction,
+            };
+            let Some(next) = self.flight.next_drop(&ray, &mut randoms) else {
+                return;
+            };
+            point = next;
+            let Some(next) = self.meet(point, &mut randoms) else {
+                return;
+            };
+            met = next;
+            let towards_sun = self
+                .phase
+                .towards(met.class, direction.dot(self.sun_direction));
+            let weights = room.weights.iter().zip(&room.of_view);
+            for ((light, (weight, of_view)), phase) in
+                room.light.iter_mut().zip(weights).zip(towards_sun)
+            {
+                *light += weight * of_view * phase * met.sunlit;
+            }
+        }
+    }
+
+    /// The direction of a path behind a drop: by the phase function around the direction before it,
+    /// or for a share of the paths around the sun, because light that goes almost straight through
+    /// one more drop is most of what a bow sends. The phase function over the mean of both never
+    /// exceeds 1/(1 - share), and bright sunlight at the next drop is met by a large probability.
+    fn turned(&self, turn: &Turn, randoms: &mut Randoms, room: &mut Room) -> DVec3 {
+        let around = if randoms.next_even() < turn.to_sun {
+            self.sun_direction
+        } else {
+            turn.before
+        };
+        let (class, drawn_at) = (turn.class, turn.drawn_at);
+        let cosine = self.phase.draw_cosine(class, drawn_at, randoms.next_even());
+        let direction = rotated(around, cosine, TAU * randoms.next_even());
+        let on = self.phase.towards(class, direction.dot(turn.before));
+        let to_sun = self.phase.towards(class, direction.dot(self.sun_direction));
+        let share = turn.to_sun as f32;
+        let of_path = room.weights.iter_mut().zip(&mut room.of_view);
+        for ((weight, of_view), (on, to_sun)) in of_path.zip(on.iter().zip(to_sun)) {
+            let probability = (1.0 - share) * on + share * to_sun;
+            *weight *= probability;
+            *of_view *= if probability > 0.0 {
+                on / probability
+            } else {
+                0.0
+            };
+        }
+        divide_by_mean(&mut room.weights);
+        direction
+    }
+
+    /// One of the drops at a point; `None` where rounding put it outside all drops.
+    fn meet(&self, point: DVec3, randoms: &mut Randoms) -> Option<Met> {
+        let total: f64 = self
+            .bricks
+            .iter()
+            .map(|mode| f64::from(mode.m2(point)))
+            .sum();
+        let mut sought = randoms.next() * total;
+        let of_sizes = [randoms.next(), randoms.next()];
+        let mut met = None;
+        for mode in self.bricks {
+            let m2 = f64::from(mode.m2(point));
+            if m2 <= 0.0 || sought < 0.0 {
+                continue;
+            }
+            sought -= m2;
+            let sample = mode.sample(point);
+            let moments = sample.moments();
+            let radius_um = f64::from(moments.effective_radius_um());
+            let variance = f64::from(moments.effective_variance());
+            met = Some(Met {
+                class: self.phase.class(radius_um, variance, of_sizes),
+                sunlit: transmittance(sample.tau_sun),
+            });
+        }
+        met
+    }
+}
+
+/// Divide weights by their mean, so that they are always the probability of the whole path at each
+/// wavelength over that at all of them.
+fn divide_by_mean(weights: &mut [f32]) {
+    let sum: f32 = weights.iter().sum();
+    let per_mean = if sum > 0.0 {
+        weights.len() as f32 / sum
+    } else {
+        0.0
+    };
+    for weight in weights {
+        *weight *= per_mean;
+    }
+}
+
+/// A direction rotated away by an angle, towards an azimuth.
+fn rotated(direction: DVec3, cosine: f64, azimuth: f64) -> DVec3 {
+    let (u, v) = direction.any_orthonormal_pair();
+    let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
+    let (sin_azimuth, cos_azimuth) = azimuth.sin_cos();
+    // Rounding of many turns must not add up.
+    (cosine * direction + sine * (cos_azimuth * u + sin_azimuth * v)).normalize()
+}

@@ -1,0 +1,80 @@
+//! The estimated error of a picture by what causes it.
+//!
+//! error = quadrature + sizes + shadow + orders + footprint
+//!
+//! The sum of absolute estimates, as if all had one sign: the parts know nothing of each other, and
+//! an estimate should rather be too large than too small.
+
+use ndarray::Array2;
+
+/// Estimated absolute errors of luminance by cause [cd/m²].
+#[derive(Clone, Debug, PartialEq)]
+pub struct ErrorParts {
+    /// The quadrature along the ray.
+    pub quadrature: Array2<f32>,
+    /// Linear interpolation between the sizes of the scattering table.
+    pub sizes: Array2<f32>,
+    /// The optical depth of the drops towards the sun.
+    pub shadow: Array2<f32>,
+    /// Noise of the light that drops scatter more than once.
+    pub orders: Array2<f32>,
+    /// What the rays of a pixel miss of it.
+    pub footprint: Array2<f32>,
+}
+
+impl ErrorParts {
+    /// No errors.
+    pub(crate) fn none((height, width): (usize, usize)) -> Self {
+        let plane = || Array2::zeros((height, width));
+        Self {
+            quadrature: plane(),
+            sizes: plane(),
+            shadow: plane(),
+            orders: plane(),
+            footprint: plane(),
+        }
+    }
+
+    /// All parts by name.
+    #[must_use]
+    pub fn named(&self) -> [(&'static str, &Array2<f32>); 5] {
+        [
+            ("quadrature", &self.quadrature),
+            ("sizes", &self.sizes),
+            ("shadow", &self.shadow),
+            ("orders", &self.orders),
+            ("footprint", &self.footprint),
+        ]
+    }
+}
+
+/// Estimated errors of a ray or a pixel by cause [cd/m²].
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct RayErrors {
+    pub(crate) quadrature: f64,
+    pub(crate) sizes: f64,
+    pub(crate) shadow: f64,
+    pub(crate) orders: f64,
+}
+
+impl RayErrors {
+    /// Add the errors of a ray that stands for `share` of a pixel, of whose first order air lets
+    /// `transmitted` pass.
+    pub(crate) fn add(&mut self, share: f64, transmitted: f64, ray: &Self) {
+        let of_first_order = share * transmitted;
+        self.quadrature += of_first_order * ray.quadrature;
+        self.sizes += of_first_order * ray.sizes;
+        self.shadow += of_first_order * ray.shadow;
+        self.orders += share * ray.orders;
+    }
+
+    /// All of them, in the order of [`ErrorParts`].
+    pub(crate) fn parts(&self) -> [f64; 4] {
+        [self.quadrature, self.sizes, self.shadow, self.orders]
+    }
+
+    /// Their sum.
+    pub(crate) fn sum(&self) -> f64 {
+        self.parts().iter().sum()
+    }
+}

@@ -1,0 +1,175 @@
+//! Rays for the pixels of a region.
+
+use glam::Vec4;
+use ndarray::Array2;
+use ndarray::ArrayViewMut1;
+use niji_geometry::PixelRegion;
+use niji_geometry::Ray;
+use rayon::prelude::*;
+
+use crate::footprint::apron;
+use crate::footprint::offsets;
+use crate::footprint::rays_along;
+use crate::footprint_error::Glimpse;
+use crate::footprint_error::REACH_PX;
+use crate::frame::Frame;
+use crate::levels::PixelFootprint;
+use crate::picture_rows::RowMut;
+use crate::pixel::Pixel;
+use crate::ray_light::RayLight;
+use crate::scattering_angle::scattering_angle_rad;
+use crate::surfaces::Eye;
+
+/// What paints rows.
+pub(crate) struct Painter<'a> {
+    pub(crate) frame: Frame<'a>,
+    pub(crate) eye: Eye<'a>,
+    pub(crate) region: PixelRegion,
+    pub(crate) footprint: PixelFootprint,
+    pub(crate) xyz_weights: Vec<Vec4>,
+}
+
+/// A thread's room to work in.
+pub(crate) struct Brush {
+    pub(crate) light: RayLight,
+    pub(crate) pixel: Pixel,
+    /// Radiance of a row, pixel by pixel: written plane by plane at its end.
+    pub(crate) row: Vec<f32>,
+}
+
+impl Brush {
+    pub(crate) fn new(painter: &Painter) -> Self {
+        let n_wavelengths = painter.frame.irradiance.len();
+        let width = painter.region.width_px as usize;
+        let light = RayLight::new(&painter.frame);
+        Self {
+            light,
+            pixel: Pixel::dark(n_wavelengths),
+            row: vec![0.0; width * n_wavelengths],
+        }
+    }
+}
+
+impl Painter<'_> {
+    /// Where the rays through the middles of pixels end.
+    pub(crate) fn surface(&self, height: usize, width: usize) -> Array2<f32> {
+        Array2::from_shape_fn((height, width), |(y, x)| {
+            // f32: what the map held.
+            let (x, y) = self.place(x, y);
+            let sight = self.eye.sight(x + 0.5, y + 0.5);
+            sight.map_or(f32::INFINITY, |sight| sight.surface_m as f32)
+        })
+    }
+
+    /// Outer corner top left of a pixel of the region, in pixels of the frame.
+    pub(crate) fn place(&self, column: usize, row: usize) -> (f64, f64) {
+        let x = f64::from(self.region.x_px) + column as f64;
+        let y = f64::from(self.region.y_px) + row as f64;
+        (x, y)
+    }
+
+    /// Look at the pixels around the region, whose own glimpses are there.
+    pub(crate) fn glimpse_around(&self, glimpses: &mut Array2<Glimpse>) {
+        let reach = REACH_PX as i32;
+        for strip in apron(self.region) {
+            let width = u64::from(strip.width_px);
+            let seen: Vec<Glimpse> = (0..strip.n_pixels())
+                .into_par_iter()
+                .map_init(
+                    || Brush::new(self),
+                    |brush, index| {
+                        let x = f64::from(strip.x_px) + (index % width) as f64;
+                        let y = f64::from(strip.y_px) + (index / width) as f64;
+                        self.trace_pixel(x, y, brush);
+                        brush.pixel.glimpse()
+                    },
+                )
+                .collect();
+            let first_row = (strip.y_px - self.region.y_px + reach) as usize;
+            let first_column = (strip.x_px - self.region.x_px + reach) as usize;
+            for (index, glimpse) in (0..).zip(seen) {
+                let (row, column) = ((index / width) as usize, (index % width) as usize);
+                glimpses[[first_row + row, first_column + column]] = glimpse;
+            }
+        }
+    }
+
+    pub(crate) fn paint_row(
+        &self,
+        y: usize,
+        mut row: RowMut,
+        mut glimpses: ArrayViewMut1<Glimpse>,
+        brush: &mut Brush,
+    ) {
+        let n_wavelengths = self.frame.irradiance.len();
+        let mut any_light = false;
+        for x in 0..row.depth.len() {
+            let (x_px, y_px) = self.place(x, y);
+            let lit = self.trace_pixel(x_px, y_px, brush);
+            any_light |= lit;
+            let place = &mut brush.row[x * n_wavelengths..(x + 1) * n_wavelengths];
+            place.copy_from_slice(&brush.pixel.radiance);
+            row.put(x, &brush.pixel);
+            glimpses[x] = brush.pixel.glimpse();
+        }
+        // Planes of a black row keep their untouched zeros.
+        if any_light {
+            for (wavelength, mut plane) in row.radiance.outer_iter_mut().enumerate() {
+                let values = brush.row.iter().skip(wavelength).step_by(n_wavelengths);
+                for (to, from) in plane.iter_mut().zip(values) {
+                    *to = *from;
+                }
+            }
+        }
+    }
+
+    /// Gather the rays of a pixel; false if all of them were black at a glance.
+    pub(crate) fn trace_pixel(&self, x: f64, y: f64, brush: &mut Brush) -> bool {
+        let n = rays_along(self.footprint);
+        let share = 1.0 / f64::from(n * n);
+        brush.pixel.clear();
+        let mut any_light = false;
+        for (dx, dy) in offsets(n) {
+            // Outside the image circle of a fisheye there is nothing.
+            let glows = self.frame.glows_without_drops();
+            let sight = self.eye.sight(x + dx, y + dy);
+            let sight = sight.filter(|sight| glows || self.frame.range_m(sight).is_some());
+            let Some(sight) = sight else {
+                brush.pixel.transmittance += share;
+                continue;
+            };
+            any_light = true;
+            let width_rad = match self.footprint {
+                PixelFootprint::Prefiltered => self.width_rad(x, y),
+                PixelFootprint::Center | PixelFootprint::Grid { .. } => 0.0,
+            };
+            let manner = (&self.frame.march, width_rad);
+            self.frame.trace(&sight, manner, &mut brush.light);
+            brush.pixel.add(&brush.light, share, &self.xyz_weights);
+        }
+        any_light
+    }
+
+    /// Width of the interval of scattering angles with the variance of the pixel's square: a square
+    /// of side 1 has variance 1/12 along any direction, as has an interval of length 1.
+    pub(crate) fn width_rad(&self, x: f64, y: f64) -> f64 {
+        let theta = |dx: f64, dy: f64| -> Option<f64> {
+            let ray: Ray = self.eye.camera.ray(x + dx, y + dy)?;
+            Some(scattering_angle_rad(
+                ray.direction,
+                self.frame.sun_direction,
+            ))
+        };
+        // The half of a pixel that lies in a fisheye's image circle speaks for the other.
+        let over = |from: Option<f64>, to: Option<f64>| match (from, to) {
+            (Some(from), Some(to)) => to - from,
+            (Some(end), None) | (None, Some(end)) => {
+                theta(0.5, 0.5).map_or(0.0, |middle| 2.0 * (end - middle))
+            }
+            (None, None) => 0.0,
+        };
+        let across = over(theta(0.0, 0.5), theta(1.0, 0.5));
+        let down = over(theta(0.5, 0.0), theta(0.5, 1.0));
+        across.hypot(down)
+    }
+}

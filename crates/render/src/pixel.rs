@@ -1,0 +1,111 @@
+//! What the rays of a pixel add up to.
+
+use glam::Vec4;
+
+use crate::error_parts::RayErrors;
+use crate::footprint_error::Glimpse;
+use crate::ray_light::RayLight;
+use crate::ray_light::weighted_sum;
+
+/// Sums over the rays of a pixel.
+pub(crate) struct Pixel {
+    pub(crate) radiance: Vec<f32>,
+    pub(crate) bow_primary: Vec4,
+    pub(crate) bow_secondary: Vec4,
+    pub(crate) bow_multiple: Vec4,
+    pub(crate) inscatter: Vec4,
+    pub(crate) skylit: Vec4,
+    pub(crate) transmittance: f64,
+    pub(crate) light: f64,
+    pub(crate) light_m: f64,
+    pub(crate) light_tau_sun: f64,
+    /// Luminance of all light that is not a bow's [cd/m²].
+    pub(crate) beside_cd_m2: f32,
+    pub(crate) errors: RayErrors,
+}
+
+impl Pixel {
+    pub(crate) fn dark(n_wavelengths: usize) -> Self {
+        Self {
+            radiance: vec![0.0; n_wavelengths],
+            bow_primary: Vec4::ZERO,
+            bow_secondary: Vec4::ZERO,
+            bow_multiple: Vec4::ZERO,
+            inscatter: Vec4::ZERO,
+            skylit: Vec4::ZERO,
+            transmittance: 0.0,
+            light: 0.0,
+            light_m: 0.0,
+            light_tau_sun: 0.0,
+            beside_cd_m2: 0.0,
+            errors: RayErrors::default(),
+        }
+    }
+
+    /// Darkness again, in the same memory.
+    pub(crate) fn clear(&mut self) {
+        let mut radiance = std::mem::take(&mut self.radiance);
+        radiance.fill(0.0);
+        *self = Self {
+            radiance,
+            ..Self::dark(0)
+        };
+    }
+
+    /// All light [cd/m²].
+    pub(crate) fn luminance(&self) -> f64 {
+        f64::from(self.bow_primary.y + self.bow_secondary.y + self.beside_cd_m2)
+    }
+
+    /// What an estimate of a footprint's error looks at.
+    pub(crate) fn glimpse(&self) -> Glimpse {
+        Glimpse {
+            bow: self.bow_primary.y + self.bow_secondary.y,
+            beside: self.beside_cd_m2,
+            light: self.light as f32,
+        }
+    }
+
+    /// Add a ray that stands for `share` of the pixel.
+    pub(crate) fn add(&mut self, light: &RayLight, share: f64, xyz_weights: &[Vec4]) {
+        let share_f32 = share as f32;
+        for (sum, bow) in self.radiance.iter_mut().zip(&light.bow) {
+            *sum += share_f32 * bow;
+        }
+        for (sum, multiple) in self.radiance.iter_mut().zip(&light.multiple) {
+            *sum += share_f32 * multiple;
+        }
+        let multiple = share_f32 * weighted_sum(&light.multiple, xyz_weights);
+        self.bow_multiple += multiple;
+        self.beside_cd_m2 += multiple.y;
+        if light.glows {
+            let glow = light.inscatter.iter().zip(&light.background);
+            for (sum, (inscatter, background)) in self.radiance.iter_mut().zip(glow) {
+                *sum += share_f32 * (inscatter + background);
+            }
+            let inscatter = share_f32 * weighted_sum(&light.inscatter, xyz_weights);
+            let background = share_f32 * weighted_sum(&light.background, xyz_weights);
+            self.inscatter += inscatter;
+            self.beside_cd_m2 += inscatter.y + background.y;
+            self.skylit += share_f32 * weighted_sum(&light.skylit, xyz_weights);
+        }
+        let mut transmitted = 1.0;
+        if light.light > 0.0 {
+            let bow = weighted_sum(&light.bow, xyz_weights);
+            if light.sunlit_cd_m2 > 0.0 {
+                transmitted = f64::from(bow.y) / light.sunlit_cd_m2;
+            }
+            let bow = share_f32 * bow;
+            if light.is_primary {
+                self.bow_primary += bow;
+            } else {
+                self.bow_secondary += bow;
+            }
+        }
+        self.transmittance += share * light.transmittance;
+        self.light += share * light.light;
+        self.light_m += share * light.light_m;
+        self.light_tau_sun += share * light.light_tau_sun;
+        self.errors.add(share, transmitted, &light.errors);
+    }
+}

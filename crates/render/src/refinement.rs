@@ -1,0 +1,173 @@
+//! More rays for the pixels whose estimated error is above a tolerance.
+//!
+//! A pixel is cut into 1, 2 x 2, 4 x 4, 8 x 8 parts, each seen along the ray through its middle with
+//! the table's row averaged over the part, until its estimate holds. The footprint's estimate of n x n
+//! rays is
+//! e_n = max(|L_n - L_(n/2)|, e_(n/2) / 4)
+//! `L_n` luminance of the pixel: where luminance is smooth the difference is three times the error
+//! that is left, at a step it is about as large; agreement by chance is not believed. Rays take a
+//! finer quadrature. What rays cannot better, the table's sizes and the sun's depths, leaves them the
+//! rest of the tolerance, a quarter of it at least.
+//!
+//! Whether a pixel is refined depends on the pixel and its neighbors as they were before any was
+//! refined, so not on tiles or threads.
+
+use std::ops::Range;
+
+use ndarray::Array2;
+use rayon::prelude::*;
+
+use crate::footprint::offsets;
+use crate::footprint_error::Glimpse;
+use crate::footprint_error::cross;
+use crate::footprint_error::footprint_error;
+use crate::levels::Integration;
+use crate::levels::PixelFootprint;
+use crate::march::March;
+use crate::painter::Brush;
+use crate::painter::Painter;
+use crate::picture_rows::Rendered;
+use crate::picture_rows::RowMut;
+
+/// Most rays along a side of a pixel.
+const MOST_ALONG: u32 = 8;
+
+/// Relative error of the quadrature of rays that are added.
+const FINE: f64 = 1e-6;
+
+/// Part of the tolerance that is left to the rays whatever else errs.
+const LEAST_SHARE: f64 = 0.25;
+
+/// How a pixel is refined.
+struct Finer<'a> {
+    march: &'a March<'a>,
+    tolerance_cd_m2: f64,
+    /// What the footprint's error would be if the pixel were prefiltered.
+    missed_cd_m2: f64,
+}
+
+impl Painter<'_> {
+    /// Give the pixels of rows whose estimate exceeds a tolerance more rays.
+    pub(crate) fn refine(
+        &self,
+        picture: &mut Rendered,
+        rows: Range<usize>,
+        glimpses: &Array2<Glimpse>,
+        tolerance_cd_m2: f64,
+    ) {
+        let march = fine_march(&self.frame.march);
+        let n_rows = rows.len();
+        let views = picture.rows_mut().into_iter().skip(rows.start).take(n_rows);
+        views
+            .collect::<Vec<_>>()
+            .into_par_iter()
+            .zip(rows)
+            .with_max_len(1)
+            .for_each_init(
+                || Brush::new(self),
+                |brush, (mut row, y)| {
+                    for x in 0..row.error.len() {
+                        if f64::from(row.error[x]) > tolerance_cd_m2 {
+                            let cross = cross(glimpses, x, y);
+                            let finer = Finer {
+                                march: &march,
+                                tolerance_cd_m2,
+                                missed_cd_m2: footprint_error(&cross, PixelFootprint::Prefiltered),
+                            };
+                            self.refine_pixel((x, y), &finer, &mut row, brush);
+                        }
+                    }
+                },
+            );
+    }
+
+    fn refine_pixel(
+        &self,
+        (x, y): (usize, usize),
+        finer: &Finer,
+        row: &mut RowMut,
+        brush: &mut Brush,
+    ) {
+        let [quadrature, .., footprint] = row.error_parts.each_ref().map(|part| f64::from(part[x]));
+        let fixed = f64::from(row.error[x]) - quadrature - footprint;
+        if quadrature + footprint <= allowance(finer.tolerance_cd_m2, fixed) {
+            // What errs here is nothing that rays can better.
+            return;
+        }
+        let mut missed = match self.footprint {
+            PixelFootprint::Center | PixelFootprint::Prefiltered => finer.missed_cd_m2,
+            PixelFootprint::Grid { .. } => footprint,
+        };
+        let mut before = row.luminance(x, &self.xyz_weights);
+        let mut is_refined = false;
+        for n in rays_to_try(self.footprint) {
+            self.trace_parts(self.place(x, y), (n, finer.march), brush);
+            is_refined = true;
+            let luminance = brush.pixel.luminance();
+            if n > 1 {
+                missed = estimate_after(missed, before, luminance);
+            }
+            before = luminance;
+            if missed <= allowance(finer.tolerance_cd_m2, brush.pixel.errors.sum()) {
+                break;
+            }
+        }
+        if is_refined {
+            row.put(x, &brush.pixel);
+            row.put_missed(x, missed as f32);
+            for (mut plane, value) in row.radiance.outer_iter_mut().zip(&brush.pixel.radiance) {
+                plane[x] = *value;
+            }
+        }
+    }
+
+    /// Gather n x n rays of a pixel, each with its part of the pixel's scattering angles.
+    fn trace_parts(&self, (x, y): (f64, f64), (n, march): (u32, &March), brush: &mut Brush) {
+        let share = 1.0 / f64::from(n * n);
+        let width_rad = self.width_rad(x, y) / f64::from(n);
+        brush.pixel.clear();
+        for (dx, dy) in offsets(n) {
+            match self.eye.sight(x + dx, y + dy) {
+                None => brush.pixel.transmittance += share,
+                Some(sight) => {
+                    self.frame
+                        .trace(&sight, (march, width_rad), &mut brush.light);
+                    brush.pixel.add(&brush.light, share, &self.xyz_weights);
+                }
+            }
+        }
+    }
+}
+
+/// The march of added rays.
+fn fine_march<'a>(march: &March<'a>) -> March<'a> {
+    let integration = Integration::Adaptive {
+        relative_error: FINE,
+    };
+    March {
+        rule: march.rule.at(integration),
+        integration,
+        ..*march
+    }
+}
+
+/// Numbers of rays along a side to try after those of a level. The first rays of a pixel that was seen
+/// along one ray are one with the mean of the row.
+fn rays_to_try(level: PixelFootprint) -> impl Iterator<Item = u32> {
+    let first = match level {
+        PixelFootprint::Center => 1,
+        PixelFootprint::Prefiltered => 2,
+        PixelFootprint::Grid { n } => 2 * n,
+    };
+    std::iter::successors(Some(first), |n| Some(2 * n)).take_while(|n| *n <= MOST_ALONG)
+}
+
+/// The estimate of a footprint with twice as many rays along a side as that before.
+fn estimate_after(before: f64, luminance_before: f64, luminance: f64) -> f64 {
+    (luminance - luminance_before).abs().max(0.25 * before)
+}
+
+/// What rays may err, where the rest errs by `fixed`.
+fn allowance(tolerance: f64, fixed: f64) -> f64 {
+    (tolerance - fixed).max(LEAST_SHARE * tolerance)
+}

@@ -1,0 +1,289 @@
+//! A picture is the same however it is cut: every value of a pixel, to the last bit.
+
+#![allow(clippy::unwrap_used, reason = "tests stop at what they did not expect")]
+
+mod common;
+
+use glam::DVec3;
+use ndarray::Array2;
+use ndarray::Array3;
+use ndarray::Axis;
+use ndarray::s;
+use niji_exchange::AtmosphereTable;
+use niji_geometry::Camera;
+use niji_geometry::PixelRegion;
+use niji_render::DropOrders;
+use niji_render::Error;
+use niji_render::Integration;
+use niji_render::LitDrops;
+use niji_render::PixelFootprint;
+use niji_render::RenderEffects;
+use niji_render::RenderLevels;
+use niji_render::RenderRequest;
+use niji_render::Rendered;
+use niji_render::SunPath;
+use niji_render::Surfaces;
+use niji_render::Toggle;
+use niji_render::render;
+use niji_render::render_in_steps;
+
+use common::air;
+use common::bricks;
+use common::camera;
+use common::levels;
+use common::rendered;
+use common::request;
+use common::sized_table;
+use common::sun_in_the_south;
+use common::with_shadow;
+
+const WIDTH: usize = 23;
+const HEIGHT: usize = 17;
+
+/// Some pixels need more than one ray for it.
+const TOLERANCE_CD_M2: f64 = 2e-5;
+
+/// A cloud of drops, air, a wall to the right of it.
+struct World {
+    camera: Camera,
+    drops: LitDrops,
+    air: AtmosphereTable,
+    surfaces: Surfaces,
+}
+
+impl World {
+    fn new() -> Self {
+        let grid = niji_dropfield::GridBox {
+            min: DVec3::new(-30.0, -5.0, -90.0),
+            max: DVec3::new(30.0, 35.0, -40.0),
+            voxel_m: 2.5,
+        };
+        let bricks = bricks(&grid, |p| {
+            0.01 * (1.0 + (0.2 * p.x).sin() * (0.3 * p.y).cos())
+        });
+        let path = SunPath::Volume { voxel_m: 2.5 };
+        let size = (WIDTH as u32, HEIGHT as u32);
+        Self {
+            camera: camera(DVec3::new(0.0, 2.0, 0.0), (0.0, 20.0), 80.0, size),
+            drops: LitDrops::new(vec![bricks], sun_in_the_south(12.0), path).unwrap(),
+            air: air([1e-4, 2e-4, 3e-4], [1e-4, 1e-4, 2e-4]),
+            surfaces: Surfaces::new(Array2::from_shape_fn((HEIGHT, WIDTH), |(_, x)| {
+                if x > 15 { 60.0 } else { f32::INFINITY }
+            }))
+            .unwrap(),
+        }
+    }
+}
+
+/// One footprint and one integration after the other, everything else on.
+fn with_each_request(world: &World, check: impl Fn(&RenderRequest)) {
+    let table = sized_table(&[50.0, 200.0], |radius_um, wavelength, theta| {
+        0.1 * (1.0 + (0.01 * radius_um * theta * (wavelength + 3) as f64).sin())
+    });
+    let of_world = request(&world.camera, sun_in_the_south(12.0), &world.drops, &table);
+    let once = DropOrders::SingleScattering;
+    let often = DropOrders::MultipleScattering {
+        nodes_across: 2,
+        paths_per_node: 32,
+    };
+    let exact = Integration::CellExact;
+    let steps = Integration::FixedStep { step_m: 1.0 };
+    for (pixel_footprint, integration, drop_orders, tolerance_cd_m2) in [
+        (PixelFootprint::Center, exact, once, None),
+        (PixelFootprint::Prefiltered, exact, once, None),
+        (PixelFootprint::Grid { n: 2 }, steps, once, None),
+        (PixelFootprint::Center, exact, once, Some(TOLERANCE_CD_M2)),
+        (PixelFootprint::Center, exact, often, None),
+    ] {
+        let levels = RenderLevels {
+            pixel_footprint,
+            integration,
+            drop_orders,
+            ..levels()
+        };
+        check(&RenderRequest {
+            levels,
+            tolerance_cd_m2,
+            effects: RenderEffects {
+                sunlight_through_air: Toggle::On,
+                air_extinction: Toggle::On,
+                air_inscatter: Toggle::On,
+                skylit_drops: Toggle::On,
+                sky: Toggle::On,
+                ..with_shadow()
+            },
+            air: Some(&world.air),
+            surfaces: Some(&world.surfaces),
+            ..of_world
+        });
+    }
+}
+
+/// Every array of a picture as planes of bits by name.
+fn planes(picture: &Rendered) -> Vec<(&'static str, Array3<u32>)> {
+    let single = |plane: &Array2<f32>| plane.mapv(f32::to_bits).insert_axis(Axis(0));
+    let several = |planes: &Array3<f32>| planes.mapv(f32::to_bits);
+    vec![
+        ("radiance", several(&picture.radiance)),
+        ("bow.primary", several(&picture.bow_primary)),
+        ("bow.secondary", several(&picture.bow_secondary)),
+        ("inscatter", several(&picture.inscatter)),
+        (
+            "bow.multiple",
+            several(picture.bow_multiple.as_ref().unwrap_or(&picture.inscatter)),
+        ),
+        ("skylit", several(picture.skylit.as_ref().unwrap())),
+        ("transmittance", single(&picture.transmittance)),
+        ("tau_sun", single(&picture.tau_sun)),
+        ("depth", single(&picture.depth)),
+        ("surface", single(picture.surface.as_ref().unwrap())),
+        ("error", single(&picture.error)),
+    ]
+}
+
+/// Is `part` cut out of `whole`, whose top left pixel is `corner`?
+fn assert_cut_out(whole: &Rendered, corner: (i32, i32), part: &Rendered, region: PixelRegion) {
+    let (x, y) = (
+        (region.x_px - corner.0) as usize,
+        (region.y_px - corner.1) as usize,
+    );
+    let (width, height) = (region.width_px as usize, region.height_px as usize);
+    for ((name, whole), (_, part)) in planes(whole).into_iter().zip(planes(part)) {
+        let cut = whole.slice(s![.., y..y + height, x..x + width]);
+        assert!(cut == part, "{name} of the region {region}");
+    }
+}
+
+fn region(x_px: i32, y_px: i32, width_px: u32, height_px: u32) -> PixelRegion {
+    PixelRegion {
+        x_px,
+        y_px,
+        width_px,
+        height_px,
+    }
+}
+
+#[test]
+fn any_region_has_the_bits_of_the_whole_picture() {
+    let world = World::new();
+    with_each_request(&world, |whole| {
+        let picture = rendered(whole);
+        assert!(picture.error.iter().any(|error| *error > 0.0));
+        if whole.tolerance_cd_m2.is_some() {
+            let unrefined = rendered(&RenderRequest {
+                tolerance_cd_m2: None,
+                ..*whole
+            });
+            assert!(
+                unrefined.radiance != picture.radiance,
+                "nothing was refined"
+            );
+        }
+        let mut cuts = whole.region.bands(5).unwrap();
+        cuts.extend([
+            region(0, 0, 1, 1),
+            region(WIDTH as i32 - 1, HEIGHT as i32 - 1, 1, 1),
+            region(7, 0, 1, HEIGHT as u32),
+            region(3, 5, 11, 4),
+        ]);
+        for region in cuts {
+            let part = rendered(&RenderRequest { region, ..*whole });
+            assert_cut_out(&picture, (0, 0), &part, region);
+        }
+        let middle = region(0, 4, WIDTH as u32, 9);
+        assert_cut_out(&picture, (0, 0), &picture.rows(4..13), middle);
+    });
+}
+
+#[test]
+fn overscan_adds_pixels_and_changes_none() {
+    let world = World::new();
+    with_each_request(&world, |whole| {
+        let overscan = rendered(&RenderRequest {
+            region: whole.region.grown(3).unwrap(),
+            ..*whole
+        });
+        assert_eq!(overscan.error.dim(), (HEIGHT + 6, WIDTH + 6));
+        assert_cut_out(&overscan, (-3, -3), &rendered(whole), whole.region);
+        // Beyond the left edge lies more of the same cloud.
+        assert!(overscan.bow_primary.slice(s![.., .., ..3]).sum() > 0.0);
+    });
+}
+
+#[test]
+fn threads_do_not_change_a_bit_of_a_region() {
+    let world = World::new();
+    with_each_request(&world, |whole| {
+        let request = RenderRequest {
+            region: region(2, -1, 19, 12),
+            ..*whole
+        };
+        let picture = |n_threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads);
+            pool.build().unwrap().install(|| rendered(&request))
+        };
+        let one = picture(1);
+        for n_threads in [2, 7] {
+            assert!(picture(n_threads) == one, "{n_threads} threads");
+        }
+    });
+}
+
+#[test]
+fn a_region_needs_the_table_for_its_own_pixels_only() {
+    let world = World::new();
+    let mut table = sized_table(&[50.0, 200.0], |_, _, _| 0.1);
+    // The left edge of the frame sees angles below these, the middle does not.
+    let first = table
+        .theta_rad
+        .partition_point(|theta| theta.to_degrees() < 140.0);
+    table.theta_rad.drain(..first);
+    let values = table.values.slice(s![.., .., .., .., .., first..]);
+    table.values = values.to_owned();
+    let whole = request(&world.camera, sun_in_the_south(12.0), &world.drops, &table);
+    let refusal = render(&whole, &|_| ()).unwrap_err();
+    assert!(matches!(refusal, Error::AngleRange { .. }), "{refusal}");
+    let middle = RenderRequest {
+        region: region(11, 8, 2, 2),
+        ..whole
+    };
+    rendered(&middle);
+}
+
+#[test]
+fn a_region_without_pixels_is_refused() {
+    let world = World::new();
+    with_each_request(&world, |whole| {
+        let nothing = RenderRequest {
+            region: region(0, 0, 0, 5),
+            ..*whole
+        };
+        assert!(matches!(render(&nothing, &|_| ()), Err(Error::Region(_))));
+    });
+}
+
+#[test]
+fn steps_do_not_change_a_bit_and_their_finished_rows_stay() {
+    let world = World::new();
+    with_each_request(&world, |whole| {
+        let picture = rendered(whole);
+        for n_rows in [0, 1, 2, 5, 16, 17] {
+            let mut last = 0;
+            let mut check = |so_far: &Rendered, n_finished: u32| {
+                assert!(n_finished >= last && (n_finished as usize) < HEIGHT);
+                last = n_finished;
+                for ((name, so_far), (_, whole)) in planes(so_far).iter().zip(planes(&picture)) {
+                    let n = n_finished as usize;
+                    let finished = s![.., ..n, ..];
+                    assert!(
+                        so_far.slice(finished) == whole.slice(finished),
+                        "{name}, {n}"
+                    );
+                }
+                n_rows
+            };
+            let stepped = render_in_steps(whole, &|_| (), &mut check).unwrap();
+            assert!(stepped == picture, "steps of {n_rows} rows");
+        }
+    });
+}

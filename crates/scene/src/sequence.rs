@@ -1,0 +1,351 @@
+//! The section `[sequence]`: what changes from frame to frame.
+//!
+//! v(f) = (1 - t) v_k + t v_(k+1),   t = (f - f_k)/(f_(k+1) - f_k)
+//! `f` the frame, `v_k` the values at the frames `f_k` that are written down; before the first and
+//! after the last of them a value stays. A key stands where it stands in the scene, a list of pairs of
+//! frame and value:
+//!
+//! ```toml
+//! [sequence]
+//! sun.elevation_deg = [[1, 10.0], [240, 20.0]]
+//! camera.position_m = [[1, [0.0, 1.6, 0.0]], [240, [0.0, 1.6, -50.0]]]
+//! ```
+//!
+//! Besides, `####` in the name of a file of `[drops]` or `[occluders]` is the frame, with zeros in front
+//! up to the number of `#`: drops and depths that another program made for every frame.
+//!
+//! A frame is a scene of its own: its text is the scene's with other numbers in the same lines, so that
+//! everything that can be wrong with a scene is said of a frame in the same words.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::ops::Range;
+
+use toml::Spanned;
+use toml::Value;
+use toml::de::DeTable;
+use toml::de::DeValue;
+
+use crate::error::SceneError;
+use crate::error::suggest;
+
+/// Name of the section.
+const SECTION: &str = "sequence";
+/// Sections whose texts may name a file for every frame.
+const SECTIONS_WITH_FILES: [&str; 2] = ["drops", "occluders"];
+/// Stands for a digit of the frame.
+const DIGIT: char = '#';
+/// Last frame that can be asked for.
+pub const LAST_FRAME: u32 = 9_999_999;
+
+/// A scene that changes from frame to frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sequence {
+    text: String,
+    /// What changes and where it stands in the text, from its end to its beginning.
+    changes: Vec<(Range<usize>, Change)>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum Change {
+    /// Values at frames, in ascending order.
+    Keys(Vec<(u32, Number)>),
+    /// A name with digits to be filled in.
+    File(String),
+}
+
+/// A number, or a list of numbers or lists.
+#[derive(Debug, Clone, PartialEq)]
+enum Number {
+    One(f64),
+    Many(Vec<Number>),
+}
+
+/// A number that stands in the scene.
+struct Found {
+    place: Range<usize>,
+    value: Number,
+}
+
+impl Sequence {
+    /// Reads what changes in a scene; `None` if nothing does.
+    ///
+    /// # Errors
+    /// A key that the scene does not have, one that is no number or list of numbers, or values that
+    /// are no list of pairs of frame and value of the same form.
+    pub fn from_toml(text: &str) -> Result<Option<Self>, SceneError> {
+        let line = |offset: usize| 1 + text[..offset].matches('\n').count();
+        let root = DeTable::parse(text).map_err(|error| SceneError::Syntax {
+            line: line(error.span().map_or(0, |span| span.start)),
+            message: error.message().replace('\n', "; "),
+        })?;
+        let (mut numbers, mut changes) = (BTreeMap::new(), Vec::new());
+        for (section, value) in root.get_ref() {
+            let name = section.get_ref();
+            if name != SECTION {
+                collect_numbers(value, name, &mut numbers);
+            }
+            if SECTIONS_WITH_FILES.contains(&name.as_ref()) {
+                collect_files(value, &mut changes);
+            }
+        }
+        let section = root
+            .get_ref()
+            .iter()
+            .find(|(key, _)| key.get_ref() == SECTION);
+        if let Some((key, _)) = section {
+            let line = line(key.span().start);
+            let parsed: toml::Table = text.parse().map_err(|error: toml::de::Error| {
+                let message = error.message().to_owned();
+                SceneError::Syntax { line, message }
+            })?;
+            let tracks = Tracks { numbers, line };
+            tracks.collect("", &parsed[SECTION], &mut changes)?;
+        }
+        if changes.is_empty() {
+            return Ok(None);
+        }
+        changes.sort_by_key(|(place, _)| std::cmp::Reverse(place.start));
+        let text = text.to_owned();
+        Ok(Some(Self { text, changes }))
+    }
+
+    /// The scene of a frame.
+    #[must_use]
+    pub fn scene_text(&self, frame: u32) -> String {
+        let mut text = self.text.clone();
+        for (place, change) in &self.changes {
+            let mut written = match change {
+                Change::Keys(keys) => at(keys, frame).to_toml(),
+                Change::File(name) => Value::String(with_frame(name, frame)).to_string(),
+            };
+            // A list over several lines: what follows keeps its line.
+            let n_lines = text[place.clone()].matches('\n').count();
+            if let Some(end) = written.rfind(']') {
+                written.insert_str(end, &"\n".repeat(n_lines));
+            }
+            text.replace_range(place.clone(), &written);
+        }
+        text
+    }
+}
+
+/// The numbers of a scene by their full path.
+fn collect_numbers(value: &Spanned<DeValue>, path: &str, found: &mut BTreeMap<String, Found>) {
+    if let DeValue::Table(table) = value.get_ref() {
+        for (key, child) in table {
+            collect_numbers(child, &format!("{path}.{}", key.get_ref()), found);
+        }
+    } else if let Some(number) = number(value.get_ref()) {
+        let place = value.span();
+        let value = number;
+        found.insert(path.to_owned(), Found { place, value });
+    }
+}
+
+fn number(value: &DeValue) -> Option<Number> {
+    match value {
+        DeValue::Integer(number) => number.as_str().parse().ok().map(Number::One),
+        DeValue::Float(number) => number.as_str().parse().ok().map(Number::One),
+        DeValue::Array(items) if !items.is_empty() => {
+            let numbers = items.iter().map(|item| number(item.get_ref()));
+            numbers.collect::<Option<_>>().map(Number::Many)
+        }
+        DeValue::Array(_)
+        | DeValue::String(_)
+        | DeValue::Boolean(_)
+        | DeValue::Datetime(_)
+        | DeValue::Table(_) => None,
+    }
+}
+
+/// The texts with a place for the frame.
+fn collect_files(value: &Spanned<DeValue>, changes: &mut Vec<(Range<usize>, Change)>) {
+    match value.get_ref() {
+        DeValue::Table(table) => {
+            for child in table.values() {
+                collect_files(child, changes);
+            }
+        }
+        DeValue::String(text) if text.contains(DIGIT) => {
+            changes.push((value.span(), Change::File(text.to_string())));
+        }
+        DeValue::String(_)
+        | DeValue::Integer(_)
+        | DeValue::Float(_)
+        | DeValue::Boolean(_)
+        | DeValue::Datetime(_)
+        | DeValue::Array(_) => (),
+    }
+}
+
+/// A name with the frame in place of each run of `#`.
+fn with_frame(name: &str, frame: u32) -> String {
+    let mut written = String::new();
+    let mut rest = name;
+    while let Some(start) = rest.find(DIGIT) {
+        let after = rest[start..].trim_start_matches(DIGIT);
+        let n_digits = rest.len() - start - after.len();
+        // Writing to a string never fails.
+        let _ = write!(written, "{}{frame:0n_digits$}", &rest[..start]);
+        rest = after;
+    }
+    written + rest
+}
+
+/// What the section may name, and where it stands.
+struct Tracks {
+    numbers: BTreeMap<String, Found>,
+    line: usize,
+}
+
+impl Tracks {
+    /// Reads the section, which has the tables of the scene.
+    fn collect(
+        &self,
+        path: &str,
+        value: &Value,
+        changes: &mut Vec<(Range<usize>, Change)>,
+    ) -> Result<(), SceneError> {
+        let Value::Table(table) = value else {
+            let found = self.numbers.get(path).ok_or_else(|| self.unknown(path))?;
+            let keys = self.keys(path, value, &found.value)?;
+            changes.push((found.place.clone(), Change::Keys(keys)));
+            return Ok(());
+        };
+        for (key, child) in table {
+            let path = if path.is_empty() {
+                key.clone()
+            } else {
+                format!("{path}.{key}")
+            };
+            self.collect(&path, child, changes)?;
+        }
+        Ok(())
+    }
+
+    fn keys(
+        &self,
+        path: &str,
+        value: &Value,
+        like: &Number,
+    ) -> Result<Vec<(u32, Number)>, SceneError> {
+        let wrong = |found: String| SceneError::WrongType {
+            line: self.line,
+            key: format!("{SECTION}.{path}"),
+            found,
+            expected: format!(
+                "pairs of a frame and a value like that of the scene, say [[1, {0}], [240, {0}]]",
+                like.to_toml()
+            ),
+        };
+        let pairs = value.as_array().filter(|pairs| !pairs.is_empty());
+        let pairs = pairs.ok_or_else(|| wrong(value.to_string()))?;
+        let mut keys: Vec<(u32, Number)> = Vec::new();
+        for pair in pairs {
+            let (frame, value) = match pair.as_array().map(Vec::as_slice) {
+                Some([frame, value]) => (frame.as_integer(), Number::of(value)),
+                _ => (None, None),
+            };
+            let frame = frame.and_then(|frame| u32::try_from(frame).ok());
+            let frame = frame.filter(|frame| *frame <= LAST_FRAME);
+            let (Some(frame), Some(value)) = (frame, value.filter(|value| value.is_like(like)))
+            else {
+                return Err(wrong(pair.to_string()));
+            };
+            if keys.last().is_some_and(|(last, _)| *last >= frame) {
+                return Err(SceneError::OutOfRange {
+                    line: self.line,
+                    key: format!("{SECTION}.{path}"),
+                    found: format!("frame {frame} after a frame that is not before it"),
+                    expected: "frames in ascending order".to_owned(),
+                });
+            }
+            keys.push((frame, value));
+        }
+        Ok(keys)
+    }
+
+    fn unknown(&self, path: &str) -> SceneError {
+        let allowed: Vec<String> = self.numbers.keys().cloned().collect();
+        SceneError::UnknownKey {
+            line: self.line,
+            section: format!("[{SECTION}]"),
+            key: path.to_owned(),
+            suggestion: suggest(path, &allowed),
+            allowed,
+        }
+    }
+}
+
+impl Number {
+    fn of(value: &Value) -> Option<Self> {
+        match value {
+            // Frames and coordinates: far below 2^53.
+            Value::Integer(number) => Some(Self::One(*number as f64)),
+            Value::Float(number) if number.is_finite() => Some(Self::One(*number)),
+            Value::Array(items) => {
+                let items = items.iter().map(Self::of);
+                items.collect::<Option<_>>().map(Self::Many)
+            }
+            Value::Float(_)
+            | Value::String(_)
+            | Value::Boolean(_)
+            | Value::Datetime(_)
+            | Value::Table(_) => None,
+        }
+    }
+
+    fn is_like(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::One(_), Self::One(_)) => true,
+            (Self::Many(one), Self::Many(other)) => {
+                let mut pairs = one.iter().zip(other);
+                one.len() == other.len() && pairs.all(|(one, other)| one.is_like(other))
+            }
+            (Self::One(_), Self::Many(_)) | (Self::Many(_), Self::One(_)) => false,
+        }
+    }
+
+    fn mix(&self, other: &Self, t: f64) -> Self {
+        match (self, other) {
+            (Self::One(a), Self::One(b)) => Self::One((1.0 - t) * a + t * b),
+            (Self::Many(a), Self::Many(b)) => {
+                Self::Many(a.iter().zip(b).map(|(a, b)| a.mix(b, t)).collect())
+            }
+            // Of one form: they were checked.
+            (Self::One(_), Self::Many(_)) | (Self::Many(_), Self::One(_)) => self.clone(),
+        }
+    }
+
+    fn to_toml(&self) -> String {
+        match self {
+            // The shortest decimals that read back exactly, with a point or an exponent.
+            Self::One(number) => format!("{number:?}"),
+            Self::Many(items) => {
+                let items: Vec<String> = items.iter().map(Self::to_toml).collect();
+                format!("[{}]", items.join(", "))
+            }
+        }
+    }
+}
+
+/// The value at a frame.
+fn at(keys: &[(u32, Number)], frame: u32) -> Number {
+    let after = keys.partition_point(|(key, _)| *key <= frame);
+    if after == 0 {
+        return keys[0].1.clone();
+    }
+    let (before, value) = &keys[after - 1];
+    match keys.get(after) {
+        Some((next, next_value)) if frame > *before => {
+            let t = f64::from(frame - before) / f64::from(next - before);
+            value.mix(next_value, t)
+        }
+        Some(_) | None => value.clone(),
+    }
+}
+
+#[cfg(test)]
+#[path = "sequence_tests.rs"]
+mod tests;

@@ -1,0 +1,126 @@
+//! Frames of a scene, and what a sequence cannot be.
+
+use super::*;
+
+const SCENE: &str = r#"format = 1
+name = "frames # are not here"
+[sun]
+elevation_deg = 20
+azimuth_deg = 180.0
+[camera]
+position_m = [
+  0.0, 1.6,
+  0.0,
+]
+azimuth_deg = 0.0
+[drops]
+file = "spray.####.vdb"
+[sequence]
+sun.elevation_deg = [[10, 10.0], [20, 20.0], [30, 0]]
+camera.position_m = [[1, [0.0, 1.6, 0.0]], [5, [4.0, 1.6, -8.0]]]
+"#;
+
+fn sequence(text: &str) -> Sequence {
+    Sequence::from_toml(text).unwrap().unwrap()
+}
+
+fn frame(number: u32) -> toml::Table {
+    sequence(SCENE).scene_text(number).parse().unwrap()
+}
+
+fn elevation_deg(number: u32) -> f64 {
+    frame(number)["sun"]["elevation_deg"].as_float().unwrap()
+}
+
+#[test]
+fn values_are_linear_between_keys_exact_at_them_and_stay_outside() {
+    for (number, expected) in [
+        (1, 10.0),
+        (10, 10.0),
+        (15, 15.0),
+        (20, 20.0),
+        (25, 10.0),
+        (99, 0.0),
+    ] {
+        assert!((elevation_deg(number) - expected).abs() < 1e-12, "{number}");
+    }
+    // Stored values come back to the bit.
+    assert_eq!(elevation_deg(20), 20.0);
+    let position = frame(2)["camera"]["position_m"].clone();
+    assert_eq!(
+        position,
+        toml::Value::Array(vec![1.0.into(), 1.6.into(), (-2.0).into()])
+    );
+}
+
+#[test]
+fn what_does_not_change_and_every_line_stays() {
+    let text = sequence(SCENE).scene_text(15);
+    assert_eq!(text.lines().count(), SCENE.lines().count());
+    for (number, (before, after)) in SCENE.lines().zip(text.lines()).enumerate() {
+        let changes = [3, 6, 7, 8, 9, 12].contains(&number);
+        assert!(changes || before == after, "line {}: {after}", number + 1);
+    }
+    assert!(text.contains("name = \"frames # are not here\""));
+}
+
+#[test]
+fn digits_of_the_frame_stand_in_names_of_files() {
+    assert_eq!(frame(7)["drops"]["file"].as_str(), Some("spray.0007.vdb"));
+    assert_eq!(
+        frame(12345)["drops"]["file"].as_str(),
+        Some("spray.12345.vdb")
+    );
+    assert_eq!(with_frame("a#/b.##.vdb", 3), "a3/b.03.vdb");
+}
+
+#[test]
+fn a_scene_in_which_nothing_changes_is_no_sequence() {
+    let (scene, _) = SCENE.split_once("[sequence]").unwrap();
+    let still = scene.replace('#', "0");
+    assert_eq!(Sequence::from_toml(&still), Ok(None));
+    let empty = still + "[sequence]\n";
+    assert_eq!(Sequence::from_toml(&empty), Ok(None));
+}
+
+fn refusal(line: &str) -> String {
+    let (scene, _) = SCENE.split_once("[sequence]").unwrap();
+    let text = format!("{scene}[sequence]\n{line}\n");
+    Sequence::from_toml(&text).unwrap_err().to_string()
+}
+
+#[test]
+fn a_key_that_the_scene_does_not_have_gets_a_suggestion() {
+    let message = refusal("sun.elevaton_deg = [[1, 2.0]]");
+    let expected =
+        "line 14: unknown key `sun.elevaton_deg` in [sequence], did you mean `sun.elevation_deg`?";
+    assert!(message.starts_with(expected), "{message}");
+    // Of a text nothing lies between.
+    assert!(refusal("drops.file = [[1, 2.0]]").contains("unknown key `drops.file`"));
+}
+
+#[test]
+fn values_that_are_no_keys_of_the_same_form_are_refused() {
+    for line in [
+        "sun.elevation_deg = 10.0",
+        "sun.elevation_deg = []",
+        "sun.elevation_deg = [10.0, 20.0]",
+        "sun.elevation_deg = [[1.5, 10.0]]",
+        "sun.elevation_deg = [[-1, 10.0]]",
+        "sun.elevation_deg = [[1, 10.0, 20.0]]",
+        "sun.elevation_deg = [[1, \"high\"]]",
+        "sun.elevation_deg = [[1, nan]]",
+        "sun.elevation_deg = [[1, [10.0]]]",
+        "camera.position_m = [[1, [0.0, 1.6]]]",
+        "camera.position_m = [[1, 2.0]]",
+    ] {
+        let message = refusal(line);
+        assert!(
+            message.contains("pairs of a frame and a value"),
+            "{line}: {message}"
+        );
+    }
+    let message = refusal("sun.elevation_deg = [[3, 10.0], [3, 20.0]]");
+    assert!(message.contains("frames in ascending order"), "{message}");
+    assert!(refusal("sun.elevation_deg = [[3, 10.0]] x").starts_with("line 14"));
+}

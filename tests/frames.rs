@@ -1,0 +1,194 @@
+//! Sequences: what does not change is made once, and a frame that is there is kept.
+
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+mod support;
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+use std::path::PathBuf;
+use std::process::Output;
+
+use serde_json::Value;
+use support::niji;
+use support::niji_ends_with;
+use support::text;
+use support::variant;
+
+const SCENE: &str = "paper-b-sun-20-inscatter.toml";
+const SMALL: [(&str, &str); 2] = [("camera.width_px", "24"), ("camera.height_px", "18")];
+
+/// A sun that rises from frame 1 to 5 by a degree, and a camera that turns.
+const SEQUENCE: &str = "\n[sequence]
+sun.elevation_deg = [[1, 19.5], [5, 20.5]]
+camera.azimuth_deg = [[1, 0.0], [3, 1.0]]
+";
+
+/// A small scene with more text at its end.
+fn scene(folder: &Path, more: &str) -> PathBuf {
+    let path = variant(SCENE, folder, &SMALL);
+    let text = fs::read_to_string(&path).unwrap();
+    fs::write(&path, text + more).unwrap();
+    path
+}
+
+fn run(scene: &Path, out: &Path, flags: &[&str]) -> Output {
+    niji(
+        &[
+            &["run", text(scene), "-o", text(out), "-q", "--json"],
+            flags,
+        ]
+        .concat(),
+    )
+}
+
+/// The report of a run that succeeded.
+fn report(scene: &Path, out: &Path, flags: &[&str]) -> Value {
+    let output = run(scene, out, flags);
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{message}");
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+/// The stages that ran in each frame, others being up to date.
+fn made(report: &Value) -> Vec<(u64, Vec<String>)> {
+    let frames = report["frames"].as_array().unwrap().iter();
+    frames
+        .map(|frame| {
+            let stages = frame["stages"].as_array().unwrap().iter();
+            let made = stages.filter(|stage| stage["up_to_date"] == false);
+            let names = made.map(|stage| stage["stage"].as_str().unwrap().to_owned());
+            (frame["frame"].as_u64().unwrap(), names.collect())
+        })
+        .collect()
+}
+
+fn names(folder: &Path, start: &str) -> BTreeSet<String> {
+    let entries = fs::read_dir(folder).unwrap();
+    let names = entries.map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned());
+    names.filter(|name| name.starts_with(start)).collect()
+}
+
+#[test]
+fn tables_are_made_once_and_frames_that_are_there_are_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = scene(folder.path(), SEQUENCE);
+    let out = folder.path().join("out");
+    let first = report(&scene, &out, &["--frames", "1-3"]);
+    let all = ["drops", "airy", "scatter", "atmosphere", "render"].map(str::to_owned);
+    let render = || vec!["render".to_owned()];
+    assert_eq!(
+        made(&first),
+        [(1, all.to_vec()), (2, render()), (3, render())]
+    );
+    for table in ["scatter.", "atmosphere.", "drops."] {
+        assert_eq!(names(&out, table).len(), 1, "{table}");
+    }
+    let images = [1, 2, 3].map(|n| fs::read(out.join(format!("image.{n:04}.exr"))).unwrap());
+    assert!(images[0] != images[1] && images[1] != images[2]);
+    assert_eq!(
+        names(&out, "image.0002."),
+        BTreeSet::from(["exr", "png", "rgb.exr"].map(|end| format!("image.0002.{end}")))
+    );
+    // A second run keeps all, one of more frames makes only those.
+    let again = report(&scene, &out, &["--frames", "1-5", "--step", "2"]);
+    assert_eq!(made(&again), [(1, vec![]), (3, vec![]), (5, render())]);
+    let written: Value =
+        serde_json::from_slice(&fs::read(out.join("report.json")).unwrap()).unwrap();
+    assert_eq!(made(&written), made(&again));
+    // A frame does not depend on which others are made with it.
+    let alone = folder.path().join("alone");
+    report(&scene, &alone, &["--frames", "2"]);
+    assert!(fs::read(alone.join("image.0002.exr")).unwrap() == images[1]);
+}
+
+#[test]
+fn a_changed_key_makes_only_what_depends_on_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = scene(folder.path(), SEQUENCE);
+    let out = folder.path().join("out");
+    report(&path, &out, &["--frames", "1-2"]);
+    // Frame 1 stays as it was, frame 2 does not.
+    let changed = SEQUENCE.replace("[3, 1.0]", "[3, 2.0]");
+    scene(folder.path(), &changed);
+    let refused = run(&path, &out, &["--frames", "1-2"]);
+    let message = String::from_utf8_lossy(&refused.stderr);
+    assert_eq!(refused.status.code(), Some(2), "{message}");
+    assert!(
+        message.contains("frame 2") && message.contains("--force"),
+        "{message}"
+    );
+    let forced = report(&path, &out, &["--frames", "1-2", "--force"]);
+    assert_eq!(made(&forced), [(1, vec![]), (2, vec!["render".to_owned()])]);
+}
+
+#[test]
+fn drops_of_another_program_are_read_frame_by_frame() {
+    let folder = tempfile::tempdir().unwrap();
+    let still = variant(
+        "garden-fountain.toml",
+        folder.path(),
+        &[SMALL[0], SMALL[1], ("drops.voxel_m", "0.3")],
+    );
+    let drops = folder.path().join("spray.0007.vdb");
+    niji_ends_with(
+        0,
+        &["drops", "--scene", text(&still), "-o", text(&drops), "-q"],
+    );
+    let written = fs::read_to_string(&still).unwrap();
+    let mut table: toml::Table = written.parse().unwrap();
+    let named: toml::Table = "file = \"spray.####.vdb\"".parse().unwrap();
+    table.insert("drops".to_owned(), named.into());
+    fs::write(&still, table.to_string()).unwrap();
+    let out = folder.path().join("out");
+    report(&still, &out, &["--frames", "7"]);
+    assert!(out.join("image.0007.exr").is_file());
+    let missing = run(&still, &out, &["--frames", "7-8"]);
+    let message = String::from_utf8_lossy(&missing.stderr);
+    assert_eq!(missing.status.code(), Some(3), "{message}");
+    assert!(message.contains("spray.0008.vdb"), "{message}");
+}
+
+#[test]
+fn what_is_no_sequence_is_refused_with_what_to_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let refused = |more: &str, flags: &[&str], code: i32, words: &[&str]| {
+        let path = scene(folder.path(), more);
+        let output = run(&path, &out, flags);
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(code), "{message}");
+        for word in words {
+            assert!(message.contains(word), "{word:?} in {message}");
+        }
+    };
+    refused(
+        "",
+        &["--frames", "1-2"],
+        2,
+        &["nothing changes", "[sequence]", "####"],
+    );
+    refused(SEQUENCE, &[], 2, &["is a sequence", "--frames"]);
+    refused(SEQUENCE, &["--frames", "3-1"], 2, &["1-240"]);
+    refused(SEQUENCE, &["--frames", "1-3", "--step", "0"], 2, &["step"]);
+    refused(SEQUENCE, &["--step", "2"], 2, &["--frames"]);
+    let misspelt = SEQUENCE.replace("elevation", "elevaton");
+    refused(
+        &misspelt,
+        &["--frames", "1"],
+        3,
+        &["did you mean `sun.elevation_deg`"],
+    );
+    // The range of a key is that of the scene, and the frame is named.
+    let high = SEQUENCE.replace("20.5", "120.0");
+    refused(
+        &high,
+        &["--frames", "5"],
+        3,
+        &["frame 5", "sun.elevation_deg"],
+    );
+    // Other commands take the scene as it stands.
+    let path = scene(folder.path(), SEQUENCE);
+    niji_ends_with(0, &["plan", text(&path)]);
+}

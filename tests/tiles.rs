@@ -1,0 +1,267 @@
+//! A picture in tiles is the picture of one run; what was interrupted goes on.
+
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+mod support;
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::path::PathBuf;
+use std::process::Command;
+use std::process::Output;
+use std::process::Stdio;
+use std::time::Duration;
+
+use niji_exchange::SpectralImage;
+use support::niji;
+use support::niji_ends_with;
+use support::text;
+use support::variant;
+
+/// A picture of a few rows with air, sky and overscan.
+const SCENE: &str = "paper-b-sun-20-inscatter.toml";
+const SMALL: [(&str, &str); 3] = [
+    ("camera.width_px", "40"),
+    ("camera.height_px", "30"),
+    ("camera.overscan_px", "2"),
+];
+
+/// A run, and what renders parts of it.
+struct World {
+    folder: tempfile::TempDir,
+    scene: PathBuf,
+    run: PathBuf,
+}
+
+impl World {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let scene = variant(SCENE, folder.path(), &SMALL);
+        let run = folder.path().join("run");
+        niji_ends_with(0, &["run", text(&scene), "-o", text(&run), "-q"]);
+        Self { folder, scene, run }
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    /// Renders with flags; `to` is a name in the folder.
+    fn render(&self, flags: &[&str], to: &str) -> Output {
+        let inputs = ["drops.vdb", "scatter.exr", "atmosphere.exr"].map(|name| self.run.join(name));
+        let to = self.path(to);
+        let [drops, table, air] = inputs.each_ref().map(|path| text(path));
+        let fixed = [
+            "render",
+            "--scene",
+            text(&self.scene),
+            "--drops",
+            drops,
+            "--table",
+            table,
+        ];
+        niji(&[&fixed[..], &["--air", air, "-o", text(&to), "-q"], flags].concat())
+    }
+
+    fn tile(&self, flags: &[&str], to: &str) -> PathBuf {
+        let output = self.render(flags, to);
+        assert!(
+            output.status.success(),
+            "{}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+        self.path(to)
+    }
+
+    /// Four tiles, made with as many threads as their number.
+    fn tiles(&self) -> Vec<PathBuf> {
+        let tile = |number: u32| {
+            let (part, threads) = (format!("{number}/4"), number.to_string());
+            let flags = ["--tiles", &part, "--threads", &threads];
+            self.tile(&flags, &format!("tile.{number}.exr"))
+        };
+        (1..=4).map(tile).collect()
+    }
+
+    fn merge(&self, tiles: &[&Path]) -> Output {
+        let merged = self.path("merged.exr");
+        let tiles: Vec<&str> = tiles.iter().map(|path| text(path)).collect();
+        niji(&[&["merge"], &tiles[..], &["-o", text(&merged), "-q"]].concat())
+    }
+
+    fn assert_refused(&self, tiles: &[&Path], code: i32, words: &[&str]) {
+        let output = self.merge(tiles);
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(code), "{message}");
+        for word in words {
+            assert!(message.contains(word), "{word:?} in {message}");
+        }
+        assert!(!self.path("merged.exr").exists());
+    }
+}
+
+fn assert_same_picture(one: &Path, other: &Path) {
+    for extension in ["exr", "rgb.exr", "png"] {
+        let bytes = [one, other].map(|path| fs::read(path.with_extension(extension)).unwrap());
+        assert!(bytes[0] == bytes[1], "{extension} differs");
+    }
+}
+
+#[test]
+fn tiles_merge_to_the_bytes_of_one_run() {
+    let world = World::new();
+    let mut tiles = world.tiles();
+    tiles.reverse();
+    // Overlaps all of them, overscan included.
+    tiles.push(world.tile(&["--region", "-2,3,9,20"], "region.exr"));
+    let output = world.merge(&tiles.iter().map(PathBuf::as_path).collect::<Vec<_>>());
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    assert_same_picture(&world.path("merged.exr"), &world.run.join("image.exr"));
+    // One tile of one is the picture itself, and up to date in the folder of the run.
+    let whole = world.tile(&["--tiles", "1/1"], "whole.exr");
+    assert_same_picture(&whole, &world.run.join("image.exr"));
+}
+
+#[test]
+fn the_preview_shows_the_frame_without_its_overscan() {
+    let world = World::new();
+    let size = |path: &Path| {
+        let file = std::io::BufReader::new(fs::File::open(path).unwrap());
+        let reader = png::Decoder::new(file).read_info().unwrap();
+        (reader.info().width, reader.info().height)
+    };
+    assert_eq!(size(&world.run.join("image.png")), (40, 30));
+    let image = SpectralImage::read_spectral(&world.run.join("image.exr")).unwrap();
+    assert_eq!(image.radiance.dim().1, 34);
+    assert_eq!(image.windows.data.to_string(), "-2,-2,44,34");
+    let tile = world.tile(&["--region", "5,-2,7,12"], "tile.exr");
+    assert_eq!(size(&tile.with_extension("png")), (7, 10));
+}
+
+#[test]
+fn missing_foreign_and_changed_tiles_are_named() {
+    let world = World::new();
+    let tiles = world.tiles();
+    let [one, two, three, four] = [0, 1, 2, 3].map(|index| tiles[index].as_path());
+    world.assert_refused(&[one, two, four], 2, &["--tiles 3/4", "tile.4.exr"]);
+    world.assert_refused(
+        &[one],
+        2,
+        &[
+            "3 tiles are missing",
+            "--tiles 2/4, --tiles 3/4, --tiles 4/4",
+        ],
+    );
+    let region = world.tile(&["--region", "-2,-2,44,30"], "region.exr");
+    world.assert_refused(&[&region], 2, &["-2,28,44,4", "--region -2,28,44,4"]);
+    let none = world.path("nothing.exr");
+    world.assert_refused(
+        &[one, two, three, &none],
+        3,
+        &["nothing.exr", "no such file"],
+    );
+    world.assert_refused(
+        &[one, two, three, &world.run.join("airy.exr")],
+        3,
+        &["airy.exr"],
+    );
+    let plain = three.with_extension("rgb.exr");
+    world.assert_refused(&[&plain], 2, &["*.rgb.exr"]);
+    // A tile of the scene at another exposure.
+    let other = variant(
+        SCENE,
+        world.folder.path(),
+        &[SMALL[0], SMALL[1], SMALL[2], ("picture.exposure_ev", "1.5")],
+    );
+    assert_eq!(other, world.scene);
+    let foreign = world.tile(&["--tiles", "3/4"], "foreign.exr");
+    let words = ["foreign.exr", "picture.exposure_ev is 1.5"];
+    world.assert_refused(&[&foreign, one, two, four], 3, &words);
+    // Another value where two tiles are.
+    let mut image = SpectralImage::read_spectral(two).unwrap();
+    image.radiance[[3, 1, 2]] += 1.0;
+    let changed = world.path("changed.exr");
+    image
+        .write_spectral(fs::File::create(&changed).unwrap())
+        .unwrap();
+    world.assert_refused(
+        &[one, two, three, four, &changed],
+        3,
+        &["changed.exr", "(0, 7)"],
+    );
+    // Half a file.
+    let bytes = fs::read(four).unwrap();
+    let torn = world.path("torn.exr");
+    fs::write(&torn, &bytes[..bytes.len() / 2]).unwrap();
+    world.assert_refused(&[one, two, three, &torn], 3, &["torn.exr"]);
+}
+
+#[test]
+fn impossible_regions_and_tiles_are_refused() {
+    let world = World::new();
+    for (flags, word) in [
+        (["--region", "0,0,45,10"], "overscan_px"),
+        (["--region", "0,0,10"], "X,Y,WIDTH,HEIGHT"),
+        (["--region", "0,0,0,10"], "at least one pixel"),
+        (["--tiles", "0/4"], "I from 1 to N"),
+        (["--tiles", "1/35"], "35 tiles of 34 rows"),
+    ] {
+        let output = world.render(&flags, "refused.exr");
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{flags:?}: {message}");
+        assert!(message.contains(word), "{word:?} in {message}");
+    }
+    let both = world.render(&["--tiles", "1/2", "--region", "0,0,4,4"], "refused.exr");
+    assert_eq!(both.status.code(), Some(2));
+}
+
+/// Contents of the files of a folder but the report and what is under a temporary name.
+fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut files = BTreeMap::new();
+    for entry in fs::read_dir(folder).into_iter().flatten() {
+        let path = entry.unwrap().path();
+        let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        if path.is_file() && !name.starts_with(".niji-") && name != "report.json" {
+            files.insert(name, fs::read(&path).unwrap());
+        }
+    }
+    files
+}
+
+#[test]
+fn a_run_that_is_killed_at_any_moment_goes_on_to_the_same_files() {
+    let world = World::new();
+    let expected = files(&world.run);
+    let out = world.path("killed");
+    let mut n_killed = 0;
+    // No moment is special: the times of a run differ from machine to machine.
+    for milliseconds in [3, 250, 40, 500, 90, 350, 700, 20, 150] {
+        let mut run = Command::new(env!("CARGO_BIN_EXE_niji"))
+            .args(["run", text(&world.scene), "-o", text(&out), "-q"])
+            .stdout(Stdio::null())
+            .spawn()
+            .unwrap();
+        std::thread::sleep(Duration::from_millis(milliseconds));
+        // SIGKILL: nothing can be tidied up.
+        run.kill().unwrap();
+        n_killed += u32::from(!run.wait().unwrap().success());
+        for (name, bytes) in files(&out) {
+            assert!(bytes == expected[&name], "{name} after {milliseconds} ms");
+        }
+    }
+    assert!(n_killed > 0);
+    niji_ends_with(0, &["run", text(&world.scene), "-o", text(&out), "-q"]);
+    assert!(files(&out) == expected);
+    let names = fs::read_dir(&out)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name());
+    let left: Vec<_> = names
+        .filter(|name| name.to_string_lossy().starts_with('.'))
+        .collect();
+    assert!(left.is_empty(), "{left:?}");
+}

@@ -1,0 +1,207 @@
+//! What a bow is set into, and the light of a rendered image on its pixels.
+
+use std::path::Path;
+
+use ndarray::Array2;
+use niji_exchange::ImageWindows;
+use niji_exchange::SpectralImage;
+use niji_exchange::tone_curve;
+use niji_geometry::PixelRegion;
+use niji_photo::AddedLight;
+use niji_photo::Encoding;
+use niji_photo::ExifNotes;
+use niji_photo::Frame;
+use niji_photo::LinearPicture;
+use niji_photo::Photograph;
+use niji_photo::Plate;
+use niji_photo::distance_of_light;
+use niji_photo::on_region;
+use niji_photo::surface_of_light;
+use niji_radiometry::GamutPolicy;
+use niji_radiometry::RgbPrimaries;
+use niji_radiometry::into_gamut;
+
+use crate::failure::Failure;
+
+/// A photograph or a plate, in the primaries of the output.
+pub(super) struct Background {
+    pub(super) light: LinearPicture,
+    pub(super) alpha: Option<Array2<f32>>,
+    /// Distances of its surfaces along the view ray, m.
+    pub(super) surface_m: Option<Array2<f32>>,
+    pub(super) frame: Frame,
+    pub(super) notes: ExifNotes,
+    encoding: Encoding,
+}
+
+impl Background {
+    /// Reads it. `named` are the primaries of a plate that names others or none, `wanted` those of the
+    /// output: its own where there are none.
+    ///
+    /// # Errors
+    /// A file that is missing, damaged or holds what light cannot be.
+    pub(super) fn read(
+        path: &Path,
+        named: Option<RgbPrimaries>,
+        wanted: Option<RgbPrimaries>,
+    ) -> Result<Self, Failure> {
+        let bad = |error: niji_photo::Error| Failure::bad_input(path, error);
+        let is_plate = path
+            .extension()
+            .is_some_and(|extension| extension.eq_ignore_ascii_case("exr"));
+        let mut own = if is_plate {
+            let plate = Plate::read(path, named).map_err(bad)?;
+            Self {
+                light: plate.light,
+                alpha: plate.alpha,
+                surface_m: plate.surface_m,
+                frame: Frame {
+                    primaries: plate.primaries,
+                    windows: plate.windows,
+                },
+                notes: ExifNotes::default(),
+                encoding: Encoding::Linear,
+            }
+        } else {
+            let photo = Photograph::read(path).map_err(bad)?;
+            let (height, width) = photo.light.dim();
+            Self {
+                light: photo.light,
+                alpha: None,
+                surface_m: None,
+                frame: Frame {
+                    primaries: RgbPrimaries::Rec709,
+                    windows: ImageWindows::whole(width, height),
+                },
+                notes: photo.notes,
+                encoding: photo.encoding,
+            }
+        };
+        let wanted = wanted.unwrap_or(own.frame.primaries);
+        own.light = converted(own.light, own.frame.primaries, wanted);
+        own.frame.primaries = wanted;
+        Ok(own)
+    }
+
+    /// Takes the distances of its surfaces from elsewhere.
+    ///
+    /// # Errors
+    /// Distances of another size.
+    pub(super) fn set_surfaces(&mut self, surface_m: Array2<f32>) -> Result<(), niji_photo::Error> {
+        let (height, width) = self.light.dim();
+        let (found_height, found_width) = surface_m.dim();
+        if (found_height, found_width) != (height, width) {
+            return Err(niji_photo::Error::Size {
+                what: "the depth map",
+                found_width,
+                found_height,
+                width,
+                height,
+            });
+        }
+        self.surface_m = Some(surface_m);
+        Ok(())
+    }
+
+    /// Bow and veil of a rendered image on its pixels, in front of its surfaces.
+    ///
+    /// # Errors
+    /// An image of another shape, or without what compositing needs.
+    pub(super) fn added(&self, image: &SpectralImage, path: &Path) -> Result<AddedLight, Failure> {
+        let bad = |error: niji_photo::Error| Failure::bad_input(path, error);
+        let data = self.frame.windows.data;
+        let Grid { from, to, work } = self.grid(image, path)?;
+        let light = AddedLight::of_image(image, self.frame.primaries).map_err(bad)?;
+        let light = light.on_region(from, to);
+        let size = (work.height_px as usize, work.width_px as usize);
+        let Some(surface_m) = &self.surface_m else {
+            let light = light.resized(size).map_err(bad)?;
+            return Ok(light.on_region(work, data));
+        };
+        let surface_m = on_region(surface_m, (data, work), f32::INFINITY);
+        let light = if let Some(ends_m) = surface_of_light(image) {
+            let ends_m = on_region(ends_m, (from, to), f32::INFINITY);
+            light.at_surfaces(&ends_m, &surface_m).map_err(bad)?
+        } else {
+            let light_m = distance_of_light(image).map_err(bad)?;
+            let light_m = on_region(light_m, (from, to), 0.0);
+            let mut light = light.resized(size).map_err(bad)?;
+            light.hide_behind(&surface_m, &light_m).map_err(bad)?;
+            light
+        };
+        Ok(light.on_region(work, data))
+    }
+
+    fn grid(&self, image: &SpectralImage, path: &Path) -> Result<Grid, Failure> {
+        let ImageWindows { data, display } = self.frame.windows;
+        let own = image.windows;
+        let size = |region: PixelRegion| [region.width_px, region.height_px];
+        if size(own.display) == size(display) {
+            let from = PixelRegion {
+                x_px: own.data.x_px - own.display.x_px + display.x_px,
+                y_px: own.data.y_px - own.display.y_px + display.y_px,
+                ..own.data
+            };
+            return Ok(Grid {
+                from,
+                to: data,
+                work: data,
+            });
+        }
+        if own.data != own.display {
+            let message = "found a part of a frame of another size, expected the whole frame or the \
+                           size of the picture";
+            return Err(Failure::bad_input(path, message));
+        }
+        Ok(Grid {
+            from: own.data,
+            to: own.data,
+            work: display,
+        })
+    }
+
+    /// A picture of it as a display shows it, in Rec.709: a photograph as it is, scene-linear light by
+    /// the tone curve of previews.
+    pub(super) fn shown(&self, picture: &LinearPicture, exposure_ev: f64) -> LinearPicture {
+        let mut rec709 = self.rec709(picture);
+        let scale = exposure_ev.exp2();
+        rec709.par_mapv_inplace(|rgb| {
+            let rgb = rgb.map(|channel| scale * f64::from(channel));
+            let rgb = match self.encoding {
+                Encoding::Linear => {
+                    into_gamut(rgb, RgbPrimaries::Rec709, GamutPolicy::Desaturate).map(tone_curve)
+                }
+                Encoding::Srgb8 | Encoding::Srgb16 => rgb,
+            };
+            // f32: code values have 8 bit.
+            rgb.map(|channel| channel as f32)
+        });
+        rec709
+    }
+
+    /// The picture in Rec.709, for displays and for its luminance.
+    pub(super) fn rec709(&self, picture: &LinearPicture) -> LinearPicture {
+        converted(picture.clone(), self.frame.primaries, RgbPrimaries::Rec709)
+    }
+}
+
+/// How the pixels of a rendered image come to those of the picture.
+struct Grid {
+    /// Pixels of the image, in the frame of the picture if both have one size.
+    from: PixelRegion,
+    /// Those of them that count.
+    to: PixelRegion,
+    /// Pixels of the picture that they become.
+    work: PixelRegion,
+}
+
+fn converted(mut picture: LinearPicture, from: RgbPrimaries, to: RgbPrimaries) -> LinearPicture {
+    if from != to {
+        picture.par_mapv_inplace(|rgb| {
+            let rec709 = from.to_linear_rec709(rgb.map(f64::from));
+            // f32: what files hold.
+            to.of_linear_rec709(rec709).map(|channel| channel as f32)
+        });
+    }
+    picture
+}

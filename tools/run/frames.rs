@@ -1,0 +1,177 @@
+//! `niji run --frames`: the frames of a sequence, with tables that are made once.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+use std::path::PathBuf;
+
+use niji_scene::Effect;
+use niji_scene::LAST_FRAME;
+use niji_scene::Plan;
+use niji_scene::Sequence;
+use serde::Serialize;
+
+use crate::cli::Common;
+use crate::failure::Failure;
+use crate::output;
+use crate::progress::Verbosity;
+use crate::run::Outcome;
+use crate::run::files::Files;
+use crate::run::report;
+use crate::run::run_stages_to;
+use crate::scene_file;
+use crate::stages::Done;
+use crate::stages::accuracy;
+
+/// Frames by number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct FrameRange {
+    first: u32,
+    last: u32,
+}
+
+/// Frames as the command line has them: `1-240`, or `12`.
+///
+/// # Errors
+/// What was found instead.
+pub(super) fn parse_frames(text: &str) -> Result<FrameRange, String> {
+    let number = |text: &str| text.trim().parse().ok().filter(|n| *n <= LAST_FRAME);
+    let range = match text.split_once('-') {
+        Some((first, last)) => number(first).zip(number(last)),
+        None => number(text).map(|frame| (frame, frame)),
+    };
+    match range {
+        Some((first, last)) if first <= last => Ok(FrameRange { first, last }),
+        Some(_) | None => Err(format!(
+            "found {text:?}, expected a frame or a range of frames, say 12 or 1-240"
+        )),
+    }
+}
+
+/// What was done for a frame.
+#[derive(Serialize)]
+pub(super) struct FrameDone {
+    /// Its number.
+    pub(super) frame: u32,
+    /// Its spectral image.
+    pub(super) image: PathBuf,
+    /// What was done, in order.
+    pub(super) stages: Vec<Done>,
+}
+
+/// Runs frames of a sequence.
+///
+/// # Errors
+/// A scene in which nothing changes, or whatever a frame reports, with its number.
+pub(super) fn execute(
+    scene_file: &Path,
+    folder: &Path,
+    (range, step): (FrameRange, u32),
+    common: &Common,
+) -> Result<(), Failure> {
+    let sequence = sequence(scene_file)?;
+    let verbosity = common.verbosity();
+    let (mut frames, mut effects) = (Vec::new(), None);
+    let mut accuracy = Ok(());
+    for number in (range.first..=range.last).step_by(step as usize) {
+        let in_frame = |failure: Failure| failure.within(&format!("frame {number}"));
+        let text = sequence.scene_text(number);
+        let planned = scene_file::frame(&text, scene_file, common).map_err(in_frame)?;
+        planned.check_light().map_err(in_frame)?;
+        if verbosity > Verbosity::Quiet {
+            eprintln!("{:>11}  {number}", "frame");
+            for warning in &planned.plan.warnings {
+                eprintln!("{:>11}  {warning}", "warning");
+            }
+            warn_of_jump(&planned.plan, &mut effects);
+        }
+        let files = Files::of_frame(&planned, folder, number)?;
+        let outcome = run_stages_to(&planned, &files, common.manner());
+        let Outcome { done, .. } = outcome.map_err(in_frame)?;
+        if let (Some(tolerance), Ok(())) = (common.tolerance, &accuracy) {
+            accuracy = accuracy::check(&planned, &files.image, tolerance).map_err(in_frame);
+        }
+        frames.push(FrameDone {
+            frame: number,
+            image: files.image,
+            stages: done,
+        });
+        // After each frame: whoever waits for frames may look.
+        report::write(&report::of_frames(&frames), folder)?;
+    }
+    finish(&frames, folder, common)?;
+    accuracy
+}
+
+/// The sequence of a scene file.
+fn sequence(scene_file: &Path) -> Result<Sequence, Failure> {
+    let bad = |error: &dyn std::fmt::Display| Failure::bad_input(scene_file, error);
+    let text = fs::read_to_string(scene_file).map_err(|error| bad(&error))?;
+    let sequence = Sequence::from_toml(&text).map_err(|error| bad(&error))?;
+    sequence.ok_or_else(|| {
+        Failure::Usage(format!(
+            "nothing changes from frame to frame in {}: give it a section [sequence], say \
+             sun.elevation_deg = [[1, 10.0], [240, 20.0]], or a drop file named \"spray.####.vdb\"",
+            scene_file.display()
+        ))
+    })
+}
+
+/// Says where another set of effects is simulated than in the frame before: `auto` decides for each
+/// frame, and what is left out is below the tolerance, but it goes all at once.
+fn warn_of_jump(plan: &Plan, before: &mut Option<BTreeSet<Effect>>) {
+    let on: BTreeSet<Effect> = Effect::ALL
+        .into_iter()
+        .filter(|effect| plan.is_on(*effect))
+        .collect();
+    if let Some(before) = before {
+        for effect in on.symmetric_difference(before) {
+            let now = if on.contains(effect) { "on" } else { "off" };
+            eprintln!(
+                "{:>11}  {effect} is {now} from here: set it in [effects] for all frames alike",
+                "warning"
+            );
+        }
+    }
+    *before = Some(on);
+}
+
+fn finish(frames: &[FrameDone], folder: &Path, common: &Common) -> Result<(), Failure> {
+    let is_kept = |frame: &FrameDone| frame.stages.iter().all(|done| done.up_to_date);
+    if common.verbosity() > Verbosity::Quiet && frames.iter().all(is_kept) {
+        eprintln!("{}: everything is up to date", folder.display());
+    }
+    if common.json {
+        return output::print(&format!("{:#}\n", report::of_frames(frames)));
+    }
+    let images = frames
+        .iter()
+        .map(|frame| format!("{}\n", frame.image.display()));
+    output::print(&images.collect::<String>())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_are_read_as_people_type_them() {
+        let range = |first, last| Ok(FrameRange { first, last });
+        assert_eq!(parse_frames("1-240"), range(1, 240));
+        assert_eq!(parse_frames(" 12 "), range(12, 12));
+        assert_eq!(parse_frames("0-0"), range(0, 0));
+        for text in [
+            "",
+            "-",
+            "3-",
+            "-3",
+            "5-4",
+            "1-2-3",
+            "a",
+            "1.5",
+            "1-99999999",
+        ] {
+            assert!(parse_frames(text).is_err(), "{text}");
+        }
+    }
+}

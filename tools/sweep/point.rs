@@ -1,0 +1,161 @@
+//! One choice of levels, run and compared; and the folder that keeps what an interrupted sweep did.
+
+use std::fs;
+use std::io;
+use std::path::Path;
+use std::path::PathBuf;
+
+use niji_exchange::Provenance;
+use niji_exchange::SpectralImage;
+use niji_exchange::write_srgb_png;
+use niji_scene::canonical_json;
+use serde::Deserialize;
+use serde::Serialize;
+
+use super::Variant;
+use super::picture_distance::picture_distance;
+use crate::failure::Failure;
+use crate::output;
+use crate::peak_memory::PeakMemory;
+use crate::run::files::hash;
+use crate::scene_file::Planned;
+use crate::timed_run::relative_rmse;
+use crate::timed_run::rounded;
+use crate::timed_run::timed_run;
+
+/// A point of the plane of error and time.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct Point {
+    /// The decision, or `preset`.
+    pub(super) decision: String,
+    /// The level in words.
+    pub(super) level: String,
+    /// Time of the whole run, s.
+    pub(super) seconds: f64,
+    /// Most memory held during the run, MB.
+    pub(super) peak_memory_mb: Option<f64>,
+    /// Of spectral radiance against the reference preset.
+    pub(super) relative_rmse: f64,
+    /// Of spectral radiance against the best level of the decision.
+    pub(super) own_relative_rmse: f64,
+    /// Largest difference of luminance, 1 being white.
+    pub(super) max_over_white: f64,
+    /// CIEDE2000, mean over the pixels.
+    pub(super) mean_color_difference: f64,
+    /// CIEDE2000, largest.
+    pub(super) max_color_difference: f64,
+    /// Whether no other point is faster and nearer.
+    pub(super) on_front: bool,
+    /// Name of its run.
+    #[serde(skip)]
+    pub(super) run: String,
+}
+
+/// What a run cost.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+struct Cost {
+    seconds: f64,
+    peak_bytes: Option<u64>,
+}
+
+/// The runs of a sweep.
+pub(super) struct Runs {
+    folder: PathBuf,
+    reference: SpectralImage,
+    /// The best level of the decision at hand.
+    best: SpectralImage,
+}
+
+impl Runs {
+    /// Keeps runs in a folder, and makes the reference.
+    pub(super) fn new(folder: &Path, reference: &Planned) -> Result<Self, Failure> {
+        let (_, _, image) = run(folder, reference)?;
+        Ok(Self {
+            folder: folder.to_owned(),
+            best: image.clone(),
+            reference: image,
+        })
+    }
+
+    /// Runs a choice, unless it was, and compares it.
+    pub(super) fn point(&mut self, variant: &Variant, planned: &Planned) -> Result<Point, Failure> {
+        let (name, cost, image) = run(&self.folder, planned)?;
+        let exposure_ev = planned.scene.picture.exposure_ev;
+        let distance = picture_distance(&image, &self.reference, exposure_ev);
+        let size = [image.radiance.dim().2, image.radiance.dim().1];
+        output::write_file(&self.map(&name), |writer| {
+            write_srgb_png(&distance.map, size, &Provenance::default(), writer)
+        })?;
+        output::write_file(&self.picture(&name), |writer| {
+            image.write_png(writer, exposure_ev)
+        })?;
+        let own_relative_rmse = if variant.is_best {
+            0.0
+        } else {
+            relative_rmse(&image, &self.best)
+        };
+        let named = planned.plan.levels.named();
+        let level = named.into_iter().find(|(key, _)| key == variant.decision);
+        let level = match level {
+            Some((_, level)) => level,
+            None => variant.accuracy.preset.name().to_owned(),
+        };
+        let point = Point {
+            decision: variant.decision.to_owned(),
+            level,
+            seconds: rounded(cost.seconds),
+            peak_memory_mb: cost.peak_bytes.map(|bytes| rounded(bytes as f64 / 1e6)),
+            relative_rmse: rounded(distance.relative_rmse),
+            own_relative_rmse: rounded(own_relative_rmse),
+            max_over_white: rounded(distance.max_over_white),
+            mean_color_difference: rounded(distance.mean_color_difference),
+            max_color_difference: rounded(distance.max_color_difference),
+            on_front: false,
+            run: name,
+        };
+        if variant.is_best {
+            self.best = image;
+        }
+        Ok(point)
+    }
+
+    /// The preview of a run.
+    pub(super) fn picture(&self, run: &str) -> PathBuf {
+        self.folder.join(format!("{run}.png"))
+    }
+
+    /// The map of its color differences.
+    pub(super) fn map(&self, run: &str) -> PathBuf {
+        self.folder.join(format!("{run}.difference.png"))
+    }
+
+    /// Removes what was kept in case of an interruption.
+    pub(super) fn remove(self) -> io::Result<()> {
+        fs::remove_dir_all(&self.folder)
+    }
+}
+
+/// Name, cost and picture of a plan that is run from nothing, or was before.
+fn run(folder: &Path, planned: &Planned) -> Result<(String, Cost, SpectralImage), Failure> {
+    let scene = canonical_json(&planned.scene);
+    let levels = canonical_json(&planned.plan.levels);
+    let name = hash(format!("{} {scene} {levels}", env!("CARGO_PKG_VERSION")));
+    let image_path = folder.join(format!("{name}.exr"));
+    let cost_path = folder.join(format!("{name}.json"));
+    // The cost is written last.
+    if let Ok(text) = fs::read_to_string(&cost_path)
+        && let Ok(cost) = serde_json::from_str(&text)
+        && let Ok(image) = SpectralImage::read_spectral(&image_path)
+    {
+        return Ok((name, cost, image));
+    }
+    let memory = PeakMemory::start();
+    let (done, image) = timed_run(planned)?;
+    let cost = Cost {
+        seconds: done.iter().map(|done| done.seconds).sum(),
+        peak_bytes: memory.bytes(),
+    };
+    output::write_file(&image_path, |writer| image.write_spectral(writer))?;
+    output::write_file(&cost_path, |writer| serde_json::to_writer(writer, &cost))?;
+    Ok((name, cost, image))
+}
