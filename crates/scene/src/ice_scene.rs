@@ -384,7 +384,7 @@ mod tests {
         assert!(shape.contains("did you mean `cube`?"), "{shape}");
         let negative = refused("edge_m = 0.1", "edge_m = -0.1");
         assert!(negative.contains("edges of 1e-6"), "{negative}");
-        let level = refused("paths_per_pixel = 512", "paths_per_pixel = 0");
+        let level = refused("paths_per_pixel = 192", "paths_per_pixel = 0");
         assert!(
             level.contains("`accuracy.transport.paths_per_pixel` is 0"),
             "{level}"

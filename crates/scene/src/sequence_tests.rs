@@ -122,5 +122,5 @@ fn values_that_are_no_keys_of_the_same_form_are_refused() {
     }
     let message = refusal("sun.elevation_deg = [[3, 10.0], [3, 20.0]]");
     assert!(message.contains("frames in ascending order"), "{message}");
-    assert!(refusal("sun.elevation_deg = [[3, 10.0]] x").starts_with("line 14"));
+    assert!(refusal("sun.elevation_deg = [[3, 10.0]] x").starts_with("line 15"));
 }
