@@ -91,6 +91,20 @@ pub(crate) fn write_file<E: std::fmt::Display>(
     outcome.map_err(|error| failed(&error))
 }
 
+/// Writes rows as CSV, with the names of their fields as header.
+///
+/// # Errors
+/// As [`write_file`].
+pub(crate) fn write_csv(path: &Path, rows: &[impl serde::Serialize]) -> Result<(), Failure> {
+    write_file(path, |writer| {
+        let mut csv = csv::Writer::from_writer(writer);
+        for row in rows {
+            csv.serialize(row).map_err(|error| error.to_string())?;
+        }
+        csv.flush().map_err(|error| error.to_string())
+    })
+}
+
 /// Prints a result. A reader that has seen enough (`| head`) is no failure.
 ///
 /// # Errors

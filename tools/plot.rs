@@ -56,12 +56,7 @@ impl Plot {
     /// # Errors
     /// No positive value to draw, or a file that cannot be written.
     pub(crate) fn write_svg(&self, path: &Path) -> Result<(), Failure> {
-        let svg = self
-            .svg()
-            .map_err(|error| Failure::Failed(format!("cannot draw {}: {error}", path.display())))?;
-        output::write_file(path, |writer| {
-            std::io::Write::write_all(writer, svg.as_bytes())
-        })
+        write(self.svg(), path)
     }
 
     fn svg(&self) -> Result<String, Box<dyn std::error::Error>> {
@@ -125,15 +120,16 @@ pub(crate) struct Cloud {
 }
 
 impl Cloud {
-    /// Writes the plot; points of height 0 stand on its lower edge.
+    /// The plot as SVG; points of height 0 stand on its lower edge.
     ///
     /// # Errors
-    /// Nothing to draw, or a file that cannot be written.
-    pub(crate) fn write_svg(&self, path: &Path) -> Result<(), Failure> {
-        write(self.svg(), path)
+    /// Nothing to draw.
+    pub(crate) fn svg(&self) -> Result<String, Failure> {
+        let drawn = self.drawn();
+        drawn.map_err(|error| Failure::Failed(format!("cannot draw {}: {error}", self.title)))
     }
 
-    fn svg(&self) -> Result<String, Box<dyn std::error::Error>> {
+    fn drawn(&self) -> Result<String, Box<dyn std::error::Error>> {
         let points = || self.groups.iter().flat_map(|(_, points)| points);
         let (left, right) =
             span(points().map(|point| point.0)).ok_or("there is nothing to draw")?;

@@ -19,6 +19,7 @@ use crate::failure::Failure;
 use crate::ice::World;
 use crate::progress;
 use crate::progress::Verbosity;
+use crate::timed_run::relative_rmse;
 use crate::timed_run::rounded;
 
 const SCENES: [&str; 2] = [
@@ -91,7 +92,7 @@ fn levels(
             let (picture, seconds) = draw(&scene, &world, transport, 0)?;
             rows.push(IceRow {
                 surface: surface_name,
-                relative_rmse: rounded(relative_rmse(&picture, &reference)),
+                relative_rmse: rounded(relative_rmse(&picture.radiance, &reference.radiance)),
                 ..row(&scene, (level, paths_per_pixel), seconds, date)
             });
         }
@@ -107,7 +108,7 @@ fn large_picture(date: &str) -> Result<Vec<IceRow>, Failure> {
         let [_, _, _, (level, transport)] = levels_of(paths_per_pixel);
         let (picture, seconds) = draw(&scene, &world, transport, 0)?;
         let (other, _) = draw(&scene, &world, transport, REFERENCE_SEED)?;
-        let noise = relative_rmse(&picture, &other) / 2.0_f64.sqrt();
+        let noise = relative_rmse(&picture.radiance, &other.radiance) / 2.0_f64.sqrt();
         rows.push(IceRow {
             relative_rmse: rounded(noise),
             ..row(&scene, (level, paths_per_pixel), seconds, date)
@@ -165,14 +166,4 @@ fn row(
         seconds: rounded(seconds),
         date: date.to_owned(),
     }
-}
-
-/// RMSE over the RMS of the reference.
-fn relative_rmse(picture: &IcePicture, reference: &IcePicture) -> f64 {
-    let (mut squares, mut total) = (0.0, 0.0);
-    for (&value, &expected) in picture.radiance.iter().zip(&reference.radiance) {
-        squares += f64::from(value - expected).powi(2);
-        total += f64::from(expected).powi(2);
-    }
-    (squares / total).sqrt()
 }

@@ -106,13 +106,7 @@ pub(crate) fn execute(command: &CalibrateCommand, common: &Common) -> Result<(),
 }
 
 fn write_csv(rows: &[impl Serialize], path: &Path) -> Result<(), Failure> {
-    output::write_file(path, |writer| {
-        let mut csv = csv::Writer::from_writer(writer);
-        for row in rows {
-            csv.serialize(row).map_err(|error| error.to_string())?;
-        }
-        csv.flush().map_err(|error| error.to_string())
-    })?;
+    output::write_csv(path, rows)?;
     output::print(&format!("{}\n", path.display()))
 }
 
@@ -172,7 +166,10 @@ impl Calibration<'_> {
             .find(|level| level.level == standard)
             .map(|level| level.seconds);
         let rows = measured.iter().map(|level| MeasuredLevel {
-            error: Some(rounded(relative_rmse(&level.image, &best.image))),
+            error: Some(rounded(relative_rmse(
+                &level.image.radiance,
+                &best.image.radiance,
+            ))),
             relative_time: standard_seconds.map(|standard| rounded(level.seconds / standard)),
             seconds: Some(rounded(level.seconds)),
             ..self.row(&base, decision.key, &level.level)

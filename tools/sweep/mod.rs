@@ -171,23 +171,21 @@ fn write(
     runs: &Runs,
     [csv, plot, page]: [&Path; 3],
 ) -> Result<(), Failure> {
-    output::write_file(csv, |writer| {
-        let mut csv = csv::Writer::from_writer(writer);
-        for point in points {
-            csv.serialize(point).map_err(|error| error.to_string())?;
-        }
-        csv.flush().map_err(|error| error.to_string())
-    })?;
-    let cloud = cloud(planned, points);
-    cloud.write_svg(plot)?;
+    output::write_csv(csv, points)?;
+    let svg = cloud(planned, points).svg()?;
+    write_text(plot, &svg)?;
     let page_of = Page {
         title: &planned.scene.name,
         points,
-        plot: fs::read_to_string(plot).map_err(|error| Failure::Failed(error.to_string()))?,
+        plot: &svg,
     };
     let html = page_of.html(runs)?;
-    output::write_file(page, |writer| {
-        std::io::Write::write_all(writer, html.as_bytes())
+    write_text(page, &html)
+}
+
+fn write_text(path: &Path, text: &str) -> Result<(), Failure> {
+    output::write_file(path, |writer| {
+        std::io::Write::write_all(writer, text.as_bytes())
     })
 }
 

@@ -32,7 +32,7 @@ pub(super) struct Page<'a> {
     pub(super) title: &'a str,
     pub(super) points: &'a [Point],
     /// Error against time, as SVG.
-    pub(super) plot: String,
+    pub(super) plot: &'a str,
 }
 
 impl Page<'_> {

@@ -15,9 +15,6 @@ use plotters::style::colors::colormaps::ViridisRGB;
 
 use crate::timed_run::relative_rmse;
 
-/// Luminance of linear Rec.709 (ITU-R BT.709).
-const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
-
 /// CIEDE2000 at the bright end of a map.
 const MAP_END: f64 = 10.0;
 
@@ -42,7 +39,7 @@ pub(super) fn picture_distance(
     let gain = exposure_ev.exp2();
     let (_, height, width) = found_rgb.dim();
     let mut distance = PictureDistance {
-        relative_rmse: relative_rmse(found, reference),
+        relative_rmse: relative_rmse(&found.radiance, &reference.radiance),
         max_over_white: 0.0,
         mean_color_difference: 0.0,
         max_color_difference: 0.0,
@@ -52,13 +49,7 @@ pub(super) fn picture_distance(
         for x in 0..width {
             let [a, b] = [&found_rgb, &reference_rgb]
                 .map(|rgb| [0, 1, 2].map(|c| f64::from(rgb[[c, y, x]])));
-            let luminance = |rgb: [f64; 3]| -> f64 {
-                rgb.iter()
-                    .zip(LUMINANCE)
-                    .map(|(value, weight)| value * weight)
-                    .sum()
-            };
-            let off = (luminance(a) - luminance(b)).abs();
+            let off = (RgbPrimaries::Rec709.luminance(a) - RgbPrimaries::Rec709.luminance(b)).abs();
             distance.max_over_white = distance.max_over_white.max(off);
             let [a, b] = [a, b].map(|rgb| lab(rgb, gain));
             let seen = a.difference(b);

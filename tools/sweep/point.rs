@@ -92,7 +92,7 @@ impl Runs {
         let own_relative_rmse = if variant.is_best {
             0.0
         } else {
-            relative_rmse(&image, &self.best)
+            relative_rmse(&image.radiance, &self.best.radiance)
         };
         let named = planned.plan.levels.named();
         let level = named.into_iter().find(|(key, _)| key == variant.decision);
