@@ -73,7 +73,7 @@ fn a_sweep_measures_every_level_against_the_reference() {
     for (decision, n_levels) in [
         ("preset", 3),
         ("theory", 6),
-        ("table_relative_error", 3),
+        ("table_relative_error", 4),
         ("integration", 5),
         ("sun_path", 4),
         ("pixel_footprint", 4),

@@ -1,5 +1,7 @@
 //! The command line: subcommands, their groups in the help, and the flags all share.
 
+use std::path::PathBuf;
+
 use clap::Args;
 use clap::Parser;
 use clap::Subcommand;
@@ -25,6 +27,8 @@ use crate::progress::Verbosity;
 use crate::render::RenderCommand;
 use crate::run::RunCommand;
 use crate::scatter::ScatterCommand;
+use crate::schema::SchemaCommand;
+use crate::selftest::SelftestCommand;
 use crate::shell::CompletionsCommand;
 use crate::shell::ManCommand;
 use crate::stages::Manner;
@@ -60,11 +64,13 @@ Looking:
   info         Say what a VDB or EXR file holds; assert it in scripts
   diff         Compare a VDB or EXR file with a reference
   lee          Draw the color of the bow against drop radius (EXR, PNG, SVG)
-  eval         Print physics as CSV: airy, scatter, sizes, index, air, ice
+  eval         Print physics as CSV: airy, scatter, sizes, index, air, sun, ice
+  selftest     Try the hard cases: measured error beside allowed error
 
 Shell:
   completions  Completions for bash, zsh, fish, elvish or PowerShell
-  man          Manual pages";
+  man          Manual pages
+  schema       The JSON Schema of scene files, for editors";
 
 const TEMPLATE: &str = "\
 {about-with-newline}
@@ -111,9 +117,17 @@ pub(crate) struct Common {
     /// Accuracy preset, instead of the scene's.
     #[arg(long, global = true, value_name = "PRESET")]
     pub accuracy: Option<PresetName>,
-    /// Tolerance instead of the scene's: RMSE of luminance over the reference luminance.
+    /// Tolerance instead of the scene's: RMSE of luminance over the reference luminance. The cheapest
+    /// levels that keep it are chosen, but for those that the scene names.
     #[arg(long, global = true, value_name = "T", value_parser = tolerance)]
     pub tolerance: Option<f64>,
+    /// Choose the most accurate levels whose predicted time fits, as 10s, 2m or 500ms.
+    #[arg(long, global = true, value_name = "TIME", value_parser = seconds)]
+    #[arg(conflicts_with_all = ["tolerance", "accuracy"])]
+    pub budget: Option<f64>,
+    /// What levels cost, by niji calibrate, instead of what the program was built with.
+    #[arg(long, global = true, value_name = "CSV")]
+    pub calibration: Option<PathBuf>,
     /// Results as JSON on standard output.
     #[arg(long, global = true)]
     pub json: bool,
@@ -195,8 +209,10 @@ pub(crate) enum Command {
     Diff(DiffCommand),
     Lee(LeeCommand),
     Eval(EvalCommand),
+    Selftest(SelftestCommand),
     Completions(CompletionsCommand),
     Man(ManCommand),
+    Schema(SchemaCommand),
 }
 
 fn thread_count(text: &str) -> Result<usize, String> {
@@ -215,6 +231,21 @@ fn tolerance(text: &str) -> Result<f64, String> {
             "found {text}, expected a tolerance above 0 and at most 1, say 0.01"
         )),
     }
+}
+
+/// A time as people type it: `10s`, `2m`, `500ms`, in seconds.
+fn seconds(text: &str) -> Result<f64, String> {
+    let units = [("ms", 1e-3), ("s", 1.0), ("m", 60.0)];
+    let of_unit = |(unit, seconds): (&str, f64)| {
+        let number: f64 = text.strip_suffix(unit)?.trim().parse().ok()?;
+        Some(number * seconds)
+    };
+    let found = units.into_iter().find_map(of_unit);
+    found
+        .filter(|seconds| seconds.is_finite() && *seconds > 0.0)
+        .ok_or_else(|| {
+            format!("found {text:?}, expected a time above 0 with its unit, say 10s, 2m or 500ms")
+        })
 }
 
 /// A list of numbers as people type it: `1,2.5,3e-2`.

@@ -51,9 +51,9 @@ use background::Background;
   niji composite plate.exr --image out/image.exr --depth depth.exr --exposure 0.8 -o bow.exr
   niji composite plate.exr --image out/image.exr --exposure 1 --over shot.exr -o bow.exr
 
-With depth, light that niji render integrated up to the same surfaces is sharp at their edges, however
-small the image is; of an image rendered without them a bow whose mean distance is beyond the surface is
-hidden: all light of a pixel is taken to come from one distance.")]
+With depth, light that niji render integrated up to the same surfaces is sharp at their edges,
+however small the image is; of an image rendered without them a bow whose mean distance is beyond
+the surface is hidden: all light of a pixel is taken to come from one distance.")]
 pub(crate) struct CompositeCommand {
     /// The photograph (PNG, JPEG) or plate (EXR).
     photo: PathBuf,

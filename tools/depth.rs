@@ -53,8 +53,10 @@ const PREVIEW_HALF_M: f32 = 30.0;
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   niji depth data/photos/pavilion.jpg --fov-deg 60 --clusters 6 -o depth.exr
-  niji depth data/photos/pavilion.jpg --fov-deg 60 --layers depth.layers.toml --labels depth.labels.png -o corrected.exr
-  niji depth photo.jpg --map disparity.png --kind inverse --anchor 320,400,5 --anchor 60,200,80 -o depth.exr")]
+  niji depth data/photos/pavilion.jpg --fov-deg 60 --layers depth.layers.toml \\
+      --labels depth.labels.png -o corrected.exr
+  niji depth photo.jpg --map disparity.png --kind inverse --anchor 320,400,5 \\
+      --anchor 60,200,80 -o depth.exr")]
 pub(crate) struct DepthCommand {
     /// The photograph (PNG, JPEG, EXR).
     photo: PathBuf,

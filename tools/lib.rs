@@ -10,7 +10,6 @@ mod calibrate;
 mod check;
 mod cli;
 mod composite;
-mod decisions;
 mod depth;
 mod diff;
 mod drops;
@@ -19,6 +18,7 @@ mod failure;
 mod ice;
 mod info;
 mod lee;
+mod measure_effects;
 mod merge;
 mod output;
 mod peak_memory;
@@ -29,7 +29,9 @@ mod render;
 mod run;
 mod scatter;
 mod scene_file;
+mod schema;
 mod schema_flags;
+mod selftest;
 mod shell;
 mod stages;
 mod sun;
@@ -93,10 +95,12 @@ fn dispatch(arguments: &Arguments) -> Result<(), Failure> {
         Command::Info(command) => info::execute(command, common),
         Command::Lee(command) => lee::execute(command, common),
         Command::Eval(command) => eval::execute(command, common),
+        Command::Selftest(command) => selftest::execute(command, common),
         Command::Completions(command) => {
             shell::completions(command);
             Ok(())
         }
         Command::Man(command) => shell::man(command),
+        Command::Schema(command) => schema::execute(command),
     }
 }

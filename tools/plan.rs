@@ -5,10 +5,17 @@ use std::path::Path;
 use std::path::PathBuf;
 
 use clap::Args;
+use niji_scene::Choice;
+use niji_scene::Effect;
+use niji_scene::Explanation;
+use niji_scene::Plan;
 use niji_scene::Stage;
+use serde::Serialize;
 
 use crate::cli::Common;
 use crate::failure::Failure;
+use crate::measure_effects::MeasuredEffects;
+use crate::measure_effects::measure;
 use crate::output;
 use crate::scene_file;
 use crate::scene_file::Planned;
@@ -21,6 +28,8 @@ use crate::stages;
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   niji plan data/scenes/garden-fountain.toml
+  niji plan data/scenes/rain-cell-8-km.toml --explain air_inscatter
+  niji plan data/scenes/garden-fountain.toml --measure
   niji plan scene.toml --script -o out > chain.sh && sh chain.sh")]
 pub(crate) struct PlanCommand {
     /// The scene.
@@ -28,10 +37,21 @@ pub(crate) struct PlanCommand {
     /// Print the chain of stage commands instead; it gives the bytes of `niji run`.
     #[arg(long, conflicts_with = "json")]
     script: bool,
+    /// Say what an effect is, how its bound comes about, and what switching it over would do; `all`
+    /// lists every effect.
+    #[arg(long, value_name = "EFFECT", conflicts_with = "script")]
+    explain: Option<String>,
+    /// Make a small picture (96 pixels wide) with every effect switched over in turn, and print bounds
+    /// beside changes and times.
+    #[arg(long, conflicts_with_all = ["script", "explain"])]
+    measure: bool,
     /// The folder that the chain writes to.
     #[arg(short, long, value_name = "DIR", default_value = "out")]
     output: PathBuf,
 }
+
+/// The name that stands for every effect.
+const ALL: &str = "all";
 
 /// Prints the plan.
 ///
@@ -41,13 +61,61 @@ pub(crate) fn execute(command: &PlanCommand, common: &Common) -> Result<(), Fail
     let planned = scene_file::load(&command.scene, common)?;
     let text = if command.script {
         script(&planned, &command.scene, &command.output, common)
-    } else if common.json {
-        let json = serde_json::to_string_pretty(&planned.plan);
-        json.map_err(|error| Failure::Failed(error.to_string()))? + "\n"
+    } else if let Some(name) = &command.explain {
+        explained(&planned, name, common)?
+    } else if command.measure {
+        let measured = measure(&planned, common.verbosity())?;
+        in_form(common, &measured, MeasuredEffects::text)?
     } else {
-        planned.plan.to_string()
+        let (plan, choice) = (&planned.plan, &planned.choice);
+        in_form(common, &PlanAndChoice { plan, choice }, PlanAndChoice::text)?
     };
     output::print(&text)
+}
+
+/// A plan, and how its levels were chosen.
+#[derive(Serialize)]
+struct PlanAndChoice<'a> {
+    #[serde(flatten)]
+    plan: &'a Plan,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    choice: &'a Option<Choice>,
+}
+
+impl PlanAndChoice<'_> {
+    fn text(&self) -> String {
+        let choice = self.choice.as_ref().map(Choice::text);
+        let choice = choice.map(|choice| format!("\n{choice}"));
+        format!("{}{}", self.plan, choice.unwrap_or_default())
+    }
+}
+
+/// A result as JSON where that is asked for, else as text.
+fn in_form<T: Serialize>(
+    common: &Common,
+    result: &T,
+    text: impl Fn(&T) -> String,
+) -> Result<String, Failure> {
+    if !common.json {
+        return Ok(text(result));
+    }
+    let json = serde_json::to_string_pretty(result);
+    Ok(json.map_err(|error| Failure::Failed(error.to_string()))? + "\n")
+}
+
+/// What one effect is in a scene, or all of them.
+fn explained(planned: &Planned, name: &str, common: &Common) -> Result<String, Failure> {
+    if name == ALL {
+        let all = Effect::ALL.into_iter();
+        let all: Vec<Explanation> = all.map(|it| planned.plan.explain(it, None)).collect();
+        return in_form(common, &all, |all| Explanation::table(all));
+    }
+    let effect = Effect::from_name(name).map_err(Failure::Usage)?;
+    let switched = planned.plan.switched(&planned.scene, effect);
+    let switched = switched.map(|scene| scene_file::planned(scene, &planned.file));
+    let switched = switched.transpose()?.map(|planned| planned.plan);
+    let explanation = planned.plan.explain(effect, switched.as_ref());
+    in_form(common, &explanation, Explanation::to_string)
 }
 
 fn script(planned: &Planned, scene: &Path, folder: &Path, common: &Common) -> String {
@@ -122,6 +190,12 @@ fn accuracy_flags(common: &Common) -> String {
     }
     if let Some(tolerance) = common.tolerance {
         let _ = write!(flags, " --tolerance {tolerance}");
+    }
+    if let Some(seconds) = common.budget {
+        let _ = write!(flags, " --budget {seconds}s");
+    }
+    if let Some(calibration) = &common.calibration {
+        let _ = write!(flags, " --calibration {}", quoted(calibration));
     }
     flags
 }

@@ -67,18 +67,26 @@ pub(crate) struct RenderCommand {
 pub(crate) fn execute(command: &RenderCommand, common: &Common) -> Result<(), Failure> {
     let planned = scene_file::load(&command.scene, common)?;
     planned.check_light()?;
-    let need = |name, is_needed: bool, given: &Option<PathBuf>| match (is_needed, given) {
-        (true, None) => Err(Failure::Usage(format!("this scene needs --{name}"))),
+    let need = |(name, maker), is_needed: bool, given: &Option<PathBuf>| match (is_needed, given) {
+        (true, None) => Err(Failure::Usage(format!(
+            "this scene needs --{name}, a file that `niji {maker} --scene` writes"
+        ))),
         (true, Some(path)) => Ok(Some(path.clone())),
         (false, _) => Ok(None),
     };
-    let table = need("table", planned.plan.scattering.is_some(), &command.table)?;
+    let table = need(
+        ("table", "scatter"),
+        planned.plan.scattering.is_some(),
+        &command.table,
+    )?;
     let runs_air = planned.plan.runs(niji_scene::Stage::Atmosphere);
-    let air = need("air", runs_air, &command.air)?;
+    let air = need(("air", "atmosphere"), runs_air, &command.air)?;
     let scene = &planned.scene;
     let surfaces = surfaces(command, Surfaces::of_scene(scene, &command.scene))?;
     if scene.photo.is_some() && surfaces.depth.is_none() {
-        return Err(Failure::Usage("this scene needs --depth".to_owned()));
+        return Err(Failure::Usage(
+            "this scene needs --depth, a file that `niji depth` writes".to_owned(),
+        ));
     }
     let inputs = Inputs {
         drops: &command.drops,

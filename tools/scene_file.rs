@@ -4,7 +4,11 @@ use std::fs;
 use std::path::Path;
 use std::path::PathBuf;
 
+use niji_scene::Choice;
+use niji_scene::ChoiceRequest;
 use niji_scene::DropSummary;
+use niji_scene::Effect;
+use niji_scene::Goal;
 use niji_scene::MeasuredLevels;
 use niji_scene::Moment;
 use niji_scene::Plan;
@@ -13,7 +17,10 @@ use niji_scene::ScatteringNeed;
 use niji_scene::Scene;
 use niji_scene::SceneError;
 use niji_scene::SunPosition;
-use niji_scene::plan;
+use niji_scene::Switch;
+use niji_scene::calls_for_multiple_scattering;
+use niji_scene::choose;
+use niji_scene::plan as plan_of;
 
 use crate::check::ephemeris::TimeAndPlace;
 use crate::cli::Common;
@@ -30,34 +37,63 @@ pub(crate) struct Planned {
     pub file: PathBuf,
     /// The scene, with the accuracy asked for on the command line.
     pub scene: Scene,
-    /// The tolerance asked for on the command line, which the picture shall keep.
-    pub asked_tolerance: Option<f64>,
     /// What it calls for.
     pub plan: Plan,
+    /// How its levels were chosen, where a tolerance or a budget was asked for.
+    pub choice: Option<Choice>,
+    /// What levels cost.
+    pub measured: MeasuredLevels,
     /// Its drop volume, where it names one.
     pub drop_file: Option<PathBuf>,
     /// What its drop volume is made from, where it names none.
     pub drop_source: Option<Source>,
 }
 
-/// What was measured about levels of accuracy.
+/// What was measured about levels of accuracy: in a file, or before the program was built.
 ///
 /// # Errors
-/// Never for a program that was built from sound sources.
-pub(crate) fn measured_levels() -> Result<MeasuredLevels, Failure> {
-    MeasuredLevels::from_csv(MEASURED).map_err(|error| Failure::Failed(error.to_string()))
+/// A file that is missing or damaged; never for a program that was built from sound sources.
+fn measured_levels(file: Option<&Path>) -> Result<MeasuredLevels, Failure> {
+    let Some(path) = file else {
+        let built_in = MeasuredLevels::from_csv(MEASURED);
+        return built_in.map_err(|error| Failure::Failed(error.to_string()));
+    };
+    let bad = |error: &dyn std::fmt::Display| Failure::bad_input(path, error);
+    let text = fs::read_to_string(path).map_err(|error| bad(&error))?;
+    MeasuredLevels::from_csv(&text).map_err(|error| bad(&error))
 }
 
-/// Reads a scene and makes its plan.
+/// What is asked of the levels of a scene.
+#[derive(Default)]
+struct Asked {
+    goal: Option<Goal>,
+    /// The file of measurements.
+    calibration: Option<PathBuf>,
+    /// Levels that were chosen already, of a frame before.
+    chosen: Option<Choice>,
+    /// Whether the levels of the preset are to stay, because it was asked for by name.
+    keeps_preset: bool,
+}
+
+impl Asked {
+    fn of(common: &Common) -> Self {
+        let tolerance = common.tolerance.map(Goal::Tolerance);
+        Self {
+            goal: tolerance.or(common.budget.map(Goal::Budget)),
+            calibration: common.calibration.clone(),
+            chosen: None,
+            keeps_preset: common.accuracy.is_some(),
+        }
+    }
+}
+
+/// Reads a scene and makes its plan, with levels chosen for the tolerance or the budget on the command
+/// line.
 ///
 /// # Errors
-/// A scene or a drop volume that is missing or wrong, or a scene without any light.
+/// A scene, a drop volume or a calibration that is missing or wrong, or a budget that cannot be kept.
 pub(crate) fn load(path: &Path, common: &Common) -> Result<Planned, Failure> {
-    let planned = planned(read(path, common)?, path)?;
-    Ok(Planned {
-        asked_tolerance: common.tolerance,
-        ..planned
-    })
+    planned_with(read(path, common)?, path, |drops| drops, Asked::of(common))
 }
 
 /// Makes the plan of a scene that stands in the file `path`.
@@ -65,15 +101,33 @@ pub(crate) fn load(path: &Path, common: &Common) -> Result<Planned, Failure> {
 /// # Errors
 /// A drop volume that is missing or wrong, or a scene that cannot be planned.
 pub(crate) fn planned(scene: Scene, path: &Path) -> Result<Planned, Failure> {
-    planned_with(scene, path, |drops| drops)
+    planned_with(scene, path, |drops| drops, Asked::default())
+}
+
+/// As [`planned`], with levels chosen for a tolerance.
+///
+/// # Errors
+/// As [`planned`], and a calibration that is missing or wrong.
+pub(crate) fn planned_for(
+    mut scene: Scene,
+    path: &Path,
+    (tolerance, common): (f64, &Common),
+) -> Result<Planned, Failure> {
+    let asked = Asked {
+        goal: Some(Goal::Tolerance(tolerance)),
+        calibration: common.calibration.clone(),
+        ..Asked::default()
+    };
+    scene.accuracy.tolerance = tolerance;
+    planned_with(scene, path, |drops| drops, asked)
 }
 
 fn planned_with(
-    scene: Scene,
+    mut scene: Scene,
     path: &Path,
     of_file: impl Fn(DropSummary) -> DropSummary,
+    asked: Asked,
 ) -> Result<Planned, Failure> {
-    let bad = |error: &dyn std::fmt::Display| Failure::bad_input(path, error);
     let folder = path.parent().unwrap_or(Path::new(""));
     let drop_file = scene.drops.file().map(|file| folder.join(file));
     let drop_source = Source::of(&scene.drops, folder);
@@ -85,20 +139,58 @@ fn planned_with(
     };
     let drops = volume.as_ref().and_then(DropSummary::of_volume);
     let drops = drops.map(of_file);
-    let measured = measured_levels()?;
+    let measured = measured_levels(asked.calibration.as_deref())?;
     let inputs = PlanInputs {
         measured: &measured,
         drops,
     };
-    let plan = plan(&scene, &inputs).map_err(|error| bad(&with_causes(&error)))?;
+    let bad = |error| Failure::bad_input(path, with_causes(&error));
+    let mut plan = plan_of(&scene, &inputs).map_err(bad)?;
+    if let Some(Goal::Tolerance(tolerance)) = asked.goal
+        && calls_for_multiple_scattering(&scene, &plan, tolerance)
+    {
+        scene.effects.set(Effect::MultipleScattering, Switch::On);
+        plan = plan_of(&scene, &inputs).map_err(bad)?;
+    }
+    let choice = chosen(&mut scene, &plan, (asked, &measured))?;
+    if let Some(choice) = &choice {
+        scene.accuracy = choice.accuracy;
+        plan = plan_of(&scene, &inputs).map_err(bad)?;
+    }
     Ok(Planned {
         file: path.to_owned(),
         scene,
-        asked_tolerance: None,
         plan,
+        choice,
+        measured,
         drop_file,
         drop_source,
     })
+}
+
+/// The levels for what is asked; `None` where nothing is.
+fn chosen(
+    scene: &mut Scene,
+    plan: &Plan,
+    (asked, measured): (Asked, &MeasuredLevels),
+) -> Result<Option<Choice>, Failure> {
+    let Some(goal) = asked.goal else {
+        return Ok(None);
+    };
+    if asked.chosen.is_some() {
+        return Ok(asked.chosen);
+    }
+    if asked.keeps_preset {
+        scene.accuracy = scene.accuracy.spelled_out(plan.work.voxel_m);
+    }
+    let request = ChoiceRequest {
+        scene,
+        plan,
+        measured,
+        goal,
+    };
+    let choice = choose(&request).map_err(|error| Failure::Usage(error.to_string()))?;
+    Ok(Some(choice))
 }
 
 /// Reads a scene.
@@ -110,25 +202,38 @@ pub(crate) fn read(path: &Path, common: &Common) -> Result<Scene, Failure> {
     parsed(&stages::photo::with_picked_sun(text, path)?, path, common)
 }
 
-/// Edge of a voxel of a scene's drops in metres; 1 for drops of a file.
-pub(crate) fn voxel_m(scene: &Scene) -> f64 {
-    let shape = scene.drops.shape();
-    shape.map_or(1.0, |shape| shape.grid().voxel_m)
+/// Reads a scene with the levels that [`load`] gives it, for stages that need no plan.
+///
+/// # Errors
+/// As [`read`], and as [`load`] where levels are to be chosen.
+pub(crate) fn read_with_levels(path: &Path, common: &Common) -> Result<Scene, Failure> {
+    if common.tolerance.is_none() && common.budget.is_none() {
+        return read(path, common);
+    }
+    Ok(load(path, common)?.scene)
 }
 
 /// Makes the plan of a frame, whose text stands for that of the file `path`: what it needs is rounded,
-/// so that other frames need the same.
+/// so that other frames need the same. What was chosen for a frame before is kept: levels that change
+/// would be seen.
 ///
 /// # Errors
 /// As [`load`], and a scene of a photograph.
-pub(crate) fn frame(text: &str, path: &Path, common: &Common) -> Result<Planned, Failure> {
+pub(crate) fn frame(
+    text: &str,
+    path: &Path,
+    (common, chosen): (&Common, Option<Choice>),
+) -> Result<Planned, Failure> {
     let scene = parsed(text, path, common)?;
     if scene.photo.is_some() {
         let message = "a photograph is a single frame: its scene has no sequence";
         return Err(Failure::bad_input(path, message));
     }
-    let mut planned = planned_with(scene, path, DropSummary::with_rounded_sizes)?;
-    planned.asked_tolerance = common.tolerance;
+    let asked = Asked {
+        chosen,
+        ..Asked::of(common)
+    };
+    let mut planned = planned_with(scene, path, DropSummary::with_rounded_sizes, asked)?;
     let need = planned.plan.scattering.take();
     planned.plan.scattering = need.map(ScatteringNeed::with_rounded_directions);
     Ok(planned)
@@ -182,6 +287,12 @@ pub(crate) fn with_causes(error: &dyn std::error::Error) -> String {
 }
 
 impl Planned {
+    /// What the estimated error of a pixel may be before it gets more rays, relative to the reference
+    /// luminance; `None` where no tolerance was asked for.
+    pub(crate) fn tolerance_for_rays(&self) -> Option<f64> {
+        self.choice.as_ref().and_then(|choice| choice.for_rays)
+    }
+
     /// Refuses a scene that sends no light at all.
     ///
     /// # Errors

@@ -22,7 +22,7 @@ pub(crate) struct CompletionsCommand {
     shell: Shell,
 }
 
-/// Manual pages, one for each subcommand, into a folder.
+/// Manual pages, one for each subcommand and each of theirs, into a folder.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  niji man -o man1 && man -l man1/niji-run.1")]
 pub(crate) struct ManCommand {
@@ -48,22 +48,18 @@ pub(crate) fn completions(command: &CompletionsCommand) {
 pub(crate) fn man(command: &ManCommand) -> Result<(), Failure> {
     let mut program = Arguments::command();
     program.build();
-    let subcommands = program.get_subcommands().map(clap::Command::get_name);
-    let names: Vec<String> = subcommands.map(str::to_owned).collect();
-    write_page(command, &program, "niji")?;
-    for name in names {
-        let Some(subcommand) = program.find_subcommand(&name) else {
-            continue;
-        };
-        write_page(command, subcommand, &format!("niji-{name}"))?;
-    }
-    Ok(())
+    write_pages(command, &program, "niji")
 }
 
-fn write_page(command: &ManCommand, page: &clap::Command, name: &str) -> Result<(), Failure> {
+/// The page of a command, and those of its subcommands.
+fn write_pages(command: &ManCommand, page: &clap::Command, name: &str) -> Result<(), Failure> {
     let path = command.output.join(format!("{name}.1"));
     output::check_free(&path, Existing::Replace)?;
     output::write_file(&path, |writer| {
         clap_mangen::Man::new(page.clone()).render(writer)
+    })?;
+    page.get_subcommands().try_for_each(|subcommand| {
+        let name = format!("{name}-{}", subcommand.get_name());
+        write_pages(command, subcommand, &name)
     })
 }

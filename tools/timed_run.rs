@@ -1,9 +1,13 @@
 //! A scene run from nothing, several times, and how far its picture is from another.
 
+use std::path::Path;
 use std::time::Instant;
 
 use ndarray::Array3;
+use ndarray::ArrayView1;
+use ndarray::Axis;
 use niji_exchange::SpectralImage;
+use niji_radiometry::Colorimetry;
 
 use crate::failure::Failure;
 use crate::output::Existing;
@@ -22,34 +26,45 @@ pub(crate) const N_REPEATS: usize = 3;
 /// # Errors
 /// Whatever a stage reports.
 pub(crate) fn timed_run(planned: &Planned) -> Result<(Vec<Done>, SpectralImage), Failure> {
-    let manner = Manner {
-        existing: Existing::Refuse,
-        verbosity: Verbosity::Quiet,
-    };
-    let mut fastest: Vec<Done> = Vec::new();
-    let mut image = None;
     let start = Instant::now();
-    for repeat in 0..N_REPEATS {
-        let folder = tempfile::tempdir().map_err(|error| Failure::Failed(error.to_string()))?;
-        let done = run_stages(planned, folder.path(), manner)?.done;
-        for (index, stage) in done.into_iter().enumerate() {
-            match fastest.get_mut(index) {
-                Some(best) => best.seconds = best.seconds.min(stage.seconds),
-                None => fastest.push(stage),
-            }
-        }
-        if repeat == 0 {
-            let path = folder.path().join(stages::render::FILE);
-            let read = SpectralImage::read_spectral(&path);
-            image = Some(read.map_err(|error| Failure::bad_input(&path, error))?);
-        }
+    let (mut fastest, image) = run_somewhere(planned)?;
+    for _ in 1..N_REPEATS {
         // Long runs are less noisy, and their repeats cost the most.
         if start.elapsed().as_secs_f64() > 5.0 {
             break;
         }
+        let (done, _) = run_somewhere(planned)?;
+        for (best, stage) in fastest.iter_mut().zip(done) {
+            best.seconds = best.seconds.min(stage.seconds);
+        }
     }
-    let image = image.ok_or_else(|| Failure::Failed("nothing was run".to_owned()))?;
     Ok((fastest, image))
+}
+
+fn run_somewhere(planned: &Planned) -> Result<(Vec<Done>, SpectralImage), Failure> {
+    let folder = tempfile::tempdir().map_err(|error| Failure::Failed(error.to_string()))?;
+    run_once(planned, folder.path())
+}
+
+/// Runs a plan into an empty folder: what was done, and the picture.
+///
+/// # Errors
+/// Whatever a stage reports.
+pub(crate) fn run_once(
+    planned: &Planned,
+    folder: &Path,
+) -> Result<(Vec<Done>, SpectralImage), Failure> {
+    let manner = Manner {
+        existing: Existing::Refuse,
+        verbosity: Verbosity::Quiet,
+    };
+    let done = run_stages(planned, folder, manner)?.done;
+    let path = folder.join(stages::render::FILE);
+    let image = SpectralImage::read_spectral(&path);
+    Ok((
+        done,
+        image.map_err(|error| Failure::bad_input(&path, error))?,
+    ))
 }
 
 /// RMSE of spectral radiance over the RMS of the reference; 0 where that is dark.
@@ -64,6 +79,21 @@ pub(crate) fn relative_rmse(radiance: &Array3<f32>, reference: &Array3<f32>) -> 
     } else {
         0.0
     }
+}
+
+/// RMSE of luminance over the picture, cd/m².
+pub(crate) fn luminance_rmse(image: &SpectralImage, reference: &SpectralImage) -> f64 {
+    let observer = Colorimetry::new(&image.wavelengths);
+    let weights: Vec<f64> = observer.weights().iter().map(|[_, y, _]| *y).collect();
+    let off = |(a, b): (ArrayView1<f32>, ArrayView1<f32>)| -> f64 {
+        let difference = a.iter().zip(b).map(|(a, b)| f64::from(*a) - f64::from(*b));
+        difference.zip(&weights).map(|(off, y)| off * y).sum()
+    };
+    let pixels = image.radiance.lanes(Axis(0)).into_iter();
+    let pairs = pixels.zip(reference.radiance.lanes(Axis(0)));
+    let n_pixels = pairs.len().max(1) as f64;
+    let squares: f64 = pairs.map(|pair| off(pair).powi(2)).sum();
+    (squares / n_pixels).sqrt()
 }
 
 /// Three digits: more would be noise.

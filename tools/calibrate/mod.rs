@@ -7,25 +7,30 @@
 mod air;
 mod ice;
 mod theories;
+mod tolerances;
 
 use std::path::Path;
 use std::path::PathBuf;
 
 use clap::Args;
 use niji_exchange::SpectralImage;
+use niji_scene::Change;
+use niji_scene::DECISIONS;
+use niji_scene::Decision;
 use niji_scene::MeasuredLevel;
+use niji_scene::Stage;
+use niji_scene::light_of;
 use serde::Serialize;
 
 use crate::cli::Common;
-use crate::decisions::Change;
-use crate::decisions::DECISIONS;
-use crate::decisions::Decision;
+use crate::cli::numbers;
 use crate::failure::Failure;
 use crate::output;
 use crate::progress;
 use crate::scene_file;
 use crate::scene_file::Planned;
 use crate::stages::Done;
+use crate::timed_run::luminance_rmse;
 use crate::timed_run::relative_rmse;
 use crate::timed_run::rounded;
 use crate::timed_run::timed_run;
@@ -36,11 +41,14 @@ use crate::timed_run::timed_run;
 /// table at the end of a run read it when the program is built. With --theories: error against time
 /// of the theories of one drop by radius, for both bows, against the exact order and the exact light.
 /// With --air: of the methods for lengths, segments and skies of air, against converged quadrature.
-/// With --ice: of the levels of light through ice, against many more paths.
+/// With --ice: of the levels of light through ice, against many more paths. With --tolerances: how far
+/// pictures with the levels chosen for a tolerance are from the reference levels.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   niji calibrate data/scenes/paper-c-figure-3.toml data/scenes/paper-b-sun-10-inscatter.toml \\
       --date 2026-11-21 -o data/measurements/levels.csv --force
+  niji calibrate --tolerances 0.003,0.01,0.03 data/scenes/garden-fountain.toml \\
+      --date 2026-11-21 -o tolerances.csv
   niji calibrate --theories --date 2026-11-21 -o data/measurements/theories.csv --force
   niji calibrate --air --date 2026-11-21 -o data/measurements/air.csv --force
   niji calibrate --ice --date 2026-11-21 -o data/measurements/ice.csv --force")]
@@ -57,6 +65,9 @@ pub(crate) struct CalibrateCommand {
     /// Measure the levels of light through ice instead.
     #[arg(long, conflicts_with_all = ["scenes", "theories", "air"])]
     ice: bool,
+    /// Ask the scenes, made small, for these tolerances, and compare with the reference levels instead.
+    #[arg(long, value_name = "T,T,…", value_parser = numbers, requires = "scenes")]
+    tolerances: Option<std::vec::Vec<f64>>,
     /// Day of the measurement, written into the file.
     #[arg(long, value_name = "YYYY-MM-DD")]
     date: String,
@@ -82,6 +93,10 @@ pub(crate) fn execute(command: &CalibrateCommand, common: &Common) -> Result<(),
     }
     if command.ice {
         let rows = ice::rows(&command.date, manner.verbosity)?;
+        return write_csv(&rows, &command.output);
+    }
+    if let Some(tolerances) = &command.tolerances {
+        let rows = tolerances::rows(&command.scenes, tolerances, (&command.date, common))?;
         return write_csv(&rows, &command.output);
     }
     let n_levels: usize = DECISIONS.iter().map(|decision| decision.levels.len()).sum();
@@ -120,8 +135,15 @@ struct Calibration<'a> {
 /// One level, rendered.
 struct Measured {
     level: String,
-    seconds: f64,
+    stages: Vec<Done>,
     image: SpectralImage,
+}
+
+impl Measured {
+    fn seconds(&self, stage: Stage) -> f64 {
+        let done = self.stages.iter().find(|done| done.stage == stage.name());
+        done.map_or(0.0, |done| done.seconds)
+    }
 }
 
 impl Calibration<'_> {
@@ -130,10 +152,9 @@ impl Calibration<'_> {
             stage: stage.to_owned(),
             level: level.to_owned(),
             scene: planned.scene.name.clone(),
-            error: None,
-            relative_time: None,
-            seconds: None,
+            radius_um: Some(planned.plan.work.smallest_radius_um),
             date: self.date.to_owned(),
+            ..MeasuredLevel::default()
         }
     }
 
@@ -141,52 +162,76 @@ impl Calibration<'_> {
     fn totals(&self) -> Result<Vec<MeasuredLevel>, Failure> {
         let planned = scene_file::load(self.path, self.common)?;
         let (done, _) = timed_run(&planned)?;
-        let total = |done: &Done| MeasuredLevel {
-            seconds: Some(rounded(done.seconds)),
-            ..self.row(&planned, done.stage, "total")
-        };
-        Ok(done.iter().map(total).collect())
+        let stages = planned.plan.stages.iter().map(|planned| planned.stage);
+        let timed = stages.filter_map(|stage| {
+            let done = done.iter().find(|done| done.stage == stage.name())?;
+            Some(MeasuredLevel {
+                seconds: Some(rounded(done.seconds)),
+                work: planned.plan.work.of_stage(stage).map(rounded),
+                ..self.row(&planned, stage.name(), "total")
+            })
+        });
+        Ok(timed.collect())
     }
 
     fn decision(&self, decision: &Decision) -> Result<Vec<MeasuredLevel>, Failure> {
         let base = scene_file::load(self.path, self.common)?;
-        if !decision.concerns(&base) {
+        if !decision.concerns(&base.scene, &base.plan) {
             return Ok(Vec::new());
         }
-        let standard = decision.level_of(&base);
+        let plan = &base.plan;
+        let standard = decision.measured_name(&plan.levels, plan.work.voxel_m);
         let mut measured = Vec::new();
-        for change in decision.levels {
-            measured.push(self.level(decision, *change)?);
+        for change in decision.levels_for(plan) {
+            measured.push(self.level(decision, (change, &base))?);
         }
         let Some(best) = measured.last() else {
             return Ok(Vec::new());
         };
+        let seconds = |level: &Measured| level.seconds(decision.stage);
         let standard_seconds = measured
             .iter()
             .find(|level| level.level == standard)
-            .map(|level| level.seconds);
+            .map(seconds);
+        let light = rounded(light_of(decision, plan));
         let rows = measured.iter().map(|level| MeasuredLevel {
             error: Some(rounded(relative_rmse(
                 &level.image.radiance,
                 &best.image.radiance,
             ))),
-            relative_time: standard_seconds.map(|standard| rounded(level.seconds / standard)),
-            seconds: Some(rounded(level.seconds)),
+            luminance_error: Some(rounded(
+                luminance_rmse(&level.image, &best.image) / plan.reference_luminance_cd_m2,
+            )),
+            light: Some(light),
+            relative_time: standard_seconds.map(|standard| rounded(seconds(level) / standard)),
+            seconds: Some(rounded(seconds(level))),
             ..self.row(&base, decision.key, &level.level)
         });
-        Ok(rows.collect())
+        let of_table = |stage: Stage| {
+            let rows = measured.iter().map(move |level| (stage, level));
+            rows.map(|(stage, level)| MeasuredLevel {
+                seconds: Some(rounded(level.seconds(stage))),
+                work: plan.work.of_stage(stage).map(rounded),
+                ..self.row(&base, stage.name(), &level.level)
+            })
+        };
+        let tables = decision.table.into_iter().flat_map(of_table);
+        Ok(rows.chain(tables).collect())
     }
 
-    fn level(&self, decision: &Decision, change: Change) -> Result<Measured, Failure> {
-        let mut scene = scene_file::read(self.path, self.common)?;
-        let voxel_m = scene_file::voxel_m(&scene);
+    fn level(
+        &self,
+        decision: &Decision,
+        (change, base): (Change, &Planned),
+    ) -> Result<Measured, Failure> {
+        let mut scene = base.scene.clone();
+        let voxel_m = base.plan.work.voxel_m;
         change(&mut scene.accuracy, voxel_m);
         let planned = scene_file::planned(scene, self.path)?;
-        let (done, image) = timed_run(&planned)?;
-        let of_stage = done.iter().find(|done| done.stage == decision.stage.name());
+        let (stages, image) = timed_run(&planned)?;
         Ok(Measured {
-            level: decision.level_of(&planned),
-            seconds: of_stage.map_or(0.0, |done| done.seconds),
+            level: decision.measured_name(&planned.plan.levels, voxel_m),
+            stages,
             image,
         })
     }

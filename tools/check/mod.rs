@@ -36,8 +36,10 @@ use crate::sun::report::FindingText;
 /// code 4.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
-  niji check data/photos/pavilion.jpg --fov-deg 60 --sun-elevation-deg 28 --sun-azimuth-deg 180 --cloud-cover 0.4
-  niji check photo.jpg --sun-elevation-deg 12 --sun-azimuth-deg 95 --time 2024-06-01T18:30:00 --utc-offset-h 2 --place-deg 48.1,11.6")]
+  niji check data/photos/pavilion.jpg --fov-deg 60 --sun-elevation-deg 28 \\
+      --sun-azimuth-deg 180 --cloud-cover 0.4
+  niji check photo.jpg --sun-elevation-deg 12 --sun-azimuth-deg 95 \\
+      --time 2024-06-01T18:30:00 --utc-offset-h 2 --place-deg 48.1,11.6")]
 pub(crate) struct CheckCommand {
     /// The photograph (PNG, JPEG, EXR).
     photo: PathBuf,

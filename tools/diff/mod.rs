@@ -25,9 +25,9 @@ use measure::Measure;
   niji diff a/image.exr b/image.exr --max-relative-rmse 1e-3 -o difference.exr
   niji diff a/drops.vdb b/drops.vdb --max-difference 0
 
-Columns: relative RMSE (over the RMS of the reference), RMSE, bias (mean of FILE - REFERENCE), largest
-difference and where: channel and pixel from the top left, or grid and voxel. A threshold that does
-not hold, or parts, channels or sizes that differ, end with exit code 6.")]
+Columns: relative RMSE (over the RMS of the reference), RMSE, bias (mean of FILE - REFERENCE),
+largest difference and where: channel and pixel from the top left, or grid and voxel. A threshold
+that does not hold, or parts, channels or sizes that differ, end with exit code 6.")]
 pub(crate) struct DiffCommand {
     /// The file that counts as true.
     reference: PathBuf,

@@ -1,6 +1,7 @@
 //! `niji drops`: a shape, from flags or from a scene, becomes a drop volume.
 
 mod shape_command;
+mod shape_examples;
 
 use std::path::Path;
 use std::path::PathBuf;

@@ -12,6 +12,7 @@ use niji_scene::Drops;
 use niji_scene::FromVdb;
 use serde_json::json;
 
+use crate::drops::shape_examples;
 use crate::failure::Failure;
 use crate::scene_file::with_causes;
 use crate::schema_flags;
@@ -76,8 +77,10 @@ pub(super) fn names() -> String {
 }
 
 fn command(source: Variant) -> Command {
+    let examples = shape_examples::of(&source.name);
     Command::new(source.name)
         .about(source.about)
+        .after_help(examples)
         .args(source.flags.arguments())
 }
 

@@ -12,10 +12,15 @@ use crate::failure::Failure;
 
 /// Airy's rainbow integral f(z) and its derivative.
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  niji eval airy --z=-3,0,1.5\n\nColumns: z,f,dfdz")]
+#[command(after_help = "Example:\n  niji eval airy --z -3,0,1.5\n\nColumns: z,f,dfdz")]
 pub(super) struct AiryArguments {
-    /// Arguments; with `=` where the first is negative.
-    #[arg(long, value_name = "Z,Z,…", required_unless_present = "z_file")]
+    /// Arguments.
+    #[arg(
+        long,
+        value_name = "Z,Z,…",
+        required_unless_present = "z_file",
+        allow_hyphen_values = true
+    )]
     z: Option<String>,
     /// A file of arguments, separated by commas or white space.
     #[arg(long, value_name = "FILE", conflicts_with = "z")]

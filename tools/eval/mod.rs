@@ -18,6 +18,12 @@ use crate::output;
 
 /// Print physics as CSV: airy, scatter, sizes, index, air, sun, ice.
 #[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  niji eval airy --z -3,0,1.5
+  niji eval sizes --law marshall-palmer --rain-rate-mm-h 5
+  niji eval index --material water --wavelengths-nm 400,550,700
+
+`niji eval QUANTITY --help` gives the columns.")]
 pub(crate) struct EvalCommand {
     #[command(subcommand)]
     quantity: Quantity,

@@ -19,7 +19,8 @@ use crate::schema_flags::Flags;
 #[command(after_help = "Examples:
   niji eval sizes --law marshall-palmer --rain-rate-mm-h 5 --d-min-mm 0.1 --d-max-mm 6
   niji eval sizes --law monodisperse --radius-um 10 --number-density-m3 1e8
-  niji eval sizes --law hansen-travis --effective-radius-um 10 --effective-variance 0.1 --lwc-g-m3 0.2
+  niji eval sizes --law hansen-travis --effective-radius-um 10 --effective-variance 0.1 \\
+      --lwc-g-m3 0.2
   niji eval sizes --law cloud --preset fog
 
 Columns: number_density_m3,lwc_g_m3,extinction_m1,effective_radius_m,effective_variance

@@ -13,7 +13,6 @@ use niji_atmosphere::SkyDirection;
 use niji_atmosphere::SkyMethod;
 use niji_atmosphere::SkyObserver;
 use niji_atmosphere::sun_irradiance_at;
-use niji_atmosphere::with_diffuse_light;
 use niji_exchange::AtmosphereTable;
 use niji_geometry::Aabb;
 use niji_geometry::PinholeCamera;
@@ -31,15 +30,13 @@ use niji_ice::ice_absorption_spectrum;
 use niji_ice::render_ice;
 use niji_radiometry::Radians;
 use niji_radiometry::WavelengthGrid;
-use niji_radiometry::solar_irradiance;
 use niji_render::SkyModel;
-use niji_scene::Air;
 use niji_scene::IceAccuracy;
 use niji_scene::IceScene;
 use niji_scene::IceShape;
-use niji_scene::MeshUp;
 
 use crate::failure::Failure;
+use crate::stages;
 use crate::stages::sky::no_less_than_dark;
 
 /// Azimuths and elevations of the map of the sky.
@@ -140,10 +137,7 @@ fn body(scene: &IceScene, mesh: Option<&Path>) -> Result<Body, Failure> {
             let mesh = read_mesh(path).map_err(|error| failed(&error))?;
             let longest_m = mesh.bounds().size().max_element();
             let scale = length_m.map_or(1.0, |length_m| length_m / longest_m);
-            let turn = match up {
-                MeshUp::Y => DMat3::IDENTITY,
-                MeshUp::Z => DMat3::from_rotation_x(-0.5 * PI),
-            };
+            let turn = up.axis().to_y_up();
             Body::of_mesh(moved(&mesh, &|corner| scale * (turn * corner))?)
         }
         IceShape::Iceberg(iceberg) => {
@@ -164,15 +158,16 @@ fn box_on(base: DVec3, size: DVec3) -> Aabb {
 }
 
 fn light(scene: &IceScene, wavelengths: WavelengthGrid) -> Result<Light, Failure> {
-    let air = match &scene.air {
-        Some(air) => Some(air_table(air, scene, wavelengths)?),
-        None => None,
+    let orders = match scene.accuracy.sky_model() {
+        SkyModel::None | SkyModel::SingleScattering => None,
+        SkyModel::MultipleScattering => Some(ScatteringOrders::STANDARD),
     };
-    let scale = scene.sun.irradiance_scale();
-    let above_air: Vec<f64> = solar_irradiance(&wavelengths)
-        .into_iter()
-        .map(|irradiance| scale * irradiance)
-        .collect();
+    let table = |air| {
+        let albedo = scene.ground_albedo();
+        stages::atmosphere::tabulated(air, wavelengths, albedo, &scene.sun, orders)
+    };
+    let air = scene.air.as_ref().map(table).transpose()?;
+    let above_air = scene.sun.irradiance(&wavelengths);
     let sun_direction = scene.sun.direction();
     let sky = match (&scene.sky, &air) {
         (Some(sky), _) => {
@@ -193,21 +188,6 @@ fn light(scene: &IceScene, wavelengths: WavelengthGrid) -> Result<Light, Failure
         sun_radius: SUN_RADIUS,
         sun_irradiance,
         sky,
-    })
-}
-
-fn air_table(
-    air: &Air,
-    scene: &IceScene,
-    wavelengths: WavelengthGrid,
-) -> Result<AtmosphereTable, Failure> {
-    let usage = |error: &dyn std::fmt::Display| Failure::Usage(error.to_string());
-    let model = air.model(wavelengths, scene.ground_albedo(), &scene.sun);
-    let model = model.map_err(|error| usage(&error))?;
-    let table = model.tabulate().map_err(|error| usage(&error))?;
-    Ok(match scene.accuracy.sky_model() {
-        SkyModel::None | SkyModel::SingleScattering => table,
-        SkyModel::MultipleScattering => with_diffuse_light(table, ScatteringOrders::STANDARD),
     })
 }
 

@@ -1,6 +1,8 @@
 //! What an EXR file holds.
 
 use std::fmt::Write as _;
+use std::fs::File;
+use std::io::Read as _;
 use std::path::Path;
 
 use niji_exchange::AttributeValue;
@@ -19,7 +21,14 @@ const MOST_CHANNELS: usize = 8;
 /// Characters of an attribute that are shown to people.
 const MOST_CHARACTERS: usize = 76;
 
+/// First bytes of every OpenEXR file.
+const START: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
+
 pub(super) fn report(path: &Path) -> Result<Report, Failure> {
+    if is_something_else(path) {
+        let message = "found neither an OpenVDB nor an OpenEXR file".to_owned();
+        return Err(Failure::bad_input(path, message));
+    }
     let parts = contents(path).map_err(|error| Failure::bad_input(path, error))?;
     let mut text = String::new();
     let mut ranges = Ranges::new();
@@ -33,6 +42,13 @@ pub(super) fn report(path: &Path) -> Result<Report, Failure> {
     }
     let json = json!({ "parts": parts.iter().map(part_json).collect::<Vec<_>>() });
     Ok(Report { text, json, ranges })
+}
+
+/// Is it a file that begins otherwise? What cannot be read at all is the reader's to say.
+fn is_something_else(path: &Path) -> bool {
+    let mut start = [0; START.len()];
+    let read = File::open(path).and_then(|mut file| file.read_exact(&mut start));
+    read.is_ok() && start != START
 }
 
 fn describe(part: &PartContents, text: &mut String) {

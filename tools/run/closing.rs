@@ -4,33 +4,47 @@ use niji_scene::MeasuredLevel;
 use niji_scene::Plan;
 use niji_scene::Stage;
 
-use crate::failure::Failure;
-use crate::scene_file;
+use crate::scene_file::Planned;
 use crate::stages::Done;
+use crate::stages::accuracy::Reached;
 
 /// Decisions that cost nothing in a vacuum.
 const AIR_KEYS: [&str; 2] = ["air_path", "sky"];
 
-/// Prints times of stages, levels with their price, and the effects that are off.
-pub(super) fn print(plan: &Plan, done: &[Done]) -> Result<(), Failure> {
-    let measured = scene_file::measured_levels()?;
+/// Prints times of stages, levels with their price, the effects that are off, and how accurate the
+/// picture is.
+pub(super) fn print(planned: &Planned, done: &[Done], reached: Option<&Reached>) {
     eprintln!("\n{:<11} {:>9}", "stage", "time");
     for stage in done {
         let note = if stage.up_to_date { "  up to date" } else { "" };
         eprintln!("{:<11} {:>7.2} s{note}", stage.stage, stage.seconds);
     }
+    print_levels(planned);
+    print_effects_off(&planned.plan);
+    if let Some(choice) = &planned.choice {
+        eprint!("{}", choice.text());
+    }
+    if let Some(reached) = reached {
+        eprintln!("{}", reached.text());
+    }
+}
+
+/// The levels, each with its neighbors in cost.
+fn print_levels(planned: &Planned) {
+    let (plan, measured) = (&planned.plan, &planned.measured);
     eprintln!(
         "\n{:<21} {:<34} {:>9} {:>7}  {:<40} next dearer",
         "accuracy", "level", "error", "time", "next cheaper"
     );
     let in_air = plan.runs(Stage::Atmosphere);
-    for (key, level) in plan.levels.named() {
+    let kept = plan.levels.measured_names(plan.work.voxel_m);
+    for ((key, level), (_, kept)) in plan.levels.named().into_iter().zip(kept) {
         if !in_air && AIR_KEYS.contains(&key.as_str()) {
             continue;
         }
-        let here = measured.find(&key, &level, &plan.scene);
-        let cheaper = measured.next_cheaper(&key, &level, &plan.scene);
-        let dearer = measured.next_dearer(&key, &level, &plan.scene);
+        let here = measured.find(&key, &kept, &plan.scene);
+        let cheaper = measured.next_cheaper(&key, &kept, &plan.scene);
+        let dearer = measured.next_dearer(&key, &kept, &plan.scene);
         eprintln!(
             "{key:<21} {level:<34} {:>9} {:>7}  {:<40} {}",
             error(here),
@@ -40,13 +54,16 @@ pub(super) fn print(plan: &Plan, done: &[Done]) -> Result<(), Failure> {
         );
     }
     eprintln!(
-        "error: relative RMSE of radiance against the best level of that row; time: over the \
-         standard level; ? not measured (niji calibrate)"
+        "error: relative RMSE of radiance against the best level of that row, on the calibration scene; \
+         time: over the standard level; ? not measured (niji calibrate)"
     );
+}
+
+fn print_effects_off(plan: &Plan) {
     let off: Vec<String> = plan
         .effects
         .iter()
-        .filter(|decision| !decision.on && decision.effect.is_available())
+        .filter(|decision| !decision.on)
         .map(|decision| match decision.bound {
             Some(bound) => {
                 format!(
@@ -65,7 +82,6 @@ pub(super) fn print(plan: &Plan, done: &[Done]) -> Result<(), Failure> {
         off.join(", ")
     };
     eprintln!("off: {off}");
-    Ok(())
 }
 
 fn error(level: Option<&MeasuredLevel>) -> String {

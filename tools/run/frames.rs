@@ -72,11 +72,12 @@ pub(super) fn execute(
     let sequence = sequence(scene_file)?;
     let verbosity = common.verbosity();
     let (mut frames, mut effects) = (Vec::new(), None);
-    let mut accuracy = Ok(());
+    let (mut accuracy, mut chosen) = (Ok(()), None);
     for number in (range.first..=range.last).step_by(step as usize) {
         let in_frame = |failure: Failure| failure.within(&format!("frame {number}"));
         let text = sequence.scene_text(number);
-        let planned = scene_file::frame(&text, scene_file, common).map_err(in_frame)?;
+        let planned = scene_file::frame(&text, scene_file, (common, chosen.take()));
+        let planned = planned.map_err(in_frame)?;
         planned.check_light().map_err(in_frame)?;
         if verbosity > Verbosity::Quiet {
             eprintln!("{:>11}  {number}", "frame");
@@ -91,6 +92,7 @@ pub(super) fn execute(
         if let (Some(tolerance), Ok(())) = (common.tolerance, &accuracy) {
             accuracy = accuracy::check(&planned, &files.image, tolerance).map_err(in_frame);
         }
+        chosen = planned.choice;
         frames.push(FrameDone {
             frame: number,
             image: files.image,

@@ -39,6 +39,8 @@ use crate::sun::report::FindingText;
 #[command(after_help = "Examples:
   niji run data/scenes/paper-c-figure-3.toml -o out
   niji run scene.toml -o draft --accuracy draft
+  niji run scene.toml -o out --tolerance 0.01
+  niji run scene.toml -o out --budget 10s
   niji run sequence.toml -o out --frames 1-240
 
 Leaves drops.vdb, airy.exr, scatter.exr, atmosphere.exr (where the plan needs them), image.exr,
@@ -88,7 +90,13 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
     planned.check_light()?;
     let manner = common.manner();
     let Outcome { done, findings } = run_stages(&planned, folder, manner)?;
-    report::write(&report::json(&planned, &done), folder)?;
+    let image = folder.join(stages::render::FILE);
+    let reached = common
+        .tolerance
+        .map(|tolerance| accuracy::reached(&planned, &image, tolerance));
+    let reached = reached.transpose()?.flatten();
+    let report = report::json(&planned, &done, reached.as_ref());
+    report::write(&report, folder)?;
     if manner.verbosity > Verbosity::Quiet {
         for warning in &planned.plan.warnings {
             eprintln!("    warning  {warning}");
@@ -96,14 +104,13 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
         for finding in findings.iter().map(FindingText::from) {
             eprint!("{}", finding.text());
         }
-        closing::print(&planned.plan, &done)?;
+        closing::print(&planned, &done, reached.as_ref());
         if done.iter().all(|done| done.up_to_date) {
             eprintln!("{}: everything is up to date", folder.display());
         }
     }
-    let image = folder.join(stages::render::FILE);
     if common.json {
-        output::print(&format!("{:#}\n", report::json(&planned, &done)))?;
+        output::print(&format!("{report:#}\n"))?;
     } else {
         let shown = match planned.scene.photo {
             Some(_) => folder.join(stages::photo::COMPOSITE),
@@ -113,9 +120,7 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
     }
     // Everything is written by now, for whoever wants the impossible.
     check::verdict(&findings)?;
-    common.tolerance.map_or(Ok(()), |tolerance| {
-        accuracy::check(&planned, &image, tolerance)
-    })
+    reached.map_or(Ok(()), |reached| accuracy::verdict(&reached))
 }
 
 /// What the stages of a run did.

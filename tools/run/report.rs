@@ -11,17 +11,20 @@ use crate::output;
 use crate::run::frames::FrameDone;
 use crate::scene_file::Planned;
 use crate::stages::Done;
+use crate::stages::accuracy::Reached;
 
 /// Name of the file in the folder of a run.
 const FILE: &str = "report.json";
 
 /// The report of a run.
-pub(super) fn json(planned: &Planned, done: &[Done]) -> Value {
+pub(super) fn json(planned: &Planned, done: &[Done], reached: Option<&Reached>) -> Value {
     json!({
         "version": env!("CARGO_PKG_VERSION"),
         "command": std::env::args().collect::<Vec<_>>(),
         "scene": planned.scene,
         "plan": planned.plan,
+        "choice": planned.choice,
+        "accuracy": reached,
         "stages": done,
         "seconds": done.iter().map(|done| done.seconds).sum::<f64>(),
     })

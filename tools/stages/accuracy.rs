@@ -1,21 +1,26 @@
 //! Whether a picture is as accurate as was asked for, and what limits it where it is not.
+//!
+//! error = what the renderer estimated, RMS over the pixels + what the levels that it cannot judge are
+//! predicted to cost: theory, air and sky.
 
 use std::path::Path;
 
 use niji_exchange::Aov;
 use niji_exchange::SpectralImage;
+use niji_scene::SHARE_FOR_LEVELS;
+use serde::Serialize;
 
 use crate::failure::Failure;
 use crate::scene_file::Planned;
-
-/// Part of a tolerance that is for levels; the rest is for effects that are left out.
-pub(crate) const SHARE_FOR_LEVELS: f64 = 0.5;
 
 /// Name of the estimated error among the images.
 pub(crate) const AOV: &str = "error";
 
 /// Channel of all causes together.
 pub(crate) const TOTAL: &str = "Y";
+
+/// Decisions that the renderer takes as given: their errors are not in its estimate.
+const NOT_ESTIMATED: [&str; 3] = ["theory", "air_path", "sky"];
 
 /// What to do about each cause of error, by its channel.
 const REMEDIES: [(&str, &str); 5] = [
@@ -42,33 +47,93 @@ const REMEDIES: [(&str, &str); 5] = [
     ),
 ];
 
-/// Checks that the estimated error of a picture, RMS over its pixels, keeps to the part of the
-/// tolerance that is for levels.
+/// How accurate a picture is, in parts of the reference luminance.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Reached {
+    /// What was asked of the levels: half of the tolerance.
+    allowed: f64,
+    /// Estimated RMSE of luminance.
+    pub(crate) error: f64,
+    /// The part of it that the renderer estimated.
+    estimated: f64,
+    /// The part that was predicted of theory, air and sky.
+    predicted: f64,
+    /// What causes most of it, and what to do.
+    #[serde(skip)]
+    largest: (f64, String),
+}
+
+impl Reached {
+    /// The error in words.
+    pub(crate) fn text(&self) -> String {
+        format!(
+            "error reached: {:.1e} of {:.1e} allowed ({:.1e} estimated by the renderer, {:.1e} predicted \
+             of theory, air and sky)",
+            self.error, self.allowed, self.estimated, self.predicted
+        )
+    }
+}
+
+/// How accurate a picture is; `None` if it holds no estimate.
 ///
 /// # Errors
-/// A file that cannot be read; [`Failure::AccuracyNotReached`], which names the largest cause.
-pub(crate) fn check(planned: &Planned, image: &Path, tolerance: f64) -> Result<(), Failure> {
+/// A file that cannot be read.
+pub(crate) fn reached(
+    planned: &Planned,
+    image: &Path,
+    tolerance: f64,
+) -> Result<Option<Reached>, Failure> {
     let parts = SpectralImage::read_spectral(image).map_err(|e| Failure::bad_input(image, e))?;
     let Some(error) = parts.aovs.iter().find(|aov| aov.name == AOV) else {
-        return Ok(());
+        return Ok(None);
     };
     let reference = planned.plan.reference_luminance_cd_m2;
-    let reached = rms(error, TOTAL) / reference;
-    let allowed = SHARE_FOR_LEVELS * tolerance;
-    if reached <= allowed {
+    let levels = planned.choice.iter().flat_map(|choice| &choice.levels);
+    let given = levels.filter(|level| NOT_ESTIMATED.contains(&level.decision));
+    let predictions = given.filter_map(|level| Some((level.error?, level)));
+    let remedies =
+        REMEDIES.map(|(cause, remedy)| (rms(error, cause) / reference, remedy.to_owned()));
+    let of_levels = predictions.clone().map(|(error, level)| {
+        let remedy = format!("{} = {}: a better level", level.decision, level.level);
+        (error, remedy)
+    });
+    let none = (0.0, "a more accurate preset".to_owned());
+    let more =
+        |most: (f64, String), cause: (f64, String)| if cause.0 > most.0 { cause } else { most };
+    let estimated = rms(error, TOTAL) / reference;
+    let predicted = predictions.map(|(error, _)| error).sum();
+    Ok(Some(Reached {
+        allowed: SHARE_FOR_LEVELS * tolerance,
+        error: estimated + predicted,
+        estimated,
+        predicted,
+        largest: remedies.into_iter().chain(of_levels).fold(none, more),
+    }))
+}
+
+/// Refuses a picture that misses its tolerance, naming the largest cause.
+///
+/// # Errors
+/// [`Failure::AccuracyNotReached`].
+pub(crate) fn verdict(reached: &Reached) -> Result<(), Failure> {
+    let Reached { error, allowed, .. } = reached;
+    if error <= allowed {
         return Ok(());
     }
-    let causes = REMEDIES.map(|(cause, remedy)| (rms(error, cause) / reference, remedy));
-    let (largest, remedy) =
-        causes
-            .into_iter()
-            .fold((0.0, "a more accurate preset"), |most, cause| {
-                if cause.0 > most.0 { cause } else { most }
-            });
+    let (largest, remedy) = &reached.largest;
     Err(Failure::AccuracyNotReached(format!(
-        "the estimated error of the picture is {reached:.1e}, expected at most {allowed:.1e}, half of \
+        "the estimated error of the picture is {error:.1e}, expected at most {allowed:.1e}, half of \
          the tolerance; {largest:.1e} of it comes from {remedy} (the picture was written)"
     )))
+}
+
+/// Checks that the error of a picture keeps to the part of the tolerance that is for levels.
+///
+/// # Errors
+/// A file that cannot be read; as [`verdict`].
+pub(crate) fn check(planned: &Planned, image: &Path, tolerance: f64) -> Result<(), Failure> {
+    let reached = reached(planned, image, tolerance)?;
+    reached.map_or(Ok(()), |reached| verdict(&reached))
 }
 
 /// Root of the mean square of a channel; 0 where there is none.

@@ -2,11 +2,14 @@
 
 use std::path::Path;
 
+use niji_atmosphere::ScatteringOrders;
 use niji_atmosphere::with_diffuse_light;
 use niji_exchange::AtmosphereTable;
 use niji_exchange::TableFile;
+use niji_radiometry::WavelengthGrid;
 use niji_scene::Air;
 use niji_scene::Scene;
+use niji_scene::Sun;
 use niji_scene::canonical_json;
 
 use crate::failure::Failure;
@@ -19,25 +22,39 @@ use crate::stages::perform;
 /// Name of the file in the folder of a run.
 pub(crate) const FILE: &str = "atmosphere.exr";
 
-/// The air of a scene, tabulated, with light of higher orders where the scene's levels ask for it;
-/// `None` in a vacuum.
+/// The air of a scene, tabulated; `None` in a vacuum.
 ///
 /// # Errors
 /// Parameters out of their range.
 pub(crate) fn table(scene: &Scene) -> Result<Option<AtmosphereTable>, Failure> {
-    let Some(air) = &scene.air else {
-        return Ok(None);
-    };
-    let usage = |error: &dyn std::fmt::Display| Failure::Usage(error.to_string());
-    let wavelengths = scene.spectrum.grid().map_err(|error| usage(&error))?;
-    let model = air
-        .model(wavelengths, scene.ground.albedo, &scene.sun)
-        .map_err(|error| usage(&error))?;
-    let table = model.tabulate().map_err(|error| usage(&error))?;
-    Ok(Some(match scene.scattering_orders() {
+    let wavelengths = scene.spectrum.grid();
+    let wavelengths = wavelengths.map_err(|error| Failure::Usage(error.to_string()))?;
+    let orders = scene.scattering_orders();
+    let table = scene
+        .air
+        .as_ref()
+        .map(|air| tabulated(air, wavelengths, scene.ground.albedo, &scene.sun, orders));
+    table.transpose()
+}
+
+/// Air over a ground of an albedo, with light of the orders that are asked for beyond the first.
+///
+/// # Errors
+/// Parameters out of their range.
+pub(crate) fn tabulated(
+    air: &Air,
+    wavelengths: WavelengthGrid,
+    ground_albedo: f64,
+    sun: &Sun,
+    orders: Option<ScatteringOrders>,
+) -> Result<AtmosphereTable, Failure> {
+    let usage = |error: niji_atmosphere::Error| Failure::Usage(error.to_string());
+    let model = air.model(wavelengths, ground_albedo, sun).map_err(usage)?;
+    let table = model.tabulate().map_err(usage)?;
+    Ok(match orders {
         Some(orders) => with_diffuse_light(table, orders),
         None => table,
-    }))
+    })
 }
 
 /// Writes the table of a scene's air.

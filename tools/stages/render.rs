@@ -104,9 +104,7 @@ impl Settings {
             spectrum: scene.spectrum,
             effects: on.map(Effect::name).collect(),
             levels: plan.levels,
-            tolerance: planned
-                .asked_tolerance
-                .map(|tolerance| accuracy::SHARE_FOR_LEVELS * tolerance),
+            tolerance: planned.tolerance_for_rays(),
             picture: scene.picture,
             render_effects,
             reference_luminance_cd_m2: plan.reference_luminance_cd_m2,
@@ -213,11 +211,7 @@ fn picture(
     let air: Option<AtmosphereTable> = inputs.air.map(stages::atmosphere::read).transpose()?;
     let drops = lit_drops(settings, inputs.drops)?;
     let surfaces = inputs.surfaces.read(settings.camera)?;
-    let scale = settings.sun.irradiance_scale();
-    let sun_irradiance: Vec<f64> = solar_irradiance(&wavelengths)
-        .into_iter()
-        .map(|irradiance| scale * irradiance)
-        .collect();
+    let sun_irradiance = settings.sun.irradiance(&wavelengths);
     let bar = progress::bar("render", target.region.n_pixels(), verbosity);
     let work = Work {
         request: RenderRequest {

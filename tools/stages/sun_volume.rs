@@ -62,3 +62,95 @@ pub(crate) fn lit(
     }
     Ok(best)
 }
+
+#[cfg(test)]
+mod tests {
+    use niji_dropfield::DropMode;
+    use niji_dropfield::Drops;
+    use niji_dropfield::GridBox;
+    use niji_dropfield::Interpolation;
+
+    use super::*;
+
+    /// Node distances of the drops and of the coarsest sun volume (m).
+    const DROPS_VOXEL_M: f64 = 2.0;
+    const COARSE_M: f64 = 32.0;
+
+    fn sun() -> DVec3 {
+        DVec3::new(0.4, 0.8, 0.3).normalize()
+    }
+
+    /// A cloud of optical depth 2 in the middle, so that shadows bend from voxel to voxel.
+    fn bricks() -> Vec<Bricks> {
+        let half = DVec3::splat(32.0);
+        let grid = GridBox {
+            min: -half,
+            max: half,
+            voxel_m: DROPS_VOXEL_M,
+        };
+        let cloud = |point: DVec3| Drops {
+            number_density_m3: (2.5e6 * (-point.length_squared() / 200.0).exp()) as f32,
+            effective_radius_m: 1e-4,
+            effective_variance: 0.1,
+        };
+        let mode = DropMode::from_fn("", &grid, cloud).expect("the cloud is sound");
+        vec![Bricks::build(&mode, Interpolation::Moments).expect("the cloud is small")]
+    }
+
+    fn error_of(voxel_m: f64) -> f64 {
+        let drops = LitDrops::new(bricks(), sun(), SunPath::Volume { voxel_m });
+        drops.expect("the cloud is sound").shadow_depth_error()
+    }
+
+    /// Error of what is made from the coarsest volume for a tolerance at Q = 2.
+    fn error_for(tolerance: f64) -> f64 {
+        let allowed = Allowed {
+            tolerance,
+            efficiency: 2.0,
+        };
+        let coarse = SunPath::Volume { voxel_m: COARSE_M };
+        let drops = lit(bricks(), sun(), coarse, Some(allowed));
+        drops.expect("the cloud is sound").shadow_depth_error()
+    }
+
+    /// The tolerance that a volume of an error just keeps.
+    fn kept_by(error: f64) -> f64 {
+        2.0 * error / SHARE
+    }
+
+    #[test]
+    fn the_voxel_is_halved_until_the_estimate_holds_and_no_further() {
+        let errors = [1.0, 0.5, 0.25].map(|part| error_of(part * COARSE_M));
+        // Measured 1.5 and 1.7.
+        assert!(errors[0] > 1.4 * errors[1] && errors[1] > 1.4 * errors[2]);
+        for error in errors {
+            // Stored values come back: the volumes are the same.
+            assert_eq!(error_for(1.01 * kept_by(error)), error);
+        }
+        assert_eq!(error_for(0.99 * kept_by(errors[0])), errors[1]);
+    }
+
+    #[test]
+    fn it_stops_after_the_last_halving_and_says_that_the_tolerance_is_missed() {
+        let tolerance = 1e-9;
+        let found = error_for(tolerance);
+        assert_eq!(found, error_of(COARSE_M / f64::from(1 << MOST_HALVINGS)));
+        // What the drops say of themselves is what the picture's error is made of.
+        assert!(kept_by(found) > tolerance);
+    }
+
+    #[test]
+    fn a_level_without_a_tolerance_and_a_march_stay_as_they_are() {
+        let coarse = SunPath::Volume { voxel_m: COARSE_M };
+        let drops = lit(bricks(), sun(), coarse, None).expect("the cloud is sound");
+        assert_eq!(drops.shadow_depth_error(), error_of(COARSE_M));
+        let allowed = Some(Allowed {
+            tolerance: 1e-9,
+            efficiency: 2.0,
+        });
+        let march = SunPath::March { step_m: 20.0 };
+        let marched = lit(bricks(), sun(), march, allowed).expect("the cloud is sound");
+        let plain = LitDrops::new(bricks(), sun(), march).expect("the cloud is sound");
+        assert_eq!(marched.shadow_depth_error(), plain.shadow_depth_error());
+    }
+}

@@ -11,11 +11,11 @@ use std::path::PathBuf;
 
 use clap::Args;
 use niji_scene::Accuracy;
+use niji_scene::DECISIONS;
 use niji_scene::Preset;
 use niji_scene::Scene;
 
 use crate::cli::Common;
-use crate::decisions::DECISIONS;
 use crate::failure::Failure;
 use crate::output;
 use crate::plot::Cloud;
@@ -133,12 +133,16 @@ fn variants(planned: &Planned) -> Vec<Variant> {
             is_best: preset == Preset::Reference,
         })
         .collect();
-    let voxel_m = scene_file::voxel_m(scene);
+    let voxel_m = planned.plan.work.voxel_m;
     for decision in DECISIONS
         .iter()
-        .filter(|decision| decision.concerns(planned))
+        .filter(|decision| decision.concerns(scene, &planned.plan))
     {
-        let changes = decision.levels.iter().rev().enumerate();
+        let changes = decision
+            .levels_for(&planned.plan)
+            .into_iter()
+            .rev()
+            .enumerate();
         variants.extend(changes.map(|(index, change)| {
             let mut accuracy = scene.accuracy;
             change(&mut accuracy, voxel_m);

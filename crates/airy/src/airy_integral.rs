@@ -354,39 +354,4 @@ mod tests {
             );
         }
     }
-
-    #[test]
-    fn exponentially_small_values_keep_their_digits_until_they_leave_the_range_of_f64() {
-        // f(−110.5) = 1.66807e-306 in 40-digit arithmetic.
-        assert!((airy_integral(-110.5) / 1.66807e-306 - 1.0).abs() < 1e-5);
-        assert!(airy_integral(-111.0) > 0.0);
-        assert_eq!(airy_integral_with_derivative(-111.1), (0.0, 0.0));
-    }
-
-    #[test]
-    fn a_round_trip_through_f32_keeps_seven_digits() {
-        for z in [-18.0, -3.0, 0.0, 1.5, 20.0, 60.0] {
-            let (f, dfdz) = airy_integral_with_derivative(z);
-            for value in [f, dfdz] {
-                let back = f64::from(value as f32);
-                assert!(
-                    (back / value - 1.0).abs() < 6e-8,
-                    "{value} came back as {back}"
-                );
-            }
-        }
-    }
-
-    #[test]
-    fn nothing_strange_comes_of_strange_arguments() {
-        let (f, dfdz) = airy_integral_with_derivative(f64::NAN);
-        assert!(f.is_nan() && dfdz.is_nan());
-        assert_eq!(airy_integral(f64::INFINITY), 0.0);
-        assert_eq!(airy_integral(f64::NEG_INFINITY), 0.0);
-        assert_eq!(airy_integral(-1e9), 0.0);
-        for z in [1e9, 1e12, 1e200, 1e201, 1e300, f64::MAX] {
-            let (f, dfdz) = airy_integral_with_derivative(z);
-            assert!(f.abs() < 1e-2 && dfdz.is_finite(), "f({z:e}) = {f}");
-        }
-    }
 }

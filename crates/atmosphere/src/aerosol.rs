@@ -109,6 +109,18 @@ impl AerosolKind {
 impl Aerosol {
     /// The same aerosol, as much of it as makes a visibility at sea level.
     ///
+    /// ```
+    /// use niji_atmosphere::{AerosolKind, rayleigh_bodhaine_m1};
+    /// use niji_radiometry::{Nanometers, WavelengthGrid};
+    ///
+    /// // Koschmieder: at the end of the visibility a contrast of 2 % is left, -ln 0.02 = 3.912.
+    /// let haze = AerosolKind::Rural.aerosol().with_visibility_m(10_000.0)?;
+    /// let haze_m1 = haze.constituent(&WavelengthGrid::new(550.0, 10.0, 1)?)?.extinction_m1[0];
+    /// let all_m1 = haze_m1 + rayleigh_bodhaine_m1(Nanometers(550.0));
+    /// assert!((10_000.0 * all_m1 - 3.912).abs() < 5e-3);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
     /// # Errors
     /// If the visibility is no positive number, or farther than in air without any aerosol (334 km).
     pub fn with_visibility_m(self, visibility_m: f64) -> Result<Self, Error> {

@@ -9,6 +9,15 @@ use std::f64::consts::PI;
 use niji_radiometry::Radians;
 
 /// Phase function at a scattering angle, 1/sr (HG41, eq. 2).
+///
+/// ```
+/// use niji_atmosphere::henyey_greenstein;
+/// use niji_radiometry::Radians;
+///
+/// let even = henyey_greenstein(0.0, Radians(1.0));
+/// assert!((even - 0.25 / std::f64::consts::PI).abs() < 1e-15);
+/// assert!(henyey_greenstein(0.7, Radians(0.0)) > 18.0 * even);
+/// ```
 pub fn henyey_greenstein(asymmetry: f64, theta: Radians) -> f64 {
     let g = asymmetry;
     // 1 + g^2 - 2 g cos theta, without cancellation near the forward peak.

@@ -41,6 +41,15 @@ fn refractivity(wavelength: Nanometers) -> f64 {
 }
 
 /// Scattering coefficient at 15 C and 1013.25 mb, 1/m (B99, eq. 22 times Ns).
+///
+/// ```
+/// use niji_atmosphere::rayleigh_bodhaine_m1;
+/// use niji_radiometry::Nanometers;
+///
+/// // Their table 3 has 4.513e-27 cm^2 at 550 nm, times 2.54743e19 molecules per cm^3.
+/// let scattering_m1 = rayleigh_bodhaine_m1(Nanometers(550.0));
+/// assert!((scattering_m1 / (4.513e-31 * 2.54743e25) - 1.0).abs() < 1e-3);
+/// ```
 pub fn rayleigh_bodhaine_m1(wavelength: Nanometers) -> f64 {
     king_factor(wavelength) * sphere_scattering_m1(wavelength)
 }

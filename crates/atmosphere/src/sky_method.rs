@@ -128,9 +128,9 @@ pub struct SkyMethodCost {
     pub setup_s: f64,
     /// Time for a direction after that, s.
     pub direction_s: f64,
-    /// Largest error.
+    /// Largest error relative to the reference, or where that is dark to a share of its largest value.
     pub worst_error: f64,
-    /// Root mean square of the error.
+    /// Root mean square of this error.
     pub rms_error: f64,
 }
 

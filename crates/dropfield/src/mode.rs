@@ -249,7 +249,7 @@ fn leaf_from_fn(
 }
 
 /// What a number density must be.
-pub(crate) const EXPECT_NUMBER: &str = "a finite number not below 0";
+pub(crate) const EXPECT_NUMBER: &str = "a number density in 0..1e15 1/m^3";
 /// What a radius must be.
 pub(crate) const EXPECT_RADIUS: &str = "a radius in 0..0.1 m";
 /// What an effective variance must be.

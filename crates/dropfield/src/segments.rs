@@ -24,7 +24,7 @@ use crate::bricks::cell_base;
 pub struct Segment<'a> {
     /// Distance at which the ray enters, in units of the direction's length.
     pub t_enter: f64,
-    /// Distance at which it leaves.
+    /// Distance at which it leaves, in the same units.
     pub t_exit: f64,
     bricks: &'a Bricks,
     brick: u32,

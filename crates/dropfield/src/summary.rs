@@ -287,6 +287,8 @@ mod tests {
             milk.iter().any(|text| text.contains("outermost")),
             "{milk:?}"
         );
+        let metres = said(slab("", 1000.0, 1e-4));
+        assert!(metres[0].contains("micrometres"), "{metres:?}");
         assert_eq!(said(slab("", 1000.0, 300.0)), Vec::<String>::new());
     }
 

@@ -63,6 +63,21 @@ const DENSITY: Quantity = Quantity {
 };
 
 /// All drops of a scene's volume.
+///
+/// ```
+/// use glam::DVec3;
+/// use niji_dropfield::{DropMode, DropVolume, Drops, GridBox};
+///
+/// let drops =
+///     Drops { number_density_m3: 1000.0, effective_radius_m: 1e-4, effective_variance: 0.1 };
+/// let grid = GridBox { min: DVec3::ZERO, max: DVec3::splat(8.0), voxel_m: 1.0 };
+/// let volume = DropVolume { modes: vec![DropMode::from_fn("", &grid, |_| drops)?] };
+///
+/// // As OpenVDB and back; a file holds f32.
+/// let again = DropVolume::from_vdb(&volume.to_vdb(&[])?)?;
+/// assert!((again.summary().total_drops / (1000.0 * 512.0) - 1.0).abs() < 1e-6);
+/// # Ok::<(), niji_dropfield::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct DropVolume {
     /// The populations; at any point their moments add.

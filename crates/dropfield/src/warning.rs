@@ -19,6 +19,9 @@ const MOST_LIQUID_WATER_G_M3: f64 = 5.0;
 /// Effective radius up to which drops are those of fog and cloud (um).
 const LARGEST_FOG_RADIUS_UM: f64 = 30.0;
 
+/// Smaller drops than this do not last in nature (um): below it someone has taken metres.
+const SMALLEST_RADIUS_UM: f64 = 0.05;
+
 /// Fewest drops of a fog that can be seen at all (1/m³).
 const FEWEST_FOG_DROPS_M3: f64 = 1e6;
 
@@ -46,6 +49,13 @@ pub enum Warning {
         mode: String,
         /// Largest liquid water content (g/m³).
         found_g_m3: f64,
+    },
+    /// Drops smaller than any that last, as from a radius in other units.
+    TinyDrops {
+        /// Name of the mode.
+        mode: String,
+        /// Largest effective radius (um).
+        effective_radius_um: f64,
     },
     /// Fog-sized drops, but too few of them to be seen.
     ThinFog {
@@ -125,7 +135,12 @@ fn of_mode(mode: &DropMode) -> Vec<Warning> {
             found_g_m3: most_water_g_m3,
         });
     }
-    if let Some((effective_radius_um, number_density_m3)) = densest_fog
+    if largest_um > 0.0 && largest_um < SMALLEST_RADIUS_UM {
+        warnings.push(Warning::TinyDrops {
+            mode: name(),
+            effective_radius_um: largest_um,
+        });
+    } else if let Some((effective_radius_um, number_density_m3)) = densest_fog
         && number_density_m3 < FEWEST_FOG_DROPS_M3
     {
         warnings.push(Warning::ThinFog {
@@ -165,6 +180,15 @@ impl fmt::Display for Warning {
                 f,
                 "{}{found_g_m3:.2} g/m³ of liquid water, more than the {MOST_LIQUID_WATER_G_M3} \
                  g/m³ that the air holds in nature",
+                prefix(mode)
+            ),
+            Self::TinyDrops {
+                mode,
+                effective_radius_um,
+            } => write!(
+                f,
+                "{}drops of {effective_radius_um:.1e} um, smaller than any that last: radii are in \
+                 micrometres in flags and scenes, in metres in VDB files",
                 prefix(mode)
             ),
             Self::ThinFog {

@@ -58,6 +58,7 @@ pub struct FogBank {
     /// Highest corner (m).
     pub box_max_m: [f64; 3],
     /// Edge length of a voxel (m).
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub voxel_m: f64,
     /// How water and radius change with height.
     pub profile: FogProfile,
@@ -66,12 +67,15 @@ pub struct FogBank {
     pub preset: Option<CloudPreset>,
     /// Largest liquid water content L (g/m³).
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0))]
     pub max_lwc_g_m3: Option<f64>,
     /// Largest effective radius a (um).
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub max_effective_radius_um: Option<f64>,
     /// Effective variance everywhere.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("minimum" = 0.0, "exclusiveMaximum" = 0.5))]
     pub effective_variance: Option<f64>,
     /// Gusts.
     #[serde(default, skip_serializing_if = "Option::is_none")]

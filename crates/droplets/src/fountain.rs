@@ -56,22 +56,29 @@ pub struct Fountain {
     pub nozzle_m: [f64; 3],
     /// Radius of the ring of jets; 0 is one jet (m).
     #[serde(default)]
+    #[schemars(range(min = 0.0))]
     pub ring_radius_m: f64,
     /// Speed at which the drops leave (m/s).
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub speed_m_s: f64,
     /// Elevation of the jets; those of a ring lean outwards (degrees).
     #[serde(default = "upright")]
+    #[schemars(range(min = 0.0, max = 90.0))]
     pub elevation_deg: f64,
     /// Direction into which a single jet leans, clockwise from north (degrees); rings have none.
     #[serde(default)]
     pub azimuth_deg: f64,
     /// Half angle of the cone into which a jet sprays (degrees).
+    #[schemars(range(min = 0.0, max = 90.0))]
     pub spread_deg: f64,
     /// Flow of water in drops (kg/s).
+    #[schemars(range(min = 0.0))]
     pub flow_kg_s: f64,
     /// Effective radius of the drops at the nozzle (um).
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub effective_radius_um: f64,
     /// Effective variance at the nozzle.
+    #[schemars(extend("minimum" = 0.0, "exclusiveMaximum" = 0.5))]
     pub effective_variance: f64,
     /// Wind, x and z (m/s).
     #[serde(default)]
@@ -82,6 +89,7 @@ pub struct Fountain {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub turbulence: Option<Turbulence>,
     /// Edge length of a voxel (m).
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub voxel_m: f64,
 }
 

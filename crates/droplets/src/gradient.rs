@@ -61,19 +61,25 @@ pub struct Gradient {
     /// Highest corner (m).
     pub box_max_m: [f64; 3],
     /// Edge length of a voxel (m).
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub voxel_m: f64,
     /// The axis along which both run.
     pub axis: Axis,
     /// Effective radius at the low face (um).
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub radius_at_min_um: f64,
     /// Effective radius at the high face (um).
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub radius_at_max_um: f64,
     /// Number density at the low face (1/m³).
+    #[schemars(range(min = 0.0))]
     pub number_density_at_min_m3: f64,
     /// Number density at the high face (1/m³).
+    #[schemars(range(min = 0.0))]
     pub number_density_at_max_m3: f64,
     /// Effective variance everywhere; 0, a single size at every place, if left out.
     #[serde(default)]
+    #[schemars(extend("minimum" = 0.0, "exclusiveMaximum" = 0.5))]
     pub effective_variance: f64,
 }
 

@@ -51,8 +51,10 @@ const WATER_POWER: f64 = 4.0 * NUMBER_POWER;
 #[serde(deny_unknown_fields)]
 pub struct RainCell {
     /// Largest rain rate, on the axis (mm/h).
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub max_rain_rate_mm_h: f64,
     /// Radius at which the rain rate has fallen to 1/e (m).
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub radius_m: f64,
     /// Axis of the cell at its top, x and z (m).
     pub center_xz_m: [f64; 2],
@@ -67,6 +69,7 @@ pub struct RainCell {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub turbulence: Option<Turbulence>,
     /// Edge length of a voxel (m).
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub voxel_m: f64,
 }
 

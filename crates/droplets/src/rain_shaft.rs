@@ -37,32 +37,61 @@ pub enum Footprint {
     /// A rectangle.
     Box {
         /// Extent east-west (m).
+        #[schemars(extend("exclusiveMinimum" = 0.0))]
         width_x_m: f64,
         /// Extent north-south (m).
+        #[schemars(extend("exclusiveMinimum" = 0.0))]
         width_z_m: f64,
     },
     /// A disc.
     Column {
         /// Radius (m).
+        #[schemars(extend("exclusiveMinimum" = 0.0))]
         radius_m: f64,
     },
 }
 
 /// A shaft of Marshall-Palmer rain.
+///
+/// ```
+/// use niji_droplets::{Footprint, RainShaft};
+///
+/// let shaft = RainShaft {
+///     rain_rate_mm_h: Some(5.0),
+///     reflectivity_dbz: None,
+///     d_min_mm: None,
+///     d_max_mm: None,
+///     footprint: Footprint::Column { radius_m: 500.0 },
+///     center_xz_m: [0.0, -2000.0],
+///     base_y_m: 0.0,
+///     top_y_m: 1000.0,
+///     wind_shear_xz_1_s: [0.0, 0.0],
+///     edge_m: 0.0,
+///     turbulence: None,
+///     voxel_m: 50.0,
+/// };
+/// shaft.validate()?;
+/// assert!((shaft.bulk_properties().lwc_g_m3 - 0.344).abs() < 5e-4);
+/// # Ok::<(), niji_droplets::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RainShaft {
     /// Rain rate (mm/h); either this or the radar reflectivity.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub rain_rate_mm_h: Option<f64>,
     /// Radar reflectivity of the rain before any cut of its diameters (dBZ).
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = -100.0, max = 100.0))]
     pub reflectivity_dbz: Option<f64>,
     /// Smallest drop diameter (mm); 0 if left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0))]
     pub d_min_mm: Option<f64>,
     /// Largest drop diameter (mm); no limit if left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub d_max_mm: Option<f64>,
     /// Outline.
     pub footprint: Footprint,
@@ -77,11 +106,13 @@ pub struct RainShaft {
     pub wind_shear_xz_1_s: [f64; 2],
     /// Width over which the edge fades (m); 0 is a sharp edge.
     #[serde(default)]
+    #[schemars(range(min = 0.0))]
     pub edge_m: f64,
     /// Gusts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub turbulence: Option<Turbulence>,
     /// Edge length of a voxel (m).
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub voxel_m: f64,
 }
 

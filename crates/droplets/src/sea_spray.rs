@@ -48,17 +48,22 @@ pub struct SeaSpray {
     /// Highest corner (m).
     pub box_max_m: [f64; 3],
     /// Liquid water content at the water (g/m³).
+    #[schemars(range(min = 0.0))]
     pub surface_lwc_g_m3: f64,
     /// Height over which the water falls to 1/e (m).
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub scale_height_m: f64,
     /// Median radius of the lognormal law (um).
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub median_radius_um: f64,
     /// Geometric standard deviation of the radius, above 1.
+    #[schemars(extend("exclusiveMinimum" = 1.0, "maximum" = 100.0))]
     pub geometric_standard_deviation: f64,
     /// Gusts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub turbulence: Option<Turbulence>,
     /// Edge length of a voxel (m).
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub voxel_m: f64,
 }
 

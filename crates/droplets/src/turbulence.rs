@@ -59,12 +59,24 @@ const OCTAVE_SHIFT: f64 = 57.3;
 const SEED_SALT: u32 = 0x9e37_79b9;
 
 /// A seeded noise field, animated by its time.
+///
+/// ```
+/// use niji_droplets::Turbulence;
+///
+/// let gusts =
+///     Turbulence { strength: 0.5, eddy_m: 20.0, seed: 1, time_s: 0.0, wind_m_s: [5.0, 0.0, 0.0] };
+/// gusts.validate()?;
+/// assert_eq!(gusts.max_factor(), 1.5);
+/// # Ok::<(), niji_droplets::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Turbulence {
     /// Largest relative change of the number density, 0..=1.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub strength: f64,
     /// Size of the largest eddies (m).
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub eddy_m: f64,
     /// Number that chooses the pattern.
     #[serde(default)]

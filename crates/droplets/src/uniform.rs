@@ -30,11 +30,13 @@ pub struct Uniform {
     /// Highest corner (m).
     pub box_max_m: [f64; 3],
     /// Edge length of a voxel (m).
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub voxel_m: f64,
     /// Sizes of the drops.
     pub law: SizeLaw,
     /// Drops per cubic metre (1/m³); left out where the size law says it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0))]
     pub number_density_m3: Option<f64>,
 }
 

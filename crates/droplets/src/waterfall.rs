@@ -62,20 +62,28 @@ pub struct Waterfall {
     /// Direction into which the water leaves the lip, clockwise from north (degrees).
     pub azimuth_deg: f64,
     /// Height of the lip above the foot (m).
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub height_m: f64,
     /// Width of the curtain (m).
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub width_m: f64,
     /// Flow of water over the lip that falls as drops; splash and mist are shares of it (kg/s).
+    #[schemars(range(min = 0.0))]
     pub flow_kg_s: f64,
     /// Share of the flow that splashes up again at the foot, 0..1.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub splash_fraction: f64,
     /// Share of the flow that drifts away as mist, 0..1.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub mist_fraction: f64,
     /// Effective radius of the drops of the curtain (um).
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub curtain_effective_radius_um: f64,
     /// Effective radius of the splash (um).
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub splash_effective_radius_um: f64,
     /// Effective radius of the mist (um).
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub mist_effective_radius_um: f64,
     /// Wind at the foot, x and z (m/s).
     pub wind_xz_m_s: [f64; 2],
@@ -83,6 +91,7 @@ pub struct Waterfall {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub turbulence: Option<Turbulence>,
     /// Edge length of a voxel (m).
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub voxel_m: f64,
 }
 

@@ -21,7 +21,14 @@
 //! let file = TableFile { quantity, parts: vec![part], provenance: Provenance::default() };
 //! let mut bytes = std::io::Cursor::new(Vec::new());
 //! file.write(&mut bytes)?;
-//! # Ok::<(), niji_exchange::Error>(())
+//!
+//! let path = std::env::temp_dir().join(format!("niji-doc-{}.exr", std::process::id()));
+//! std::fs::write(&path, bytes.get_ref())?;
+//! let again = TableFile::read(&path)?;
+//! std::fs::remove_file(&path)?;
+//! assert_eq!(again.part("profile")?.channel("density")?, array![[1.0, 0.37]]);
+//! assert_eq!(again.part("profile")?.column_axis.values, [0.0, 8000.0]);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
 mod atmosphere_table;

@@ -76,6 +76,29 @@ pub struct Aov {
 }
 
 /// A spectral image.
+///
+/// ```
+/// use ndarray::Array3;
+/// use niji_exchange::{Attributes, ImageWindows, Provenance, SpectralImage};
+/// use niji_radiometry::{Colorimetry, GamutPolicy, RgbPrimaries, WavelengthGrid};
+///
+/// // The same radiance at every wavelength, as bright as white.
+/// let wavelengths = WavelengthGrid::visible();
+/// let flat = vec![1.0; wavelengths.len()];
+/// let image = SpectralImage {
+///     wavelengths,
+///     radiance: Array3::ones((wavelengths.len(), 1, 1)),
+///     windows: ImageWindows::whole(1, 1),
+///     aovs: Vec::new(),
+///     white_luminance_cd_m2: Colorimetry::new(&wavelengths).xyz(&flat)[1],
+///     world_to_camera: None,
+///     attributes: Attributes::new(),
+///     provenance: Provenance::default(),
+/// };
+/// let rgb = image.rgb(RgbPrimaries::Rec709, GamutPolicy::Desaturate);
+/// let luminance = 0.2126 * rgb[[0, 0, 0]] + 0.7152 * rgb[[1, 0, 0]] + 0.0722 * rgb[[2, 0, 0]];
+/// assert!((luminance - 1.0).abs() < 1e-4);
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpectralImage {
     /// Wavelength bins.

@@ -88,54 +88,8 @@ mod tests {
     }
 
     #[test]
-    fn a_zero_component_is_inside_for_ever_or_never() {
-        assert_eq!(chord([0.5, 0.5, -1.0], [0.0, 0.0, 1.0]), Some((1.0, 2.0)));
-        assert_eq!(chord([0.5, 1.5, -1.0], [0.0, 0.0, 1.0]), None);
-        assert_eq!(chord([0.5, 0.5, -1.0], [0.0, -0.0, 1.0]), Some((1.0, 2.0)));
-    }
-
-    #[test]
     fn a_ray_that_leads_away_misses() {
         assert_eq!(chord([2.0, 0.5, 0.5], [1.0, 0.0, 0.0]), None);
-    }
-
-    #[test]
-    fn grazing_a_face_is_inside_and_touching_an_edge_is_not() {
-        assert_eq!(chord([-1.0, 1.0, 0.5], [1.0, 0.0, 0.0]), Some((1.0, 2.0)));
-        assert_eq!(chord([-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]), Some((1.0, 2.0)));
-        assert_eq!(chord([-1.0, 0.0, 0.5], [1.0, -1.0, 0.0]), None);
-        assert_eq!(chord([0.0, 1.0, 0.5], [1.0, 1.0, 0.0]), None);
-    }
-
-    #[test]
-    fn denormal_components_do_not_make_nan() {
-        let direction = DVec3::new(5e-324, -5e-324, 1.0);
-        let chord = UNIT.intersect(&Ray {
-            origin: DVec3::new(0.5, 0.5, -1.0),
-            direction,
-        });
-        assert_eq!(chord, Some((1.0, 2.0)));
-        let origin = DVec3::new(0.0, 0.0, -1.0);
-        let chord = UNIT.intersect(&Ray {
-            origin,
-            direction: DVec3::new(5e-324, 0.0, 1.0),
-        });
-        assert_eq!(chord, Some((1.0, 2.0)));
-    }
-
-    #[test]
-    fn a_box_1000_km_away_is_still_one_metre_thick() {
-        let far = Aabb {
-            min: DVec3::splat(1e6),
-            max: DVec3::splat(1e6 + 1.0),
-        };
-        let ray = Ray {
-            origin: DVec3::new(0.0, 1e6 + 0.5, 1e6 + 0.5),
-            direction: DVec3::X,
-        };
-        assert_eq!(far.intersect(&ray), Some((1e6, 1e6 + 1.0)));
-        assert!(far.contains(ray.at(1e6 + 0.5)) && !far.contains(ray.at(1e6 - 0.5)));
-        assert_eq!(far.size(), DVec3::ONE);
     }
 
     #[test]

@@ -120,6 +120,28 @@ impl Camera {
         }
     }
 
+    /// Change of the ray's unit direction from pixel to pixel [1/px], across and down, at a point of
+    /// the picture; `None` where there is no ray. Beyond a pinhole the difference between the edges of
+    /// a pixel around the point, of which the half that lies in a fisheye's image circle speaks for
+    /// the other.
+    #[must_use]
+    pub fn direction_slopes(&self, x_px: f64, y_px: f64) -> Option<[DVec3; 2]> {
+        if let Self::Pinhole(camera) = self {
+            return Some(camera.direction_slopes(x_px, y_px));
+        }
+        let middle = self.ray(x_px, y_px)?.direction;
+        let slopes = [(0.5, 0.0), (0.0, 0.5)].map(|(dx, dy)| {
+            let end = |sign: f64| self.ray(x_px + sign * dx, y_px + sign * dy);
+            match (end(-1.0), end(1.0)) {
+                (Some(from), Some(to)) => to.direction - from.direction,
+                (Some(from), None) => 2.0 * (middle - from.direction),
+                (None, Some(to)) => 2.0 * (to.direction - middle),
+                (None, None) => DVec3::ZERO,
+            }
+        });
+        Some(slopes)
+    }
+
     /// Where a direction falls in the picture, in pixels; `None` where the camera cannot see it.
     #[must_use]
     pub fn project(&self, direction: DVec3) -> Option<(f64, f64)> {

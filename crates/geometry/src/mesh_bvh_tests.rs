@@ -108,7 +108,7 @@ fn a_ray_enters_and_leaves_in_turns() {
 }
 
 #[test]
-fn rays_within_a_face_and_rays_without_direction_are_settled() {
+fn rays_within_a_face_are_settled() {
     let cube = MeshBvh::new(TriangleMesh::of_box(Aabb {
         min: DVec3::ZERO,
         max: DVec3::ONE,
@@ -123,13 +123,6 @@ fn rays_within_a_face_and_rays_without_direction_are_settled() {
     let denormal = DVec3::new(5e-324, -5e-324, 1.0);
     let hit = cube.nearest(&ray(DVec3::new(0.5, 0.4, -1.0), denormal), 0.0);
     assert_eq!(hit.map(|hit| hit.distance_m), Some(1.0));
-    for bad in [DVec3::ZERO, DVec3::NAN, DVec3::INFINITY] {
-        assert_eq!(cube.nearest(&ray(DVec3::splat(0.5), bad), 0.0), None);
-        assert_eq!(
-            cube.nearest(&ray(bad.lerp(DVec3::NAN, 0.5), DVec3::X), 0.0),
-            None
-        );
-    }
 }
 
 #[test]

@@ -134,6 +134,26 @@ impl PinholeCamera {
         }
     }
 
+    /// Change of the ray's unit direction from pixel to pixel [1/px], across and down, at a point of
+    /// the picture: with p = (x, y, -1), d = p/|p|, d' = (p' - d (d . p'))/|p|.
+    /// Igehy, "Tracing ray differentials", SIGGRAPH 1999, 179-186, eq. 8.
+    #[must_use]
+    pub fn direction_slopes(&self, x_px: f64, y_px: f64) -> [DVec3; 2] {
+        let [width, height] = self.size_px.map(f64::from);
+        let scale = 2.0 * self.half_width / width;
+        let local = DVec3::new(
+            scale * (x_px - 0.5 * width),
+            scale * (0.5 * height - y_px),
+            -1.0,
+        );
+        let per_length = local.length_recip();
+        let direction = local * per_length;
+        [DVec3::X, DVec3::NEG_Y].map(|axis| {
+            let off = axis - direction * direction.dot(axis);
+            self.pose.to_world(scale * per_length * off)
+        })
+    }
+
     /// Where a direction falls in the picture, in pixels; `None` behind the camera.
     #[must_use]
     pub fn project(&self, direction: DVec3) -> Option<(f64, f64)> {
@@ -246,6 +266,21 @@ mod tests {
             assert!((x_back - x).abs() < 1e-9 && (y_back - y).abs() < 1e-9);
         }
         assert_eq!(camera.project(-camera.forward()), None);
+    }
+
+    #[test]
+    fn slopes_are_what_neighboring_rays_differ_by() {
+        let camera = camera(200.0, -35.0, 17.0);
+        let step_px = 1e-3;
+        for (x, y) in [(0.5, 0.5), (320.0, 240.0), (601.25, 77.5)] {
+            let ends = |dx: f64, dy: f64| camera.ray(x + dx, y + dy).direction;
+            let across = (ends(step_px, 0.0) - ends(-step_px, 0.0)) / (2.0 * step_px);
+            let down = (ends(0.0, step_px) - ends(0.0, -step_px)) / (2.0 * step_px);
+            for (found, expected) in camera.direction_slopes(x, y).iter().zip([across, down]) {
+                // Of 3e-3; the difference has 16 - 3 - 3 digits.
+                assert!(found.distance(expected) < 1e-12);
+            }
+        }
     }
 
     #[test]

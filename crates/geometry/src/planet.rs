@@ -46,7 +46,7 @@ impl Planet {
         clamp_cosine(self.zenith(point).dot(direction))
     }
 
-    /// Height after `distance_m` along a ray that starts at `height_m`.
+    /// Height above sea level after `distance_m` along a ray that starts at `height_m`, m.
     #[must_use]
     pub fn height_along_ray(&self, height_m: f64, cos_zenith: f64, distance_m: f64) -> f64 {
         let r0 = self.radius_m + height_m;
@@ -152,6 +152,15 @@ impl Planet {
     /// Angle by which the horizon lies below the horizontal: tan = sqrt(h (2R + h))/R.
     ///
     /// 0 for an observer at or below sea level.
+    ///
+    /// ```
+    /// use niji_geometry::EARTH;
+    ///
+    /// // From 2 m the horizon lies 2.7 minutes of arc low and 5 km away.
+    /// let dip = EARTH.horizon_dip(2.0);
+    /// assert!((60.0 * dip.to_degrees() - 2.72).abs() < 0.01);
+    /// assert!((EARTH.radius_m * dip.0 - 5048.0).abs() < 5.0);
+    /// ```
     #[must_use]
     pub fn horizon_dip(&self, height_m: f64) -> Radians {
         let tangent_m = safe_sqrt(height_m * (2.0 * self.radius_m + height_m));

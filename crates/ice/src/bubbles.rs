@@ -9,6 +9,7 @@
 use std::f64::consts::TAU;
 
 use glam::DVec3;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
 
@@ -17,13 +18,15 @@ use crate::error::Error;
 use crate::error::check_range;
 
 /// Air bubbles in ice.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Bubbles {
     /// Scattering coefficient, 1/m: 0.1 where one sees some, 100 in white ice.
+    #[schemars(range(min = 0.0, max = 1e6))]
     pub scattering_per_m: f64,
     /// Mean cosine of the angle by which a bubble turns light, -1..1.
     #[serde(default = "usual_asymmetry")]
+    #[schemars(range(min = -0.99, max = 0.99))]
     pub asymmetry: f64,
 }
 

@@ -10,6 +10,7 @@
 use std::f64::consts::PI;
 
 use glam::DVec3;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
 
@@ -26,21 +27,24 @@ use crate::surface::Side;
 const SEA_INDEX: f64 = 1.342;
 
 /// What is below the horizon.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Ground {
     /// A diffuse plane.
     Land {
         /// Share of the light that it throws back: 0.2 grass, 0.85 snow.
+        #[schemars(range(min = 0.0, max = 1.0))]
         albedo: f64,
     },
     /// Water with waves.
     Sea {
         /// Share of the light in the water that comes back out of it: 0.02 to 0.08.
         #[serde(default = "usual_sea_albedo")]
+        #[schemars(range(min = 0.0, max = 1.0))]
         albedo: f64,
         /// Wind speed, m/s, which makes the waves.
         #[serde(default = "usual_wind_m_s")]
+        #[schemars(range(min = 0.0, max = 30.0))]
         wind_m_s: f64,
     },
 }

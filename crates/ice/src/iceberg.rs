@@ -14,6 +14,7 @@ use glam::DVec3;
 use niji_geometry::TriangleMesh;
 use niji_geometry::direction_from_azimuth_elevation;
 use niji_radiometry::Radians;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
 
@@ -32,16 +33,29 @@ const N_CUTS: u32 = 14;
 const N_PINNACLES: u32 = 4;
 
 /// An iceberg.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+///
+/// ```
+/// use niji_ice::Iceberg;
+///
+/// let berg = Iceberg { length_m: 80.0, seed: 7, ruggedness: 0.5 }.mesh()?;
+/// let bounds = berg.bounds();
+/// assert!((bounds.size().x.max(bounds.size().z) - 80.0).abs() < 1e-6);
+/// // It floats: most of it is below the water line, y = 0.
+/// assert!(bounds.max.y > 0.0 && bounds.min.y < -bounds.max.y);
+/// # Ok::<(), niji_ice::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Iceberg {
     /// Longest horizontal extent, under water too, m.
+    #[schemars(range(min = 0.01, max = 1e5))]
     pub length_m: f64,
     /// Another seed is another iceberg.
     #[serde(default)]
     pub seed: u32,
     /// How rough it is, 0 smooth to 1 torn.
     #[serde(default = "usual_ruggedness")]
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub ruggedness: f64,
 }
 

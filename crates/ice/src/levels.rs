@@ -1,5 +1,6 @@
 //! Levels of accuracy of light through ice.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
 
@@ -7,7 +8,7 @@ use crate::error::Error;
 use crate::error::check_range;
 
 /// How light through ice is found.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum IceTransport {
     /// All light goes in with the mean irradiance of the body and comes out after its mean chord.
@@ -16,11 +17,13 @@ pub enum IceTransport {
     /// million times at 700 nm: far too blue.
     MeanChord {
         /// Paths through every pixel, for edges and light outside.
+        #[schemars(range(min = 1, max = 16_777_216))]
         paths_per_pixel: u32,
     },
     /// Random paths from the eye to the light; exact in the mean.
     PathTraced {
         /// Paths through every pixel; the most where a tolerance is given.
+        #[schemars(range(min = 1, max = 16_777_216))]
         paths_per_pixel: u32,
         /// Which wavelengths a path serves: `all` where it is left out.
         #[serde(default)]
@@ -29,13 +32,13 @@ pub enum IceTransport {
 }
 
 /// Which wavelengths a path serves.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum PathWavelengths {
     /// One, drawn at random: the published way.
     One,
     /// Four at equal distances, the first at random. With a rough dielectric they take the way of the
-    /// first, as [`Self::All`] takes that of 550 nm.
+    /// first, as `all` takes that of 550 nm.
     Four,
     /// All at once: after a diffuse surface the way does not depend on the wavelength. With a rough
     /// dielectric this leaves out dispersion, 1 % of the index of ice over the visible.

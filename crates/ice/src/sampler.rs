@@ -5,25 +5,13 @@
 //! they fill their own cube as evenly and have nothing to do with the others. The error of a mean
 //! falls like N^-0.75 for light with edges and faster for smooth light, N^-0.5 with random numbers.
 //! [B20] B. Burley, Practical hash-based Owen scrambling, J. Computer Graphics Techniques 10(4), 1-20
-//! (2020); direction numbers from [JK08] S. Joe and F. Kuo, SIAM J. Scientific Computing 30, 2635-2654
-//! (2008).
+//! (2020).
 
-/// Dimensions of a set.
-const N_DIMENSIONS: usize = 8;
-
-/// Degree, coefficients and first direction numbers of the polynomials (JK08, new-joe-kuo-6.21201).
-const POLYNOMIALS: [(usize, u32, &[u32]); N_DIMENSIONS - 1] = [
-    (1, 0, &[1]),
-    (2, 1, &[1, 3]),
-    (3, 1, &[1, 3, 1]),
-    (3, 2, &[1, 1, 1]),
-    (4, 1, &[1, 1, 3, 3]),
-    (4, 4, &[1, 3, 5, 13]),
-    (5, 2, &[1, 1, 5, 5, 17]),
-];
+use niji_geometry::N_SOBOL_DIMENSIONS;
+use niji_geometry::SOBOL_DIRECTIONS;
 
 /// By dimension, byte of the index and value of the byte.
-static BYTE_SUMS: [[[u32; 256]; 4]; N_DIMENSIONS] = byte_sums();
+static BYTE_SUMS: [[[u32; 256]; 4]; N_SOBOL_DIMENSIONS] = byte_sums();
 
 /// Points of one seed, one for each index.
 #[derive(Clone, Copy, Debug)]
@@ -124,57 +112,23 @@ pub(crate) fn pixel_seed(seed: u64, pixel: u64) -> u32 {
     words.fold(0x9e37_79b9, |state, word| hash(state ^ hash(word)))
 }
 
-/// Direction numbers: bit i of an index turns on `[dimension][i]`.
-const fn directions() -> [[u32; 32]; N_DIMENSIONS] {
-    let mut all = [[0; 32]; N_DIMENSIONS];
-    let mut bit = 0;
-    while bit < 32 {
-        all[0][bit] = 1 << (31 - bit);
-        bit += 1;
-    }
-    let mut dimension = 1;
-    while dimension < N_DIMENSIONS {
-        let (degree, coefficients, first) = POLYNOMIALS[dimension - 1];
-        let mut bit = 0;
-        while bit < 32 {
-            all[dimension][bit] = if bit < degree {
-                first[bit] << (31 - bit)
-            } else {
-                let mut value =
-                    all[dimension][bit - degree] ^ (all[dimension][bit - degree] >> degree);
-                let mut k = 1;
-                while k < degree {
-                    if coefficients >> (degree - 1 - k) & 1 == 1 {
-                        value ^= all[dimension][bit - k];
-                    }
-                    k += 1;
-                }
-                value
-            };
-            bit += 1;
-        }
-        dimension += 1;
-    }
-    all
-}
-
 /// What the directions of each byte of an index add up to, so that a point takes four lookups.
 #[allow(
     clippy::large_stack_arrays,
     reason = "it is made when the program is compiled and never on a stack"
 )]
-const fn byte_sums() -> [[[u32; 256]; 4]; N_DIMENSIONS] {
-    let directions = directions();
-    let mut sums = [[[0; 256]; 4]; N_DIMENSIONS];
+const fn byte_sums() -> [[[u32; 256]; 4]; N_SOBOL_DIMENSIONS] {
+    let mut sums = [[[0; 256]; 4]; N_SOBOL_DIMENSIONS];
     let mut dimension = 0;
-    while dimension < N_DIMENSIONS {
+    while dimension < N_SOBOL_DIMENSIONS {
         let mut byte = 0;
         while byte < 4 {
             let mut value = 1_usize;
             while value < 256 {
                 let lowest = value.trailing_zeros() as usize;
                 let rest = sums[dimension][byte][value & (value - 1)];
-                sums[dimension][byte][value] = rest ^ directions[dimension][8 * byte + lowest];
+                sums[dimension][byte][value] =
+                    rest ^ SOBOL_DIRECTIONS[dimension][8 * byte + lowest];
                 value += 1;
             }
             byte += 1;
@@ -217,17 +171,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_sequence_is_sobols() {
-        // First points in the order of binary, not Gray, counting.
-        let points: Vec<[f64; 3]> = (0..4)
-            .map(|index| [0, 1, 2].map(|d| f64::from(sobol(index, d)) / 4_294_967_296.0))
-            .collect();
-        assert_eq!(points[1], [0.5, 0.5, 0.5]);
-        assert_eq!(points[2], [0.25, 0.75, 0.75]);
-        assert_eq!(points[3], [0.75, 0.25, 0.25]);
-    }
-
-    #[test]
     fn every_elementary_interval_of_the_first_two_dimensions_holds_its_share() {
         for (seed, set) in [(1, 0), (7, 5)] {
             for across in 0..=8 {
@@ -244,7 +187,7 @@ mod tests {
 
     #[test]
     fn every_dimension_of_every_set_is_stratified() {
-        for dimension in 0..N_DIMENSIONS {
+        for dimension in 0..N_SOBOL_DIMENSIONS {
             for set in 0..4 {
                 let mut counts = [0; 512];
                 for index in 0..512 {
@@ -282,7 +225,7 @@ mod tests {
     #[test]
     fn coordinates_lie_between_the_ends() {
         for index in [0, 1, u32::MAX] {
-            for dimension in 0..N_DIMENSIONS {
+            for dimension in 0..N_SOBOL_DIMENSIONS {
                 let x = Sampler::new(u32::MAX, index).coordinate(u32::MAX, dimension);
                 assert!(x > 0.0 && x < 1.0);
             }

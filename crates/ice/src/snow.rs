@@ -6,6 +6,7 @@
 //! the snow line wanders by a few degrees of slope. `s` a fiftieth of the body's diagonal.
 
 use glam::DVec3;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
 
@@ -24,14 +25,16 @@ const SEED: u32 = 0x5e0;
 
 /// Snow where the surface is not too steep and above the plane y = 0: a white diffuse layer that lets
 /// through what it does not throw back.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Snow {
     /// Share of the light that it throws back; at least as much as the ice.
     #[serde(default = "usual_snow_albedo")]
+    #[schemars(range(min = 0.0, max = 0.999))]
     pub albedo: f64,
     /// Steepest slope on which it lies, degrees; wind shifts it by a few degrees from place to place.
     #[serde(default = "usual_slope_deg")]
+    #[schemars(range(min = 0.0, max = 90.0))]
     pub steepest_deg: f64,
 }
 

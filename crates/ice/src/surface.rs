@@ -3,6 +3,7 @@
 use glam::DVec3;
 use niji_radiometry::Nanometers;
 use niji_radiometry::ice_refractive_index;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
 
@@ -14,7 +15,7 @@ use crate::rough_dielectric::RoughDielectric;
 use crate::sampler::VertexNumbers;
 
 /// What the surface of ice does with light.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum IceSurface {
     /// Light is thrown back or goes through in any direction, by the cosine law. The published
@@ -23,15 +24,18 @@ pub enum IceSurface {
         /// Share thrown back outside, 0 up to 1: 0.063, that of smooth ice in diffuse light, where it
         /// is left out.
         #[serde(default = "usual_outer_reflectance")]
+        #[schemars(range(min = 0.0, max = 0.999))]
         outer_reflectance: f64,
         /// Share thrown back inside, 0 up to 1: 0, as light is said to run straight through and out,
         /// where it is left out. Smooth ice would have 0.45, most of it beyond the critical angle.
         #[serde(default)]
+        #[schemars(range(min = 0.0, max = 0.999))]
         inner_reflectance: f64,
     },
     /// Fresnel's equations on facets of random slope.
     RoughDielectric {
         /// Width of the distribution of facets (GGX), 0.02 to 1.
+        #[schemars(range(min = 0.02, max = 1.0))]
         roughness: f64,
     },
 }

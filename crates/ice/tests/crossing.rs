@@ -125,25 +125,6 @@ fn transmittance_depends_on_absorption_times_size_only() {
 }
 
 #[test]
-fn thin_ice_absorbs_along_its_mean_chord() {
-    let cube = cube(3.0);
-    assert!((cube.mean_chord_m() - 2.0).abs() < 1e-15);
-    let [thin] = one_crossing(&cube, &[1e-6], N_CHORDS, 4)[..] else {
-        panic!("one value")
-    };
-    let chord_m = (1.0 - thin.transmittance) / 1e-6;
-    // Statistical 2e-4; the next order of the exponential is 1e-6.
-    assert!((chord_m - 2.0).abs() < 1e-3, "{chord_m}");
-}
-
-#[test]
-fn clear_ice_passes_all_and_black_ice_nothing() {
-    let found = one_crossing(&cube(1.0), &[0.0, 1e3, f64::MAX], 4096, 5);
-    assert_eq!(found[0].transmittance, 1.0);
-    assert!(found[1].transmittance < 2e-3 && found[2].transmittance == 0.0);
-}
-
-#[test]
 fn a_tenth_of_a_metre_is_white_and_fifty_metres_are_blue() {
     // From the refractive index of Warren and Brandt 2008 and the extraterrestrial G173 by an
     // independent Monte Carlo over chords of a cube.

@@ -49,6 +49,18 @@ struct Surface {
 }
 
 /// The Debye series of a sphere, from which any order can be taken.
+///
+/// ```
+/// use niji_mie::{RefractiveIndex, ScatteringAngles, Sphere};
+///
+/// // A drop of 0.1 mm in yellow light: two internal reflections make a bow 51 degrees from the
+/// // antisolar point, and Alexander's dark band lies between it and the primary.
+/// let sphere = Sphere::new(1000.0, RefractiveIndex::from(1.333))?;
+/// let angles = ScatteringAngles::from_degrees(&[126.5, 134.0])?;
+/// let secondary = sphere.debye(3).amplitudes(&angles);
+/// assert!(secondary.s1[0].norm_sqr() > 10.0 * secondary.s1[1].norm_sqr());
+/// # Ok::<(), niji_mie::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct DebyeSeries {
     size_parameter: f64,

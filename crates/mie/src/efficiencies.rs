@@ -14,7 +14,7 @@ use crate::partial_waves::PartialWaves;
 pub struct Efficiencies {
     /// Extinction: scattered and absorbed, with diffraction; tends to 2 for large spheres.
     pub q_ext: f64,
-    /// Scattering.
+    /// Scattering, diffraction included.
     pub q_sca: f64,
     /// Radar backscattering: 4 pi times the differential one at 180 degrees.
     pub q_back: f64,
@@ -23,7 +23,7 @@ pub struct Efficiencies {
 }
 
 impl Efficiencies {
-    /// Absorption.
+    /// Absorption: what is extinguished and not scattered.
     pub fn q_abs(&self) -> f64 {
         self.q_ext - self.q_sca
     }

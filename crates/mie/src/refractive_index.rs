@@ -10,7 +10,7 @@ const MAX_MODULUS: f64 = 100.0;
 /// n + ik, relative to the surroundings, with k >= 0 where the sphere absorbs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RefractiveIndex {
-    /// Real part.
+    /// Real part; 1.333 for water in green light.
     pub n: f64,
     /// Imaginary part, 0 without absorption.
     pub k: f64,

@@ -21,7 +21,8 @@ pub struct PickCircle {
     pub antisolar: DVec3,
     /// Its radius, the bow angle, 0 to π/2.
     pub bow_angle: Radians,
-    /// Twice the area of the triangle of the picks: the conditioning.
+    /// Twice the area of the triangle of the picks on the unit sphere: small where they are close to a
+    /// line and tell the circle badly.
     pub doubled_area: f64,
 }
 

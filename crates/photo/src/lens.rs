@@ -19,6 +19,15 @@ const FILM_DIAGONAL_MM: f64 = 43.266_615_305_567_87;
 const SAME_SHAPE: f64 = 0.01;
 
 /// Where a field of view comes from.
+///
+/// ```
+/// use niji_photo::Lens;
+///
+/// // 50 mm on film of 36 mm x 24 mm: 39.6 degrees.
+/// let fov = Lens::Film35 { focal_length_mm: 50.0 }.horizontal_fov(6000, 4000)?;
+/// assert!((fov.to_degrees() - 39.6).abs() < 0.01);
+/// # Ok::<(), niji_photo::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Lens {
     /// The horizontal field of view itself.

@@ -4,6 +4,26 @@
 //! comes from a [`Lens`]. [`sun_from_picks`] says where the sun stands, [`propose_layers`] and
 //! [`depth_from_values`] how far surfaces are, [`composite`] sets the [`AddedLight`] of a rendered image
 //! into it, and the contradictions ([`Finding`]) tell what nature would not do.
+//!
+//! ```
+//! use glam::DVec3;
+//! use niji_geometry::direction_from_azimuth_elevation;
+//! use niji_photo::circle_through_picks;
+//! use niji_radiometry::Radians;
+//!
+//! // Three points of the wanted bow as directions; at this place they make an arc of 42 degrees.
+//! let antisolar = direction_from_azimuth_elevation(Radians(0.0), Radians::from_degrees(-20.0));
+//! let (across, up) = (DVec3::X, DVec3::X.cross(antisolar));
+//! let picks = [0.4_f64, 1.6, 2.7].map(|turn| {
+//!     let (sin, cos) = 42_f64.to_radians().sin_cos();
+//!     cos * antisolar + sin * (turn.cos() * across + turn.sin() * up)
+//! });
+//! let circle = circle_through_picks(picks).expect("they are no line");
+//! assert!((circle.bow_angle.to_degrees() - 42.0).abs() < 1e-9);
+//! // The sun stands opposite its center.
+//! let elevation_deg = (-circle.antisolar.y).asin().to_degrees();
+//! assert!((elevation_deg - 20.0).abs() < 1e-9);
+//! ```
 
 mod added_light;
 mod bow_fit;

@@ -8,7 +8,10 @@
 use std::io::Seek;
 use std::io::Write;
 
+use exr::compression::Compression;
+use exr::image::Blocks;
 use exr::image::Encoding as ExrEncoding;
+use exr::meta::attribute::LineOrder;
 use exr::prelude::AnyChannel;
 use exr::prelude::AnyChannels;
 use exr::prelude::FlatSamples;
@@ -101,7 +104,11 @@ pub fn write_premultiplied(
     let layer = Layer::new(
         (data.width_px as usize, data.height_px as usize),
         attributes,
-        ExrEncoding::FAST_LOSSLESS,
+        ExrEncoding {
+            compression: Compression::ZIP16,
+            blocks: Blocks::ScanLines,
+            line_order: LineOrder::Increasing,
+        },
         planes(channels),
     );
     let mut image = Image::from_layer(layer);

@@ -8,6 +8,12 @@ use crate::units::Micrometers;
 use crate::units::Nanometers;
 
 /// Refractive index of standard air relative to vacuum (C96, eq. 1).
+///
+/// ```
+/// use niji_radiometry::{Nanometers, air_refractive_index};
+///
+/// assert!((air_refractive_index(Nanometers(589.3)) - 1.000277).abs() < 1e-6);
+/// ```
 pub fn air_refractive_index(wavelength: Nanometers) -> f64 {
     let s2 = Micrometers::from(wavelength).0.powi(-2);
     1.0 + 0.05792105 / (238.0185 - s2) + 0.00167917 / (57.362 - s2)

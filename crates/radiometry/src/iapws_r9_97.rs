@@ -30,6 +30,14 @@ const L_IR: f64 = 5.432937;
 const ZERO_CELSIUS_K: f64 = 273.15;
 
 /// Refractive index of liquid water relative to air, as a drop in air has it.
+///
+/// ```
+/// use niji_radiometry::{Nanometers, water_refractive_index};
+///
+/// // The D line of sodium at 20 degrees, as handbooks have it: 1.33299.
+/// let n = water_refractive_index(Nanometers(589.3), 20.0);
+/// assert!((n - 1.33299).abs() < 3e-5);
+/// ```
 pub fn water_refractive_index(wavelength: Nanometers, temperature_c: f64) -> f64 {
     water_refractive_index_vacuum(wavelength, temperature_c) / air_refractive_index(wavelength)
 }

@@ -16,6 +16,15 @@ const SUN_MAGNITUDE: f64 = -26.74;
 const FULL_MOON_MAGNITUDE: f64 = -12.73;
 
 /// Irradiance by the moon over that by the sun.
+///
+/// ```
+/// use niji_radiometry::{Radians, moon_over_sun};
+///
+/// // The full moon is 400000 times weaker than the sun, the half moon another ten times.
+/// let full = moon_over_sun(Radians(0.0));
+/// assert!((1.0 / full - 4e5).abs() < 1e4);
+/// assert!(moon_over_sun(Radians::from_degrees(90.0)) < 0.12 * full);
+/// ```
 pub fn moon_over_sun(phase_angle: Radians) -> f64 {
     let alpha = phase_angle.to_degrees().abs();
     let magnitude = FULL_MOON_MAGNITUDE + 0.026 * alpha + 4e-9 * alpha.powi(4);

@@ -8,6 +8,15 @@
 use crate::units::Nanometers;
 
 /// Refractive index of sea water relative to air (QF95, eq. 3).
+///
+/// ```
+/// use niji_radiometry::{Nanometers, sea_water_refractive_index, water_refractive_index};
+///
+/// // Salt makes the bow of spray 0.8 degrees smaller: its index is higher by 0.0065.
+/// let yellow = Nanometers(589.3);
+/// let sea = sea_water_refractive_index(yellow, 20.0, 35.0);
+/// assert!((sea - water_refractive_index(yellow, 20.0) - 0.0065).abs() < 3e-4);
+/// ```
 pub fn sea_water_refractive_index(
     wavelength: Nanometers,
     temperature_c: f64,

@@ -18,6 +18,14 @@ static SUN: LazyLock<TabulatedSpectrum> = LazyLock::new(|| {
 });
 
 /// Mean solar irradiance of every bin of `grid` above the air at 1 AU, W m^-2 nm^-1.
+///
+/// ```
+/// use niji_radiometry::{WavelengthGrid, solar_irradiance};
+///
+/// let green = solar_irradiance(&WavelengthGrid::new(500.0, 10.0, 1)?)[0];
+/// assert!((green - 1.92).abs() < 0.03);
+/// # Ok::<(), niji_radiometry::Error>(())
+/// ```
 pub fn solar_irradiance(grid: &WavelengthGrid) -> Vec<f64> {
     let bin_mean = |index| {
         let (lo, hi) = grid.edges(index);

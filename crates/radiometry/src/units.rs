@@ -18,6 +18,13 @@ pub struct Micrometers(pub f64);
 pub struct Nanometers(pub f64);
 
 /// An angle in radians.
+///
+/// ```
+/// use niji_radiometry::{Meters, Micrometers, Radians};
+///
+/// assert_eq!(Radians::from_degrees(180.0).0, std::f64::consts::PI);
+/// assert_eq!(Meters::from(Micrometers(500.0)).0, 500.0 * 1e-6);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
 pub struct Radians(pub f64);
 

@@ -23,6 +23,15 @@ static LOG_IMAGINARY_PART: LazyLock<PiecewiseLinear> = LazyLock::new(|| {
 /// Refractive index `n` and absorption index `k` >= 0 of ice (WB08).
 ///
 /// Outside 300 to 1000 nm the values of the nearest end.
+///
+/// ```
+/// use niji_radiometry::{Nanometers, ice_refractive_index};
+///
+/// // The index that makes the halo of 22 degrees; blue goes much farther through ice than red.
+/// let (n, k) = ice_refractive_index(Nanometers(589.0));
+/// assert!((n - 1.3098).abs() < 5e-4);
+/// assert!(k > 10.0 * ice_refractive_index(Nanometers(420.0)).1);
+/// ```
 pub fn ice_refractive_index(wavelength: Nanometers) -> (f64, f64) {
     (
         REAL_PART.at(wavelength),

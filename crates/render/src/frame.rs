@@ -4,7 +4,6 @@ use glam::DVec3;
 use niji_exchange::ScatteringTable;
 use niji_geometry::Aabb;
 use niji_geometry::PixelRegion;
-use niji_geometry::Ray;
 use niji_radiometry::Colorimetry;
 use rayon::prelude::*;
 
@@ -231,22 +230,13 @@ fn multiple(
 
 /// Smallest and largest scattering angle and flattening of the rays that cross the drops' box and
 /// want a bow.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 struct Seen {
     theta_rad: (f64, f64),
     flattening: (f64, f64),
 }
 
 impl Seen {
-    fn by(ray: &Ray, sun_direction: DVec3) -> Self {
-        let theta_rad = scattering_angle_rad(ray.direction, sun_direction);
-        let flattening = flattening_along(ray.direction, sun_direction);
-        Self {
-            theta_rad: (theta_rad, theta_rad),
-            flattening: (flattening, flattening),
-        }
-    }
-
     fn union(self, other: Self) -> Self {
         let union = |a: (f64, f64), b: (f64, f64)| (a.0.min(b.0), a.1.max(b.1));
         Self {
@@ -256,9 +246,61 @@ impl Seen {
     }
 }
 
+/// The directions of a row between which all others lie. Cosines tell which: an angle for each
+/// would take as long as the rays.
+#[derive(Clone, Copy, Debug)]
+struct Extremes {
+    /// Cosine of the scattering angle and direction, of the smallest and the largest angle.
+    theta: [(f64, DVec3); 2],
+    flattening: (f64, f64),
+}
+
+impl Extremes {
+    fn of(direction: DVec3, sun_direction: DVec3, are_flat: bool) -> Self {
+        let cosine = sun_direction.dot(direction);
+        let flattening = if are_flat {
+            flattening_along(direction, sun_direction)
+        } else {
+            0.0
+        };
+        Self {
+            theta: [(cosine, direction); 2],
+            flattening: (flattening, flattening),
+        }
+    }
+
+    fn union(self, other: Self) -> Self {
+        let [(a_near, a_far), (b_near, b_far)] =
+            [self.theta, other.theta].map(|[near, far]| (near, far));
+        let (a, b) = (self.flattening, other.flattening);
+        Self {
+            theta: [
+                if b_near.0 > a_near.0 { b_near } else { a_near },
+                if b_far.0 < a_far.0 { b_far } else { a_far },
+            ],
+            flattening: (a.0.min(b.0), a.1.max(b.1)),
+        }
+    }
+
+    fn seen(&self, sun_direction: DVec3) -> Seen {
+        let [near, far] =
+            (self.theta).map(|(_, direction)| scattering_angle_rad(direction, sun_direction));
+        Seen {
+            theta_rad: (near, far),
+            flattening: self.flattening,
+        }
+    }
+}
+
 fn directions_seen(request: &RenderRequest, frame: &Frame, region: PixelRegion) -> Option<Seen> {
     let n = rays_along(request.levels.pixel_footprint);
-    let eye = request.eye();
+    let sun_direction = request.sun_direction;
+    let are_flat = request
+        .table
+        .is_some_and(|table| table.flattening.len() > 1);
+    let wants = |direction: DVec3| {
+        frame.sides == (true, true) || frame.wants(scattering_angle_rad(direction, sun_direction))
+    };
     (0..region.height_px)
         .into_par_iter()
         .filter_map(|row| {
@@ -266,12 +308,19 @@ fn directions_seen(request: &RenderRequest, frame: &Frame, region: PixelRegion) 
             let columns = (0..region.width_px).map(|x| f64::from(region.x_px) + f64::from(x));
             let pixels = columns.flat_map(|x| offsets(n).map(move |o| (x, o)));
             pixels
-                .filter_map(|(x, (dx, dy))| eye.sight(x + dx, y + dy))
-                .filter(|sight| frame.range_m(sight).is_some())
-                .map(|sight| Seen::by(&sight.ray, request.sun_direction))
-                .filter(|seen| frame.wants(seen.theta_rad.0))
-                .reduce(Seen::union)
+                .filter_map(|(x, (dx, dy))| request.camera.ray(x + dx, y + dy))
+                // Whatever hides them: that is asked once, when a ray is traced.
+                .filter(|ray| {
+                    frame
+                        .bounds
+                        .is_some_and(|drops| drops.intersect(ray).is_some())
+                })
+                .map(|ray| ray.direction)
+                .filter(|direction| wants(*direction))
+                .map(|direction| Extremes::of(direction, sun_direction, are_flat))
+                .reduce(Extremes::union)
         })
+        .map(|extremes| extremes.seen(sun_direction))
         .reduce_with(Seen::union)
 }
 

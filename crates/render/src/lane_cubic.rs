@@ -54,6 +54,13 @@ impl LaneCubic {
         c0 + x * (c1 + x * (c2 + x * c3))
     }
 
+    /// Difference of all lanes between the ends.
+    #[inline]
+    pub(crate) fn change(&self) -> Vec4 {
+        let [_, c1, c2, c3] = self.coefficients;
+        c1 + c2 + c3
+    }
+
     /// Factors m0..m3 of the integral of M2 from 0 to x in units of the piece's length,
     /// x (m0 + x (m1 + x (m2 + x m3))).
     #[inline]
@@ -90,6 +97,8 @@ mod tests {
             let x = step as f32 / 20.0;
             assert!((fitted.at(x) - cubic(x)).abs().max_element() < TOLERANCE);
         }
+        let change = cubic(1.0) - cubic(0.0);
+        assert!((fitted.change() - change).abs().max_element() < TOLERANCE);
     }
 
     #[test]

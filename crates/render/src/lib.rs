@@ -14,6 +14,84 @@
 //! Scattering and air are known as tables only; any theory that fills one can be rendered.
 //!
 //! Start at [`render`]; light the drops first with [`LitDrops::new`].
+//!
+//! ```
+//! use glam::DVec3;
+//! use ndarray::Array6;
+//! use niji_dropfield::{Bricks, DropMode, Drops, GridBox, Interpolation};
+//! use niji_exchange::ScatteringTable;
+//! use niji_geometry::{PinholeCamera, PinholeRequest, PixelRegion};
+//! use niji_radiometry::{Radians, WavelengthGrid};
+//! use niji_render::{
+//!     AirPath, DropExtinctionModel, DropOrders, Integration, LitDrops, PixelFootprint,
+//!     RenderEffects, RenderLevels, RenderRequest, SkyModel, SunPath, render,
+//! };
+//!
+//! // A curtain of 1 mm drops, 20 m thick and 100 m to the north of the eye.
+//! let drops =
+//!     Drops { number_density_m3: 100.0, effective_radius_m: 1e-3, effective_variance: 0.0 };
+//! let min = DVec3::new(-200.0, -200.0, -120.0);
+//! let curtain = GridBox { min, max: DVec3::new(200.0, 200.0, -100.0), voxel_m: 5.0 };
+//! let bricks = Bricks::build(&DropMode::from_fn("", &curtain, |_| drops)?, Interpolation::Moments)?;
+//! let sun_direction = DVec3::Z;
+//! let drops = LitDrops::new(vec![bricks], sun_direction, SunPath::Ignore)?;
+//!
+//! // Drops that scatter evenly into all directions, 1/(4 pi) of the light on their shadow.
+//! let wavelengths = WavelengthGrid::new(550.0, 10.0, 1)?;
+//! let table = ScatteringTable {
+//!     theory: "isotropic".to_owned(),
+//!     orders: "all".to_owned(),
+//!     wavelengths,
+//!     theta_rad: vec![0.0, std::f64::consts::PI],
+//!     effective_radius_um: vec![1000.0],
+//!     effective_variance: vec![0.0],
+//!     flattening: vec![0.0],
+//!     values: Array6::from_elem((2, 1, 1, 1, 1, 2), 0.25 * std::f32::consts::FRAC_1_PI),
+//!     sun_disc_diameter_rad: 0.0,
+//!     split_theta_rad: 2.3,
+//!     forward_fraction_left_out: 0.0,
+//!     temperature_c: 15.0,
+//!     interpolation_error: None,
+//! };
+//! let camera = PinholeCamera::new(PinholeRequest {
+//!     position: DVec3::ZERO,
+//!     azimuth: Radians(0.0),
+//!     elevation: Radians(0.0),
+//!     roll: Radians(0.0),
+//!     horizontal_fov: Radians::from_degrees(1.0),
+//!     width_px: 3,
+//!     height_px: 3,
+//! })?;
+//! let picture = render(
+//!     &RenderRequest {
+//!         camera: &camera.into(),
+//!         region: PixelRegion::frame(3, 3),
+//!         sun_direction,
+//!         wavelengths,
+//!         sun_irradiance: &[1.0],
+//!         drops: &drops,
+//!         table: Some(&table),
+//!         air: None,
+//!         surfaces: None,
+//!         effects: RenderEffects::BOWS_ONLY,
+//!         levels: RenderLevels {
+//!             integration: Integration::CellExact,
+//!             drop_extinction_model: DropExtinctionModel::WithoutDiffraction,
+//!             drop_orders: DropOrders::SingleScattering,
+//!             air_path: AirPath::Table,
+//!             sky_model: SkyModel::None,
+//!             pixel_footprint: PixelFootprint::Center,
+//!         },
+//!         tolerance_cd_m2: None,
+//!     },
+//!     &|_| (),
+//! )?;
+//!
+//! // L = E N pi a^2 t s: 100 drops of 3.14 mm^2 in a cubic metre, 20 m, 1/(4 pi).
+//! let expected = 100.0 * 1e-6 * 20.0 / 4.0;
+//! assert!((f64::from(picture.radiance[[0, 1, 1]]) / expected - 1.0).abs() < 1e-4);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod air;
 mod air_diffuse;
@@ -44,6 +122,7 @@ mod ray_light;
 mod refinement;
 mod rendered_rows;
 mod request;
+mod row_layout;
 mod scattering_angle;
 mod scattering_rows;
 mod shadow_error;

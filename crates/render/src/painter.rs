@@ -4,7 +4,6 @@ use glam::Vec4;
 use ndarray::Array2;
 use ndarray::ArrayViewMut1;
 use niji_geometry::PixelRegion;
-use niji_geometry::Ray;
 use rayon::prelude::*;
 
 use crate::footprint::apron;
@@ -17,7 +16,7 @@ use crate::levels::PixelFootprint;
 use crate::picture_rows::RowMut;
 use crate::pixel::Pixel;
 use crate::ray_light::RayLight;
-use crate::scattering_angle::scattering_angle_rad;
+use crate::scattering_angle::scattering_angle_slope;
 use crate::surfaces::Eye;
 
 /// What paints rows.
@@ -33,6 +32,8 @@ pub(crate) struct Painter<'a> {
 pub(crate) struct Brush {
     pub(crate) light: RayLight,
     pub(crate) pixel: Pixel,
+    /// Where the last ray of the pixel ends (m).
+    surface_m: f64,
     /// Radiance of a row, pixel by pixel: written plane by plane at its end.
     pub(crate) row: Vec<f32>,
 }
@@ -45,22 +46,13 @@ impl Brush {
         Self {
             light,
             pixel: Pixel::dark(n_wavelengths),
+            surface_m: f64::INFINITY,
             row: vec![0.0; width * n_wavelengths],
         }
     }
 }
 
 impl Painter<'_> {
-    /// Where the rays through the middles of pixels end.
-    pub(crate) fn surface(&self, height: usize, width: usize) -> Array2<f32> {
-        Array2::from_shape_fn((height, width), |(y, x)| {
-            // f32: what the map held.
-            let (x, y) = self.place(x, y);
-            let sight = self.eye.sight(x + 0.5, y + 0.5);
-            sight.map_or(f32::INFINITY, |sight| sight.surface_m as f32)
-        })
-    }
-
     /// Outer corner top left of a pixel of the region, in pixels of the frame.
     pub(crate) fn place(&self, column: usize, row: usize) -> (f64, f64) {
         let x = f64::from(self.region.x_px) + column as f64;
@@ -110,6 +102,10 @@ impl Painter<'_> {
             let place = &mut brush.row[x * n_wavelengths..(x + 1) * n_wavelengths];
             place.copy_from_slice(&brush.pixel.radiance);
             row.put(x, &brush.pixel);
+            if let Some(surface) = &mut row.surface {
+                // f32: what the map held.
+                surface[x] = self.middle_surface_m((x_px, y_px), brush) as f32;
+            }
             glimpses[x] = brush.pixel.glimpse();
         }
         // Planes of a black row keep their untouched zeros.
@@ -133,6 +129,9 @@ impl Painter<'_> {
             // Outside the image circle of a fisheye there is nothing.
             let glows = self.frame.glows_without_drops();
             let sight = self.eye.sight(x + dx, y + dy);
+            brush.surface_m = sight
+                .as_ref()
+                .map_or(f64::INFINITY, |sight| sight.surface_m);
             let sight = sight.filter(|sight| glows || self.frame.range_m(sight).is_some());
             let Some(sight) = sight else {
                 brush.pixel.transmittance += share;
@@ -150,26 +149,29 @@ impl Painter<'_> {
         any_light
     }
 
+    /// Where the ray through the middle of a pixel ends that was just traced (m). A single ray went
+    /// there: a mesh is not asked twice.
+    fn middle_surface_m(&self, (x, y): (f64, f64), brush: &Brush) -> f64 {
+        if rays_along(self.footprint) == 1 {
+            return brush.surface_m;
+        }
+        let sight = self.eye.sight(x + 0.5, y + 0.5);
+        sight.map_or(f64::INFINITY, |sight| sight.surface_m)
+    }
+
     /// Width of the interval of scattering angles with the variance of the pixel's square: a square
     /// of side 1 has variance 1/12 along any direction, as has an interval of length 1.
     pub(crate) fn width_rad(&self, x: f64, y: f64) -> f64 {
-        let theta = |dx: f64, dy: f64| -> Option<f64> {
-            let ray: Ray = self.eye.camera.ray(x + dx, y + dy)?;
-            Some(scattering_angle_rad(
-                ray.direction,
-                self.frame.sun_direction,
-            ))
+        let (camera, middle) = (self.eye.camera, (x + 0.5, y + 0.5));
+        let (Some(ray), Some(slopes)) = (
+            camera.ray(middle.0, middle.1),
+            camera.direction_slopes(middle.0, middle.1),
+        ) else {
+            return 0.0;
         };
-        // The half of a pixel that lies in a fisheye's image circle speaks for the other.
-        let over = |from: Option<f64>, to: Option<f64>| match (from, to) {
-            (Some(from), Some(to)) => to - from,
-            (Some(end), None) | (None, Some(end)) => {
-                theta(0.5, 0.5).map_or(0.0, |middle| 2.0 * (end - middle))
-            }
-            (None, None) => 0.0,
-        };
-        let across = over(theta(0.0, 0.5), theta(1.0, 0.5));
-        let down = over(theta(0.5, 0.0), theta(0.5, 1.0));
-        across.hypot(down)
+        let sun = self.frame.sun_direction;
+        let [across, down] = slopes.map(|slope| scattering_angle_slope(ray.direction, sun, slope));
+        // No hypot: its care for ends of the exponent range takes longer than the slopes.
+        (across * across + down * down).sqrt()
     }
 }

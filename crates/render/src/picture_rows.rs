@@ -61,6 +61,7 @@ pub(crate) struct RowMut<'a> {
     pub(crate) transmittance: ArrayViewMut1<'a, f32>,
     pub(crate) tau_sun: ArrayViewMut1<'a, f32>,
     pub(crate) depth: ArrayViewMut1<'a, f32>,
+    pub(crate) surface: Option<ArrayViewMut1<'a, f32>>,
     pub(crate) error: ArrayViewMut1<'a, f32>,
     /// In the order of [`ErrorParts`].
     pub(crate) error_parts: [ArrayViewMut1<'a, f32>; 5],
@@ -103,6 +104,7 @@ impl Rendered {
         let mut transmittance = self.transmittance.outer_iter_mut();
         let mut tau_sun = self.tau_sun.outer_iter_mut();
         let mut depth = self.depth.outer_iter_mut();
+        let mut surface = self.surface.as_mut().map(|plane| plane.outer_iter_mut());
         let mut error = self.error.outer_iter_mut();
         let mut quadrature = self.error_parts.quadrature.outer_iter_mut();
         let mut sizes = self.error_parts.sizes.outer_iter_mut();
@@ -126,6 +128,10 @@ impl Rendered {
                 transmittance: transmittance.next()?,
                 tau_sun: tau_sun.next()?,
                 depth: depth.next()?,
+                surface: match &mut surface {
+                    Some(rows) => Some(rows.next()?),
+                    None => None,
+                },
                 error: error.next()?,
                 error_parts: [
                     quadrature.next()?,

@@ -58,8 +58,8 @@ const ADAPTIVE_BINS: f64 = 7.0;
 /// grows with the fourth power of their distance. Measured 4e-7 in fog whose radius changes fast.
 const SIZE_ERROR: f64 = 2e-6;
 
-/// v^(2N) over this is the relative error of the N-point rule.
-const GAUSS_ERROR: [f64; 3] = [24.0, 4320.0, 2.016e6];
+/// v^(2N) times this is the relative error of the N-point rule.
+const GAUSS_ERROR: [f64; 3] = [1.0 / 24.0, 1.0 / 4320.0, 1.0 / 2.016e6];
 
 /// Positions and weights of the Gauss-Legendre rules on 0..1.
 const GAUSS_1: [(f64, f64); 1] = [(0.5, 1.0)];
@@ -184,7 +184,7 @@ impl PieceRule {
             bins: 0.0,
         };
         for mode in piece.modes {
-            let change = (mode.at(1.0) - mode.at(0.0)).abs();
+            let change = mode.change().abs();
             variation.sun = variation.sun.max(self.sun_efficiency * f64::from(change.w));
             variation.m2_depth = variation
                 .m2_depth
@@ -249,7 +249,7 @@ impl Variation {
             return 0.0;
         }
         let change = self.view + self.sun + self.m2_depth / self.depth;
-        self.sun * change.powi(2 * n_points as i32 - 1) / GAUSS_ERROR[n_points - 1]
+        self.sun * change.powi(2 * n_points as i32 - 1) * GAUSS_ERROR[n_points - 1]
     }
 
     /// Relative error of the light of a part because its points see some of its sizes only.
@@ -398,7 +398,9 @@ fn total_share<const N: usize>(points: &Points<N>, lanes: &[Vec4; N]) -> f64 {
 #[inline]
 fn absorbed(x: f64) -> f64 {
     if x < THIN {
-        x * (1.0 - x / 2.0 * (1.0 - x / 3.0 * (1.0 - x / 4.0 * (1.0 - x / 5.0))))
+        // Constants are divided when this is compiled.
+        let [third, fifth] = [1.0 / 3.0, 1.0 / 5.0];
+        x * (1.0 - 0.5 * x * (1.0 - third * x * (1.0 - 0.25 * x * (1.0 - fifth * x))))
     } else {
         -(-x).exp_m1()
     }

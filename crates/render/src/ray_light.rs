@@ -343,7 +343,7 @@ struct Sums {
 }
 
 impl Sums {
-    fn add(&mut self, rows: &ScatteringRows, stencil: &RowStencil, deposits: &Deposits) {
+    fn add(&mut self, rows: &ScatteringRows, stencil: &mut RowStencil, deposits: &Deposits) {
         let (luminance, size_error) = rows.luminance(&deposits.bins, stencil);
         self.light += deposits.light;
         self.light_m += deposits.light_m;

@@ -15,6 +15,23 @@ pub(crate) fn scattering_angle_rad(view_direction: DVec3, sun_direction: DVec3) 
         .atan2(sun_direction.dot(view_direction))
 }
 
+/// Change of the scattering angle where the unit direction changes by `slope`. At the antisolar point
+/// itself, where it grows on all sides, 0.
+pub(crate) fn scattering_angle_slope(
+    view_direction: DVec3,
+    sun_direction: DVec3,
+    slope: DVec3,
+) -> f64 {
+    let sine = sun_direction.cross(view_direction).length();
+    if sine > 0.0 {
+        // Rounding must not make the angle change faster than the direction.
+        let most = slope.length();
+        (-sun_direction.dot(slope) / sine).clamp(-most, most)
+    } else {
+        0.0
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use std::f64::consts::FRAC_PI_2;
@@ -36,5 +53,27 @@ mod tests {
         let off = PI - scattering_angle_rad(view, DVec3::Y);
         // The spacing of f64 at pi is 4e-16.
         assert!((off - 1e-9).abs() < 1e-15);
+    }
+
+    #[test]
+    fn its_slope_is_the_difference_of_angles_and_never_above_that_of_the_direction() {
+        let sun = DVec3::new(0.3, 0.5, -0.2).normalize();
+        let across = sun.any_orthonormal_vector();
+        for off in [1e-9, 1e-3, 0.7, 1.5] {
+            let view = (across * f64::sin(off) - sun * f64::cos(off)).normalize();
+            for turn in [view.cross(across), view.cross(sun)] {
+                let slope = 1e-3 * turn.cross(view);
+                let found = scattering_angle_slope(view, sun, slope);
+                assert!(found.abs() <= slope.length());
+                let ends = [-0.5, 0.5].map(|part| (view + part * slope).normalize());
+                let [from, to] = ends.map(|end| scattering_angle_rad(end, sun));
+                // Within the step of the antisolar point the angle has a kink.
+                if off > 0.1 {
+                    // Of a step of 1e-3: the third difference.
+                    assert!((found - (to - from)).abs() < 1e-9, "{off}");
+                }
+            }
+        }
+        assert_eq!(scattering_angle_slope(-sun, sun, 1e-3 * across), 0.0);
     }
 }

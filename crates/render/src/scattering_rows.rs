@@ -2,20 +2,16 @@
 //!
 //! With the sun in one direction the scattering angle theta, and m, by which the flat shape of large
 //! drops moves the bow, are the same all along a ray. So a ray needs one row of the table,
-//! t(lambda; r_e, v_e) at its theta and m, and of that only the sizes it meets. The table comes as
-//! [polarization, r_e, v_e, m, wavelength, theta]; here it is [m, theta, r_e x v_e, wavelength],
-//! natural light (half the sum of both polarizations), and only the angles that the picture sees.
-//! f32 as in the file.
+//! t(lambda; r_e, v_e) at its theta and m, and of that only the sizes it meets: natural light at the
+//! angles that the picture sees, laid out by [`RowLayout`]. f32 as in the file.
 
 use niji_exchange::ScatteringTable;
-use rayon::prelude::*;
+use pulp::Arch;
 
 use crate::error::Error;
+use crate::row_layout::RowLayout;
 use crate::size_axes::SizeAxes;
 use crate::size_axes::SizeBins;
-
-/// Angles that are copied at a time: a cache line of the table.
-const BLOCK: usize = 16;
 
 /// Rows by flattening, angle and size.
 #[derive(Clone, Debug)]
@@ -24,10 +20,7 @@ pub(crate) struct ScatteringRows {
     theta_rad: Vec<f64>,
     flattening: Vec<f64>,
     n_wavelengths: usize,
-    /// [1/sr], wavelength fastest.
-    values_sr1: Vec<f32>,
-    /// Luminance of a row in sunlight, by flattening, angle and bin [cd/m² per unit of light].
-    luminance: Vec<f32>,
+    rows: RowLayout,
 }
 
 /// Where a ray stands on the table's axes of directions.
@@ -46,6 +39,8 @@ pub(crate) struct RayPlace {
 pub(crate) struct RowStencil {
     /// Node of both axes, the angle fastest, and its weight.
     terms: Vec<(usize, f32)>,
+    /// Room for the luminance of a stretch of bins.
+    luminance: Vec<f64>,
 }
 
 impl ScatteringRows {
@@ -65,47 +60,8 @@ impl ScatteringRows {
             .saturating_sub(1);
         let end =
             (angles.partition_point(|theta| *theta < theta_range_rad.1) + 1).min(angles.len());
-        let axes = SizeAxes::new(&table.effective_radius_um, &table.effective_variance);
-        let n_wavelengths = table.wavelengths.len();
-        let n_flattenings = table.flattening.len();
-        let (n_bins, n_angles) = (axes.n_bins(), end - first);
-        let angle_size = n_bins * n_wavelengths;
-        let mut values_sr1 = vec![0.0; n_flattenings * n_angles * angle_size];
-        let mut luminance = vec![0.0; n_flattenings * n_angles * n_bins];
-        let standard = table.values.as_standard_layout();
-        let source = Source {
-            values: standard
-                .as_slice()
-                .expect("an array in standard layout is a slice"),
-            n_wavelengths,
-            n_flattenings,
-            n_theta: angles.len(),
-        };
-        let mut sound = true;
-        for index in 0..n_flattenings {
-            let part = index * n_angles..(index + 1) * n_angles;
-            let values = &mut values_sr1[part.start * angle_size..part.end * angle_size];
-            let luminance = &mut luminance[part.start * n_bins..part.end * n_bins];
-            let blocks = values.par_chunks_mut(BLOCK * angle_size);
-            sound &= blocks
-                .zip(luminance.par_chunks_mut(BLOCK * n_bins))
-                .enumerate()
-                .map(|(block, (values, luminance))| {
-                    let from = first + block * BLOCK;
-                    source.copy_block(index, from..(from + BLOCK).min(end), values);
-                    for (row, sum) in values.chunks_exact(n_wavelengths).zip(luminance) {
-                        let terms = row.iter().zip(luminance_weights);
-                        *sum = terms.map(|(t, y)| f64::from(*t) * y).sum::<f64>() as f32;
-                    }
-                    // Bits of numbers from 0 up to infinity are ordered; those of negative numbers
-                    // and NaN lie above. Without a branch this is a few vector instructions.
-                    values.iter().fold(true, |sound, value| {
-                        sound & ((value + 0.0).to_bits() < f32::INFINITY.to_bits())
-                    })
-                })
-                .reduce(|| true, |a, b| a && b);
-        }
-        if !sound {
+        let rows = RowLayout::of(table, first..end, luminance_weights);
+        if !rows.is_sound {
             let reason = "a value is negative or not finite";
             return Err(Error::BadTable {
                 input: "scattering table",
@@ -113,12 +69,11 @@ impl ScatteringRows {
             });
         }
         Ok(Self {
-            axes,
+            axes: SizeAxes::new(&table.effective_radius_um, &table.effective_variance),
             theta_rad: angles[first..end].to_vec(),
             flattening: table.flattening.clone(),
-            n_wavelengths,
-            values_sr1,
-            luminance,
+            n_wavelengths: table.wavelengths.len(),
+            rows,
         })
     }
 
@@ -188,60 +143,95 @@ impl ScatteringRows {
 
     /// Add to `spectrum` [1/sr] the rows of the light in `bins`.
     pub(crate) fn shade(&self, bins: &SizeBins, stencil: &RowStencil, spectrum: &mut [f32]) {
+        Arch::new().dispatch(|| self.add_rows(bins, &stencil.terms, spectrum));
+    }
+
+    /// By the widest vectors that the processor has. Each wavelength is summed by itself, with products
+    /// and sums in one order: the same bits for any width.
+    #[allow(
+        clippy::inline_always,
+        reason = "a function of its own would have the narrowest vectors again"
+    )]
+    #[inline(always)]
+    fn add_rows(&self, bins: &SizeBins, terms: &[(usize, f32)], spectrum: &mut [f32]) {
+        // Nodes of a size together: the sum is loaded and stored once for them.
+        let (fours, rest) = terms.as_chunks::<4>();
+        let (twos, rest) = rest.as_chunks::<2>();
+        let (ones, _) = rest.as_chunks::<1>();
         for (bin, light) in bins.iter() {
-            for (node, weight) in &stencil.terms {
-                let scale = light * weight;
-                let row = self.row(*node, bin);
-                for (sum, value) in spectrum.iter_mut().zip(row) {
-                    *sum += scale * value;
-                }
+            for terms in fours {
+                self.add_terms(bin, light, terms, spectrum);
             }
+            for terms in twos {
+                self.add_terms(bin, light, terms, spectrum);
+            }
+            for terms in ones {
+                self.add_terms(bin, light, terms, spectrum);
+            }
+        }
+    }
+
+    #[allow(clippy::inline_always, reason = "as above")]
+    #[inline(always)]
+    fn add_terms<const N: usize>(
+        &self,
+        bin: usize,
+        light: f32,
+        terms: &[(usize, f32); N],
+        spectrum: &mut [f32],
+    ) {
+        let n_wavelengths = spectrum.len();
+        let mut rows: [&[f32]; N] = [&[]; N];
+        let mut scales = [0.0; N];
+        for ((row, scale), (node, weight)) in rows.iter_mut().zip(&mut scales).zip(terms) {
+            *row = &self.row(*node, bin)[..n_wavelengths];
+            *scale = light * weight;
+        }
+        for (wavelength, sum) in spectrum.iter_mut().enumerate() {
+            let mut of_size = scales[0] * rows[0][wavelength];
+            for (row, scale) in rows[1..].iter().zip(&scales[1..]) {
+                of_size += scale * row[wavelength];
+            }
+            *sum += of_size;
         }
     }
 
     /// Luminance in sunlight of the light in `bins`, and its estimated error from the linear
     /// interpolation between sizes: h²/8 times the second derivative in the middle of a step.
-    pub(crate) fn luminance(&self, bins: &SizeBins, stencil: &RowStencil) -> (f64, f64) {
+    pub(crate) fn luminance(&self, bins: &SizeBins, stencil: &mut RowStencil) -> (f64, f64) {
         let stride = self.axes.n_variances();
         let n_bins = self.axes.n_bins();
+        let touched = bins.touched();
+        if touched.is_empty() {
+            return (0.0, 0.0);
+        }
+        // With the neighbors of the outermost.
+        let known = touched.start.saturating_sub(stride)..(touched.end + stride).min(n_bins);
+        let RowStencil { terms, luminance } = stencil;
+        luminance.clear();
+        luminance.resize(known.len(), 0.0);
+        for &(node, weight) in terms.iter() {
+            let row = node * n_bins + known.start..node * n_bins + known.end;
+            for (sum, value) in luminance.iter_mut().zip(&self.rows.luminance[row]) {
+                *sum += f64::from(weight) * f64::from(*value);
+            }
+        }
         let (mut sum, mut bend) = (0.0, 0.0);
-        // With one variance the touched bins are neighbours, and each is looked up once.
-        let mut known = (usize::MAX, 0.0, 0.0);
         for (bin, light) in bins.iter() {
-            let light = f64::from(light);
-            let (before, here) = if known.0 == bin {
-                (known.1, known.2)
-            } else {
-                let before = bin
-                    .checked_sub(stride)
-                    .map(|bin| self.luminance_of(bin, stencil));
-                (before.unwrap_or(0.0), self.luminance_of(bin, stencil))
-            };
-            sum += light * here;
-            if bin + stride < n_bins {
-                let after = self.luminance_of(bin + stride, stencil);
-                if bin >= stride {
-                    bend += light * (before - 2.0 * here + after);
-                }
-                known = (bin + stride, here, after);
+            let (light, at) = (f64::from(light), bin - known.start);
+            sum += light * luminance[at];
+            if bin >= stride && bin + stride < n_bins {
+                let (before, after) = (luminance[at - stride], luminance[at + stride]);
+                bend += light * (before - 2.0 * luminance[at] + after);
             }
         }
         (sum, bend.abs() / 8.0)
     }
 
     #[inline]
-    fn luminance_of(&self, bin: usize, stencil: &RowStencil) -> f64 {
-        let n_bins = self.axes.n_bins();
-        let term = |(node, weight): &(usize, f32)| {
-            f64::from(*weight) * f64::from(self.luminance[node * n_bins + bin])
-        };
-        stencil.terms.iter().map(term).sum()
-    }
-
-    #[inline]
     fn row(&self, node: usize, bin: usize) -> &[f32] {
         let start = (node * self.axes.n_bins() + bin) * self.n_wavelengths;
-        &self.values_sr1[start..start + self.n_wavelengths]
+        &self.rows.values_sr1[start..start + self.n_wavelengths]
     }
 }
 
@@ -251,38 +241,6 @@ fn linear_place(nodes: &[f64], value: f64) -> (usize, f32) {
     let lower = above.saturating_sub(1).min(nodes.len() - 2);
     let fraction = (value - nodes[lower]) / (nodes[lower + 1] - nodes[lower]);
     (lower, fraction.clamp(0.0, 1.0) as f32)
-}
-
-/// The values of a table, [polarization, radius x variance, flattening, wavelength, angle].
-struct Source<'a> {
-    values: &'a [f32],
-    n_wavelengths: usize,
-    n_flattenings: usize,
-    n_theta: usize,
-}
-
-impl Source<'_> {
-    /// Natural light of one flattening at some angles, as [angle, radius x variance, wavelength].
-    fn copy_block(&self, flattening: usize, angles: std::ops::Range<usize>, values: &mut [f32]) {
-        let angle_size = values.len() / angles.len();
-        let (s_part, p_part) = self.values.split_at(self.values.len() / 2);
-        // Lanes of a flattening at one size, and of all flattenings.
-        let own = self.n_wavelengths * self.n_theta;
-        let all = self.n_flattenings * own;
-        let sizes = s_part.chunks_exact(all).zip(p_part.chunks_exact(all));
-        let lanes = sizes.flat_map(|(s, p)| {
-            let of_flattening = flattening * own..(flattening + 1) * own;
-            s[of_flattening.clone()]
-                .chunks_exact(self.n_theta)
-                .zip(p[of_flattening].chunks_exact(self.n_theta))
-        });
-        for (place, (s_lane, p_lane)) in lanes.enumerate() {
-            let natural = s_lane[angles.clone()].iter().zip(&p_lane[angles.clone()]);
-            for (angle, (s, p)) in natural.enumerate() {
-                values[angle * angle_size + place] = 0.5 * (s + p);
-            }
-        }
-    }
 }
 
 #[cfg(test)]
@@ -340,7 +298,7 @@ mod tests {
         bins.add(rows.axes().place(1.0, 40.0, 1600.0), 2.0);
         let mut spectrum = vec![0.0; 3];
         rows.shade(&bins, &stencil, &mut spectrum);
-        let luminance = rows.luminance(&bins, &stencil).0;
+        let luminance = rows.luminance(&bins, &mut stencil).0;
         assert!((luminance / f64::from(spectrum[1]) - 1.0).abs() < 1e-5);
         spectrum
     }
@@ -393,6 +351,38 @@ mod tests {
         assert!(!rows.are_of_flat_drops());
         let found = shaded(&rows, 2.5, 0.02, f64::NAN);
         assert_eq!(found, shaded(&rows, 2.5, 0.02, 0.7));
+    }
+
+    #[test]
+    fn spectra_have_the_same_bits_with_and_without_wide_vectors() {
+        let shape = (2, 4, 1, 1, 37, 21);
+        let values = Array6::from_shape_fn(shape, |(j, r, _, _, w, a)| {
+            (1.0 + (7 * a + 3 * w + 5 * r + j) as f32).sqrt()
+        });
+        let table = ScatteringTable {
+            wavelengths: WavelengthGrid::new(400.0, 8.0, 37).unwrap(),
+            values,
+            ..table(&SPHERES)
+        };
+        let rows = ScatteringRows::new(&table, (2.0, 3.0), &[1.0; 37]).unwrap();
+        let mut bins = SizeBins::new(rows.axes());
+        for (radius, light) in [(11.0, 0.3), (23.0, 0.7), (70.0, 0.2)] {
+            bins.add(rows.axes().place(1.0, radius, radius * radius), light);
+        }
+        // Two, three and eight angles.
+        for width_rad in [0.0, 0.04, 0.3] {
+            let place = RayPlace {
+                theta_rad: 2.51,
+                width_rad,
+                flattening: 0.0,
+            };
+            let mut stencil = RowStencil::default();
+            rows.stencil(&place, &mut stencil);
+            let (mut wide, mut narrow) = ([0.0; 37], [0.0; 37]);
+            rows.shade(&bins, &stencil, &mut wide);
+            rows.add_rows(&bins, &stencil.terms, &mut narrow);
+            assert_eq!(wide, narrow);
+        }
     }
 
     #[test]

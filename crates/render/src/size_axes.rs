@@ -10,6 +10,8 @@
 //!
 //! f32: W_b sums some hundred terms of one sign; the relative error stays near 1e-6.
 
+use std::ops::Range;
+
 /// A place between the nodes of both axes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SizePlace {
@@ -232,10 +234,17 @@ impl SizeBins {
         self.high = self.high.max(next + 2);
     }
 
-    /// The touched bins that hold light, in ascending order.
-    pub(crate) fn iter(&self) -> impl Iterator<Item = (usize, f32)> {
+    /// From the first to behind the last bin that was touched.
+    #[inline]
+    pub(crate) fn touched(&self) -> Range<usize> {
         let high = self.high.min(self.n_bins);
-        (self.low.min(high)..high)
+        self.low.min(high)..high
+    }
+
+    /// The touched bins that hold light, in ascending order.
+    #[inline]
+    pub(crate) fn iter(&self) -> impl Iterator<Item = (usize, f32)> {
+        self.touched()
             .map(|bin| (bin, self.weights[bin]))
             .filter(|(_, weight)| *weight > 0.0)
     }

@@ -1,4 +1,39 @@
 //! Scattering tables: a theory, averaged over drop sizes and the sun's disc.
+//!
+//! A [`TableRequest`] names the [`Theory`], the orders and the axes; [`scattering_table`] fills the
+//! table at just these sizes, [`adaptive_table`] adds sizes until interpolation between them keeps to
+//! the tolerance. The result is a `ScatteringTable` of `niji-exchange`, which the renderer reads.
+//!
+//! ```
+//! use niji_radiometry::WavelengthGrid;
+//! use niji_scatter::{TableRequest, Theory, scattering_table};
+//!
+//! let request = TableRequest {
+//!     theory: Theory::Airy,
+//!     orders: vec![2],
+//!     theta_range_rad: (2.3, 2.5),
+//!     tolerance: 1e-2,
+//!     wavelengths: WavelengthGrid::new(450.0, 200.0, 2)?,
+//!     effective_radius_um: vec![500.0],
+//!     effective_variance: vec![0.0],
+//!     flattening: vec![0.0],
+//!     sun_disc_diameter_rad: 0.0093,
+//!     temperature_c: 15.0,
+//!     airy_table: None,
+//! };
+//! let table = scattering_table(&request, &|_| ())?;
+//!
+//! // Natural light is the mean of both polarizations; which angle is brightest?
+//! let bow_angle_deg = |wavelength| {
+//!     let light = |i| table.values[[0, 0, 0, 0, wavelength, i]] + table.values[[1, 0, 0, 0, wavelength, i]];
+//!     let angles = 0..table.theta_rad.len();
+//!     let brightest = angles.max_by(|&i, &j| f32::total_cmp(&light(i), &light(j)));
+//!     180.0 - table.theta_rad[brightest.expect("a table has angles")].to_degrees()
+//! };
+//! let (blue, red) = (bow_angle_deg(0), bow_angle_deg(1));
+//! assert!((red - 41.9).abs() < 0.2 && (red - blue - 1.0).abs() < 0.2, "{red} {blue}");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod adaptive_table;
 mod airy_file;
@@ -30,3 +65,4 @@ pub use builder::scattering_table;
 pub use error::Error;
 pub use request::TableRequest;
 pub use theory::Theory;
+pub use theta_axis::theta_axis;

@@ -1,13 +1,14 @@
 //! Theories of scattering by one drop, from the cheapest to the exact one.
 
 use niji_airy::AiryForm;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
 
 use crate::bow_light::BowTheory;
 
 /// How a drop scatters.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Theory {
     /// Color by angle: 40 to 43 degrees of the bow mapped to the spectrum, as published.
@@ -23,6 +24,7 @@ pub enum Theory {
     /// Debye orders of the exact solution, added without interference.
     Debye {
         /// Highest order that takes part.
+        #[schemars(range(min = 2, max = 7))]
         max_order: u32,
     },
     /// The exact solution of Lorenz and Mie.

@@ -30,8 +30,11 @@ const N_RADII: usize = 7;
 /// Without a disc: how far inside the primary bow fringes are resolved, 12 degrees.
 const RESOLVED_RAD: f64 = 12.0 * PI / 180.0;
 
-/// The angles of the table.
-pub(crate) fn theta_axis(request: &TableRequest) -> Result<Vec<f64>, Error> {
+/// The angles of the table, rad: all that it costs to know how large a table will be.
+///
+/// # Errors
+/// As [`crate::scattering_table`].
+pub fn theta_axis(request: &TableRequest) -> Result<Vec<f64>, Error> {
     let candidates = candidates(request);
     let probe = probe(request);
     let theory = request.theory.bow_theory().unwrap_or(EXACT_BOWS);

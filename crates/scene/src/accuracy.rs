@@ -13,13 +13,14 @@ use niji_render::RenderLevels;
 use niji_render::SkyModel;
 use niji_render::SunPath;
 use niji_scatter::Theory;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
 
 use crate::level_names;
 
 /// A named set of levels.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Preset {
     /// For looking: coarse tables, few samples.
@@ -135,9 +136,18 @@ pub struct Levels {
 }
 
 impl Levels {
-    /// Every decision with its level in words, as `("sun_path", "volume voxel_m=2")`: the names by
-    /// which measurements are kept.
+    /// Every decision with its level in words, as `("sun_path", "volume voxel_m=2.0")`.
     pub fn named(&self) -> Vec<(String, String)> {
+        self.in_words(in_words)
+    }
+
+    /// Every decision with its level in words, lengths in voxels, as `("sun_path", "volume voxels=1.0")`:
+    /// the names by which measurements are kept, so that they hold for drops on any lattice.
+    pub fn measured_names(&self, voxel_m: f64) -> Vec<(String, String)> {
+        self.in_words(|level| in_words(&in_voxels(level, voxel_m)))
+    }
+
+    fn in_words(&self, in_words: impl Fn(&serde_json::Value) -> String) -> Vec<(String, String)> {
         let serde_json::Value::Object(levels) =
             serde_json::to_value(self).unwrap_or(serde_json::Value::Null)
         else {
@@ -169,6 +179,20 @@ fn is_single_scattering(orders: &DropOrders) -> bool {
     *orders == DropOrders::SingleScattering
 }
 
+/// `{"march": {"step_m": 1.0}}` as `{"march": {"voxels": 0.5}}` on a lattice of 2 m.
+fn in_voxels(level: &serde_json::Value, voxel_m: f64) -> serde_json::Value {
+    let serde_json::Value::Object(settings) = level else {
+        return level.clone();
+    };
+    let setting = |(key, value): (&String, &serde_json::Value)| match value.as_f64() {
+        Some(length_m) if key.ends_with("_m") => {
+            ("voxels".to_string(), (length_m / voxel_m).into())
+        }
+        Some(_) | None => (key.clone(), in_voxels(value, voxel_m)),
+    };
+    serde_json::Value::Object(settings.iter().map(setting).collect())
+}
+
 /// `"center"` as `center`, `{"grid": {"n": 4}}` as `grid n=4`.
 fn in_words(level: &serde_json::Value) -> String {
     match level {
@@ -195,7 +219,7 @@ fn with_settings(name: &str, settings: &serde_json::Value) -> String {
 }
 
 /// The section `[accuracy]`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Accuracy {
     /// The set of levels that holds where nothing else is said.
@@ -204,12 +228,14 @@ pub struct Accuracy {
     /// Largest RMS error of luminance over the picture, relative to a gray card in the sun: half of
     /// it for effects left out, half for levels.
     #[serde(default = "default_tolerance")]
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub tolerance: f64,
     /// Replaces the preset's theory.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub theory: Option<Theory>,
     /// Replaces the preset's error of the scattering table.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1e-6, max = 0.5))]
     pub table_relative_error: Option<f64>,
     /// Replaces the preset's integration.
     #[serde(
@@ -217,6 +243,7 @@ pub struct Accuracy {
         skip_serializing_if = "Option::is_none",
         with = "level_names::integration"
     )]
+    #[schemars(with = "Option<level_names::IntegrationName>")]
     pub integration: Option<Integration>,
     /// Replaces the preset's interpolation.
     #[serde(
@@ -224,6 +251,7 @@ pub struct Accuracy {
         skip_serializing_if = "Option::is_none",
         with = "level_names::interpolation"
     )]
+    #[schemars(with = "Option<level_names::InterpolationName>")]
     pub interpolation: Option<Interpolation>,
     /// Replaces the preset's extinction of drops.
     #[serde(
@@ -231,6 +259,7 @@ pub struct Accuracy {
         skip_serializing_if = "Option::is_none",
         with = "level_names::drop_extinction"
     )]
+    #[schemars(with = "Option<level_names::DropExtinctionName>")]
     pub drop_extinction: Option<DropExtinctionModel>,
     /// Replaces the preset's orders of scattering by drops, where that effect is on.
     #[serde(
@@ -238,6 +267,7 @@ pub struct Accuracy {
         skip_serializing_if = "Option::is_none",
         with = "level_names::drop_orders"
     )]
+    #[schemars(with = "Option<level_names::DropOrdersName>")]
     pub drop_orders: Option<DropOrders>,
     /// Replaces the preset's path through the drops to the sun.
     #[serde(
@@ -245,6 +275,7 @@ pub struct Accuracy {
         skip_serializing_if = "Option::is_none",
         with = "level_names::sun_path"
     )]
+    #[schemars(with = "Option<level_names::SunPathName>")]
     pub sun_path: Option<SunPath>,
     /// Replaces the preset's path through the air.
     #[serde(
@@ -252,6 +283,7 @@ pub struct Accuracy {
         skip_serializing_if = "Option::is_none",
         with = "level_names::air_path"
     )]
+    #[schemars(with = "Option<level_names::AirPathName>")]
     pub air_path: Option<AirPath>,
     /// Replaces the preset's sky.
     #[serde(
@@ -259,6 +291,7 @@ pub struct Accuracy {
         skip_serializing_if = "Option::is_none",
         with = "level_names::sky"
     )]
+    #[schemars(with = "Option<level_names::SkyName>")]
     pub sky: Option<SkyModel>,
     /// Replaces the preset's pixel footprint.
     #[serde(
@@ -266,6 +299,7 @@ pub struct Accuracy {
         skip_serializing_if = "Option::is_none",
         with = "level_names::pixel_footprint"
     )]
+    #[schemars(with = "Option<level_names::PixelFootprintName>")]
     pub pixel_footprint: Option<PixelFootprint>,
 }
 
@@ -305,6 +339,26 @@ impl Accuracy {
             (SkyModel::MultipleScattering, Preset::Standard | Preset::Reference) => {
                 Some(ScatteringOrders::STANDARD)
             }
+        }
+    }
+
+    /// The same levels with every one named, so that none is chosen.
+    #[must_use]
+    pub fn spelled_out(&self, voxel_m: f64) -> Self {
+        let levels = self.levels(voxel_m);
+        Self {
+            preset: self.preset,
+            tolerance: self.tolerance,
+            theory: Some(levels.theory),
+            table_relative_error: Some(levels.table_relative_error),
+            integration: Some(levels.integration),
+            interpolation: Some(levels.interpolation),
+            drop_extinction: Some(levels.drop_extinction),
+            drop_orders: Some(levels.drop_orders),
+            sun_path: Some(levels.sun_path),
+            air_path: Some(levels.air_path),
+            sky: Some(levels.sky),
+            pixel_footprint: Some(levels.pixel_footprint),
         }
     }
 

@@ -10,6 +10,7 @@ use niji_atmosphere::USUAL_TOP_M;
 use niji_exchange::DensityLaw;
 use niji_geometry::EARTH;
 use niji_radiometry::WavelengthGrid;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
 
@@ -24,10 +25,11 @@ const USUAL_WATER_CM: f64 = 1.42;
 const STANDARD_PRESSURE_HPA: f64 = 1013.25;
 
 /// The section `[air]`; a scene without it lies in a vacuum.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Air {
     /// What the air is made of, each at most once.
+    #[schemars(length(min = 1), extend("uniqueItems" = true))]
     pub constituents: Vec<Constituent>,
     /// Whose constants the molecules have: `bodhaine` where it is left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -35,18 +37,22 @@ pub struct Air {
     /// Pressure at sea level, hPa: 1013.25 where it is left out. The constants of `nishita` have a
     /// pressure of their own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1.0, max = 2000.0))]
     pub pressure_hpa: Option<f64>,
     /// The kind of haze: `clear` where it is left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub aerosol: Option<Haze>,
     /// How far one sees through the haze, km; its kind says where it is left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.01, max = 1000.0))]
     pub visibility_km: Option<f64>,
     /// Vertical column of ozone, Dobson units: 300 where it is left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0, max = 10000.0))]
     pub ozone_dobson: Option<f64>,
     /// Water in a vertical column of vapor, cm: 1.42 where it is left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0, max = 20.0))]
     pub precipitable_water_cm: Option<f64>,
     /// Densities by height in the place of a constituent's own.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -57,7 +63,7 @@ pub struct Air {
 ///
 /// Densities are relative: how much of it there is in a vertical column stays, and where a
 /// visibility is given, how much of it there is at sea level.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Layer {
     /// Which constituent.
@@ -72,7 +78,7 @@ pub struct Layer {
 }
 
 /// How the density runs between two heights.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum LayerLaw {
     /// Linearly.
@@ -104,7 +110,9 @@ impl Layer {
 }
 
 /// Something that air is made of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
 #[serde(rename_all = "kebab-case")]
 pub enum Constituent {
     /// Molecules, which scatter without absorbing.
@@ -133,7 +141,7 @@ impl Constituent {
 }
 
 /// Whose constants Rayleigh scattering has.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum RayleighModel {
     /// Bodhaine, Wood, Dutton and Slusser, J. Atmos. Oceanic Technol. 16, 1854-1861 (1999).
@@ -143,7 +151,7 @@ pub enum RayleighModel {
 }
 
 /// A kind of haze.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Haze {
     /// Clear continental air.

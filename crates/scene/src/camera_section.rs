@@ -18,14 +18,16 @@ use niji_geometry::PinholeCamera;
 use niji_geometry::PixelRegion;
 use niji_geometry::UpAxis;
 use niji_radiometry::Radians;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
 
 use crate::check::Check;
 use crate::error::SceneError;
+use crate::sections::Up;
 
 /// How directions become places in the picture.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Projection {
     /// Straight lines stay straight.
@@ -65,7 +67,7 @@ impl Projection {
 }
 
 /// The section `[camera]`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "CameraSection")]
 pub struct Camera {
     /// Position of the eye, metres: x east, y up, z south.
@@ -173,47 +175,97 @@ impl Camera {
 }
 
 /// The section as it is written.
-#[derive(Debug, Clone, Copy, Deserialize)]
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(extend(
+    "oneOf" = [
+        {
+            "required": ["position_m", "azimuth_deg", "elevation_deg"],
+            "properties": { "matrix": false, "matrix_up": false },
+        },
+        {
+            "required": ["matrix", "matrix_up"],
+            "properties": {
+                "position_m": false,
+                "azimuth_deg": false,
+                "elevation_deg": false,
+                "roll_deg": false,
+            },
+        },
+    ],
+    "if" = { "properties": { "projection": { "const": "panorama" } }, "required": ["projection"] },
+    "then" = { "properties": {
+        "horizontal_fov_deg": false,
+        "focal_length_mm": false,
+        "sensor_width_mm": false,
+        "overscan_px": { "const": 0 },
+    } },
+    "else" = { "oneOf": [
+        {
+            "required": ["horizontal_fov_deg"],
+            "properties": { "focal_length_mm": false, "sensor_width_mm": false },
+        },
+        {
+            "required": ["focal_length_mm", "sensor_width_mm"],
+            "properties": { "horizontal_fov_deg": false },
+        },
+    ] },
+))]
 struct CameraSection {
+    /// Position of the eye, metres: x east, y up, z south.
     #[serde(default)]
+    #[schemars(inner(range(min = -1e7, max = 1e7)))]
     position_m: Option<[f64; 3]>,
+    /// Azimuth of the optical axis, clockwise from north, degrees.
     #[serde(default)]
+    #[schemars(range(min = -360.0, max = 360.0))]
     azimuth_deg: Option<f64>,
+    /// Elevation of the optical axis above the horizon, degrees.
     #[serde(default)]
+    #[schemars(range(min = -90.0, max = 90.0))]
     elevation_deg: Option<f64>,
+    /// Rotation about the optical axis, positive where the right side goes down, degrees: 0 where it is
+    /// left out.
     #[serde(default)]
+    #[schemars(range(min = -360.0, max = 360.0))]
     roll_deg: Option<f64>,
     /// Camera-to-world matrix for column vectors by rows: the position is its last column.
     #[serde(default)]
+    #[schemars(with = "Option<[[f64; 4]; 4]>")]
     matrix: Option<Matrix>,
     /// Which axis is up in the world of the matrix.
     #[serde(default)]
-    matrix_up: Option<MatrixUp>,
+    matrix_up: Option<Up>,
+    /// How directions become places in the picture.
     #[serde(default)]
     projection: Projection,
+    /// Full field of view across the width, degrees: at most 175 for a pinhole.
     #[serde(default)]
+    #[schemars(range(min = 0.001, max = 360.0))]
     horizontal_fov_deg: Option<f64>,
+    /// Focal length, millimetres; with the width of the sensor in the place of the field of view.
     #[serde(default)]
+    #[schemars(range(min = 0.001, max = 1e5))]
     focal_length_mm: Option<f64>,
+    /// Width of the sensor, millimetres.
     #[serde(default)]
+    #[schemars(range(min = 0.001, max = 1e5))]
     sensor_width_mm: Option<f64>,
+    /// Full angle of a fisheye's image circle, degrees: beyond it the picture is black; as wide as the
+    /// picture where it is left out.
     #[serde(default)]
+    #[schemars(range(min = 0.001, max = 360.0))]
     image_circle_deg: Option<f64>,
+    /// Width of the picture, pixels.
+    #[schemars(range(min = 1, max = 65536))]
     width_px: u32,
+    /// Height of the picture, pixels.
+    #[schemars(range(min = 1, max = 65536))]
     height_px: u32,
+    /// Pixels that are rendered beyond the picture on each side; 0 for a panorama.
     #[serde(default)]
+    #[schemars(range(min = 0, max = 4096))]
     overscan_px: u32,
-}
-
-/// Which axis of a program's world points up.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-enum MatrixUp {
-    /// As in Houdini, Nuke and Maya; north is −z.
-    Y,
-    /// As in Blender; north is y.
-    Z,
 }
 
 /// A matrix that only turns and moves.
@@ -281,11 +333,7 @@ impl CameraSection {
                 Ok((position_m, [azimuth_deg, elevation_deg, roll_deg]))
             }
             (Some(matrix), Some(up), None, (None, None)) if self.roll_deg.is_none() => {
-                let up = match up {
-                    MatrixUp::Y => UpAxis::Y,
-                    MatrixUp::Z => UpAxis::Z,
-                };
-                let pose = CameraPose::from_matrix(matrix.0, up);
+                let pose = CameraPose::from_matrix(matrix.0, up.axis());
                 let pose = pose.map_err(|error| error.to_string())?;
                 let angles_deg = pose.angles().map(Radians::to_degrees);
                 Ok((pose.position().to_array(), angles_deg))

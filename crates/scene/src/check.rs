@@ -336,16 +336,6 @@ fn effects(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {
     for effect in Effect::ALL {
         let key = format!("effects.{effect}");
         let switch = scene.effects.of(effect);
-        if switch == Switch::On && !effect.is_available() {
-            let advice = "write \"auto\" or \"off\"".to_string();
-            let line = check.line(&key);
-            return Err(SceneError::NotAvailable {
-                line,
-                key,
-                found: "on".to_string(),
-                advice,
-            });
-        }
         if switch == Switch::On && effect.needs_air() && scene.air.is_none() {
             let expected = "\"auto\" or \"off\" in a scene without an [air] section";
             return Err(check.out_of_range(&key, "\"on\"".to_string(), expected));

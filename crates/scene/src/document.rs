@@ -26,7 +26,9 @@ use crate::error::SceneError;
 
 use fault::Fault;
 use named::NamedTable;
+pub(crate) use named::Naming;
 use named::UnitName;
+pub(crate) use named::naming;
 use table::Entries;
 use table::Items;
 

@@ -19,10 +19,10 @@ use serde::de::Visitor;
 use serde::de::value::EnumAccessDeserializer;
 
 /// Name of [`FromVdb`] among the shapes.
-const FROM_VDB: &str = "from-vdb";
+pub(crate) const FROM_VDB: &str = "from-vdb";
 
 /// Name of [`DropFile`]; scene files say it by the key `file` alone.
-const FILE: &str = "file";
+pub(crate) const FILE: &str = "file";
 
 /// Where the drops are and how large they are.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -42,6 +42,7 @@ pub enum Drops {
 #[serde(deny_unknown_fields)]
 pub struct FromVdb {
     /// Path of the OpenVDB file; in a scene, relative to the scene file.
+    #[schemars(length(min = 1))]
     pub file: String,
     /// Name of the grid.
     #[serde(default = "usual_grid")]
@@ -49,11 +50,14 @@ pub struct FromVdb {
     /// What the numbers of the grid mean.
     pub density_means: DensityMeans,
     /// Factor on the numbers; for optical-depth, the optical depth itself.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub scale: f64,
     /// Effective radius of all drops (um).
+    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e5))]
     pub effective_radius_um: f64,
     /// Effective variance of all drops, 0..1/2.
     #[serde(default)]
+    #[schemars(extend("minimum" = 0.0, "exclusiveMaximum" = 0.5))]
     pub effective_variance: f64,
 }
 
@@ -63,10 +67,11 @@ fn usual_grid() -> String {
 }
 
 /// A drop volume on disk.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DropFile {
     /// Path of the OpenVDB file, relative to the scene file.
+    #[schemars(length(min = 1))]
     pub file: String,
 }
 

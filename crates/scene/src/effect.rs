@@ -3,11 +3,14 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
 
 /// Something that light does between the sun, drops, air and eye.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
 #[serde(rename_all = "snake_case")]
 pub enum Effect {
     /// Light reflected once inside a drop (p = 2).
@@ -19,9 +22,11 @@ pub enum Effect {
     HigherOrders,
     /// Interference fringes inside the primary and outside the secondary.
     Supernumeraries,
-    /// Rings around the antisolar point, from drops of a few micrometres.
+    /// Rings around the antisolar point, from drops of a few micrometres; the theories `mie` and
+    /// `debye` have them.
     Glory,
-    /// Rings around the sun, from drops of a few micrometres.
+    /// Rings around the sun, from drops of a few micrometres; the theories `mie` and `debye` have
+    /// them.
     Corona,
     /// The sun is a disc of 0.533 degrees, not a point.
     SunDisc,
@@ -97,9 +102,28 @@ impl Effect {
         }
     }
 
-    /// Whether this version can compute it.
-    pub fn is_available(self) -> bool {
+    /// The effect of a key.
+    ///
+    /// # Errors
+    /// For a name that is none, the effects that it may stand for.
+    pub fn from_name(name: &str) -> Result<Self, String> {
+        if let Some(effect) = Self::ALL.into_iter().find(|effect| effect.name() == name) {
+            return Ok(effect);
+        }
+        let mut names = Self::ALL.map(Self::name);
+        let likeness = |known: &str| strsim::normalized_damerau_levenshtein(name, known);
+        names.sort_by(|a, b| likeness(b).total_cmp(&likeness(a)));
+        Err(format!(
+            "found the effect {name:?}, expected one of {}; the likest first",
+            names.join(", ")
+        ))
+    }
+
+    /// Whether it is a part of the light of one drop that the theory of scattering has or lacks: no
+    /// switch can leave it out of the exact light or put it into another theory.
+    pub fn comes_with_theory(self) -> bool {
         match self {
+            Self::Glory | Self::Corona => true,
             Self::PrimaryBow
             | Self::SecondaryBow
             | Self::HigherOrders
@@ -115,8 +139,7 @@ impl Effect {
             | Self::AirExtinction
             | Self::AirInscatter
             | Self::Sky
-            | Self::Occluders => true,
-            Self::Glory | Self::Corona => false,
+            | Self::Occluders => false,
         }
     }
 
@@ -180,7 +203,7 @@ impl fmt::Display for Effect {
 }
 
 /// What a scene wants of an effect.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Switch {
     /// It is simulated.

@@ -84,18 +84,6 @@ pub enum SceneError {
         /// What the shape says.
         message: String,
     },
-    /// A scene asks for something that this version cannot compute.
-    #[error("line {line}: `{key} = \"{found}\"` is not available yet: {advice}")]
-    NotAvailable {
-        /// Line of the request.
-        line: usize,
-        /// Full path of the key.
-        key: String,
-        /// The value asked for.
-        found: String,
-        /// What to write instead.
-        advice: String,
-    },
     /// Canonical JSON that does not hold a scene.
     #[error("not a scene in canonical JSON: {message}")]
     Json {
@@ -114,8 +102,7 @@ impl SceneError {
             | Self::MissingKey { line, .. }
             | Self::WrongType { line, .. }
             | Self::OutOfRange { line, .. }
-            | Self::Drops { line, .. }
-            | Self::NotAvailable { line, .. } => Some(*line),
+            | Self::Drops { line, .. } => Some(*line),
             Self::Json { .. } => None,
         }
     }
@@ -128,13 +115,39 @@ fn did_you_mean(suggestion: Option<&String>) -> String {
 /// Largest normalized Damerau-Levenshtein distance at which a name is still worth suggesting.
 const FARTHEST_SUGGESTION: f64 = 0.5;
 
-/// The allowed name that looks most like `found`, if any looks like it at all.
+/// Shortest beginning of a name that is taken for the name.
+const SHORTEST_BEGINNING: usize = 3;
+
+/// The allowed name that looks most like `found`, if any looks like it at all; one that begins so looks
+/// more like it than one that ends so.
 pub(crate) fn suggest<S: AsRef<str>>(found: &str, allowed: &[S]) -> Option<String> {
-    let likeness = |name: &str| strsim::normalized_damerau_levenshtein(found, name);
+    let likeness = |name: &str| {
+        let likeness = strsim::normalized_damerau_levenshtein(found, name);
+        let is_beginning = found.len() >= SHORTEST_BEGINNING && name.starts_with(found);
+        if is_beginning {
+            1.0 + likeness
+        } else {
+            likeness
+        }
+    };
     allowed
         .iter()
         .map(|name| (likeness(name.as_ref()), name.as_ref()))
         .filter(|(score, _)| *score >= 1.0 - FARTHEST_SUGGESTION)
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, name)| name.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_beginning_is_completed_before_other_likenesses_are_tried() {
+        let shapes = ["gradient", "rain-shaft", "rain-cell"];
+        assert_eq!(suggest("rain-", &shapes).as_deref(), Some("rain-cell"));
+        assert_eq!(suggest("rain-sh", &shapes).as_deref(), Some("rain-shaft"));
+        assert_eq!(suggest("gradent", &shapes).as_deref(), Some("gradient"));
+        assert_eq!(suggest("xy", &shapes), None);
+    }
 }

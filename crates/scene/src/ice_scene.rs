@@ -14,12 +14,15 @@ use niji_ice::Iceberg;
 use niji_ice::PathWavelengths;
 use niji_ice::Snow;
 use niji_render::SkyModel;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
 
 use crate::accuracy::Preset;
 use crate::air::Air;
+use crate::camera_section;
 use crate::camera_section::Camera;
+use crate::check::Check;
 use crate::document;
 use crate::error::SceneError;
 use crate::level_names;
@@ -27,6 +30,7 @@ use crate::scene::FORMAT;
 use crate::sections::Picture;
 use crate::sections::Spectrum;
 use crate::sections::Sun;
+use crate::sections::Up;
 
 /// A scene of ice.
 ///
@@ -42,10 +46,11 @@ use crate::sections::Sun;
 /// assert!(error.to_string().contains("unknown key `egde_m` in [ice.shape], did you mean `edge_m`?"));
 /// # Ok::<(), SceneError>(())
 /// ```
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct IceScene {
-    /// Version of the format, [`FORMAT`].
+    /// Version of the format: 1.
+    #[schemars(extend("const" = FORMAT))]
     pub format: u32,
     /// What the scene is called.
     pub name: String,
@@ -61,7 +66,7 @@ pub struct IceScene {
     pub spectrum: Spectrum,
     /// The ice.
     pub ice: IceSection,
-    /// The air that sunlight comes through and whose sky shines; `None` is a vacuum.
+    /// The air that sunlight comes through and whose sky shines; a vacuum where it is left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub air: Option<Air>,
     /// A uniform sky in the place of that of the air.
@@ -78,7 +83,7 @@ pub struct IceScene {
 }
 
 /// The section `[ice]`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct IceSection {
     /// Its shape.
@@ -86,6 +91,7 @@ pub struct IceSection {
     /// Where the middle of the base of a cube or box stands, where the origin of a mesh lies, or the
     /// water line of an iceberg, m: x east, y up, z south.
     #[serde(default)]
+    #[schemars(inner(range(min = -1e7, max = 1e7)))]
     pub base_m: [f64; 3],
     /// What its surface does with light: the published diffuse one where it is left out.
     #[serde(default = "published_surface")]
@@ -103,59 +109,54 @@ fn published_surface() -> IceSurface {
 }
 
 /// The shape of ice.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum IceShape {
     /// A cube.
     Cube {
         /// Length of an edge, m.
+        #[schemars(range(min = 1e-6, max = 1e6))]
         edge_m: f64,
         /// Turned about the vertical, clockwise seen from above, degrees.
         #[serde(default)]
+        #[schemars(range(min = -360.0, max = 360.0))]
         turn_deg: f64,
     },
     /// A box.
     Box {
         /// Extent east, up and south, m.
+        #[schemars(inner(range(min = 1e-6, max = 1e6)))]
         size_m: [f64; 3],
     },
     /// A closed surface from a file.
     Mesh {
         /// OBJ, glTF or STL, relative to the scene.
+        #[schemars(length(min = 1))]
         file: String,
         /// Longest extent of the body, m: as in the file where it is left out.
         #[serde(default, skip_serializing_if = "Option::is_none")]
+        #[schemars(range(min = 1e-6, max = 1e6))]
         length_m: Option<f64>,
         /// Which way is up in the file.
         #[serde(default)]
-        up: MeshUp,
+        up: Up,
     },
     /// An iceberg by chance.
     Iceberg(Iceberg),
 }
 
-/// Which way is up in a mesh file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum MeshUp {
-    /// y, as in glTF.
-    #[default]
-    Y,
-    /// z, as in most STL files.
-    Z,
-}
-
 /// The section `[sky]` of a scene of ice.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct UniformSky {
     /// Irradiance of level ground by the sky over that of a plane across the sun's light above the
     /// air; the sky has the sun's color.
+    #[schemars(range(min = 0.0, max = 1000.0))]
     pub irradiance_share: f64,
 }
 
 /// The section `[accuracy]` of a scene of ice.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct IceAccuracy {
     /// How light is followed.
@@ -164,6 +165,7 @@ pub struct IceAccuracy {
     /// Standard error of the luminance of a pixel, over that of a gray card (albedo 0.18) that faces
     /// the sun above the air, at which it is done: all paths are drawn where it is left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1e-6, max = 1.0))]
     pub tolerance: Option<f64>,
     /// Another seed is another noise.
     #[serde(default)]
@@ -174,6 +176,7 @@ pub struct IceAccuracy {
         with = "level_names::sky",
         skip_serializing_if = "Option::is_none"
     )]
+    #[schemars(with = "Option<level_names::SkyName>")]
     pub sky: Option<SkyModel>,
 }
 
@@ -247,6 +250,7 @@ impl IceScene {
         self.check_numbers()
             .map_err(|(key, found, expected)| refused(key, found.to_string(), &expected))?;
         let as_found = || "refused".to_owned();
+        camera_section::check(&self.camera, &Check { lines })?;
         self.camera
             .pinhole()
             .map_err(|error| refused("camera", as_found(), &error))?;

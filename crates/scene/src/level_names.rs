@@ -11,76 +11,139 @@ use niji_render::Integration;
 use niji_render::PixelFootprint;
 use niji_render::SkyModel;
 use niji_render::SunPath;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
 
-#[derive(Serialize, Deserialize)]
+/// How the integral along a view ray is taken.
+#[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(remote = "Integration", rename_all = "kebab-case", deny_unknown_fields)]
 pub(crate) enum IntegrationName {
-    FixedStep { step_m: f64 },
+    /// Equal steps with the midpoint rule.
+    FixedStep {
+        /// Length of a step, m.
+        #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e7))]
+        step_m: f64,
+    },
+    /// Cell by cell, exact for the interpolated moments.
     CellExact,
-    Adaptive { relative_error: f64 },
+    /// Cell by cell, with as many pieces and Gauss points as the error asks for.
+    Adaptive {
+        /// Largest relative error of the light of a piece.
+        #[schemars(range(min = 1e-12, max = 1.0))]
+        relative_error: f64,
+    },
 }
 
-#[derive(Serialize, Deserialize)]
+/// What is interpolated between the nodes of the drop volume.
+#[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(remote = "Interpolation", rename_all = "kebab-case")]
 pub(crate) enum InterpolationName {
+    /// Radius and number density, as in publications.
     RadiusDensity,
+    /// Moments of the size law: light and water are conserved.
     Moments,
 }
 
-#[derive(Serialize, Deserialize)]
+/// Which part of the drops' extinction leaves the picture.
+#[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(remote = "DropExtinctionModel", rename_all = "kebab-case")]
 pub(crate) enum DropExtinctionName {
+    /// Q = 1: diffracted light goes on within a lobe narrower than the bow.
     WithoutDiffraction,
+    /// Q = 2: the whole extinction.
     Full,
 }
 
-#[derive(Serialize, Deserialize)]
+/// How often light is scattered by drops.
+#[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(remote = "DropOrders", rename_all = "kebab-case", deny_unknown_fields)]
 pub(crate) enum DropOrdersName {
+    /// Once.
     SingleScattering,
+    /// Any number of times, by random paths on a coarse lattice of view directions.
     MultipleScattering {
+        /// Directions along both sides of the lattice.
+        #[schemars(range(min = 2, max = 512))]
         nodes_across: usize,
+        /// Paths for every direction.
+        #[schemars(range(min = 2, max = 1_048_576))]
         paths_per_node: usize,
     },
 }
 
-#[derive(Serialize, Deserialize)]
+/// The drops' optical depth towards the sun.
+#[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(remote = "SunPath", rename_all = "kebab-case", deny_unknown_fields)]
 pub(crate) enum SunPathName {
+    /// Drops cast no shadow on drops.
     Ignore,
-    Volume { voxel_m: f64 },
-    March { step_m: f64 },
+    /// A volume of optical depth, swept away from the sun.
+    Volume {
+        /// Distance of its nodes, m.
+        #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e7))]
+        voxel_m: f64,
+    },
+    /// A march from every node of the drops to the sun.
+    March {
+        /// Length of a step, m.
+        #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e7))]
+        step_m: f64,
+    },
 }
 
-#[derive(Serialize, Deserialize)]
+/// The air's optical depths.
+#[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(remote = "AirPath", rename_all = "kebab-case", deny_unknown_fields)]
 pub(crate) enum AirPathName {
+    /// Air as dense along every ray as at the eye.
     Constant,
-    Midpoint { n_steps: usize },
-    Quadrature { n_nodes: usize },
+    /// Equal steps with the midpoint rule.
+    Midpoint {
+        /// Steps on each path.
+        #[schemars(range(min = 1, max = 1_000_000))]
+        n_steps: usize,
+    },
+    /// Gauss-Legendre nodes.
+    Quadrature {
+        /// Nodes on each path.
+        #[schemars(range(min = 1, max = 256))]
+        n_nodes: usize,
+    },
+    /// Columns that were integrated when the table of the air was made.
     Table,
 }
 
-#[derive(Serialize, Deserialize)]
+/// What shines behind the drops.
+#[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(remote = "SkyModel", rename_all = "kebab-case")]
 pub(crate) enum SkyName {
+    /// Black.
     None,
+    /// Sunlight scattered once by the air, and the ground in direct sunlight.
     SingleScattering,
+    /// Besides, light that air and ground scattered before.
     MultipleScattering,
 }
 
-#[derive(Serialize, Deserialize)]
+/// What of a pixel is seen.
+#[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(
     remote = "PixelFootprint",
     rename_all = "kebab-case",
     deny_unknown_fields
 )]
 pub(crate) enum PixelFootprintName {
+    /// The ray through its center.
     Center,
+    /// The ray through its center, with the table averaged over the pixel.
     Prefiltered,
-    Grid { n: u32 },
+    /// n x n rays.
+    Grid {
+        /// Rays along a side of the pixel.
+        #[schemars(range(min = 1, max = 64))]
+        n: u32,
+    },
 }
 
 /// A module that reads and writes an optional level by its name.

@@ -1,17 +1,22 @@
 //! Measured levels of accuracy: what each costs and how wrong it is.
 //!
-//! One CSV file holds all measurements, with the columns
-//! `stage,level,scene,error,relative_time,seconds,date`; `stage` is a key of the section
-//! `[accuracy]` of a scene (or the name of a stage for its total), `level` a level as
-//! [`crate::Levels::named`] spells it, `error` relative to the reference level, `relative_time` over
-//! that of the standard level. Figures that were not measured are empty.
+//! One CSV file holds all measurements, with the columns `stage,level,scene,error,luminance_error,
+//! light,radius_um,relative_time,seconds,work,date`; `stage` is a key of the section `[accuracy]` of a
+//! scene (or the name of a stage for its total), `level` a level as [`crate::Levels::measured_names`]
+//! spells it, with lengths in voxels. `error` is relative to the decision's best level,
+//! `relative_time` over that of the standard level. What lets a figure be carried to another scene
+//! stands beside it: `luminance_error` and the `light` that it is an error of, both RMS over the picture
+//! in gray cards in the sun; the effective radius; the `work` that took the seconds. Figures that were
+//! not measured are empty, and the columns of all but `stage`, `level`, `scene` and `date` may be
+//! missing.
 
 use serde::Deserialize;
 use serde::Serialize;
 use thiserror::Error;
 
 /// One level, measured on one scene.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct MeasuredLevel {
     /// Which decision the level belongs to, as `integration`.
     pub stage: String,
@@ -20,11 +25,26 @@ pub struct MeasuredLevel {
     /// The scene it was measured on.
     pub scene: String,
     /// Relative RMSE of radiance against the reference level.
+    #[serde(default)]
     pub error: Option<f64>,
+    /// RMSE of luminance against the reference level, in gray cards in the sun.
+    #[serde(default)]
+    pub luminance_error: Option<f64>,
+    /// RMS of the light that the decision is about, as the plan bounds it, in gray cards in the sun.
+    #[serde(default)]
+    pub light: Option<f64>,
+    /// Smallest effective radius of the scene's drops, um.
+    #[serde(default)]
+    pub radius_um: Option<f64>,
     /// Time over that of the standard level.
+    #[serde(default)]
     pub relative_time: Option<f64>,
     /// Time of the stage, s.
+    #[serde(default)]
     pub seconds: Option<f64>,
+    /// What took that time, in the units of the stage's work.
+    #[serde(default)]
+    pub work: Option<f64>,
     /// Day of the measurement, as 2026-11-21.
     pub date: String,
 }
@@ -74,7 +94,15 @@ impl MeasuredLevels {
                 line: error.position().map_or(fallback, csv::Position::line),
                 message: error.to_string(),
             })?;
-            let figures = [level.error, level.relative_time, level.seconds];
+            let figures = [
+                level.error,
+                level.luminance_error,
+                level.light,
+                level.radius_um,
+                level.relative_time,
+                level.seconds,
+                level.work,
+            ];
             if figures
                 .into_iter()
                 .flatten()
@@ -94,6 +122,16 @@ impl MeasuredLevels {
     /// Every measurement, in the order of the file.
     pub fn levels(&self) -> &[MeasuredLevel] {
         &self.levels
+    }
+
+    /// The measurements of a level on every scene, with these very settings.
+    pub fn of_level<'a>(
+        &'a self,
+        stage: &'a str,
+        level: &'a str,
+    ) -> impl Iterator<Item = &'a MeasuredLevel> + 'a {
+        let is_it = move |row: &&MeasuredLevel| row.stage == stage && row.level == level;
+        self.levels.iter().filter(is_it)
     }
 
     /// The measurement of a level: on the scene if there is one, else the first on any scene; with

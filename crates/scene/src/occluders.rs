@@ -3,52 +3,58 @@
 use glam::DAffine3;
 use glam::DMat3;
 use glam::DVec3;
-use niji_geometry::UpAxis;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
 
 use crate::camera_section::Projection;
 use crate::check::Check;
 use crate::error::SceneError;
-use crate::ice_scene::MeshUp;
 use crate::scene::Scene;
+use crate::sections::Up;
 
 /// Most meshes that hide what is behind them.
 const MAX_MESHES: usize = 8;
 
 /// The section `[occluders]`: a map of distances, meshes, or both; the nearer hides the farther.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Occluders {
     /// Path of an EXR with a channel Z in metres, relative to the scene file; 0, infinity and 1e10
     /// are the sky.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(length(min = 1))]
     pub depth: Option<String>,
     /// What Z is measured along: the view ray where it is left out.
     #[serde(default)]
     pub along: Along,
     /// Meshes that stand in the scene.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[schemars(length(max = 8))]
     pub meshes: Vec<OccluderMesh>,
 }
 
 /// A mesh that hides what is behind it: `[[occluders.meshes]]`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OccluderMesh {
     /// OBJ, glTF or STL, relative to the scene.
+    #[schemars(length(min = 1))]
     pub file: String,
     /// Which way is up in the file: y where it is left out.
     #[serde(default)]
-    pub up: MeshUp,
+    pub up: Up,
     /// Metres that a unit of the file is long: 1 where it is left out.
     #[serde(default = "one")]
+    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e7))]
     pub scale: f64,
     /// Turn about the vertical, clockwise seen from above, degrees.
     #[serde(default)]
+    #[schemars(range(min = -360.0, max = 360.0))]
     pub turn_deg: f64,
     /// Where the origin of the file lies, metres: x east, y up, z south.
     #[serde(default)]
+    #[schemars(inner(range(min = -1e7, max = 1e7)))]
     pub position_m: [f64; 3],
 }
 
@@ -57,7 +63,7 @@ impl OccluderMesh {
     pub fn of_file(file: String) -> Self {
         Self {
             file,
-            up: MeshUp::Y,
+            up: Up::Y,
             scale: 1.0,
             turn_deg: 0.0,
             position_m: [0.0; 3],
@@ -66,12 +72,8 @@ impl OccluderMesh {
 
     /// The matrix that takes the corners of the file to the world: up, scale, turn, then position.
     pub fn to_world(&self) -> DAffine3 {
-        let up = match self.up {
-            MeshUp::Y => UpAxis::Y,
-            MeshUp::Z => UpAxis::Z,
-        };
         let turn = DMat3::from_rotation_y(-self.turn_deg.to_radians());
-        let matrix = turn * (self.scale * up.to_y_up());
+        let matrix = turn * (self.scale * self.up.axis().to_y_up());
         DAffine3::from_mat3_translation(matrix, DVec3::from(self.position_m))
     }
 }
@@ -81,7 +83,7 @@ fn one() -> f64 {
 }
 
 /// What a depth is measured along.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Along {
     /// The view ray.
@@ -135,7 +137,7 @@ mod tests {
     #[test]
     fn a_mesh_is_raised_scaled_turned_and_moved_in_this_order() {
         let mesh = OccluderMesh {
-            up: MeshUp::Z,
+            up: Up::Z,
             scale: 2.0,
             turn_deg: 90.0,
             position_m: [10.0, 20.0, 30.0],

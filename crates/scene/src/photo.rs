@@ -1,5 +1,6 @@
 //! The section `[photo]`: a photograph that the bow stands in.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
 
@@ -9,10 +10,11 @@ use crate::camera_section::Camera;
 ///
 /// The picture may be larger than the camera's, in the same shape: the bow is smooth, its edges are
 /// those of the surfaces at the picture's own size.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Photo {
     /// Path of the photograph (PNG, JPEG, EXR), relative to the scene file.
+    #[schemars(length(min = 1))]
     pub picture: String,
     /// Path of the distances of its layers (TOML); where it is left out and there are no
     /// `[occluders]`, layers are proposed.
@@ -24,6 +26,7 @@ pub struct Photo {
     /// Points of the wanted bow in pixels of the photograph, from which the sun follows; three or
     /// more, and no `[sun]` then.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[schemars(length(max = 1000))]
     pub picks_px: Vec<[f64; 2]>,
     /// Which bow was picked.
     #[serde(default)]
@@ -36,14 +39,16 @@ pub struct Photo {
     pub exposure: PhotoExposure,
     /// Value of a sunlit white card in the photograph, linear, instead of `exposure`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e7))]
     pub white_card: Option<f64>,
     /// Part of the sky under clouds, 0..1, to be checked against the bow.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub cloud_cover: Option<f64>,
 }
 
 /// Which bow.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum PickedBow {
     /// The inner, brighter bow.
@@ -54,7 +59,7 @@ pub enum PickedBow {
 }
 
 /// Which color edge of a bow.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum PickedColor {
     /// Red, 650 nm.
@@ -67,7 +72,7 @@ pub enum PickedColor {
 }
 
 /// Where the exposure of a photograph comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum PhotoExposure {
     /// The mean of the picture is taken for grey.

@@ -5,32 +5,42 @@
 //! in `bounds`, the choice of what is left out in `decide`.
 
 mod air_light;
+mod bound;
 mod bounds;
 mod bow_light;
 mod curve;
 mod decide;
 mod directed_curve;
 mod display;
+mod drop_file;
 mod drop_summary;
-mod estimates;
+mod effect_texts;
+mod explain;
 mod facts;
 mod flat_drops;
 mod higher_orders;
 mod light_curves;
 mod reasons;
+mod resources;
+mod rings;
 mod shared_tables;
 mod size_mean;
 mod stages;
+mod times;
 mod view;
+mod warnings;
 
-pub use bounds::Bound;
-pub use bounds::BoundKind;
+pub use bound::Bound;
+pub use bound::BoundKind;
+pub use bound::BoundTerms;
 pub use drop_summary::DropPart;
 pub use drop_summary::DropSummary;
+pub use explain::Explanation;
 pub use stages::Estimate;
 pub use stages::ScatteringNeed;
 pub use stages::Stage;
 pub use stages::StagePlan;
+pub use times::Work;
 
 use std::collections::BTreeSet;
 
@@ -96,6 +106,8 @@ pub struct EffectDecision {
     pub reason: String,
     /// What it contributes at most; `None` where that is not known.
     pub bound: Option<Bound>,
+    /// The numbers of the bound; `None` where it is 0.
+    pub terms: Option<BoundTerms>,
 }
 
 /// What the camera sees of the drops.
@@ -135,6 +147,8 @@ pub struct Plan {
     pub scattering: Option<ScatteringNeed>,
     /// The stages to run, in order.
     pub stages: Vec<StagePlan>,
+    /// What its times and errors scale with.
+    pub work: Work,
     /// What a person should know before running.
     pub warnings: Vec<String>,
 }
@@ -150,57 +164,64 @@ pub fn plan(scene: &Scene, inputs: &PlanInputs<'_>) -> Result<Plan, PlanError> {
     let air = situation.air_light(table.as_ref());
     let curves = situation.curves(scene);
     let bound_scene = situation.bound_scene(&curves, air.as_ref());
-    let bound = |effect: Effect, assumed: &Assumed| bound_scene.bound(effect, assumed);
+    let bound = |effect: Effect, assumed: &Assumed| Some(bound_scene.bound(effect, assumed));
     let switches = decide::settled(&scene.effects, scene.accuracy.preset);
-    let on = decide::decide(&switches, scene.accuracy.tolerance, &bound).on;
+    let mut on = decide::decide(&switches, scene.accuracy.tolerance, &bound).on;
+    let seen = |effect: &Effect| {
+        bound(*effect, &decide::forced(&on, *effect)).is_some_and(|bound| bound.value > 0.0)
+    };
+    let rings = rings::held(situation.levels.theory, &on).into_iter();
+    let rings: Vec<Effect> = rings.filter(seen).collect();
+    on.extend(rings);
 
-    let facts = situation.facts(scene, air.as_ref());
+    let facts = situation.facts(scene, (air.as_ref(), &on));
     let decision = |effect: Effect| {
         let (asked, is_on) = (scene.effects.of(effect), on.contains(&effect));
-        let bound = estimates::bound(effect, &bound_scene, &facts)
-            .or_else(|| bound(effect, &decide::forced(&on, effect)));
-        let reason = reasons::reason(effect, (asked, is_on), bound.as_ref(), &facts);
+        let assumed = decide::forced(&on, effect);
+        let (bound, terms) = bound_scene.bound_with_terms(effect, &assumed);
+        let reason = reasons::reason(effect, (asked, is_on), Some(&bound), &facts);
         EffectDecision {
             effect,
             asked,
             on: is_on,
             reason,
-            bound,
+            bound: Some(bound),
+            terms,
         }
     };
     let effects: Vec<EffectDecision> = Effect::ALL.into_iter().map(decision).collect();
     let left_out = effects
         .iter()
         .filter(|decision| !decision.on && switches.of(decision.effect) == Switch::Auto)
-        .filter(|decision| decision.effect.is_available())
+        .filter(|decision| !decision.effect.comes_with_theory())
         .filter_map(|decision| decision.bound)
         .map(|bound| bound.value)
         .sum();
     let scattering = stages::scattering_need(scene, (&situation, &curves), &on)?;
-    let stages = stages::stages(
-        scene,
-        &situation,
-        (&on, scattering.as_ref()),
-        inputs.measured,
-    );
+    let work = Work::new(scene, &situation, scattering.as_ref());
+    let levels = levels_used(situation.levels, &on, scattering.as_ref());
+    let seconds = |stage| work.seconds(stage, &levels, inputs.measured);
+    let needs = (&on, scattering.as_ref(), table.as_ref());
+    let stages = stages::stages(scene, &situation, needs, &seconds);
     Ok(Plan {
         scene: scene.name.clone(),
         sun: scene.sun,
         tolerance: scene.accuracy.tolerance,
         reference_luminance_cd_m2: situation.reference_luminance_cd_m2,
         view: situation.view,
-        warnings: facts::warnings(scene, &situation, &effects),
+        warnings: warnings::warnings(scene, &situation, &effects),
         effects,
         left_out,
-        levels: levels_used(situation.levels, &on),
+        levels,
         scattering,
         stages,
+        work,
     })
 }
 
 /// The levels, without those of what is left out.
-fn levels_used(levels: Levels, on: &BTreeSet<Effect>) -> Levels {
-    if on.contains(&Effect::MultipleScattering) {
+fn levels_used(levels: Levels, on: &BTreeSet<Effect>, need: Option<&ScatteringNeed>) -> Levels {
+    if on.contains(&Effect::MultipleScattering) && need.is_some() {
         return levels;
     }
     Levels {
@@ -240,10 +261,15 @@ impl Plan {
                 Toggle::Off
             }
         };
+        // Without a table no drop in view sends light.
+        let of_table = |effect| match &self.scattering {
+            Some(_) => toggle(effect),
+            None => Toggle::Off,
+        };
         RenderEffects {
-            primary_bow: toggle(Effect::PrimaryBow),
-            secondary_bow: toggle(Effect::SecondaryBow),
-            higher_orders: toggle(Effect::HigherOrders),
+            primary_bow: of_table(Effect::PrimaryBow),
+            secondary_bow: of_table(Effect::SecondaryBow),
+            higher_orders: of_table(Effect::HigherOrders),
             drop_extinction: toggle(Effect::DropExtinction),
             drop_shadow: toggle(Effect::DropShadow),
             skylit_drops: toggle(Effect::SkylitDrops),

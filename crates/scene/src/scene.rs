@@ -1,6 +1,7 @@
 //! A scene: everything that a picture depends on, read from TOML.
 
 use niji_atmosphere::ScatteringOrders;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
 use serde::de::IgnoredAny;
@@ -19,6 +20,7 @@ use crate::effect::Switch;
 use crate::error::SceneError;
 use crate::occluders::Occluders;
 use crate::photo::Photo;
+use crate::schema;
 use crate::sections::Ground;
 use crate::sections::Picture;
 use crate::sections::Spectrum;
@@ -68,10 +70,11 @@ pub const FORMAT: u32 = 1;
 /// ```
 ///
 /// `S` is the section `[sun]`: the sun, or, while a file is read, what is written there.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Scene<S = Sun> {
-    /// Version of the format, [`FORMAT`].
+    /// Version of the format: 1.
+    #[schemars(extend("const" = FORMAT))]
     pub format: u32,
     /// What the scene is called.
     pub name: String,
@@ -90,7 +93,7 @@ pub struct Scene<S = Sun> {
     /// What the drops are made of.
     #[serde(default)]
     pub water: Water,
-    /// The air; `None` is a vacuum.
+    /// The air; a vacuum where it is left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub air: Option<Air>,
     /// The ground.
@@ -111,9 +114,10 @@ pub struct Scene<S = Sun> {
     /// The photograph that the bow stands in.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub photo: Option<Photo>,
-    /// What changes from frame to frame; the scene itself is none of its frames, see
-    /// [`crate::Sequence`].
+    /// What changes from frame to frame, lists of frame and value under the scene's own keys; the scene
+    /// itself is none of its frames.
     #[serde(default, skip_serializing)]
+    #[schemars(with = "Option<schema::Tracks>")]
     pub sequence: Option<IgnoredAny>,
 }
 

@@ -1,17 +1,20 @@
 //! The sections of a scene file, each a plain struct with the unit in the name of every key.
 
 use glam::DVec3;
+use niji_geometry::UpAxis;
 use niji_geometry::direction_from_azimuth_elevation;
 use niji_radiometry::GamutPolicy;
 use niji_radiometry::Radians;
 use niji_radiometry::RgbPrimaries;
 use niji_radiometry::WavelengthGrid;
 use niji_radiometry::moon_over_sun;
+use niji_radiometry::solar_irradiance;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
 
 /// The section `[sun]`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Sun {
     /// What shines: the sun where it is left out.
@@ -19,15 +22,18 @@ pub struct Sun {
     pub body: Body,
     /// Phase angle of the moon, 0 at full moon, degrees: 0 where it is left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = -150.0, max = 150.0))]
     pub phase_angle_deg: Option<f64>,
     /// Apparent elevation above the horizon, degrees.
+    #[schemars(range(min = -90.0, max = 90.0))]
     pub elevation_deg: f64,
     /// Azimuth, clockwise from north, degrees.
+    #[schemars(range(min = -360.0, max = 360.0))]
     pub azimuth_deg: f64,
 }
 
 /// What shines in the section `[sun]`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Body {
     /// The sun.
@@ -52,6 +58,28 @@ impl Body {
     }
 }
 
+/// Which axis points up in a file or a program's world.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Up {
+    /// y, and north is -z: as in glTF, Houdini, Nuke and Maya.
+    #[default]
+    Y,
+    /// z, and north is y: as in Blender and most STL files.
+    Z,
+}
+
+impl Up {
+    /// The axis, for geometry.
+    #[must_use]
+    pub fn axis(self) -> UpAxis {
+        match self {
+            Self::Y => UpAxis::Y,
+            Self::Z => UpAxis::Z,
+        }
+    }
+}
+
 impl Sun {
     /// Irradiance over that by the sun: 1, or the moon's at its phase.
     pub fn irradiance_scale(&self) -> f64 {
@@ -59,6 +87,13 @@ impl Sun {
             Body::Sun => 1.0,
             Body::Moon => moon_over_sun(Radians::from_degrees(self.phase_angle_deg.unwrap_or(0.0))),
         }
+    }
+
+    /// Irradiance above the air on a surface that faces the sun or moon, W m⁻² nm⁻¹, mean of each bin.
+    pub fn irradiance(&self, wavelengths: &WavelengthGrid) -> Vec<f64> {
+        let scale = self.irradiance_scale();
+        let sun = solar_irradiance(wavelengths).into_iter();
+        sun.map(|irradiance| scale * irradiance).collect()
     }
 
     /// Unit vector towards the sun.
@@ -71,14 +106,17 @@ impl Sun {
 }
 
 /// The section `[spectrum]`: 380 to 780 nm by 10 nm where it is left out.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Spectrum {
     /// Center of the first bin, nm.
+    #[schemars(extend("exclusiveMinimum" = 300.0, "exclusiveMaximum" = 1000.0))]
     pub first_nm: f64,
     /// Width of a bin, nm.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 700.0))]
     pub step_nm: f64,
     /// Number of bins.
+    #[schemars(range(min = 1, max = 8192))]
     pub n_wavelengths: usize,
 }
 
@@ -105,10 +143,11 @@ impl Default for Spectrum {
 }
 
 /// The section `[water]`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Water {
     /// Temperature, degrees Celsius: 15 where the section is left out.
+    #[schemars(range(min = -20.0, max = 100.0))]
     pub temperature_c: f64,
 }
 
@@ -121,10 +160,11 @@ impl Default for Water {
 }
 
 /// The section `[ground]`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Ground {
     /// Share of the light that it gives back, 0..1: 0.2, grass, where the section is left out.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub albedo: f64,
 }
 
@@ -135,11 +175,12 @@ impl Default for Ground {
 }
 
 /// The section `[picture]`: how the preview is shown; radiances do not depend on it.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Picture {
     /// Exposure in stops; at 0 a white card in the sun above the air is display white.
     #[serde(default)]
+    #[schemars(range(min = -40.0, max = 40.0))]
     pub exposure_ev: f64,
     /// What happens to colors that the display cannot show.
     #[serde(default)]
@@ -150,7 +191,7 @@ pub struct Picture {
 }
 
 /// What red, green and blue are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Primaries {
     /// Rec.709, as displays have them.
@@ -170,7 +211,7 @@ impl From<Primaries> for RgbPrimaries {
 }
 
 /// What happens to colors that the display cannot show.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Gamut {
     /// They go towards the gray of the same luminance until they fit.

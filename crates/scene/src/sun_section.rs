@@ -5,6 +5,7 @@
 
 use std::str::FromStr;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
 use toml::value::Datetime;
@@ -43,23 +44,46 @@ pub struct SunPosition {
     pub azimuth_deg: f64,
 }
 
-/// The section `[sun]` before its sun has a place: [`Sun`] with every key optional.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// The section `[sun]` as it is written: where the sun stands, or when and where it is looked at.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(extend("oneOf" = [
+    {
+        "required": ["elevation_deg", "azimuth_deg"],
+        "properties": { "date_time": false, "latitude_deg": false, "longitude_deg": false },
+    },
+    {
+        "required": ["date_time", "latitude_deg", "longitude_deg"],
+        "properties": { "elevation_deg": false, "azimuth_deg": false },
+    },
+]))]
 pub struct SunSection {
+    /// What shines.
     #[serde(default)]
     body: Body,
+    /// Phase angle of the moon, 0 at full moon, degrees: 0 where it is left out.
     #[serde(default)]
+    #[schemars(range(min = -150.0, max = 150.0))]
     phase_angle_deg: Option<f64>,
+    /// Apparent elevation above the horizon, degrees.
     #[serde(default)]
+    #[schemars(range(min = -90.0, max = 90.0))]
     elevation_deg: Option<f64>,
+    /// Azimuth, clockwise from north, degrees.
     #[serde(default)]
+    #[schemars(range(min = -360.0, max = 360.0))]
     azimuth_deg: Option<f64>,
+    /// Date and time with its zone, in quotes, as 2026-06-21T18:30:00+02:00: in the place of elevation
+    /// and azimuth.
     #[serde(default)]
     date_time: Option<String>,
+    /// Latitude of the eye, north positive, degrees.
     #[serde(default)]
+    #[schemars(range(min = -90.0, max = 90.0))]
     latitude_deg: Option<f64>,
+    /// Longitude of the eye, east positive, degrees.
     #[serde(default)]
+    #[schemars(range(min = -180.0, max = 180.0))]
     longitude_deg: Option<f64>,
 }
 

@@ -28,6 +28,7 @@ macro_rules! shipped {
 const FOUNTAIN: &str = shipped!("garden-fountain");
 const RAIN_CELL: &str = shipped!("rain-cell-8-km");
 const FIGURE_3: &str = shipped!("paper-c-figure-3");
+const FOG: &str = shipped!("fog-bank-fogbow");
 const FLAT_RAIN: &str = shipped!("rain-5-mm-h-flattened");
 
 fn reason(plan: &Plan, effect: Effect) -> String {
@@ -103,7 +104,7 @@ fn what_is_left_out_sums_to_half_of_the_tolerance_at_most() {
             let off: Vec<f64> = plan
                 .effects
                 .iter()
-                .filter(|decision| !decision.on && decision.effect.is_available())
+                .filter(|decision| !decision.on && !decision.effect.comes_with_theory())
                 // Only the preset reference weighs it.
                 .filter(|decision| decision.effect != Effect::MultipleScattering)
                 .map(|decision| decision.bound.unwrap().value)
@@ -189,14 +190,43 @@ fn a_camera_that_looks_away_needs_no_scattering_table() {
 }
 
 #[test]
-fn effects_that_cannot_be_computed_are_named_as_such() {
-    let plan = planned(&scene(RAIN_CELL));
-    for effect in Effect::ALL
-        .into_iter()
-        .filter(|effect| !effect.is_available())
-    {
-        assert!(!plan.is_on(effect) && reason(&plan, effect).starts_with("not available yet: off"));
-    }
+fn glory_and_corona_are_there_where_the_theory_has_them_and_they_are_seen() {
+    let fog = scene(FOG);
+    let exact = planned(&fog);
+    assert!(exact.is_on(Effect::Glory), "{exact}");
+    assert!(reason(&exact, Effect::Glory).contains("the theory mie has it"));
+    // Nobody looks at the sun.
+    assert!(
+        !exact.is_on(Effect::Corona) && reason(&exact, Effect::Corona).contains("adds nothing")
+    );
+    let mut of_bows = fog.clone();
+    of_bows.accuracy.theory = Some(niji_scatter::Theory::Uniform);
+    let plan = planned(&of_bows);
+    assert!(!plan.is_on(Effect::Glory));
+    assert!(
+        reason(&plan, Effect::Glory).starts_with("not simulated: the theory uniform lacks it"),
+        "{plan}"
+    );
+    let bound = plan.bound(Effect::Glory).unwrap();
+    assert!(
+        bound.kind == BoundKind::Estimated && bound.value > 0.01,
+        "{bound:?}"
+    );
+    // Rain makes rings narrower than the sun.
+    let rain = planned(&scene(RAIN_CELL));
+    assert!(!rain.is_on(Effect::Glory) && rain.bound(Effect::Glory).unwrap().value <= 0.0);
+}
+
+#[test]
+fn nobody_takes_the_glory_out_of_the_exact_light() {
+    let mut scene = scene(FOG);
+    scene.effects.set(Effect::Glory, Switch::Off);
+    let plan = planned(&scene);
+    assert!(plan.is_on(Effect::Glory));
+    assert!(
+        reason(&plan, Effect::Glory).contains("is not without it"),
+        "{plan}"
+    );
 }
 
 #[test]
@@ -239,7 +269,26 @@ fn leaving_flat_drops_out_is_warned_of_once_and_only_if_it_shows() {
         warnings.iter().filter(about).count()
     };
     assert_eq!((warnings(FLAT_RAIN), warnings(FIGURE_3)), (1, 0));
-    assert!(planned(&scene(FLAT_RAIN)).warnings.is_empty());
+}
+
+#[test]
+fn what_is_left_out_although_large_is_warned_of_by_name() {
+    let mut scene = scene(RAIN_CELL);
+    let about = |scene: &niji_scene::Scene, words: &str| {
+        let warnings = planned(scene).warnings;
+        warnings
+            .iter()
+            .filter(|warning| warning.contains(words))
+            .count()
+    };
+    // By itself the plan leaves nothing out that is large, but for what only the reference weighs.
+    assert_eq!(about(&scene, "the scene leaves out"), 0);
+    assert_eq!(about(&scene, "multiple_scattering may add"), 1);
+    scene.effects.set(Effect::AirInscatter, Switch::Off);
+    scene.effects.set(Effect::MultipleScattering, Switch::Off);
+    assert_eq!(about(&scene, "the scene leaves out what may change"), 1);
+    assert_eq!(about(&scene, "air_inscatter (0."), 1);
+    assert_eq!(about(&scene, "multiple_scattering may add"), 0);
 }
 
 #[test]

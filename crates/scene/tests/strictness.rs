@@ -339,19 +339,6 @@ fn missing_keys_are_named_with_their_section() {
 }
 
 #[test]
-fn effects_that_cannot_be_computed_may_not_be_asked_for() {
-    let error = refused("drop_shadow = \"off\"", "glory = \"on\"");
-    let SceneError::NotAvailable { line, key, .. } = &error else {
-        panic!("{error}")
-    };
-    assert_eq!(
-        (*line, key.as_str()),
-        (line_of("drop_shadow"), "effects.glory")
-    );
-    Scene::from_toml(&SCENE.replace("drop_shadow = \"off\"", "glory = \"off\"")).unwrap();
-}
-
-#[test]
 fn air_effects_need_air() {
     let vacuum = SCENE.replace("[air]\nconstituents = [\"rayleigh\"]\n", "");
     Scene::from_toml(&vacuum).unwrap();

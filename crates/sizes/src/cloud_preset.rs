@@ -13,6 +13,15 @@ use serde::Serialize;
 use crate::ModifiedGamma;
 
 /// A cloud by name.
+///
+/// ```
+/// use niji_sizes::CloudPreset;
+///
+/// let fog = CloudPreset::Fog;
+/// let air = fog.law().moments().bulk_properties(fog.number_density_m3());
+/// assert!((1e6 * air.effective_radius_m - 10.72).abs() < 0.01);
+/// assert!((air.lwc_g_m3 - 0.058).abs() < 1e-3);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum CloudPreset {

@@ -26,14 +26,18 @@ use crate::truncated_moments::truncated_moments;
 #[serde(deny_unknown_fields)]
 pub struct HansenTravis {
     /// Effective radius a before any cut (um).
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub effective_radius_um: f64,
     /// Effective variance b before any cut, 0..1/2.
+    #[schemars(extend("minimum" = 0.0, "exclusiveMaximum" = 0.5))]
     pub effective_variance: f64,
     /// Smallest diameter (mm); none stands for 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0))]
     pub d_min_mm: Option<f64>,
     /// Largest diameter (mm); none stands for infinity.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub d_max_mm: Option<f64>,
 }
 

@@ -22,18 +22,36 @@ use crate::truncated_moments::truncated_moments;
 const LARGEST_DEVIATION: f64 = 100.0;
 
 /// Drops whose logarithm of radius is normally distributed.
+///
+/// ```
+/// use niji_sizes::Lognormal;
+///
+/// // r_e = r_g exp(5/2 ln^2 sigma_g).
+/// let spray = Lognormal {
+///     radius_median_um: 10.0,
+///     geometric_standard_deviation: 2.0,
+///     d_min_mm: None,
+///     d_max_mm: None,
+/// };
+/// let expected_um = 10.0 * (2.5 * 2_f64.ln().powi(2)).exp();
+/// assert!((spray.moments().effective_radius().0 - expected_um).abs() < 1e-9);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Lognormal {
     /// Median radius r_g before any cut (um).
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub radius_median_um: f64,
     /// Geometric standard deviation sigma_g, above 1.
+    #[schemars(extend("exclusiveMinimum" = 1.0, "maximum" = 100.0))]
     pub geometric_standard_deviation: f64,
     /// Smallest diameter (mm); none stands for 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0))]
     pub d_min_mm: Option<f64>,
     /// Largest diameter (mm); none stands for infinity.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub d_max_mm: Option<f64>,
 }
 

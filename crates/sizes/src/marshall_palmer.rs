@@ -30,16 +30,27 @@ use crate::error::require_positive;
 const INTERCEPT_PER_M3_MM: f64 = 8000.0;
 
 /// Raindrops of natural rain, by rain rate.
+///
+/// ```
+/// use niji_sizes::MarshallPalmer;
+///
+/// // Moderate rain: a radar sees 35 dBZ.
+/// let rain = MarshallPalmer::untruncated(5.0);
+/// assert!((rain.reflectivity_dbz() - 35.0).abs() < 0.05);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MarshallPalmer {
     /// Rain rate R (mm/h).
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub rain_rate_mm_h: f64,
     /// Smallest diameter D1 (mm); none stands for 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0))]
     pub d_min_mm: Option<f64>,
     /// Largest diameter D2 (mm); none stands for infinity.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub d_max_mm: Option<f64>,
 }
 

@@ -21,12 +21,15 @@ const REFLECTIVITY_RANGE_DBZ: std::ops::RangeInclusive<f64> = -100.0..=100.0;
 #[serde(deny_unknown_fields)]
 pub struct MarshallPalmerDbz {
     /// Radar reflectivity of the drops before any cut (dBZ).
+    #[schemars(range(min = -100.0, max = 100.0))]
     pub reflectivity_dbz: f64,
     /// Smallest diameter D1 (mm); none stands for 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0))]
     pub d_min_mm: Option<f64>,
     /// Largest diameter D2 (mm); none stands for infinity.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub d_max_mm: Option<f64>,
 }
 

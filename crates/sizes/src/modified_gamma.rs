@@ -29,16 +29,21 @@ const LARGEST_EXPONENT: f64 = 1000.0;
 #[serde(deny_unknown_fields)]
 pub struct ModifiedGamma {
     /// Exponent alpha, above -1, at most 1000.
+    #[schemars(extend("exclusiveMinimum" = -1.0, "maximum" = 1000.0))]
     pub alpha: f64,
     /// Factor B in the exponential (um^-gamma).
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub b_per_um_gamma: f64,
     /// Exponent gamma, above 0, at most 1000.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1000.0))]
     pub gamma: f64,
     /// Smallest diameter (mm); none stands for 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0))]
     pub d_min_mm: Option<f64>,
     /// Largest diameter (mm); none stands for infinity.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub d_max_mm: Option<f64>,
 }
 

@@ -15,6 +15,7 @@ use crate::error::require_positive;
 #[serde(deny_unknown_fields)]
 pub struct Monodisperse {
     /// The radius a (um).
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub radius_um: f64,
 }
 

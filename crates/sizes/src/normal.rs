@@ -28,8 +28,10 @@ use crate::error::require_positive;
 #[serde(deny_unknown_fields)]
 pub struct Normal {
     /// Mean of the law before it is cut off (um).
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub radius_mean_um: f64,
     /// Standard deviation before it is cut off (um); 0 is a single size.
+    #[schemars(range(min = 0.0))]
     pub radius_standard_deviation_um: f64,
 }
 

@@ -34,14 +34,18 @@ const LARGEST_SPREAD: f64 = 100.0;
 #[serde(deny_unknown_fields)]
 pub struct RosinRammler {
     /// Characteristic diameter X: 63 % of the water is in smaller drops (mm).
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub diameter_mm: f64,
     /// Spread n; sprays have 1.5 to 4.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 100.0))]
     pub spread: f64,
     /// Smallest diameter (mm); required for n <= 3.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0))]
     pub d_min_mm: Option<f64>,
     /// Largest diameter (mm); none stands for infinity.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub d_max_mm: Option<f64>,
 }
 

@@ -25,12 +25,16 @@ use crate::truncated_moments::truncated_moments;
 #[serde(deny_unknown_fields)]
 pub struct TruncatedNormal {
     /// Mean of the law before it is cut (um).
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub radius_mean_um: f64,
     /// Standard deviation before it is cut (um).
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub radius_standard_deviation_um: f64,
     /// Smallest diameter (mm).
+    #[schemars(range(min = 0.0))]
     pub d_min_mm: f64,
     /// Largest diameter (mm).
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub d_max_mm: f64,
 }
 

@@ -22,14 +22,18 @@ use crate::error::require_positive;
 #[serde(deny_unknown_fields)]
 pub struct Ulbrich {
     /// Shape mu, above -1.
+    #[schemars(extend("exclusiveMinimum" = -1.0))]
     pub shape: f64,
     /// Slope Lambda (1/mm).
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub slope_per_mm: f64,
     /// Smallest diameter (mm); none stands for 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0))]
     pub d_min_mm: Option<f64>,
     /// Largest diameter (mm); none stands for infinity.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub d_max_mm: Option<f64>,
 }
 

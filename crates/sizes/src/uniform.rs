@@ -23,8 +23,10 @@ use crate::error::require_positive;
 #[serde(deny_unknown_fields)]
 pub struct Uniform {
     /// Smallest radius a (um); may be 0.
+    #[schemars(range(min = 0.0))]
     pub radius_min_um: f64,
     /// Largest radius b (um).
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub radius_max_um: f64,
 }
 

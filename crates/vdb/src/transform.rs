@@ -98,7 +98,7 @@ impl Transform {
         (linear == DMat3::from_diagonal(scale)).then_some(scale)
     }
 
-    /// The edge length, if voxels are axis-parallel cubes with no mirrored axis, but for the
+    /// The edge length in units of the world, if voxels are axis-parallel cubes with no mirrored axis, but for the
     /// roundoff of matrices in f32.
     pub fn uniform_voxel_size(&self) -> Option<f64> {
         let size = self.linear.x_axis.x;

@@ -32,7 +32,8 @@ use crate::theory_name::TheoryName;
 #[command(after_help = "Examples:
   niji eval scatter --theory mie --x 1000 --index 1.333+0i --angles-deg 0,90,180
   niji eval scatter --theory mie --x 1000 --index 1.333 --efficiencies
-  niji eval scatter --theory debye --order 2 --radius-um 100 --wavelength-nm 560 --angles-deg 138,139
+  niji eval scatter --theory debye --order 2 --radius-um 100 --wavelength-nm 560 \\
+      --angles-deg 138,139
   niji eval scatter --theory uniform --order 2 --radius-um 100 --effective-variance 0.05 \\
       --wavelength-nm 560 --angles-deg 138,139
 

@@ -108,8 +108,3 @@ pub(crate) fn length(density: &dyn Fn(f64) -> f64, [h, mu]: [f64; 2], [from, to]
     };
     outwards(to, 1.0) + outwards(from, -1.0)
 }
-
-/// Angle by which the horizon lies below the horizontal.
-pub(crate) fn dip_rad(height_m: f64) -> f64 {
-    (RADIUS_M / (RADIUS_M + height_m)).acos()
-}

@@ -21,20 +21,6 @@ fn sum_of_orders(x: f64, (n, k): (f64, f64), n_orders: u32, angles_deg: &[f64]) 
 }
 
 #[test]
-fn debye_orders_sum_to_mie() {
-    // Absorption makes the series short: each passage keeps exp(-4 k x cos r) of the intensity.
-    let angles_deg = [0.0, 10.0, 90.0, 138.0, 179.0, 180.0];
-    let mie = sphere(100.0, 1.333, 0.02)
-        .amplitudes(&degrees(&angles_deg))
-        .s1;
-    let sum = sum_of_orders(100.0, (1.333, 0.02), 20, &angles_deg);
-    for (sum, mie) in sum.iter().zip(&mie) {
-        // Worst found 1.1e-13.
-        assert!((sum - mie).norm() <= 1e-12 * mie.norm(), "{sum} {mie}");
-    }
-}
-
-#[test]
 fn without_absorption_the_series_is_slow_and_the_glory_the_slowest() {
     let angles_deg = [60.0, 90.0, 120.0, 180.0];
     let mie = sphere(1000.0, 1.333, 0.0)

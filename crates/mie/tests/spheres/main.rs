@@ -2,9 +2,9 @@
 
 mod debye;
 mod fourier;
-mod hard_cases;
 mod high_precision;
 mod identities;
+mod instructions_and_errors;
 #[rustfmt::skip]
 mod order_references;
 mod published;

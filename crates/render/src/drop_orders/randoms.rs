@@ -2,35 +2,18 @@
 //!
 //! x_d(k) = sum over set bits j of k of v_dj  (without carry),   u_d = (x_d xor shift_d)/2^32
 //!
-//! The points of a Sobol' sequence [S67] fill the cube of six dimensions evenly however many there
-//! are; `v` are its direction numbers after [JK08], and a fixed shift keeps the first point off the
-//! corner. Further numbers are hashes of path and position [SLF14]. Every direction takes the same
-//! paths, so that what is left of the error varies as smoothly over the picture as the light itself.
+//! The points of Sobol's sequence fill the cube of six dimensions evenly however many there are; `v`
+//! are its direction numbers, and a fixed shift keeps the first point off the corner. Further numbers
+//! are hashes of path and position [SLF14]. Every direction takes the same paths, so that what is left
+//! of the error varies as smoothly over the picture as the light itself.
 //!
-//! [S67] I. M. Sobol', USSR Comput. Math. Math. Phys. 7(4), 86-112 (1967).
-//! [JK08] S. Joe and F. Y. Kuo, "Constructing Sobol sequences with better two-dimensional
-//! projections", SIAM J. Sci. Comput. 30, 2635-2654 (2008).
 //! [SLF14] G. L. Steele, D. Lea, C. H. Flood, "Fast splittable pseudorandom number generators",
 //! OOPSLA 2014, 453-472.
 
+use niji_geometry::SOBOL_DIRECTIONS;
+
 /// Dimensions of the even points.
 const N_EVEN: usize = 6;
-
-/// Bits of a coordinate.
-const N_BITS: usize = 32;
-
-/// Degree, inner coefficients and first direction numbers of the primitive polynomials (JK08); the
-/// first dimension needs none.
-const POLYNOMIALS: [(usize, u32, [u32; 4]); N_EVEN - 1] = [
-    (1, 0, [1, 0, 0, 0]),
-    (2, 1, [1, 3, 0, 0]),
-    (3, 1, [1, 3, 1, 0]),
-    (3, 2, [1, 1, 1, 0]),
-    (4, 1, [1, 1, 3, 3]),
-];
-
-/// v_dj, the highest bit first.
-const DIRECTIONS: [[u32; N_BITS]; N_EVEN] = directions();
 
 /// 2^64 over the golden ratio, odd.
 const STEP: u64 = 0x9e37_79b9_7f4a_7c15;
@@ -62,13 +45,13 @@ impl Randoms {
         let dimension = self.n_even;
         self.n_even += 1;
         let shift = (mixed(dimension as u64 + 1) >> 32) as u32;
-        let value = DIRECTIONS[dimension]
+        let value = SOBOL_DIRECTIONS[dimension]
             .iter()
             .enumerate()
             .filter(|(bit, _)| (self.path >> bit) & 1 == 1)
             .fold(shift, |value, (_, direction)| value ^ direction);
         // The middle of its interval.
-        (f64::from(value) + 0.5) / (1_u64 << N_BITS) as f64
+        (f64::from(value) + 0.5) / 4_294_967_296.0
     }
 
     /// The next pseudo-random number.
@@ -77,40 +60,6 @@ impl Randoms {
         // The upper 53 bits are a double's.
         (mixed(self.state) >> 11) as f64 / (1_u64 << 53) as f64
     }
-}
-
-/// Direction numbers by the recurrence of each polynomial (JK08, eqs. 2 and 3).
-const fn directions() -> [[u32; N_BITS]; N_EVEN] {
-    let mut directions = [[0; N_BITS]; N_EVEN];
-    let mut bit = 0;
-    while bit < N_BITS {
-        directions[0][bit] = 1 << (N_BITS - 1 - bit);
-        bit += 1;
-    }
-    let mut dimension = 1;
-    while dimension < N_EVEN {
-        let (degree, coefficients, first) = POLYNOMIALS[dimension - 1];
-        let mut bit = 0;
-        while bit < N_BITS {
-            directions[dimension][bit] = if bit < degree {
-                first[bit] << (N_BITS - 1 - bit)
-            } else {
-                let before = directions[dimension][bit - degree];
-                let mut value = before ^ (before >> degree);
-                let mut term = 1;
-                while term < degree {
-                    if (coefficients >> (degree - 1 - term)) & 1 == 1 {
-                        value ^= directions[dimension][bit - term];
-                    }
-                    term += 1;
-                }
-                value
-            };
-            bit += 1;
-        }
-        dimension += 1;
-    }
-    directions
 }
 
 /// The finalizer of SplitMix64 (SLF14, figure 16).

@@ -17,7 +17,7 @@ use super::table;
 use super::table::Entries;
 
 /// How the variants of an enum are written.
-enum Naming {
+pub(crate) enum Naming {
     /// `{ level = "march", step_m = 1.0 }`: a key of the same table says the name.
     Key(&'static str),
     /// `{ column = { radius_m = 40.0 } }`: the only key is the name.
@@ -25,7 +25,7 @@ enum Naming {
 }
 
 /// Parts of drop shapes nest; the drops themselves and the levels of accuracy have a naming key.
-fn naming(enum_name: &str) -> Naming {
+pub(crate) fn naming(enum_name: &str) -> Naming {
     match enum_name {
         "Drops" | "IceShape" => Naming::Key("shape"),
         "SizeLaw" | "Footprint" => Naming::OnlyKey,

@@ -14,7 +14,13 @@
 //!   exp(-tau_s), came back evenly from all directions: L = (1 - exp(-tau_s)) (1 - exp(-tau)) E/(4 pi);
 //! * light scattered by the air is bounded by itself (see `air_light`);
 //! * sun's disc, spread of sizes and supernumeraries change P by a difference of two curves;
+//! * where the theory has no separate orders and others show the same light, an order changes no more
+//!   than the error of a table;
+//! * glory and corona are what the exact light has beyond the orders of other theories (see `rings`);
 //! * flat drops change P by what moving the bow of every size does (see `flat_drops`).
+//!
+//! All of it is the light itself: the error of the tables that a picture is made with, which is a level
+//! of its own, comes on top.
 //!
 //! tau <= sigma_max times the longest way of a block through the box. All are monotone: they grow
 //! when light is added and fall when attenuation is. So bounds computed with every light that may be
@@ -27,47 +33,16 @@ use std::f64::consts::PI;
 use crate::effect::Effect;
 
 use super::air_light::AirLight;
+use super::bound::Bound;
+use super::bound::BoundKind;
+use super::bound::BoundTerms;
+use super::bound::kind;
 use super::bow_light::Line;
 use super::directed_curve::DirectedCurve;
 use super::light_curves::LightCurves;
 use super::light_curves::Shapes;
 use super::light_curves::variants;
 use super::view::Block;
-
-/// A bound on the contribution of an effect.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Bound {
-    /// Largest change of luminance of any pixel, relative to a gray card (albedo 0.18) that faces
-    /// the sun above the air.
-    pub value: f64,
-    /// RMS of that change over the picture; never above `value`.
-    pub rms: f64,
-    /// How sure it is.
-    pub kind: BoundKind,
-}
-
-/// How sure a bound is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum BoundKind {
-    /// It follows from the equations that are rendered; the change is never larger.
-    Proved,
-    /// It follows from a simpler model of what is left out.
-    Estimated,
-    /// It is the difference of two coarse tables.
-    TableDifference,
-}
-
-impl BoundKind {
-    /// The kind in words.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Proved => "proved",
-            Self::Estimated => "estimated",
-            Self::TableDifference => "table difference",
-        }
-    }
-}
 
 /// Which effects count while a bound is computed.
 #[derive(Debug, Clone, PartialEq)]
@@ -106,6 +81,9 @@ pub(super) struct BoundScene<'a> {
     pub(super) sun_depth: f64,
     /// Extinction efficiency of the level.
     pub(super) efficiency: f64,
+    /// Largest error of the scattering table over its peak: all that an order changes that the exact
+    /// light holds in any case.
+    pub(super) table_error: f64,
     /// Farthest distance at which a ray in view can leave the drops (m).
     pub(super) farthest_m: f64,
 }
@@ -118,93 +96,194 @@ fn taken(depth: f64) -> f64 {
     -(-depth).exp_m1()
 }
 
+/// How an effect changes the picture.
+enum Change {
+    /// A share of the light of the column that is seen.
+    Column { light: DirectedCurve, share: f64 },
+    /// What extinction takes from this light and from what shines behind.
+    Extinction { light: DirectedCurve },
+    /// Light in the share that the drops take from a ray.
+    Taken { light: f64 },
+    /// Light of the air in front of the far side of the drops.
+    Inscatter,
+    /// Light of the whole ray beyond.
+    Sky,
+    /// None.
+    Nothing,
+}
+
 impl BoundScene<'_> {
-    /// Bound on an effect; `None` where nothing is known.
-    pub(super) fn bound(&self, effect: Effect, assumed: &Assumed) -> Option<Bound> {
-        let proved = |change: &dyn Fn(usize) -> f64| Some(self.over(BoundKind::Proved, change));
-        match effect {
-            Effect::PrimaryBow | Effect::SecondaryBow => {
-                let curve = self
-                    .light
-                    .bow(effect, &self.sunlight(assumed), &assumed.shapes());
-                proved(&|index| self.brightest(&curve, index) * self.column(index, assumed))
-            }
-            Effect::Supernumeraries | Effect::SunDisc | Effect::SizeSpread => {
-                let (factor, shapes) = (self.sunlight(assumed), assumed.shapes());
-                let curve = self.light.difference(effect, &factor, &shapes);
-                let change = |index| self.brightest(&curve, index) * self.column(index, assumed);
-                Some(self.over(BoundKind::TableDifference, &change))
-            }
-            Effect::HigherOrders => {
-                let factor = self.sunlight(assumed);
-                let shown = BOWS.map(|bow| assumed.is_on.contains(&bow));
-                let curve = self.light.higher_light(&factor, &assumed.shapes(), shown);
-                proved(&|index| self.brightest(&curve, index) * self.column(index, assumed))
-            }
-            Effect::DropFlattening => {
-                let curve = self
-                    .light
-                    .flattening(&self.sunlight(assumed), &assumed.shapes());
-                let change = |index| self.brightest(&curve, index) * self.column(index, assumed);
-                Some(self.over(BoundKind::Estimated, &change))
-            }
-            Effect::DropExtinction => {
-                let curve = self.bows(assumed, &self.sunlight(assumed));
-                proved(&|index| self.extinction_change(index, &curve, assumed))
-            }
-            Effect::DropShadow => {
-                let curve = self.bows(assumed, &self.sunlight(assumed));
-                let shadow = taken(self.efficiency * self.sun_depth);
-                proved(&|index| {
-                    shadow * self.brightest(&curve, index) * self.column(index, assumed)
-                })
-            }
-            Effect::SkylitDrops => {
-                let surround = self.surround(assumed);
-                let change = |index| taken(self.depth(index)) * surround;
-                Some(self.over(BoundKind::Estimated, &change))
-            }
-            Effect::SunlightThroughAir => {
-                let lost = self.air.map(AirLight::sunlight_lost).unwrap_or_default();
-                let curve = self.bows(assumed, &lost);
-                proved(&|index| self.brightest(&curve, index) * self.column(index, assumed))
-            }
-            Effect::AirExtinction => {
-                let lost = self
-                    .air
-                    .map(|air| air.view_lost(self.farthest_m))
-                    .unwrap_or_default();
-                let sunlight = self.sunlight(assumed);
-                let factor: Vec<f64> = lost.iter().zip(&sunlight).map(|(a, b)| a * b).collect();
-                let curve = self.bows(assumed, &factor);
-                proved(&|index| self.brightest(&curve, index) * self.column(index, assumed))
-            }
-            Effect::AirInscatter => proved(&|index| self.inscatter(index)),
-            Effect::Sky => proved(&|index| self.sky(index)),
-            Effect::Occluders => proved(&|_| 0.0),
-            Effect::MultipleScattering => {
-                let factor = self.sunlight(assumed);
-                let lines = self.lines.iter().zip(&factor);
-                let sunlight: f64 = lines.map(|(line, factor)| line.weight * factor).sum();
-                let source = taken(self.sun_depth) * sunlight / (4.0 * PI);
-                let change = |index| source * taken(self.depth(index));
-                Some(self.over(BoundKind::Estimated, &change))
-            }
-            Effect::Glory | Effect::Corona => None,
-        }
+    /// Bound on an effect.
+    pub(super) fn bound(&self, effect: Effect, assumed: &Assumed) -> Bound {
+        let (kind, change) = self.change(effect, assumed);
+        self.largest(kind, &self.by_block(&change, assumed))
     }
 
-    /// Maximum and RMS over the picture of a change by block.
-    pub(super) fn over(&self, kind: BoundKind, change: &dyn Fn(usize) -> f64) -> Bound {
+    /// Bound on an effect with its numbers where it is largest; none where it is 0 everywhere.
+    pub(super) fn bound_with_terms(
+        &self,
+        effect: Effect,
+        assumed: &Assumed,
+    ) -> (Bound, Option<BoundTerms>) {
+        let (kind, change) = self.change(effect, assumed);
+        let values = self.by_block(&change, assumed);
+        let worst = (0..values.len()).max_by(|a, b| values[*a].total_cmp(&values[*b]));
+        let worst = worst.filter(|index| values[*index] > 0.0);
+        let terms = worst.map(|index| self.terms(effect, assumed, (&change, index, values[index])));
+        (self.largest(kind, &values), terms)
+    }
+
+    fn by_block(&self, change: &Change, assumed: &Assumed) -> Vec<f64> {
+        (0..self.blocks.len())
+            .map(|index| self.of_block(change, index, assumed))
+            .collect()
+    }
+
+    /// Maximum and RMS over the picture of changes by block.
+    fn largest(&self, kind: BoundKind, changes: &[f64]) -> Bound {
         let (mut value, mut square) = (0.0_f64, 0.0);
-        for (index, block) in self.blocks.iter().enumerate() {
-            let change = change(index);
-            value = value.max(change);
+        for (block, change) in self.blocks.iter().zip(changes) {
+            value = value.max(*change);
             square += block.share * change * change;
         }
         // Shares sum to 1 but for roundoff.
         let rms = square.sqrt().min(value);
         Bound { value, rms, kind }
+    }
+
+    fn terms(
+        &self,
+        effect: Effect,
+        assumed: &Assumed,
+        (change, index, value): (&Change, usize, f64),
+    ) -> BoundTerms {
+        let (block, depth) = (&self.blocks[index], self.depth(index));
+        let efficiency = self.efficiency;
+        let (column, light, share) = match change {
+            Change::Column { light, share } => (
+                Some(self.column(index, assumed)),
+                Some(self.brightest(light, index)),
+                (*share < 1.0).then_some(*share),
+            ),
+            Change::Extinction { light } => (
+                Some(taken(efficiency * depth) / efficiency),
+                Some(self.brightest(light, index)),
+                Some(taken(efficiency * depth)),
+            ),
+            Change::Taken { light } => (None, Some(*light), Some(taken(depth))),
+            Change::Inscatter | Change::Sky => (None, Some(value), None),
+            Change::Nothing => (None, None, None),
+        };
+        let shaded = [Effect::DropShadow, Effect::MultipleScattering].contains(&effect);
+        BoundTerms {
+            theta_deg: (
+                block.theta_rad.0.to_degrees(),
+                block.theta_rad.1.to_degrees(),
+            ),
+            distance_m: block.drops.map(|chord| (chord.enter_m, chord.leave_m)),
+            optical_depth: depth,
+            sun_optical_depth: shaded.then_some(self.sun_depth),
+            column,
+            light,
+            share,
+        }
+    }
+
+    fn change(&self, effect: Effect, assumed: &Assumed) -> (BoundKind, Change) {
+        let (shapes, sunlight) = (assumed.shapes(), self.sunlight(assumed));
+        if self.is_shown_anyway(effect, assumed) {
+            let change = Change::Column {
+                light: self.bows(assumed, &sunlight),
+                share: self.table_error,
+            };
+            return (BoundKind::TableDifference, change);
+        }
+        let whole = |light: DirectedCurve| Change::Column { light, share: 1.0 };
+        let change = match effect {
+            Effect::PrimaryBow | Effect::SecondaryBow => {
+                whole(self.light.bow(effect, &sunlight, &shapes))
+            }
+            Effect::Supernumeraries | Effect::SunDisc | Effect::SizeSpread => {
+                whole(self.light.difference(effect, &sunlight, &shapes))
+            }
+            Effect::HigherOrders => {
+                let shown = BOWS.map(|bow| assumed.is_on.contains(&bow));
+                whole(self.light.higher_light(&sunlight, &shapes, shown))
+            }
+            Effect::Glory | Effect::Corona => whole(self.light.ring(effect, &sunlight, &shapes)),
+            Effect::DropFlattening => whole(self.light.flattening(&sunlight, &shapes)),
+            Effect::DropExtinction => Change::Extinction {
+                light: self.bows(assumed, &sunlight),
+            },
+            Effect::DropShadow => Change::Column {
+                light: self.bows(assumed, &sunlight),
+                share: taken(self.efficiency * self.sun_depth),
+            },
+            Effect::SkylitDrops => Change::Taken {
+                light: self.surround(assumed),
+            },
+            Effect::SunlightThroughAir => {
+                let lost = self.air.map(AirLight::sunlight_lost).unwrap_or_default();
+                whole(self.bows(assumed, &lost))
+            }
+            Effect::AirExtinction => {
+                let lost = self.air.map(|air| air.view_lost(self.farthest_m));
+                let lost = lost.unwrap_or_default().into_iter().zip(&sunlight);
+                let factor: Vec<f64> = lost.map(|(lost, sunlight)| lost * sunlight).collect();
+                whole(self.bows(assumed, &factor))
+            }
+            Effect::AirInscatter => Change::Inscatter,
+            Effect::Sky => Change::Sky,
+            Effect::Occluders => Change::Nothing,
+            Effect::MultipleScattering => {
+                let lines = self.lines.iter().zip(&sunlight);
+                let sunlight: f64 = lines.map(|(line, factor)| line.weight * factor).sum();
+                Change::Taken {
+                    light: taken(self.sun_depth) * sunlight / (4.0 * PI),
+                }
+            }
+        };
+        (kind(effect), change)
+    }
+
+    /// Whether other effects show the same light, because the theory has no orders to divide it into.
+    fn is_shown_anyway(&self, effect: Effect, assumed: &Assumed) -> bool {
+        let is_shown = match effect {
+            Effect::PrimaryBow | Effect::SecondaryBow => {
+                assumed.is_on.contains(&Effect::HigherOrders)
+            }
+            Effect::HigherOrders => BOWS.iter().all(|bow| assumed.is_on.contains(bow)),
+            Effect::Supernumeraries
+            | Effect::Glory
+            | Effect::Corona
+            | Effect::SunDisc
+            | Effect::SizeSpread
+            | Effect::DropFlattening
+            | Effect::DropExtinction
+            | Effect::DropShadow
+            | Effect::SkylitDrops
+            | Effect::MultipleScattering
+            | Effect::SunlightThroughAir
+            | Effect::AirExtinction
+            | Effect::AirInscatter
+            | Effect::Sky
+            | Effect::Occluders => false,
+        };
+        is_shown && self.light.is_whole(&assumed.shapes())
+    }
+
+    /// Largest change in a block.
+    fn of_block(&self, change: &Change, index: usize, assumed: &Assumed) -> f64 {
+        match change {
+            Change::Column { light, share } => {
+                share * self.brightest(light, index) * self.column(index, assumed)
+            }
+            Change::Extinction { light } => self.extinction_change(index, light, assumed),
+            Change::Taken { light } => taken(self.depth(index)) * light,
+            Change::Inscatter => self.inscatter(index),
+            Change::Sky => self.sky(index),
+            Change::Nothing => 0.0,
+        }
     }
 
     /// Largest optical depth of the drops on any ray of a block, Q = 1.

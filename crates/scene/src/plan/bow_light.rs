@@ -64,11 +64,7 @@ pub(super) struct BowLight {
 impl BowLight {
     /// Computes the light of one order; the exact theories are those of its uniform form.
     pub(super) fn new(request: &LightRequest<'_>) -> Self {
-        let (low, high) = request.theta_rad;
-        let n_steps = ((high - low).max(0.0) / STEP_RAD).ceil() as usize + 1;
-        let angles: Vec<Radians> = (0..=n_steps)
-            .map(|index| Radians(low + STEP_RAD * index as f64))
-            .collect();
+        let angles: Vec<Radians> = angles_rad(request.theta_rad).map(Radians).collect();
         let power = match request.theory {
             Theory::AiryPublished => -2.0 / 3.0,
             Theory::GeometricPublished
@@ -93,9 +89,31 @@ impl BowLight {
             }
         }
         Self {
-            first_rad: low,
+            first_rad: request.theta_rad.0,
             values,
         }
+    }
+
+    /// Light of which a row, t of one size and line at all angles, is known.
+    pub(super) fn of_rows(
+        theta_rad: (f64, f64),
+        (sizes, lines): (&[(f64, f64)], &[Line]),
+        row: impl Fn((f64, f64), &Line, &[f64]) -> Vec<f64>,
+    ) -> Self {
+        let angles: Vec<f64> = angles_rad(theta_rad).collect();
+        let of_size = |size: &(f64, f64)| {
+            let rows = lines.iter().map(|line| row(*size, line, &angles));
+            rows.collect()
+        };
+        Self {
+            first_rad: theta_rad.0,
+            values: sizes.iter().map(of_size).collect(),
+        }
+    }
+
+    /// Whether it is no light of any size.
+    pub(super) fn is_empty(&self) -> bool {
+        self.values.is_empty()
     }
 
     /// No light at any angle.
@@ -186,6 +204,12 @@ impl BowLight {
             values: largest.unwrap_or_default(),
         }
     }
+}
+
+/// Angles of a range at even steps, its end included.
+fn angles_rad((low, high): (f64, f64)) -> impl Iterator<Item = f64> {
+    let n_steps = ((high - low).max(0.0) / STEP_RAD).ceil() as usize + 1;
+    (0..=n_steps).map(move |index| low + STEP_RAD * index as f64)
 }
 
 fn weighted(size: &[Vec<f64>], lines: &[Line], factor: &[f64]) -> Vec<f64> {

@@ -51,6 +51,9 @@ impl Curve {
         if self.values.is_empty() {
             return other.clone();
         }
+        if other.values.is_empty() {
+            return self.clone();
+        }
         let pairs = self.values.iter().zip(&other.values);
         Self {
             first_rad: self.first_rad,

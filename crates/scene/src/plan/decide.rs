@@ -17,8 +17,8 @@ use crate::effect::Effect;
 use crate::effect::EffectSwitches;
 use crate::effect::Switch;
 
+use super::bound::Bound;
 use super::bounds::Assumed;
-use super::bounds::Bound;
 use super::light_curves::SHAPING;
 
 /// Share of the tolerance that is for effects left out; the rest is for levels.
@@ -50,9 +50,10 @@ pub(super) fn decide(
     tolerance: f64,
     bound: &dyn Fn(Effect, &Assumed) -> Option<Bound>,
 ) -> Decision {
-    let available = |effect: &Effect| effect.is_available();
+    // The theory decides on the others.
+    let is_switch = |effect: &Effect| !effect.comes_with_theory();
     let asked = |switch: Switch| {
-        let effects = Effect::ALL.into_iter().filter(available);
+        let effects = Effect::ALL.into_iter().filter(is_switch);
         effects.filter(move |effect| switches.of(*effect) == switch)
     };
     let mut on: BTreeSet<Effect> = asked(Switch::On).collect();
@@ -145,7 +146,7 @@ fn drop_dependents(switches: &EffectSwitches, on: &mut BTreeSet<Effect>) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::bounds::BoundKind;
+    use super::super::bound::BoundKind;
     use super::*;
 
     fn decide_with(bounds: &[(Effect, f64)], switches: &EffectSwitches) -> BTreeSet<Effect> {
@@ -193,13 +194,13 @@ mod tests {
     }
 
     #[test]
-    fn effects_that_cannot_be_computed_are_off() {
+    fn what_comes_with_the_theory_is_not_switched() {
         let on = decide_with(&[], &EffectSwitches::default());
         assert!(
             Effect::ALL
                 .iter()
                 .filter(|effect| **effect != Effect::MultipleScattering)
-                .all(|effect| effect.is_available() == on.contains(effect))
+                .all(|effect| effect.comes_with_theory() != on.contains(effect))
         );
     }
 

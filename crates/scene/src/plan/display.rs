@@ -6,6 +6,7 @@ use super::Plan;
 use super::reasons::brief;
 use super::reasons::length;
 use super::stages::Estimate;
+use super::stages::Stage;
 
 impl fmt::Display for Plan {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -52,7 +53,7 @@ impl fmt::Display for Plan {
             writeln!(
                 out,
                 "  {name:<11} {:<36} {}",
-                in_words(&stage.estimate),
+                in_words(stage.stage, &stage.estimate),
                 stage.makes
             )?;
         }
@@ -82,13 +83,15 @@ impl Plan {
     }
 }
 
-fn in_words(estimate: &Estimate) -> String {
+fn in_words(stage: Stage, estimate: &Estimate) -> String {
     let seconds = estimate
         .seconds
         .map_or_else(|| "? s".to_string(), |s| format!("{} s", brief(s)));
     let bytes = |count: Option<u64>| count.map_or_else(|| "?".to_string(), mebibytes);
+    // Pictures are compressed.
+    let at_most = if stage == Stage::Render { "<= " } else { "" };
     format!(
-        "{seconds}, {} memory, {} file",
+        "{seconds}, {} memory, {at_most}{} file",
         bytes(estimate.memory_bytes),
         bytes(estimate.file_bytes)
     )

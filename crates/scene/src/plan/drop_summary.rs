@@ -11,6 +11,8 @@ use niji_dropfield::Drops;
 use niji_droplets::Shape;
 use niji_geometry::Aabb;
 
+use super::drop_file;
+
 /// Figures of a drop volume, of a shape before it is laid out or of a file after it was read.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DropSummary {
@@ -22,6 +24,8 @@ pub struct DropSummary {
     pub voxel_m: f64,
     /// Nodes with drops, at most.
     pub n_nodes: u64,
+    /// Size of its VDB file, bytes; of a shape that was not laid out at most.
+    pub file_bytes: u64,
     /// Largest extinction without diffraction (1/m).
     pub max_extinction_m1_q1: f64,
     /// Smallest and largest effective radius (um).
@@ -64,6 +68,8 @@ impl DropSummary {
             effective_radius_um: snapped(found.effective_radius_um, whole.effective_radius_um),
             effective_variance: snapped(found.effective_variance, own_variance),
             parts: found.parts,
+            n_nodes: found.n_nodes,
+            file_bytes: found.file_bytes,
             ..whole
         })
     }
@@ -80,16 +86,18 @@ impl DropSummary {
             min: grid.min - half,
             max: grid.min + n * grid.voxel_m + half,
         };
+        let n_nodes = counts
+            .iter()
+            .map(|count| u64::from(count.unsigned_abs()))
+            .product();
         let max_extinction_m1_q1 = shape.max_extinction_m1_q1();
         let radii = shape.effective_radius_range_um();
         Some(Self {
             min_m: bounds.min,
             max_m: bounds.max,
             voxel_m: grid.voxel_m,
-            n_nodes: counts
-                .iter()
-                .map(|count| u64::from(count.unsigned_abs()))
-                .product(),
+            n_nodes,
+            file_bytes: drop_file::bytes_of_box(counts, broadest > 0.0),
             max_extinction_m1_q1,
             parts: vec![DropPart {
                 bounds,
@@ -115,6 +123,7 @@ impl DropSummary {
             max_m: summary.max_m,
             voxel_m: voxels.fold(f64::INFINITY, f64::min),
             n_nodes: summary.n_nodes,
+            file_bytes: drop_file::bytes_of_volume(volume),
             // Between nodes that differ in both, interpolated radius and density may exceed them.
             max_extinction_m1_q1: parts
                 .iter()

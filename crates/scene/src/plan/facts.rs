@@ -1,4 +1,6 @@
-//! The scene as a plan sees it: geometry, drops, light, and what to warn of.
+//! The scene as a plan sees it: geometry, drops and light.
+
+use std::collections::BTreeSet;
 
 use glam::DVec3;
 use niji_airy::rainbow_ray;
@@ -18,7 +20,6 @@ use crate::effect::Effect;
 use crate::scene::Scene;
 
 use super::DropSummary;
-use super::EffectDecision;
 use super::PlanError;
 use super::PlanInputs;
 use super::View;
@@ -29,6 +30,7 @@ use super::bow_light::Line;
 use super::light_curves::CurvesRequest;
 use super::light_curves::LightCurves;
 use super::reasons::Facts;
+use super::stages::table_theory;
 use super::view;
 use super::view::Block;
 
@@ -164,6 +166,7 @@ impl Situation {
             air,
             sun_depth: self.view.max_sun_optical_depth,
             efficiency: self.levels.drop_extinction.efficiency(),
+            table_error: self.levels.table_relative_error,
             farthest_m: self.view.distance_m.map_or(0.0, |(_, far_m)| far_m),
         }
     }
@@ -183,7 +186,11 @@ impl Situation {
             .collect()
     }
 
-    pub(super) fn facts(&self, scene: &Scene, air: Option<&AirLight>) -> Facts {
+    pub(super) fn facts(
+        &self,
+        scene: &Scene,
+        (air, on): (Option<&AirLight>, &BTreeSet<Effect>),
+    ) -> Facts {
         let lost = air.map(AirLight::sunlight_lost).unwrap_or_default();
         Facts {
             has_air: scene.air.is_some(),
@@ -197,6 +204,7 @@ impl Situation {
             effective_variance: self.drops.effective_variance.1,
             largest_radius_um: self.drops.effective_radius_um.1,
             smallest_radius_um: self.drops.effective_radius_um.0,
+            theory: table_theory(self.levels.theory, on),
         }
     }
 }
@@ -271,53 +279,4 @@ fn seen(blocks: &[Block], drops: &DropSummary, sun_chord_m: f64) -> View {
         max_optical_depth: depth,
         max_sun_optical_depth: drops.max_extinction_m1_q1 * sun_chord_m,
     }
-}
-
-/// What a person should know before running.
-pub(super) fn warnings(
-    scene: &Scene,
-    situation: &Situation,
-    effects: &[EffectDecision],
-) -> Vec<String> {
-    let mut warnings = Vec::new();
-    let primary_deg = situation.bows_rad.0.to_degrees();
-    match situation.view.theta_deg {
-        None => warnings.push("no drops are in view of the camera".to_string()),
-        Some((low, high)) if !(low..=high).contains(&primary_deg) => warnings.push(format!(
-            "the primary bow, near a scattering angle of {primary_deg:.0} degrees, is not in view: \
-             rays through the drops scatter by {low:.0} to {high:.0} degrees"
-        )),
-        Some(_) => (),
-    }
-    let highest_deg = 180.0 - primary_deg;
-    if scene.sun.elevation_deg > highest_deg {
-        warnings.push(format!(
-            "with the sun above {highest_deg:.0} degrees the primary bow lies below the horizon"
-        ));
-    }
-    if scene.sun.elevation_deg < 0.0 {
-        warnings.push("the sun is below the horizon".to_string());
-    }
-    let inscatter_on =
-        |decision: &EffectDecision| decision.effect == Effect::AirInscatter && decision.on;
-    if scene.photo.is_some() && effects.iter().any(inscatter_on) {
-        warnings.push(
-            "air_inscatter is on: a photograph holds the light of its air already, and gets it twice"
-                .to_string(),
-        );
-    }
-    let flattening = effects
-        .iter()
-        .find(|decision| decision.effect == Effect::DropFlattening && !decision.on);
-    let bound = flattening
-        .and_then(|decision| decision.bound)
-        .map_or(0.0, |bound| bound.value);
-    if bound > scene.accuracy.tolerance {
-        warnings.push(
-            "drop_flattening is off, but drops as large as these are flat: the top of their bow \
-             stands elsewhere than the picture will show"
-                .to_string(),
-        );
-    }
-    warnings
 }

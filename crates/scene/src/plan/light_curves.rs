@@ -6,6 +6,7 @@
 //! where they may be on, light is kept for several directions.
 
 mod flat;
+mod ring_light;
 
 use std::cell::OnceCell;
 use std::collections::BTreeSet;
@@ -103,6 +104,8 @@ pub(super) struct LightCurves<'a> {
     bows: [OnceCell<Vec<BowLight>>; 1 << SHAPING.len()],
     higher: [OnceCell<Vec<BowLight>>; 1 << SHAPING.len()],
     flat: [OnceCell<FlatBows>; 1 << SHAPING.len()],
+    /// Exact light near the antisolar point, and diffracted light near the sun.
+    rings: [OnceCell<[BowLight; 2]>; 1 << SHAPING.len()],
 }
 
 impl<'a> LightCurves<'a> {
@@ -118,6 +121,7 @@ impl<'a> LightCurves<'a> {
             bows: std::array::from_fn(|_| OnceCell::new()),
             higher: std::array::from_fn(|_| OnceCell::new()),
             flat: std::array::from_fn(|_| OnceCell::new()),
+            rings: std::array::from_fn(|_| OnceCell::new()),
         }
     }
 
@@ -159,31 +163,39 @@ impl<'a> LightCurves<'a> {
 
     /// Light of one order for a point sun; `None` where no drops are in view.
     fn light(&self, order: u32, variant: Variant) -> Option<BowLight> {
-        let (low, high) = self.request.theta_rad?;
-        let spread = variant & bit(Effect::SizeSpread) != 0;
-        let fringes = variant & bit(Effect::Supernumeraries) != 0;
-        let size =
-            |(radius, variance): &(f64, f64)| (*radius, if spread { *variance } else { 0.0 });
-        let sizes: Vec<(f64, f64)> = self.request.sizes.iter().map(size).collect();
-        // What the disc and flat drops bring into view.
-        let (down_rad, up_rad) = self.shifts_rad();
-        let reach = SUN_DISC_DIAMETER_RAD;
         Some(BowLight::new(&LightRequest {
-            theory: if fringes {
+            theory: if variant & bit(Effect::Supernumeraries) != 0 {
                 self.request.theory
             } else {
                 Theory::Geometric
             },
             order,
             lines: self.request.lines,
-            sizes: &sizes,
-            theta_rad: (
-                (low - reach - up_rad).max(0.0),
-                (high + reach - down_rad).min(std::f64::consts::PI),
-            ),
+            sizes: &self.sizes(variant),
+            theta_rad: self.angles_rad()?,
             temperature_c: self.request.temperature_c,
             airy: self.airy.get_or_init(AiryTable::compute),
         }))
+    }
+
+    /// Sizes of a variant.
+    fn sizes(&self, variant: Variant) -> Vec<(f64, f64)> {
+        let spread = variant & bit(Effect::SizeSpread) != 0;
+        let sizes = self.request.sizes.iter();
+        sizes
+            .map(|(radius, variance)| (*radius, if spread { *variance } else { 0.0 }))
+            .collect()
+    }
+
+    /// Angles in view, and those that the disc and flat drops bring into view.
+    fn angles_rad(&self) -> Option<(f64, f64)> {
+        let (low, high) = self.request.theta_rad?;
+        let (down_rad, up_rad) = self.shifts_rad();
+        let reach = SUN_DISC_DIAMETER_RAD;
+        Some((
+            (low - reach - up_rad).max(0.0),
+            (high + reach - down_rad).min(std::f64::consts::PI),
+        ))
     }
 
     /// Smallest and largest shift of the primary bow by flat drops, none among them.
@@ -213,6 +225,8 @@ impl<'a> LightCurves<'a> {
             let shape = (variant, shapes.flat);
             let other = self.luminance(1 - own, shape, factor).only(is_own_side);
             let bows = self.luminance(own, shape, factor).plus(&other);
+            let rings = self.rings_of(bow, variant, factor);
+            let bows = rings.into_iter().fold(bows, |sum, ring| sum.plus(&ring));
             if self.holds_every_order(variant) {
                 let higher = self.higher_curve(variant, factor, shapes.flat);
                 bows.plus(&higher.only(is_own_side))
@@ -234,6 +248,8 @@ impl<'a> LightCurves<'a> {
         largest(shapes, |variant| {
             let shape = (variant, shapes.flat);
             let higher = self.higher_curve(variant, factor, shapes.flat);
+            let rings = self.rings_of(Effect::HigherOrders, variant, factor);
+            let higher = rings.into_iter().fold(higher, |sum, ring| sum.plus(&ring));
             let higher = if self.holds_every_order(variant) {
                 higher.only(is_hidden)
             } else {
@@ -265,6 +281,12 @@ impl<'a> LightCurves<'a> {
         });
         let sum = curves.reduce(|a, b| a.plus(&b));
         DirectedCurve::Round(sum.unwrap_or_else(Curve::empty))
+    }
+
+    /// Whether no way of shaping the light has separate orders to leave out.
+    pub(super) fn is_whole(&self, shapes: &Shapes) -> bool {
+        let mut variants = shapes.variants.iter();
+        variants.all(|variant| self.holds_every_order(*variant))
     }
 
     /// Whether the theory of a variant has no separate orders to leave out.
@@ -300,7 +322,10 @@ impl<'a> LightCurves<'a> {
         };
         largest(shapes, |variant| {
             let (with, without) = (variant | bit(effect), variant & !bit(effect));
-            let round = || DirectedCurve::Round(between(self.bows(with), self.bows(without)));
+            let round = || {
+                let bows = between(self.bows(with), self.bows(without));
+                DirectedCurve::Round(bows.plus(&self.ring_difference(with, without, factor)))
+            };
             let flattened = || {
                 let curves = self.flat(with).iter().zip(self.flat(without));
                 let curves = curves.map(|((m, with), (_, without))| {

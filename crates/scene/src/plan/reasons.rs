@@ -1,9 +1,11 @@
 //! Why an effect is on or off, in words.
 
+use niji_scatter::Theory;
+
 use crate::effect::Effect;
 use crate::effect::Switch;
 
-use super::bounds::Bound;
+use super::bound::Bound;
 
 /// What reasons speak of.
 pub(super) struct Facts {
@@ -23,6 +25,8 @@ pub(super) struct Facts {
     pub(super) effective_variance: f64,
     pub(super) largest_radius_um: f64,
     pub(super) smallest_radius_um: f64,
+    /// The theory of the table that is made.
+    pub(super) theory: Theory,
 }
 
 /// The reason for a decision.
@@ -32,8 +36,8 @@ pub(super) fn reason(
     bound: Option<&Bound>,
     facts: &Facts,
 ) -> String {
-    if !effect.is_available() {
-        return format!("not available yet: off; {}", fact(effect, facts));
+    if effect.comes_with_theory() {
+        return reason_of_theory((asked, is_on), bound, (effect, facts));
     }
     let fact = fact(effect, facts);
     match asked {
@@ -49,6 +53,29 @@ pub(super) fn reason(
             format!("adds nothing; {fact}")
         }
         Switch::Auto => format!("too small to be seen; {fact}"),
+    }
+}
+
+/// The reason for an effect that a theory has or lacks.
+fn reason_of_theory(
+    (asked, is_on): (Switch, bool),
+    bound: Option<&Bound>,
+    (effect, facts): (Effect, &Facts),
+) -> String {
+    let (fact, theory) = (fact(effect, facts), facts.theory.name());
+    let is_seen = bound.is_none_or(|bound| bound.value > 0.0);
+    match asked {
+        Switch::Off if is_on => {
+            format!("the scene leaves it out, but the theory {theory} is not without it; {fact}")
+        }
+        Switch::On | Switch::Auto | Switch::Off if is_on => {
+            format!("the theory {theory} has it; {fact}")
+        }
+        Switch::Off => format!("the scene leaves it out; {fact}"),
+        Switch::On | Switch::Auto if is_seen => {
+            format!("not simulated: the theory {theory} lacks it, mie and debye have it; {fact}")
+        }
+        Switch::On | Switch::Auto => format!("adds nothing; {fact}"),
     }
 }
 
@@ -70,8 +97,11 @@ fn fact(effect: Effect, facts: &Facts) -> String {
             brief(facts.largest_radius_um),
             brief(facts.effective_variance)
         ),
-        Effect::Glory => view_of(facts, "rings within 5 degrees of 180, of drops below 30 um"),
-        Effect::Corona => view_of(facts, "rings within 10 degrees of 0, of drops below 30 um"),
+        Effect::Glory => view_of(
+            facts,
+            "rings within 15 degrees of 180, of drops below 60 um",
+        ),
+        Effect::Corona => view_of(facts, "rings within 15 degrees of 0"),
         Effect::SunDisc => "the sun is 0.533 degrees wide".to_string(),
         Effect::DropFlattening => format!(
             "effective diameters up to {} mm; the top of the bow of 1 mm moves by 2 degrees",

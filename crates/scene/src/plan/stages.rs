@@ -4,15 +4,16 @@ use std::collections::BTreeSet;
 use std::f64::consts::PI;
 
 use niji_airy::AiryTable;
+use niji_exchange::AtmosphereTable;
 use niji_radiometry::WavelengthGrid;
 use niji_scatter::TableRequest;
 use niji_scatter::Theory;
 use niji_scatter::radius_axis;
+use niji_scatter::theta_axis;
 use niji_scatter::variance_axis;
 use serde::Serialize;
 
 use crate::effect::Effect;
-use crate::measured::MeasuredLevels;
 use crate::scene::Scene;
 
 use super::PlanError;
@@ -20,12 +21,18 @@ use super::facts::Situation;
 use super::light_curves::LightCurves;
 use super::light_curves::SUN_DISC_DIAMETER_RAD;
 use super::light_curves::variant;
+use super::resources;
+use super::resources::PictureParts;
+use super::resources::Resources;
 
 /// Beyond the angles in view, so that pixel footprints and rounding stay inside the table, degrees.
 const ANGLE_MARGIN_DEG: f64 = 0.05;
 
 /// Highest order of a scattering table: together with those below it holds all but 1 % of the light.
 const HIGHEST_ORDER: u32 = 7;
+
+/// Of so many wavelengths one is asked which angles a table needs.
+const EVERY: usize = 2;
 
 /// A stage of the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -73,9 +80,9 @@ impl Stage {
 pub struct Estimate {
     /// Time, s.
     pub seconds: Option<f64>,
-    /// Memory, bytes.
+    /// Memory at its highest, bytes.
     pub memory_bytes: Option<u64>,
-    /// Size of its file, bytes.
+    /// Size of its file, bytes; of the picture, which is compressed, at most.
     pub file_bytes: Option<u64>,
 }
 
@@ -166,11 +173,7 @@ pub(super) fn scattering_need(
         // Light of further orders comes from all directions, by every way through a drop.
         orders = (0..=HIGHEST_ORDER).collect();
     }
-    let theory = if on.contains(&Effect::Supernumeraries) {
-        levels.theory
-    } else {
-        Theory::Geometric
-    };
+    let theory = table_theory(levels.theory, on);
     if theory == Theory::GeometricPublished && orders.contains(&2) {
         // The published color scale knows the primary alone.
         orders = vec![2];
@@ -190,6 +193,15 @@ pub(super) fn scattering_need(
         },
         temperature_c: scene.water.temperature_c,
     }))
+}
+
+/// The theory of the table: without interference all are rays.
+pub(super) fn table_theory(theory: Theory, on: &BTreeSet<Effect>) -> Theory {
+    if on.contains(&Effect::Supernumeraries) {
+        theory
+    } else {
+        Theory::Geometric
+    }
 }
 
 /// Scattering angles of the light that is wanted; `None` if there is none.
@@ -233,32 +245,23 @@ fn flattening_axis(
         .collect()
 }
 
-/// Bytes of a node of a drop volume: density, radius and variance in f32, in the file with the
-/// display grid; four lanes and an apron of one voxel around eight in memory.
-const FILE_BYTES_PER_NODE: f64 = 16.0;
-const MEMORY_BYTES_PER_NODE: f64 = 12.0 + 16.0 * 1.424;
-
-/// Planes of a picture besides the spectrum: RGB, three bows of XYZ, four scalars.
-const EXTRA_PLANES: u64 = 16;
-
 /// The stages to run, in order.
 pub(super) fn stages(
     scene: &Scene,
     situation: &Situation,
-    (on, scattering): (&BTreeSet<Effect>, Option<&ScatteringNeed>),
-    measured: &MeasuredLevels,
+    (on, scattering, air): (
+        &BTreeSet<Effect>,
+        Option<&ScatteringNeed>,
+        Option<&AtmosphereTable>,
+    ),
+    seconds: &dyn Fn(Stage) -> Option<f64>,
 ) -> Vec<StagePlan> {
     let mut stages = Vec::new();
-    let seconds = |stage: Stage| {
-        measured
-            .find(stage.name(), "total", &scene.name)
-            .and_then(|measured| measured.seconds)
-    };
-    let mut add = |stage: Stage, makes: String, memory: Option<u64>, file: Option<u64>| {
+    let mut add = |stage: Stage, makes: String, resources: Option<Resources>| {
         let estimate = Estimate {
             seconds: seconds(stage),
-            memory_bytes: memory,
-            file_bytes: file,
+            memory_bytes: resources.map(|it| it.memory_bytes),
+            file_bytes: resources.map(|it| it.file_bytes),
         };
         stages.push(StagePlan {
             stage,
@@ -273,7 +276,7 @@ pub(super) fn stages(
             (None, Some(_)) => "distances of the given map",
             (None, None) => "proposed distances",
         };
-        add(Stage::Depth, makes.to_string(), None, None);
+        add(Stage::Depth, makes.to_string(), None);
     }
     if let Some(photo) = scene
         .photo
@@ -281,66 +284,107 @@ pub(super) fn stages(
         .filter(|photo| !photo.picks_px.is_empty())
     {
         let makes = format!("the sun by {} picks", photo.picks_px.len());
-        add(Stage::Sun, makes, None, None);
+        add(Stage::Sun, makes, None);
     }
-    let nodes = situation.drops.n_nodes as f64;
+    let drops = &situation.drops;
     if scene.drops.file().is_none() {
         let makes = format!(
             "{} voxels of {} m ({})",
-            nodes,
-            situation.drops.voxel_m,
+            drops.n_nodes,
+            drops.voxel_m,
             scene.drops.name()
         );
-        let (memory, file) = (nodes * MEMORY_BYTES_PER_NODE, nodes * FILE_BYTES_PER_NODE);
-        add(Stage::Drops, makes, Some(memory as u64), Some(file as u64));
+        add(Stage::Drops, makes, Some(resources::drops(drops)));
     }
-    let n_wavelengths = situation.grid.len() as u64;
+    let table = scattering.map(|need| table_resources(need, situation));
     if let Some(need) = scattering {
         if need.theory.uses_airy_table() {
-            add(
-                Stage::Airy,
-                "Airy's integral f(z) and its derivative".to_string(),
-                None,
-                None,
-            );
+            let makes = "Airy's integral f(z) and its derivative".to_string();
+            add(Stage::Airy, makes, Some(resources::airy()));
         }
-        let makes = format!(
-            "{}, orders {:?}, theta {:.1} to {:.1} degrees, {} radii x {} variances x {} flattenings \
-             x {} wavelengths, {}",
-            need.theory.name(),
-            need.orders,
-            need.theta_range_rad.0.to_degrees(),
-            need.theta_range_rad.1.to_degrees(),
-            need.effective_radius_um.len(),
-            need.effective_variance.len(),
-            need.flattening.len(),
-            n_wavelengths,
-            if need.sun_disc_diameter_rad > 0.0 {
-                "sun's disc"
-            } else {
-                "point sun"
-            },
-        );
-        add(Stage::Scatter, makes, None, None);
+        add(Stage::Scatter, what_it_holds(need, situation), table);
     }
     if needs_air(on) {
         let constituents = scene.air.iter().flat_map(|air| &air.constituents);
         let names: Vec<&str> = constituents.map(|constituent| constituent.name()).collect();
-        add(Stage::Atmosphere, names.join(", "), None, None);
+        let resources = air.map(|table| resources::atmosphere(table, scene.scattering_orders()));
+        add(Stage::Atmosphere, names.join(", "), resources);
     }
-    let overscan_px = 2 * scene.camera.overscan_px;
-    let (width, height) = (situation.camera.width_px(), situation.camera.height_px());
-    let pixels = u64::from(width + overscan_px) * u64::from(height + overscan_px);
-    let bytes = 4 * pixels * (n_wavelengths + EXTRA_PLANES);
-    let makes = format!("{width} x {height} pixels, {n_wavelengths} wavelengths");
-    add(Stage::Render, makes, Some(bytes), Some(bytes));
+    add(
+        Stage::Render,
+        format!(
+            "{} x {} pixels, {} wavelengths",
+            situation.camera.width_px(),
+            situation.camera.height_px(),
+            situation.grid.len()
+        ),
+        Some(picture_resources(scene, situation, (on, table))),
+    );
     if scene.photo.is_some() {
-        let makes = "what nature would not do".to_string();
-        add(Stage::Check, makes, None, None);
-        let makes = "the photograph with the bow".to_string();
-        add(Stage::Composite, makes, None, None);
+        add(Stage::Check, "what nature would not do".to_string(), None);
+        add(
+            Stage::Composite,
+            "the photograph with the bow".to_string(),
+            None,
+        );
     }
     stages
+}
+
+/// A scattering table in words.
+fn what_it_holds(need: &ScatteringNeed, situation: &Situation) -> String {
+    format!(
+        "{}, orders {:?}, theta {:.1} to {:.1} degrees, {} radii x {} variances x {} flattenings \
+         x {} wavelengths, {}",
+        need.theory.name(),
+        need.orders,
+        need.theta_range_rad.0.to_degrees(),
+        need.theta_range_rad.1.to_degrees(),
+        need.effective_radius_um.len(),
+        need.effective_variance.len(),
+        need.flattening.len(),
+        situation.grid.len(),
+        if need.sun_disc_diameter_rad > 0.0 {
+            "sun's disc"
+        } else {
+            "point sun"
+        },
+    )
+}
+
+/// Of the scattering table: its angles are chosen as the stage chooses them, by fewer wavelengths with
+/// the same ends. Where rows between those of the plan turn out to be needed, it gets larger.
+fn table_resources(need: &ScatteringNeed, situation: &Situation) -> Resources {
+    let grid = situation.grid;
+    let n_judged = (grid.len() - 1) / EVERY + 1;
+    let step_nm = grid.step_nm() * EVERY as f64;
+    let judged = WavelengthGrid::new(grid.first_nm(), step_nm, n_judged).unwrap_or(grid);
+    let angles = theta_axis(&need.request(judged, None));
+    // The stage will say what is wrong with a need without angles.
+    let n_angles = angles.map_or(0, |angles| angles.len());
+    let n_rows =
+        need.effective_radius_um.len() * need.effective_variance.len() * need.flattening.len();
+    resources::scatter(n_rows, n_angles, situation.grid.len())
+}
+
+/// Of the picture with all its layers.
+fn picture_resources(
+    scene: &Scene,
+    situation: &Situation,
+    (on, table): (&BTreeSet<Effect>, Option<Resources>),
+) -> Resources {
+    let overscan_px = 2 * scene.camera.overscan_px;
+    let size_px = [situation.camera.width_px(), situation.camera.height_px()];
+    let [width, height] = size_px.map(|size| u64::from(size + overscan_px));
+    let layers = [Effect::SkylitDrops, Effect::MultipleScattering];
+    resources::render(&PictureParts {
+        n_pixels: width * height,
+        n_wavelengths: situation.grid.len(),
+        n_more_layers: layers.iter().filter(|layer| on.contains(layer)).count(),
+        has_surface: scene.occluders.is_some() || scene.photo.is_some(),
+        n_drop_nodes: situation.drops.n_nodes,
+        table_bytes: table.map_or(0, |table| table.file_bytes),
+    })
 }
 
 /// Whether any effect needs the air's table.

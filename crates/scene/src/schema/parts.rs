@@ -1,0 +1,139 @@
+//! Schemas of the parts whose reading is written by hand.
+
+use std::borrow::Cow;
+
+use niji_droplets::Shape;
+use schemars::JsonSchema;
+use schemars::Schema;
+use schemars::SchemaGenerator;
+use schemars::json_schema;
+use serde_json::Map;
+use serde_json::Value;
+use serde_json::json;
+
+use crate::drops::DropFile;
+use crate::drops::Drops;
+use crate::drops::FILE;
+use crate::drops::FROM_VDB;
+use crate::drops::FromVdb;
+use crate::effect::Effect;
+use crate::effect::EffectSwitches;
+use crate::effect::Switch;
+use crate::sequence::LAST_FRAME;
+
+/// The variants of the shapes beside our own, each as `{ name: settings }`.
+impl JsonSchema for Drops {
+    fn schema_name() -> Cow<'static, str> {
+        "Drops".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let mut drops = Shape::json_schema(generator);
+        let own = [
+            (
+                FROM_VDB,
+                generator.subschema_for::<FromVdb>(),
+                "A density grid that another program made.",
+            ),
+            (
+                FILE,
+                generator.subschema_for::<DropFile>(),
+                "A drop volume that exists already.",
+            ),
+        ];
+        let own = own.into_iter().map(|(name, content, description)| {
+            json!({
+                "description": description,
+                "properties": { name: content },
+                "required": [name],
+            })
+        });
+        if let Some(Value::Array(variants)) = drops.get_mut("oneOf") {
+            variants.extend(own);
+        }
+        let description =
+            "Where the drops are and how large they are: a shape with its keys, or a file.";
+        drops.insert("description".to_owned(), description.into());
+        drops
+    }
+}
+
+/// A key for every effect.
+impl JsonSchema for EffectSwitches {
+    fn schema_name() -> Cow<'static, str> {
+        "EffectSwitches".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let effects = named_variants(Effect::json_schema(generator));
+        let switches = named_variants(Switch::json_schema(generator));
+        let key = |effect: Effect| {
+            let name = effect.name();
+            // Surfaces always hide what is behind them.
+            let is_meant = |switch: &Value| effect != Effect::Occluders || *switch != "off";
+            let switches = switches.iter().filter(|it| is_meant(&it["const"]));
+            let documented = effects.iter().find(|variant| variant["const"] == name);
+            let schema = json!({
+                "description": documented.map(|variant| &variant["description"]),
+                "oneOf": switches.collect::<Vec<_>>(),
+                "default": Switch::default(),
+            });
+            (name.to_owned(), schema)
+        };
+        json_schema!({
+            "description": "What is to be simulated.",
+            "type": "object",
+            "properties": Effect::ALL.into_iter().map(key).collect::<Map<_, _>>(),
+            "additionalProperties": false,
+        })
+    }
+}
+
+/// The variants of a type that is one of some names.
+fn named_variants(schema: Schema) -> Vec<Value> {
+    match schema.to_value().get_mut("oneOf").map(Value::take) {
+        Some(Value::Array(variants)) => variants,
+        _ => Vec::new(),
+    }
+}
+
+/// Lets the sun be left out where points of the bow in a photograph tell it.
+pub(super) fn sun_or_picks(scene: &mut Value) {
+    if let Some(Value::Array(required)) = scene.get_mut("required") {
+        required.retain(|key| key != "sun");
+    }
+    scene["anyOf"] = json!([
+        { "required": ["sun"] },
+        { "properties": { "photo": { "required": ["picks_px"] } }, "required": ["photo"] },
+    ]);
+}
+
+/// The section `[sequence]`: tables as in the scene, whose values are lists of frame and value.
+pub(crate) struct Tracks;
+
+impl JsonSchema for Tracks {
+    fn schema_name() -> Cow<'static, str> {
+        "Tracks".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let inner = generator.subschema_for::<Tracks>();
+        json_schema!({
+            "type": "object",
+            "additionalProperties": { "anyOf": [inner, {
+                "description": "Pairs of a frame and a value like that of the scene, frames in ascending order.",
+                "type": "array",
+                "minItems": 1,
+                "items": {
+                    "type": "array",
+                    "prefixItems": [
+                        { "type": "integer", "minimum": 0, "maximum": LAST_FRAME },
+                        { "type": ["number", "array"] },
+                    ],
+                    "minItems": 2,
+                    "maxItems": 2,
+                },
+            }] },
+        })
+    }
+}

@@ -1,0 +1,292 @@
+//! What `niji plan` decides, counts, explains and measures, against what then happens.
+
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+mod support;
+
+use std::fs;
+use std::path::Path;
+use std::path::PathBuf;
+
+use niji_geometry::Camera;
+use serde_json::Value;
+use support::niji_ends_with;
+use support::profile;
+use support::repository;
+use support::run_scene;
+use support::text;
+use support::variant;
+
+const SMALL: [(&str, &str); 2] = [("camera.width_px", "64"), ("camera.height_px", "48")];
+
+/// Few colors and coarse tables.
+const COARSE: [(&str, &str); 6] = [
+    SMALL[0],
+    SMALL[1],
+    ("spectrum.first_nm", "420.0"),
+    ("spectrum.step_nm", "60.0"),
+    ("spectrum.n_wavelengths", "5"),
+    ("accuracy.table_relative_error", "0.01"),
+];
+
+fn shipped(name: &str) -> PathBuf {
+    repository("data/scenes").join(name)
+}
+
+/// The JSON that `niji plan` prints with more arguments.
+fn json(scene: &Path, more: &[&str]) -> Value {
+    let arguments = [["plan", text(scene), "--json"].as_slice(), more].concat();
+    serde_json::from_slice(&niji_ends_with(0, &arguments).stdout).expect("it prints JSON")
+}
+
+fn decision<'a>(plan: &'a Value, effect: &str) -> &'a Value {
+    let decisions = plan["effects"].as_array().unwrap();
+    let found = decisions
+        .iter()
+        .find(|decision| decision["effect"] == effect);
+    found.unwrap()
+}
+
+fn is_on(plan: &Value, effect: &str) -> bool {
+    decision(plan, effect)["on"] == true
+}
+
+#[test]
+fn a_fountain_ten_metres_away_drops_the_air_in_front_and_keeps_that_above() {
+    let plan = json(&shipped("garden-fountain.toml"), &[]);
+    for effect in ["air_extinction", "air_inscatter"] {
+        let decision = decision(&plan, effect);
+        assert!(decision["asked"] == "auto" && decision["on"] == false);
+        assert!(
+            decision["reason"].as_str().unwrap().contains("m away"),
+            "{decision}"
+        );
+        assert_eq!(decision["bound"]["kind"], "proved");
+    }
+    assert!(is_on(&plan, "sunlight_through_air"));
+    let reason = &decision(&plan, "sunlight_through_air")["reason"];
+    assert!(
+        reason
+            .as_str()
+            .unwrap()
+            .contains("however near the drops are")
+    );
+    assert!(plan["left_out"].as_f64().unwrap() <= 0.5 * plan["tolerance"].as_f64().unwrap());
+}
+
+#[test]
+fn a_rain_cell_eight_kilometres_away_keeps_the_air_in_front() {
+    let plan = json(&shipped("rain-cell-8-km.toml"), &[]);
+    for effect in ["air_extinction", "air_inscatter", "sunlight_through_air"] {
+        assert!(is_on(&plan, effect), "{effect}");
+    }
+}
+
+#[test]
+fn a_camera_that_looks_inside_the_primary_drops_the_secondary_and_its_table() {
+    let folder = tempfile::tempdir().unwrap();
+    let inside = [
+        COARSE.as_slice(),
+        &[
+            ("camera.position_m", "[0.0, 12.0, 0.0]"),
+            ("camera.elevation_deg", "-38.0"),
+            ("camera.horizontal_fov_deg", "20.0"),
+            ("effects.drop_flattening", "\"auto\""),
+        ],
+    ]
+    .concat();
+    let scene = variant("garden-fountain.toml", folder.path(), &inside);
+    let plan = json(&scene, &[]);
+    assert!(is_on(&plan, "primary_bow") && !is_on(&plan, "secondary_bow"));
+    let orders = plan["scattering"]["orders"].as_array().unwrap();
+    assert!(
+        orders.contains(&2.into()) && !orders.contains(&3.into()),
+        "{orders:?}"
+    );
+}
+
+#[test]
+fn drops_of_a_tenth_of_a_millimetre_are_round() {
+    let folder = tempfile::tempdir().unwrap();
+    let free = [("effects.drop_flattening", "\"auto\"")];
+    let scene = variant("paper-c-figure-3.toml", folder.path(), &free);
+    let plan = json(&scene, &[]);
+    assert!(!is_on(&plan, "drop_flattening"));
+    assert_eq!(plan["scattering"]["flattening"], serde_json::json!([0.0]));
+}
+
+/// Largest relative error of a size that is counted; measured 1.5 % (the air's header).
+const SIZE_TOLERANCE: f64 = 0.04;
+
+#[test]
+fn files_are_as_large_as_the_plan_says() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = variant("paper-b-sun-20-inscatter.toml", folder.path(), &SMALL);
+    let plan = json(&scene, &[]);
+    let out = folder.path().join("out");
+    niji_ends_with(0, &["run", text(&scene), "-o", text(&out), "-q"]);
+    for stage in plan["stages"].as_array().unwrap() {
+        let name = stage["stage"].as_str().unwrap();
+        let file = match name {
+            "drops" => "drops.vdb".to_owned(),
+            "render" => "image.exr".to_owned(),
+            _ => format!("{name}.exr"),
+        };
+        let bytes = fs::metadata(out.join(&file)).unwrap().len() as f64;
+        let planned = stage["estimate"]["file_bytes"].as_f64().unwrap();
+        let error = bytes / planned - 1.0;
+        // Pictures are compressed; small ones have large headers.
+        let is_right = error.abs() <= SIZE_TOLERANCE || (name == "render" && error < 0.0);
+        assert!(is_right, "{file}: {bytes} bytes, {planned} planned");
+        assert!(
+            stage["estimate"]["memory_bytes"].as_f64().unwrap() > bytes,
+            "{name}"
+        );
+    }
+}
+
+#[test]
+fn measuring_shows_bounds_beside_changes_and_the_time_that_effects_take() {
+    let folder = tempfile::tempdir().unwrap();
+    let cheap = [
+        COARSE.as_slice(),
+        &[
+            ("effects.secondary_bow", "\"auto\""),
+            (
+                "accuracy.drop_orders",
+                "{ level = \"multiple-scattering\", nodes_across = 4, paths_per_node = 32 }",
+            ),
+        ],
+    ]
+    .concat();
+    let scene = variant("paper-b-sun-20-inscatter.toml", folder.path(), &cheap);
+    let measured = json(&scene, &["--measure", "-q"]);
+    let plan = json(&scene, &[]);
+    let effects = measured["effects"].as_array().unwrap();
+    assert_eq!(effects.len(), plan["effects"].as_array().unwrap().len());
+    let mut n_proved = 0;
+    for effect in effects {
+        let name = effect["effect"].as_str().unwrap();
+        assert_eq!(effect["on"].as_bool().unwrap(), is_on(&plan, name));
+        let Some(change) = effect["measured"]["change"].as_f64() else {
+            continue;
+        };
+        assert!(effect["measured"]["seconds"].is_f64(), "{name}");
+        if effect["bound"]["kind"] != "proved" {
+            continue;
+        }
+        let bound = effect["bound"]["value"].as_f64().unwrap();
+        assert!(
+            change <= bound * (1.0 + 1e-6),
+            "{name}: {change} above {bound}"
+        );
+        assert!(
+            change <= 1e-4 || bound <= 20.0 * change,
+            "{name}: {bound} is loose for {change}"
+        );
+        n_proved += 1;
+    }
+    assert!(n_proved >= 7, "only {n_proved} proved bounds were measured");
+}
+
+#[test]
+fn an_effect_is_explained_with_the_numbers_of_the_scene() {
+    let scene = shipped("rain-cell-8-km.toml");
+    let explained = json(&scene, &["--explain", "air_extinction"]);
+    assert_eq!(explained["on"], true);
+    assert!(
+        explained["formula"]
+            .as_str()
+            .unwrap()
+            .contains("exp(-beta_l s)")
+    );
+    assert!(explained["terms"]["distance_m"][1].as_f64().unwrap() > 8000.0);
+    let [light, column] =
+        ["light", "column"].map(|name| explained["terms"][name].as_f64().unwrap());
+    let bound = explained["bound"]["value"].as_f64().unwrap();
+    assert!(
+        (light * column / bound - 1.0).abs() < 1e-9,
+        "the terms make the bound"
+    );
+    assert!(!explained["switching"].as_array().unwrap().is_empty());
+    let all = niji_ends_with(0, &["plan", text(&scene), "--explain", "all"]).stdout;
+    let all = String::from_utf8(all).unwrap();
+    assert!(all.contains("glory") && all.contains("Nishita"), "{all}");
+    let refused = niji_ends_with(2, &["plan", text(&scene), "--explain", "second_bow"]).stderr;
+    let refused = String::from_utf8(refused).unwrap();
+    assert!(
+        refused.contains("expected one of secondary_bow"),
+        "{refused}"
+    );
+}
+
+/// Distance of the red ring in the picture from that of the exact light, degrees; measured 0.05, half
+/// a pixel.
+const RING_DEG: f64 = 0.15;
+
+#[test]
+fn the_glory_of_fog_stands_where_the_exact_light_has_it() {
+    let folder = tempfile::tempdir().unwrap();
+    // Straight down the shadow of the head, 20 degrees below the horizon.
+    let towards_the_shadow = [
+        ("accuracy.pixel_footprint", "\"center\""),
+        ("camera.width_px", "96"),
+        ("camera.height_px", "96"),
+        ("camera.elevation_deg", "-20.0"),
+        ("camera.horizontal_fov_deg", "10.0"),
+        ("spectrum.first_nm", "650.0"),
+        ("spectrum.step_nm", "10.0"),
+        ("spectrum.n_wavelengths", "2"),
+        ("drops.max_effective_radius_um", "10.0"),
+        ("drops.effective_variance", "0.01"),
+    ];
+    let scene = variant("fog-bank-fogbow.toml", folder.path(), &towards_the_shadow);
+    assert!(is_on(&json(&scene, &[]), "glory"));
+    let (scene, image) = run_scene(&scene, &folder.path().join("out"));
+    assert!(matches!(scene.camera.camera(), Ok(Camera::Pinhole(_))));
+    let ring_deg = profile(&image, &scene, 650.0, |_, _| true).peak_deg(1.2, 3.0);
+    let angles: Vec<String> = (120..300)
+        .map(|i| format!("{}", 180.0 - 0.01 * f64::from(i)))
+        .collect();
+    let printed = niji_ends_with(
+        0,
+        &[
+            "eval",
+            "scatter",
+            "--theory",
+            "mie",
+            "--radius-um",
+            "10",
+            "--effective-variance",
+            "0.01",
+            "--wavelength-nm",
+            "650",
+            "--temperature-c",
+            "15",
+            "--angles-deg",
+            &angles.join(","),
+        ],
+    );
+    let printed = String::from_utf8(printed.stdout).unwrap();
+    let mut lines = printed.lines();
+    let header: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let column = header.iter().position(|name| *name == "p11").unwrap();
+    let light = |line: &str| -> (f64, f64) {
+        let numbers: Vec<f64> = line
+            .split(',')
+            .map(|number| number.parse().unwrap())
+            .collect();
+        (180.0 - numbers[0], numbers[column])
+    };
+    let brightest = lines.map(light).max_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
+    // Van de Hulst (1957), section 13.3: the first ring is the largest of J2(u)^2, u = 3.05 = x theta.
+    let ring_of_hulst_deg = (3.054_f64 / (std::f64::consts::TAU * 10.0 / 0.65)).to_degrees();
+    assert!(
+        (brightest.0 - ring_of_hulst_deg).abs() < 0.1,
+        "{brightest:?}"
+    );
+    assert!(
+        (ring_deg - brightest.0).abs() < RING_DEG,
+        "{ring_deg} {brightest:?}"
+    );
+}
