@@ -45,7 +45,7 @@ use crate::timed_run::timed_run;
 /// pictures with the levels chosen for a tolerance are from the reference levels.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
-  niji calibrate data/scenes/paper-c-figure-3.toml data/scenes/paper-b-sun-10-inscatter.toml \\
+  niji calibrate data/measurements/calibration-fog.toml data/measurements/calibration-rain.toml \\
       --date 2026-11-21 -o data/measurements/levels.csv --force
   niji calibrate --tolerances 0.003,0.01,0.03 data/scenes/garden-fountain.toml \\
       --date 2026-11-21 -o tolerances.csv

@@ -31,12 +31,13 @@ pub struct Work {
     pub smallest_radius_um: f64,
     /// Nodes of the drop volume.
     nodes: f64,
-    /// Lines of the scattering table: theories differ in what one takes.
+    /// Lines of the scattering table, one for each radius and flattening, times radians: theories differ
+    /// in what one takes.
     table_lines: f64,
     /// Spectra of the air's table.
     air_spectra: f64,
-    /// Rays of the picture times the cells that they cross.
-    crossings: f64,
+    /// Pixels of the picture, overscan included.
+    pixels: f64,
 }
 
 impl Work {
@@ -56,7 +57,7 @@ impl Work {
                 .air
                 .as_ref()
                 .map_or(0.0, |air| air.constituents.len() as f64 * n_wavelengths),
-            crossings: f64::from(width) * f64::from(height),
+            pixels: f64::from(width) * f64::from(height),
         }
     }
 
@@ -67,7 +68,7 @@ impl Work {
             Stage::Airy => Some(1.0),
             Stage::Scatter => Some(self.table_lines),
             Stage::Atmosphere => Some(self.air_spectra),
-            Stage::Render => Some(self.crossings),
+            Stage::Render => Some(self.pixels),
             Stage::Depth | Stage::Sun | Stage::Check | Stage::Composite => None,
         }
     }
@@ -118,9 +119,9 @@ impl Work {
 /// Level of the rows that hold the time of a whole stage.
 const TOTAL: &str = "total";
 
+/// Size laws of one radius share their drops, whose light takes longer than its averages.
 fn table_lines(need: &ScatteringNeed, n_wavelengths: f64) -> f64 {
     let (low_rad, high_rad) = need.theta_range_rad;
-    let rows =
-        need.effective_radius_um.len() * need.effective_variance.len() * need.flattening.len();
+    let rows = need.effective_radius_um.len() * need.flattening.len();
     rows as f64 * n_wavelengths * (high_rad - low_rad)
 }
