@@ -4,8 +4,8 @@
 //! true error = RMSE of luminance over the picture against the reference, over the reference luminance
 //!
 //! The reference is the preset of that name with a tenth of the smallest tolerance for effects left out;
-//! exact theory where the table has few rows, and the uniform one where exact rows would take hours; and
-//! rays no farther apart than a tenth of a degree.
+//! the scene's exact theory where the table has few rows, and the uniform one where exact rows would
+//! take hours; and rays no farther apart than a tenth of a degree.
 
 use std::path::Path;
 use std::path::PathBuf;
@@ -18,6 +18,7 @@ use niji_scene::Accuracy;
 use niji_scene::Preset;
 use niji_scene::Scene;
 use niji_scene::Spectrum;
+use niji_scene::exact_theory;
 use serde::Serialize;
 
 use crate::cli::Common;
@@ -166,7 +167,7 @@ fn reference(scene: &Scene, path: &Path, smallest_tolerance: f64) -> Result<Plan
         need.effective_radius_um.len() * need.effective_variance.len() * need.flattening.len()
     });
     if n_rows <= MOST_EXACT_ROWS {
-        accuracy.theory = own.theory.or(Some(Theory::Mie));
+        accuracy.theory = own.theory.or(Some(exact_theory(scene)));
     }
     planned(accuracy)
 }

@@ -19,6 +19,7 @@
 use std::fmt::Write as _;
 
 use niji_render::PixelFootprint;
+use niji_scatter::Theory;
 use serde::Serialize;
 use thiserror::Error;
 
@@ -250,6 +251,9 @@ fn candidates(decision: &Decision, request: &ChoiceRequest<'_>) -> Vec<Candidate
         .map(|change| candidate(Some(change), Origin::Chosen))
         .filter(|candidate| candidate.error.is_some())
         .collect();
+    if decision.key == THEORY {
+        keep_orders_apart(request.scene, &mut found);
+    }
     if let Goal::Tolerance(tolerance) = request.goal {
         let share = SHARE_FOR_LEVELS * SHARE_FOR_RAYS * tolerance;
         leave_to_the_rays(decision, &mut found, share);
@@ -258,6 +262,37 @@ fn candidates(decision: &Decision, request: &ChoiceRequest<'_>) -> Vec<Candidate
         found.push(candidate(None, Origin::Unmeasured));
     }
     found
+}
+
+/// The decision between theories.
+const THEORY: &str = "theory";
+
+/// The exact theory of a scene: Lorenz-Mie, or, because that holds all orders at once, the Debye series
+/// where the scene leaves one of them out.
+pub fn exact_theory(scene: &Scene) -> Theory {
+    let orders = [
+        Effect::PrimaryBow,
+        Effect::SecondaryBow,
+        Effect::HigherOrders,
+    ];
+    let is_off = |order: &Effect| scene.effects.of(*order) == Switch::Off;
+    if orders.iter().any(is_off) {
+        Theory::Debye { max_order: 7 }
+    } else {
+        Theory::Mie
+    }
+}
+
+/// Leaves Lorenz-Mie out where its light is not the scene's; the theory that is exact then errs by
+/// nothing.
+fn keep_orders_apart(scene: &Scene, candidates: &mut Vec<Candidate>) {
+    let exact = exact_theory(scene);
+    candidates.retain(|it| it.levels.theory != Theory::Mie || exact == Theory::Mie);
+    for candidate in candidates {
+        if candidate.levels.theory == exact {
+            candidate.error = Some(0.0);
+        }
+    }
 }
 
 /// With a tolerance the renderer gives the pixels that miss it more rays, so that no picture needs them

@@ -62,6 +62,7 @@ pub use choice::Origin;
 pub use choice::SHARE_FOR_LEVELS;
 pub use choice::calls_for_multiple_scattering;
 pub use choice::choose;
+pub use choice::exact_theory;
 pub use choice_levels::Change;
 pub use choice_levels::DECISIONS;
 pub use choice_levels::Decision;
