@@ -1,6 +1,5 @@
 //! `niji depth`: how far away the surfaces of a photograph are.
 
-use std::io::Write as _;
 use std::path::Path;
 use std::path::PathBuf;
 
@@ -251,7 +250,7 @@ fn from_map(
 
 fn write_layers(layers: &Layers, toml: &Path, labels: &Path) -> Result<(), Failure> {
     let text = layers_to_toml(&layers.layers);
-    output::write_file(toml, |to| to.write_all(text.as_bytes()))?;
+    output::write_text(toml, &text)?;
     let n_layers = layers.layers.len();
     output::write_file(labels, |to| write_labels(&layers.labels, n_layers, to))
 }

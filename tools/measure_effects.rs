@@ -1,8 +1,8 @@
 //! `niji plan --measure`: what every effect of a scene changes, beside its bound.
 //!
 //! The picture is made small, with the same field of view and one ray through the middle of each
-//! pixel and a few wide bins of wavelengths: once with the effects of the plan, then once for every effect with that one forced on where
-//! it was off, and off where it was on. The change is the largest of |Y - Y'| over all pixels in parts
+//! pixel and a few wide bins of wavelengths: once with the effects of the plan, then once for every
+//! effect with that one forced on where it was off, and off where it was on. The change is the largest of |Y - Y'| over all pixels in parts
 //! of the plan's reference luminance, which is what a bound bounds. Tables that an effect does not
 //! touch are made once; a change of time is that of the stages that had to be run again.
 
@@ -10,8 +10,6 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use niji_exchange::SpectralImage;
-use niji_radiometry::Colorimetry;
 use niji_render::PixelFootprint;
 use niji_scene::Bound;
 use niji_scene::Effect;
@@ -21,18 +19,17 @@ use niji_scene::Plan;
 use niji_scene::Scene;
 use niji_scene::Switch;
 use serde::Serialize;
-use tempfile::TempDir;
 
 use crate::failure::Failure;
-use crate::output::Existing;
 use crate::progress;
 use crate::progress::Verbosity;
-use crate::run::run_stages;
 use crate::scene_file;
 use crate::scene_file::Planned;
 use crate::stages;
 use crate::stages::Done;
-use crate::stages::Manner;
+use crate::timed_run::luminance;
+use crate::timed_run::run_once;
+use crate::timed_run::temporary_folder;
 
 /// Pixels across the small picture.
 const WIDTH_PX: u32 = 96;
@@ -68,7 +65,7 @@ struct MeasuredEffect {
     effect: Effect,
     /// Whether the plan has it.
     on: bool,
-    bound: Option<Bound>,
+    bound: Bound,
     /// `None` where it cannot be switched over.
     measured: Option<Measured>,
 }
@@ -128,10 +125,6 @@ pub(crate) fn measure(planned: &Planned, verbosity: Verbosity) -> Result<Measure
     })
 }
 
-fn temporary_folder() -> Result<TempDir, Failure> {
-    tempfile::tempdir().map_err(|error| Failure::Failed(error.to_string()))
-}
-
 /// The scene in a small picture of few wavelengths and without a photograph, with the effects of a plan
 /// spelt out.
 fn small(scene: &Scene, plan: &Plan) -> Scene {
@@ -166,9 +159,7 @@ fn other_base(scene: &Scene, decision: &EffectDecision) -> Option<Scene> {
     for needed in decision.effect.needs() {
         base.effects.set(*needed, Switch::On);
     }
-    let is_large = decision
-        .bound
-        .is_some_and(|bound| bound.value > COARSE_TABLE);
+    let is_large = decision.bound.value > COARSE_TABLE;
     if decision.effect == Effect::DropFlattening && is_large {
         let levels = base.accuracy.levels(1.0);
         base.accuracy.table_relative_error = Some(levels.table_relative_error.max(COARSE_TABLE));
@@ -188,14 +179,7 @@ impl<'a> Run<'a> {
     /// Runs a scene in a folder whose tables are kept where they fit.
     fn of(scene: &Scene, file: &Path, folder: &'a Path) -> Result<Self, Failure> {
         let planned = scene_file::planned(scene.clone(), file)?;
-        let manner = Manner {
-            existing: Existing::Replace,
-            verbosity: Verbosity::Quiet,
-        };
-        let done = run_stages(&planned, folder, manner)?.done;
-        let path = folder.join(stages::render::FILE);
-        let image = SpectralImage::read_spectral(&path);
-        let image = image.map_err(|error| Failure::bad_input(&path, error))?;
+        let (done, image) = run_once(&planned, folder)?;
         Ok(Self {
             folder,
             done,
@@ -246,19 +230,6 @@ impl<'a> Run<'a> {
     }
 }
 
-fn luminance(image: &SpectralImage) -> Vec<f64> {
-    let colorimetry = Colorimetry::new(&image.wavelengths);
-    let (_, height, width) = image.radiance.dim();
-    let of_pixel = |index: usize| {
-        let spectrum = image
-            .radiance
-            .slice(ndarray::s![.., index / width, index % width]);
-        let spectrum: Vec<f64> = spectrum.iter().copied().map(f64::from).collect();
-        colorimetry.xyz(&spectrum)[1]
-    };
-    (0..height * width).map(of_pixel).collect()
-}
-
 impl MeasuredEffects {
     /// A table for people to read.
     pub(crate) fn text(&self) -> String {
@@ -292,8 +263,8 @@ impl MeasuredEffect {
         let number = |value: Option<f64>| {
             value.map_or_else(|| "-".to_owned(), |value| format!("{value:.1e}"))
         };
-        let ratio = self.bound.zip(self.measured).map(|(bound, measured)| {
-            let ratio = bound.value / measured.change;
+        let ratio = self.measured.map(|measured| {
+            let ratio = self.bound.value / measured.change;
             if ratio.is_finite() {
                 format!("{ratio:.1}")
             } else {
@@ -304,11 +275,11 @@ impl MeasuredEffect {
             "{:<21} {:<4} {:>8}  {:<16} {:>9} {:>8} {:>9} {:>9} {:>8}",
             self.effect,
             if self.on { "on" } else { "off" },
-            number(self.bound.map(|bound| bound.value)),
-            self.bound.map_or("-", |bound| bound.kind.name()),
+            number(Some(self.bound.value)),
+            self.bound.kind.name(),
             number(self.measured.map(|measured| measured.change)),
             ratio.unwrap_or_else(|| "-".to_owned()),
-            number(self.bound.map(|bound| bound.rms)),
+            number(Some(self.bound.rms)),
             number(self.measured.map(|measured| measured.rms)),
             self.measured.map_or_else(
                 || "-".to_owned(),

@@ -91,6 +91,14 @@ pub(crate) fn write_file<E: std::fmt::Display>(
     outcome.map_err(|error| failed(&error))
 }
 
+/// Writes a text.
+///
+/// # Errors
+/// As [`write_file`].
+pub(crate) fn write_text(path: &Path, text: &str) -> Result<(), Failure> {
+    write_file(path, |writer| writer.write_all(text.as_bytes()))
+}
+
 /// Writes rows as CSV, with the names of their fields as header.
 ///
 /// # Errors

@@ -243,7 +243,5 @@ impl Picture<'_> {
 fn write(svg: Result<String, Box<dyn std::error::Error>>, path: &Path) -> Result<(), Failure> {
     let cannot = |error| Failure::Failed(format!("cannot draw {}: {error}", path.display()));
     let svg = svg.map_err(cannot)?;
-    output::write_file(path, |writer| {
-        std::io::Write::write_all(writer, svg.as_bytes())
-    })
+    output::write_text(path, &svg)
 }

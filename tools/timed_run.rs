@@ -8,6 +8,7 @@ use ndarray::ArrayView1;
 use ndarray::Axis;
 use niji_exchange::SpectralImage;
 use niji_radiometry::Colorimetry;
+use tempfile::TempDir;
 
 use crate::failure::Failure;
 use crate::output::Existing;
@@ -42,11 +43,19 @@ pub(crate) fn timed_run(planned: &Planned) -> Result<(Vec<Done>, SpectralImage),
 }
 
 fn run_somewhere(planned: &Planned) -> Result<(Vec<Done>, SpectralImage), Failure> {
-    let folder = tempfile::tempdir().map_err(|error| Failure::Failed(error.to_string()))?;
-    run_once(planned, folder.path())
+    run_once(planned, temporary_folder()?.path())
 }
 
-/// Runs a plan into an empty folder: what was done, and the picture.
+/// A folder that vanishes with what stands in it.
+///
+/// # Errors
+/// A system without room for it.
+pub(crate) fn temporary_folder() -> Result<TempDir, Failure> {
+    tempfile::tempdir().map_err(|error| Failure::Failed(error.to_string()))
+}
+
+/// Runs a plan into a folder of one's own, where tables that fit are kept: what was done, and the
+/// picture.
 ///
 /// # Errors
 /// Whatever a stage reports.
@@ -55,7 +64,7 @@ pub(crate) fn run_once(
     folder: &Path,
 ) -> Result<(Vec<Done>, SpectralImage), Failure> {
     let manner = Manner {
-        existing: Existing::Refuse,
+        existing: Existing::Replace,
         verbosity: Verbosity::Quiet,
     };
     let done = run_stages(planned, folder, manner)?.done;
@@ -83,17 +92,22 @@ pub(crate) fn relative_rmse(radiance: &Array3<f32>, reference: &Array3<f32>) -> 
 
 /// RMSE of luminance over the picture, cd/m².
 pub(crate) fn luminance_rmse(image: &SpectralImage, reference: &SpectralImage) -> f64 {
+    let (found, expected) = (luminance(image), luminance(reference));
+    let pairs = found.iter().zip(&expected);
+    let squares: f64 = pairs.map(|(a, b)| (a - b).powi(2)).sum();
+    (squares / found.len().max(1) as f64).sqrt()
+}
+
+/// Luminance of every pixel by rows, cd/m².
+pub(crate) fn luminance(image: &SpectralImage) -> Vec<f64> {
     let observer = Colorimetry::new(&image.wavelengths);
     let weights: Vec<f64> = observer.weights().iter().map(|[_, y, _]| *y).collect();
-    let off = |(a, b): (ArrayView1<f32>, ArrayView1<f32>)| -> f64 {
-        let difference = a.iter().zip(b).map(|(a, b)| f64::from(*a) - f64::from(*b));
-        difference.zip(&weights).map(|(off, y)| off * y).sum()
+    let of_pixel = |spectrum: ArrayView1<f32>| {
+        let spectrum = spectrum.into_iter().zip(&weights);
+        spectrum.map(|(value, y)| f64::from(*value) * y).sum()
     };
     let pixels = image.radiance.lanes(Axis(0)).into_iter();
-    let pairs = pixels.zip(reference.radiance.lanes(Axis(0)));
-    let n_pixels = pairs.len().max(1) as f64;
-    let squares: f64 = pairs.map(|pair| off(pair).powi(2)).sum();
-    (squares / n_pixels).sqrt()
+    pixels.map(of_pixel).collect()
 }
 
 /// Three digits: more would be noise.

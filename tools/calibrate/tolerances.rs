@@ -31,6 +31,7 @@ use crate::stages::accuracy;
 use crate::timed_run::luminance_rmse;
 use crate::timed_run::rounded;
 use crate::timed_run::run_once;
+use crate::timed_run::temporary_folder;
 
 /// Width of the small pictures, pixels.
 const WIDTH_PX: u32 = 96;
@@ -174,7 +175,7 @@ fn reference(scene: &Scene, path: &Path, smallest_tolerance: f64) -> Result<Plan
 
 /// Runs a plan: the folder with its files, its picture and its time in s.
 fn made(planned: &Planned) -> Result<(tempfile::TempDir, SpectralImage, f64), Failure> {
-    let folder = tempfile::tempdir().map_err(|error| Failure::Failed(error.to_string()))?;
+    let folder = temporary_folder()?;
     let start = Instant::now();
     let (_, image) = run_once(planned, folder.path())?;
     Ok((folder, image, start.elapsed().as_secs_f64()))

@@ -3,7 +3,6 @@
 mod case;
 pub(crate) mod ephemeris;
 
-use std::io::Write as _;
 use std::path::Path;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -184,7 +183,7 @@ fn files(
     };
     perform(&job, manner, |provenance| {
         let text = stages::json_text(&provenance, texts)?;
-        output::write_file(path, |writer| writer.write_all(text.as_bytes()))
+        output::write_text(path, &text)
     })
 }
 

@@ -64,16 +64,10 @@ fn print_effects_off(plan: &Plan) {
         .effects
         .iter()
         .filter(|decision| !decision.on)
-        .map(|decision| match decision.bound {
-            Some(bound) => {
-                format!(
-                    "{} (<= {:.1e} {})",
-                    decision.effect,
-                    bound.value,
-                    bound.kind.name()
-                )
-            }
-            None => format!("{} (?)", decision.effect),
+        .map(|decision| {
+            let bound = decision.bound;
+            let kind = bound.kind.name();
+            format!("{} (<= {:.1e} {kind})", decision.effect, bound.value)
         })
         .collect();
     let off = if off.is_empty() {

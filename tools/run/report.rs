@@ -1,6 +1,5 @@
 //! `report.json`: what a run did and how long it took. Times stand here and in no other file.
 
-use std::io::Write;
 use std::path::Path;
 
 use serde_json::Value;
@@ -44,7 +43,5 @@ pub(super) fn of_frames(frames: &[FrameDone]) -> Value {
 /// Writes a report beside the results.
 pub(super) fn write(report: &Value, folder: &Path) -> Result<(), Failure> {
     let text = format!("{report:#}\n");
-    output::write_file(&folder.join(FILE), |writer| {
-        writer.write_all(text.as_bytes())
-    })
+    output::write_text(&folder.join(FILE), &text)
 }

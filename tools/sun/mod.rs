@@ -4,7 +4,6 @@ pub(crate) mod bow_edges;
 pub(crate) mod camera_flags;
 pub(crate) mod report;
 
-use std::io::Write as _;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -208,7 +207,7 @@ fn files(
             output::write_file(path, |writer| write_png(&drawn, &provenance, writer))?;
         }
         match &command.output {
-            Some(path) => output::write_file(path, |writer| writer.write_all(text.as_bytes())),
+            Some(path) => output::write_text(path, &text),
             None => Ok(()),
         }
     })

@@ -177,20 +177,14 @@ fn write(
 ) -> Result<(), Failure> {
     output::write_csv(csv, points)?;
     let svg = cloud(planned, points).svg()?;
-    write_text(plot, &svg)?;
+    output::write_text(plot, &svg)?;
     let page_of = Page {
         title: &planned.scene.name,
         points,
         plot: &svg,
     };
     let html = page_of.html(runs)?;
-    write_text(page, &html)
-}
-
-fn write_text(path: &Path, text: &str) -> Result<(), Failure> {
-    output::write_file(path, |writer| {
-        std::io::Write::write_all(writer, text.as_bytes())
-    })
+    output::write_text(page, &html)
 }
 
 /// Error against time, a color for each decision.

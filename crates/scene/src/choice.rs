@@ -33,11 +33,12 @@ use crate::effect::Effect;
 use crate::effect::Switch;
 use crate::measured::MeasuredLevels;
 use crate::plan::Plan;
+use crate::plan::SHARE_FOR_EFFECTS;
 use crate::plan::Stage;
 use crate::scene::Scene;
 
 /// Share of a tolerance that is for levels; the rest is for effects left out.
-pub const SHARE_FOR_LEVELS: f64 = 0.5;
+pub const SHARE_FOR_LEVELS: f64 = 1.0 - SHARE_FOR_EFFECTS;
 
 /// Share of what is for levels that is kept for the rays of a pixel, which the renderer adds where its
 /// estimate asks for them.
@@ -222,7 +223,7 @@ pub fn calls_for_multiple_scattering(scene: &Scene, plan: &Plan, tolerance: f64)
     let is_open = scene.effects.of(effect) == Switch::Auto
         && needs.all(|needed| scene.effects.of(*needed) != Switch::Off);
     let missed = plan.bound(effect).map_or(0.0, |bound| bound.rms);
-    is_open && !plan.is_on(effect) && missed > (1.0 - SHARE_FOR_LEVELS) * tolerance
+    is_open && !plan.is_on(effect) && missed > SHARE_FOR_EFFECTS * tolerance
 }
 
 /// The levels of a decision that may be chosen.

@@ -33,6 +33,7 @@ mod warnings;
 pub use bound::Bound;
 pub use bound::BoundKind;
 pub use bound::BoundTerms;
+pub(crate) use decide::SHARE_FOR_EFFECTS;
 pub use drop_summary::DropPart;
 pub use drop_summary::DropSummary;
 pub use explain::Explanation;
@@ -104,8 +105,8 @@ pub struct EffectDecision {
     pub on: bool,
     /// Why.
     pub reason: String,
-    /// What it contributes at most; `None` where that is not known.
-    pub bound: Option<Bound>,
+    /// What it contributes at most.
+    pub bound: Bound,
     /// The numbers of the bound; `None` where it is 0.
     pub terms: Option<BoundTerms>,
 }
@@ -164,12 +165,10 @@ pub fn plan(scene: &Scene, inputs: &PlanInputs<'_>) -> Result<Plan, PlanError> {
     let air = situation.air_light(table.as_ref());
     let curves = situation.curves(scene);
     let bound_scene = situation.bound_scene(&curves, air.as_ref());
-    let bound = |effect: Effect, assumed: &Assumed| Some(bound_scene.bound(effect, assumed));
+    let bound = |effect: Effect, assumed: &Assumed| bound_scene.bound(effect, assumed);
     let switches = decide::settled(&scene.effects, scene.accuracy.preset);
     let mut on = decide::decide(&switches, scene.accuracy.tolerance, &bound).on;
-    let seen = |effect: &Effect| {
-        bound(*effect, &decide::forced(&on, *effect)).is_some_and(|bound| bound.value > 0.0)
-    };
+    let seen = |effect: &Effect| bound(*effect, &decide::forced(&on, *effect)).value > 0.0;
     let rings = rings::held(situation.levels.theory, &on).into_iter();
     let rings: Vec<Effect> = rings.filter(seen).collect();
     on.extend(rings);
@@ -179,13 +178,13 @@ pub fn plan(scene: &Scene, inputs: &PlanInputs<'_>) -> Result<Plan, PlanError> {
         let (asked, is_on) = (scene.effects.of(effect), on.contains(&effect));
         let assumed = decide::forced(&on, effect);
         let (bound, terms) = bound_scene.bound_with_terms(effect, &assumed);
-        let reason = reasons::reason(effect, (asked, is_on), Some(&bound), &facts);
+        let reason = reasons::reason(effect, (asked, is_on), &bound, &facts);
         EffectDecision {
             effect,
             asked,
             on: is_on,
             reason,
-            bound: Some(bound),
+            bound,
             terms,
         }
     };
@@ -194,8 +193,7 @@ pub fn plan(scene: &Scene, inputs: &PlanInputs<'_>) -> Result<Plan, PlanError> {
         .iter()
         .filter(|decision| !decision.on && switches.of(decision.effect) == Switch::Auto)
         .filter(|decision| !decision.effect.comes_with_theory())
-        .filter_map(|decision| decision.bound)
-        .map(|bound| bound.value)
+        .map(|decision| decision.bound.value)
         .sum();
     let scattering = stages::scattering_need(scene, (&situation, &curves), &on)?;
     let work = Work::new(scene, &situation, scattering.as_ref());
@@ -244,7 +242,7 @@ impl Plan {
             .effects
             .iter()
             .find(|decision| decision.effect == effect);
-        decision.and_then(|decision| decision.bound)
+        decision.map(|decision| decision.bound)
     }
 
     /// Whether a stage runs.

@@ -107,7 +107,7 @@ fn what_is_left_out_sums_to_half_of_the_tolerance_at_most() {
                 .filter(|decision| !decision.on && !decision.effect.comes_with_theory())
                 // Only the preset reference weighs it.
                 .filter(|decision| decision.effect != Effect::MultipleScattering)
-                .map(|decision| decision.bound.unwrap().value)
+                .map(|decision| decision.bound.value)
                 .collect();
             let sum: f64 = off.iter().sum();
             assert!(sum <= 0.5 * tolerance, "{sum} {plan}");

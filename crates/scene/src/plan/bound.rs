@@ -1,6 +1,10 @@
 //! What a bound says, and how sure it is.
 
+use std::fmt;
+
 use crate::effect::Effect;
+
+use super::reasons::brief;
 
 /// A bound on the contribution of an effect.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -24,6 +28,13 @@ pub enum BoundKind {
     Estimated,
     /// It is the difference of two coarse tables.
     TableDifference,
+}
+
+impl fmt::Display for Bound {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let text = format!("<= {} {}", brief(self.value), self.kind.name());
+        out.pad(&text)
+    }
 }
 
 impl BoundKind {

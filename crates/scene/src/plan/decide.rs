@@ -22,7 +22,7 @@ use super::bounds::Assumed;
 use super::light_curves::SHAPING;
 
 /// Share of the tolerance that is for effects left out; the rest is for levels.
-const SHARE_FOR_EFFECTS: f64 = 0.5;
+pub(crate) const SHARE_FOR_EFFECTS: f64 = 0.5;
 
 /// The effects that are on.
 pub(super) struct Decision {
@@ -48,7 +48,7 @@ pub(super) fn settled(switches: &EffectSwitches, preset: Preset) -> EffectSwitch
 pub(super) fn decide(
     switches: &EffectSwitches,
     tolerance: f64,
-    bound: &dyn Fn(Effect, &Assumed) -> Option<Bound>,
+    bound: &dyn Fn(Effect, &Assumed) -> Bound,
 ) -> Decision {
     // The theory decides on the others.
     let is_switch = |effect: &Effect| !effect.comes_with_theory();
@@ -71,12 +71,7 @@ pub(super) fn decide(
     };
     let mut sized: Vec<(f64, Effect)> = open
         .into_iter()
-        .map(|effect| {
-            (
-                bound(effect, &assumed).map_or(f64::INFINITY, |b| b.value),
-                effect,
-            )
-        })
+        .map(|effect| (bound(effect, &assumed).value, effect))
         .collect();
     sized.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let budget = SHARE_FOR_EFFECTS * tolerance;
@@ -113,12 +108,10 @@ pub(super) fn forced(on: &BTreeSet<Effect>, effect: Effect) -> Assumed {
 fn keep_to(
     budget: f64,
     (on, mut left_out): (&mut BTreeSet<Effect>, Vec<Effect>),
-    bound: &dyn Fn(Effect, &Assumed) -> Option<Bound>,
+    bound: &dyn Fn(Effect, &Assumed) -> Bound,
 ) {
     loop {
-        let value = |effect: Effect| {
-            bound(effect, &forced(on, effect)).map_or(f64::INFINITY, |bound| bound.value)
-        };
+        let value = |effect: Effect| bound(effect, &forced(on, effect)).value;
         let sized: Vec<f64> = left_out.iter().map(|effect| value(*effect)).collect();
         if sized.iter().sum::<f64>() <= budget {
             return;
@@ -155,11 +148,11 @@ mod tests {
                 .iter()
                 .find(|(of, _)| *of == effect)
                 .map_or(1.0, |(_, value)| *value);
-            Some(Bound {
+            Bound {
                 value,
                 rms: value,
                 kind: BoundKind::Proved,
-            })
+            }
         };
         decide(&settled(switches, Preset::Standard), 0.01, &bound).on
     }

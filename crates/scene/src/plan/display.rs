@@ -3,6 +3,7 @@
 use std::fmt;
 
 use super::Plan;
+use super::SHARE_FOR_EFFECTS;
 use super::reasons::brief;
 use super::reasons::length;
 use super::stages::Estimate;
@@ -26,21 +27,17 @@ impl fmt::Display for Plan {
         )?;
         for decision in &self.effects {
             let state = if decision.on { "on" } else { "off" };
-            let bound = match decision.bound {
-                Some(bound) => format!("<= {} {}", brief(bound.value), bound.kind.name()),
-                None => "?".to_string(),
-            };
             writeln!(
                 out,
-                "  {:<21} {state:<4} {bound:<27} {}",
-                decision.effect, decision.reason
+                "  {:<21} {state:<4} {:<27} {}",
+                decision.effect, decision.bound, decision.reason
             )?;
         }
         writeln!(
             out,
             "  left out by the plan: {} of {} allowed (half of the tolerance {})",
             brief(self.left_out),
-            brief(0.5 * self.tolerance),
+            brief(SHARE_FOR_EFFECTS * self.tolerance),
             brief(self.tolerance)
         )?;
         writeln!(out, "\nlevels")?;

@@ -56,7 +56,7 @@ impl Plan {
             on: decision.is_some_and(|it| it.on),
             reason: decision.map(|it| it.reason.clone()).unwrap_or_default(),
             what: text.what,
-            bound: decision.and_then(|it| it.bound),
+            bound: decision.map(|it| it.bound),
             formula: text.formula,
             terms: decision.and_then(|it| it.terms),
             switching: switched
@@ -167,7 +167,7 @@ impl Explanation {
             let state = if it.on { "on" } else { "off" };
             let bound = it
                 .bound
-                .map_or_else(|| "?".to_string(), |bound| in_words(&bound));
+                .map_or_else(|| "?".to_string(), |bound| bound.to_string());
             let _ = writeln!(
                 table,
                 "{:<21} {state:<4} {bound:<27} {}",
@@ -178,10 +178,6 @@ impl Explanation {
         }
         table
     }
-}
-
-fn in_words(bound: &Bound) -> String {
-    format!("<= {} {}", brief(bound.value), bound.kind.name())
 }
 
 /// How sure a kind of bound is.
@@ -207,8 +203,7 @@ impl fmt::Display for Explanation {
         if let Some(bound) = &self.bound {
             writeln!(
                 out,
-                "  {} gray cards in the sun, rms over the picture {}\n  {}: {}",
-                in_words(bound),
+                "  {bound} gray cards in the sun, rms over the picture {}\n  {}: {}",
                 brief(bound.rms),
                 bound.kind.name(),
                 meaning(bound.kind)

@@ -33,7 +33,7 @@ pub(super) struct Facts {
 pub(super) fn reason(
     effect: Effect,
     (asked, is_on): (Switch, bool),
-    bound: Option<&Bound>,
+    bound: &Bound,
     facts: &Facts,
 ) -> String {
     if effect.comes_with_theory() {
@@ -44,14 +44,11 @@ pub(super) fn reason(
         Switch::On => format!("the scene asks for it; {fact}"),
         Switch::Off => format!("the scene leaves it out; {fact}"),
         Switch::Auto if is_on && effect == Effect::Occluders => fact,
-        Switch::Auto if is_on && bound.is_none() => format!("kept, its size is not known; {fact}"),
         Switch::Auto if is_on => format!("kept; {fact}"),
         Switch::Auto if effect == Effect::MultipleScattering && !is_on => {
             format!("only the preset reference weighs it; {fact}")
         }
-        Switch::Auto if bound.is_some_and(|bound| bound.value <= 0.0) => {
-            format!("adds nothing; {fact}")
-        }
+        Switch::Auto if bound.value <= 0.0 => format!("adds nothing; {fact}"),
         Switch::Auto => format!("too small to be seen; {fact}"),
     }
 }
@@ -59,11 +56,11 @@ pub(super) fn reason(
 /// The reason for an effect that a theory has or lacks.
 fn reason_of_theory(
     (asked, is_on): (Switch, bool),
-    bound: Option<&Bound>,
+    bound: &Bound,
     (effect, facts): (Effect, &Facts),
 ) -> String {
     let (fact, theory) = (fact(effect, facts), facts.theory.name());
-    let is_seen = bound.is_none_or(|bound| bound.value > 0.0);
+    let is_seen = bound.value > 0.0;
     match asked {
         Switch::Off if is_on => {
             format!("the scene leaves it out, but the theory {theory} is not without it; {fact}")

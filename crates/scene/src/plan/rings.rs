@@ -8,8 +8,8 @@
 //! Glory: the exact light within 15 degrees of 180 less that of the orders that theories of bows have.
 //! Its rings lie at u = x (pi - theta) of a few, so that drops above some size hide them in the sun's
 //! disc; the first stands at u = 3.05, where J2(u)^2 is largest (van de Hulst, Light Scattering by Small
-//! Particles, Wiley (1957), section 13.3). It belongs to light reflected once inside the drop. [La05] Laven, Appl. Opt. 44, 5675-5683
-//! (2005).
+//! Particles, Wiley (1957), section 13.3). It belongs to light reflected once inside the drop. [La05]
+//! Laven, Appl. Opt. 44, 5675-5683 (2005).
 
 use std::collections::BTreeSet;
 use std::f64::consts::PI;

@@ -55,10 +55,9 @@ fn of_large_effects(scene: &Scene, effects: &[EffectDecision]) -> Vec<String> {
     // A photograph has its own.
     let of_photo = [Effect::Sky, Effect::AirInscatter];
     let is_meant = |it: &EffectDecision| scene.photo.is_some() && of_photo.contains(&it.effect);
-    let value = |it: &EffectDecision| it.bound.map_or(0.0, |bound| bound.value);
     let large: Vec<&EffectDecision> = effects
         .iter()
-        .filter(|it| !it.on && value(it) > scene.accuracy.tolerance && !is_meant(it))
+        .filter(|it| !it.on && it.bound.value > scene.accuracy.tolerance && !is_meant(it))
         .collect();
     let is_flattening = |it: &EffectDecision| it.effect == Effect::DropFlattening;
     let mut warnings = Vec::new();
@@ -73,7 +72,7 @@ fn of_large_effects(scene: &Scene, effects: &[EffectDecision]) -> Vec<String> {
         .iter()
         .filter(|it| it.asked == Switch::Off && !is_flattening(it))
         .filter(|it| !it.effect.comes_with_theory())
-        .map(|it| format!("{} ({})", it.effect, brief(value(it))));
+        .map(|it| format!("{} ({})", it.effect, brief(it.bound.value)));
     let left_out: Vec<String> = left_out.collect();
     if !left_out.is_empty() {
         warnings.push(format!(
@@ -87,13 +86,13 @@ fn of_large_effects(scene: &Scene, effects: &[EffectDecision]) -> Vec<String> {
             warnings.push(format!(
                 "multiple_scattering may add up to {}, and only the preset reference weighs it: ask \
                  for it in [effects]",
-                brief(value(it))
+                brief(it.bound.value)
             ));
         } else if it.effect.comes_with_theory() {
             warnings.push(format!(
                 "the {} is not simulated and may add up to {}: the theories mie and debye have it",
                 it.effect,
-                brief(value(it))
+                brief(it.bound.value)
             ));
         }
     }
