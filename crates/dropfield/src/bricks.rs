@@ -341,6 +341,40 @@ impl Bricks {
             Interpolation::RadiusDensity => sample_radius_density(cell, local),
         }
     }
+
+    /// All lanes inside a cell on the line from `start` to `start + way` in local coordinates.
+    #[inline]
+    pub(crate) fn cubic_in_cell(&self, base: usize, start: Vec3, way: Vec3) -> [Vec4; 4] {
+        trilinear_along(&self.nodes[base..base + CELL_SPAN], start, way)
+    }
+}
+
+/// The trilinear interpolant on the line start + x way, as a cubic of x: linear along the edges,
+/// quadratic on two faces, cubic between them. Where all corners are equal, so are all values: the
+/// differences vanish exactly.
+#[inline]
+fn trilinear_along(cell: &[Vec4], start: Vec3, way: Vec3) -> [Vec4; 4] {
+    let edge = |low: usize| {
+        let rise = cell[low + STRIDE_X] - cell[low];
+        [cell[low] + rise * start.x, rise * way.x]
+    };
+    let face = |[a0, a1]: [Vec4; 2], [b0, b1]: [Vec4; 2]| {
+        let (d0, d1) = (b0 - a0, b1 - a1);
+        [
+            a0 + d0 * start.y,
+            a1 + d1 * start.y + d0 * way.y,
+            d1 * way.y,
+        ]
+    };
+    let [a0, a1, a2] = face(edge(0), edge(STRIDE_Y));
+    let [b0, b1, b2] = face(edge(1), edge(STRIDE_Y + 1));
+    let (d0, d1, d2) = (b0 - a0, b1 - a1, b2 - a2);
+    [
+        a0 + d0 * start.z,
+        a1 + d1 * start.z + d0 * way.z,
+        a2 + d2 * start.z + d1 * way.z,
+        d2 * way.z,
+    ]
 }
 
 /// Place in `nodes` of the lowest corner of a cell.

@@ -11,6 +11,7 @@
 use glam::DVec3;
 use glam::IVec3;
 use glam::Vec3;
+use glam::Vec4;
 
 use crate::Bricks;
 use crate::Sample;
@@ -39,6 +40,15 @@ impl Segment<'_> {
     pub fn sample(&self, fraction: f32) -> Sample {
         let local = self.local_enter * (1.0 - fraction) + self.local_exit * fraction;
         self.bricks.sample_cell(self.base, local)
+    }
+
+    /// The lanes of [`Sample`] along the run, as the factors c0 to c3 of the cubic
+    /// c0 + c1 x + c2 x² + c3 x³ of the fraction x; of lanes that are interpolated themselves, so of
+    /// [`Interpolation::Moments`](crate::Interpolation::Moments) only.
+    #[inline]
+    pub fn cubic(&self) -> [Vec4; 4] {
+        let way = self.local_exit - self.local_enter;
+        self.bricks.cubic_in_cell(self.base, self.local_enter, way)
     }
 
     /// Bounds on M2 in the brick that the cell belongs to (um²/m³).

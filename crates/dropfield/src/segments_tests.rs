@@ -68,6 +68,64 @@ fn every_segment_lies_in_one_cell() {
     }
 }
 
+#[test]
+fn the_cubic_of_a_cell_is_its_interpolant_along_the_ray() {
+    let mut bricks = full();
+    let tau_sun = bricks.at_nodes(|point| (0.1 * (point.x - point.y).sin() + 0.2) as f32);
+    bricks.set_tau_sun(&tau_sun);
+    let mut seed = 15;
+    let (mut worst, mut largest) = (Vec4::ZERO, Vec4::ZERO);
+    for _ in 0..500 {
+        let origin = grid().min + 30.0 * random_point(&mut seed);
+        let direction = random_point(&mut seed).normalize();
+        for segment in bricks.segments(origin, direction, (0.0, 1e6)) {
+            let [c0, c1, c2, c3] = segment.cubic();
+            for x in [0.0, 0.25, 0.5, 0.9, 1.0] {
+                let cubic = c0 + x * (c1 + x * (c2 + x * c3));
+                let expected = lanes(segment.sample(x));
+                worst = worst.max((cubic - expected).abs());
+                largest = largest.max(expected.abs());
+            }
+        }
+    }
+    // Measured worst 2e-7.
+    assert!(
+        (worst / largest).max_element() < 1e-6,
+        "{}",
+        worst / largest
+    );
+}
+
+#[test]
+fn the_cubic_of_an_even_field_is_exactly_constant() {
+    let drops = Drops {
+        number_density_m3: 812.3,
+        effective_radius_m: 3.3e-4,
+        effective_variance: 0.07,
+    };
+    let mode = DropMode::from_fn("", &grid(), |_| drops).unwrap();
+    let bricks = Bricks::build(&mode, Interpolation::Moments).unwrap();
+    let (min, max) = bricks.world_bounds().unwrap();
+    // The outermost cells fade out.
+    let inside = |point: DVec3| point.cmpgt(min + 2.0).all() && point.cmplt(max - 2.0).all();
+    let (origin, direction) = (0.5 * (min + max), DVec3::new(0.3, -0.8, 0.52).normalize());
+    let mut values = Vec::new();
+    for segment in bricks.segments(origin, direction, (0.0, 1e6)) {
+        if inside(origin + segment.t_enter * direction)
+            && inside(origin + segment.t_exit * direction)
+        {
+            let [c0, c1, c2, c3] = segment.cubic();
+            assert_eq!([c1, c2, c3], [Vec4::ZERO; 3]);
+            values.push(c0);
+        }
+    }
+    assert!(values.len() > 3 && values.iter().all(|value| *value == values[0]));
+}
+
+fn lanes(sample: Sample) -> Vec4 {
+    Vec4::new(sample.m2, sample.m3, sample.m4, sample.tau_sun)
+}
+
 /// Optical depth by the midpoint rule with many steps.
 fn fine_sum(bricks: &Bricks, origin: DVec3, direction: DVec3, t_end: f64) -> f64 {
     let n = 20_000;

@@ -39,10 +39,17 @@ impl LaneCubic {
         let c1 = 3.0 * d1 - 1.5 * d2 + d3;
         let c2 = 4.5 * (d2 - d3);
         let c3 = 4.5 * d3;
+        Self::new([c0, c1, c2, c3])
+    }
+
+    /// The cubic of the coefficients c0 to c3.
+    #[inline]
+    pub(crate) fn new(coefficients: [Vec4; 4]) -> Self {
+        let [c0, c1, c2, c3] = coefficients;
         let m2 = DVec4::new(c0.x as f64, c1.x as f64, c2.x as f64, c3.x as f64);
         let m2_integral = m2 * DVec4::new(1.0, 0.5, 1.0 / 3.0, 0.25);
         Self {
-            coefficients: [c0, c1, c2, c3],
+            coefficients,
             m2_integral,
         }
     }

@@ -227,40 +227,36 @@ impl<F: FnMut(&mut Deposits)> Progress<'_, F> {
 /// One mode: its cells are the pieces.
 fn cells<F: FnMut(&mut Deposits)>(mode: &Bricks, progress: &mut Progress<F>) {
     let walk = progress.walk;
-    let n_pieces = pieces_per_cell(mode);
-    // A piece starts with the sample at which the one before it ended.
-    let mut last = (f64::NAN, Vec4::ZERO);
     for segment in mode.segments(walk.ray.origin, walk.ray.direction, walk.range_m) {
-        let length_m = (segment.t_exit - segment.t_enter) / n_pieces as f64;
-        for index in 0..n_pieces {
-            let from = index as f32 / n_pieces as f32;
-            let start_m = segment.t_enter + index as f64 * length_m;
-            // The end of a cell is stored as the start of the next.
-            let first = if start_m == last.0 {
-                last.1
-            } else {
-                lanes(segment.sample(from))
-            };
-            let at = |fraction: f32| lanes(segment.sample(from + fraction / n_pieces as f32));
-            let samples = [
-                first,
-                at(SAMPLE_POSITIONS[1]),
-                at(SAMPLE_POSITIONS[2]),
-                at(1.0),
-            ];
-            last = (start_m + length_m, samples[3]);
-            if index + 1 == n_pieces {
-                last.0 = segment.t_exit;
+        let flow = match mode.interpolation() {
+            Interpolation::Moments => {
+                let modes = [LaneCubic::new(segment.cubic())];
+                let length_m = segment.t_exit - segment.t_enter;
+                progress.piece(&Piece::new(segment.t_enter, length_m, &modes))
             }
-            let modes = [LaneCubic::through(samples)];
-            if progress
-                .piece(&Piece::new(start_m, length_m, &modes))
-                .is_break()
-            {
-                return;
-            }
+            Interpolation::RadiusDensity => sampled_cell(&segment, progress),
+        };
+        if flow.is_break() {
+            return;
         }
     }
+}
+
+/// A cell in which moments are no cubics: those through samples, on parts of it.
+fn sampled_cell<F: FnMut(&mut Deposits)>(
+    segment: &Segment,
+    progress: &mut Progress<F>,
+) -> ControlFlow<()> {
+    let share = 1.0 / RADIUS_DENSITY_PIECES as f64;
+    let length_m = share * (segment.t_exit - segment.t_enter);
+    for index in 0..RADIUS_DENSITY_PIECES {
+        let from = index as f64;
+        let at = |x: f32| lanes(segment.sample((share * (from + f64::from(x))) as f32));
+        let modes = [LaneCubic::through(SAMPLE_POSITIONS.map(at))];
+        let start_m = segment.t_enter + from * length_m;
+        progress.piece(&Piece::new(start_m, length_m, &modes))?;
+    }
+    ControlFlow::Continue(())
 }
 
 /// Several modes, whose lattices have nothing in common: pieces lie between all their faces.

@@ -7,6 +7,8 @@
 
 use niji_exchange::ScatteringTable;
 use pulp::Arch;
+use pulp::Simd;
+use pulp::WithSimd;
 
 use crate::error::Error;
 use crate::row_layout::RowLayout;
@@ -141,59 +143,15 @@ impl ScatteringRows {
         }
     }
 
-    /// Add to `spectrum` [1/sr] the rows of the light in `bins`.
+    /// Add to `spectrum` [1/sr] the rows of the light in `bins`, by the widest vectors that the
+    /// processor has.
     pub(crate) fn shade(&self, bins: &SizeBins, stencil: &RowStencil, spectrum: &mut [f32]) {
-        Arch::new().dispatch(|| self.add_rows(bins, &stencil.terms, spectrum));
-    }
-
-    /// By the widest vectors that the processor has. Each wavelength is summed by itself, with products
-    /// and sums in one order: the same bits for any width.
-    #[allow(
-        clippy::inline_always,
-        reason = "a function of its own would have the narrowest vectors again"
-    )]
-    #[inline(always)]
-    fn add_rows(&self, bins: &SizeBins, terms: &[(usize, f32)], spectrum: &mut [f32]) {
-        // Nodes of a size together: the sum is loaded and stored once for them.
-        let (fours, rest) = terms.as_chunks::<4>();
-        let (twos, rest) = rest.as_chunks::<2>();
-        let (ones, _) = rest.as_chunks::<1>();
-        for (bin, light) in bins.iter() {
-            for terms in fours {
-                self.add_terms(bin, light, terms, spectrum);
-            }
-            for terms in twos {
-                self.add_terms(bin, light, terms, spectrum);
-            }
-            for terms in ones {
-                self.add_terms(bin, light, terms, spectrum);
-            }
-        }
-    }
-
-    #[allow(clippy::inline_always, reason = "as above")]
-    #[inline(always)]
-    fn add_terms<const N: usize>(
-        &self,
-        bin: usize,
-        light: f32,
-        terms: &[(usize, f32); N],
-        spectrum: &mut [f32],
-    ) {
-        let n_wavelengths = spectrum.len();
-        let mut rows: [&[f32]; N] = [&[]; N];
-        let mut scales = [0.0; N];
-        for ((row, scale), (node, weight)) in rows.iter_mut().zip(&mut scales).zip(terms) {
-            *row = &self.row(*node, bin)[..n_wavelengths];
-            *scale = light * weight;
-        }
-        for (wavelength, sum) in spectrum.iter_mut().enumerate() {
-            let mut of_size = scales[0] * rows[0][wavelength];
-            for (row, scale) in rows[1..].iter().zip(&scales[1..]) {
-                of_size += scale * row[wavelength];
-            }
-            *sum += of_size;
-        }
+        Arch::new().dispatch(Shading {
+            rows: self,
+            bins,
+            terms: &stencil.terms,
+            spectrum,
+        });
     }
 
     /// Luminance in sunlight of the light in `bins`, and its estimated error from the linear
@@ -232,6 +190,73 @@ impl ScatteringRows {
     fn row(&self, node: usize, bin: usize) -> &[f32] {
         let start = (node * self.axes.n_bins() + bin) * self.n_wavelengths;
         &self.rows.values_sr1[start..start + self.n_wavelengths]
+    }
+}
+
+/// Rows to be added up. Each wavelength is summed by itself, with products and sums in one order: the
+/// same bits for vectors of any width.
+struct Shading<'a> {
+    rows: &'a ScatteringRows,
+    bins: &'a SizeBins,
+    terms: &'a [(usize, f32)],
+    spectrum: &'a mut [f32],
+}
+
+// A type, because closures are inlined as the compiler likes, and a function of its own would have the
+// narrowest vectors again.
+#[allow(clippy::inline_always, reason = "as the lines above say")]
+impl WithSimd for Shading<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.add_rows();
+    }
+}
+
+#[allow(clippy::inline_always, reason = "as above")]
+impl Shading<'_> {
+    #[inline(always)]
+    fn add_rows(self) {
+        // Nodes of a size together: the sum is loaded and stored once for them.
+        let (fours, rest) = self.terms.as_chunks::<4>();
+        let (twos, rest) = rest.as_chunks::<2>();
+        let (ones, _) = rest.as_chunks::<1>();
+        for (bin, light) in self.bins.iter() {
+            for terms in fours {
+                add_terms(self.rows, (bin, light), terms, self.spectrum);
+            }
+            for terms in twos {
+                add_terms(self.rows, (bin, light), terms, self.spectrum);
+            }
+            for terms in ones {
+                add_terms(self.rows, (bin, light), terms, self.spectrum);
+            }
+        }
+    }
+}
+
+#[allow(clippy::inline_always, reason = "as above")]
+#[inline(always)]
+fn add_terms<const N: usize>(
+    rows: &ScatteringRows,
+    (bin, light): (usize, f32),
+    terms: &[(usize, f32); N],
+    spectrum: &mut [f32],
+) {
+    let n_wavelengths = spectrum.len();
+    let mut of_terms: [&[f32]; N] = [&[]; N];
+    let mut scales = [0.0; N];
+    for ((row, scale), (node, weight)) in of_terms.iter_mut().zip(&mut scales).zip(terms) {
+        *row = &rows.row(*node, bin)[..n_wavelengths];
+        *scale = light * weight;
+    }
+    for (wavelength, sum) in spectrum.iter_mut().enumerate() {
+        let mut of_size = scales[0] * of_terms[0][wavelength];
+        for (row, scale) in of_terms[1..].iter().zip(&scales[1..]) {
+            of_size += scale * row[wavelength];
+        }
+        *sum += of_size;
     }
 }
 
@@ -380,7 +405,13 @@ mod tests {
             rows.stencil(&place, &mut stencil);
             let (mut wide, mut narrow) = ([0.0; 37], [0.0; 37]);
             rows.shade(&bins, &stencil, &mut wide);
-            rows.add_rows(&bins, &stencil.terms, &mut narrow);
+            let shading = Shading {
+                rows: &rows,
+                bins: &bins,
+                terms: &stencil.terms,
+                spectrum: &mut narrow,
+            };
+            shading.add_rows();
             assert_eq!(wide, narrow);
         }
     }
