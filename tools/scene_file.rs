@@ -134,11 +134,16 @@ fn planned_with(
     let volume = match (&drop_file, &drop_source) {
         (Some(file), _) => Some(stages::drops::read(file)?),
         (None, Some(density @ Source::Density(..))) => Some(density.volume()?),
-        // The plan knows shapes by itself.
         (None, Some(Source::Shape(_)) | None) => None,
     };
-    let drops = volume.as_ref().and_then(DropSummary::of_volume);
-    let drops = drops.map(of_file);
+    let drops = match scene.drops.shape() {
+        // Once for all plans.
+        Some(shape) => DropSummary::of_shape(&shape),
+        None => volume
+            .as_ref()
+            .and_then(DropSummary::of_volume)
+            .map(of_file),
+    };
     let measured = measured_levels(asked.calibration.as_deref())?;
     let inputs = PlanInputs {
         measured: &measured,

@@ -18,6 +18,7 @@ use niji_scene::Change;
 use niji_scene::DECISIONS;
 use niji_scene::Decision;
 use niji_scene::MeasuredLevel;
+use niji_scene::Plan;
 use niji_scene::Stage;
 use niji_scene::light_of;
 use serde::Serialize;
@@ -25,6 +26,7 @@ use serde::Serialize;
 use crate::cli::Common;
 use crate::cli::numbers;
 use crate::failure::Failure;
+use crate::measure_effects::measure;
 use crate::output;
 use crate::progress;
 use crate::scene_file;
@@ -42,16 +44,19 @@ use crate::timed_run::timed_run;
 /// of the theories of one drop by radius, for both bows, against the exact order and the exact light.
 /// With --air: of the methods for lengths, segments and skies of air, against converged quadrature.
 /// With --ice: of the levels of light through ice, against many more paths. With --tolerances: how far
-/// pictures with the levels chosen for a tolerance are from the reference levels.
+/// pictures with the levels chosen for a tolerance are from the reference levels. With --effects: what
+/// switching every effect over changes, as `niji plan --measure`, beside its bound.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   niji calibrate data/measurements/calibration-fog.toml data/measurements/calibration-rain.toml \\
       --date 2026-11-21 -o data/measurements/levels.csv --force
   niji calibrate --tolerances 0.003,0.01,0.03 data/scenes/garden-fountain.toml \\
       --date 2026-11-21 -o tolerances.csv
+  niji calibrate --effects data/scenes/moonbow.toml --date 2026-11-22 -o bounds.csv
   niji calibrate --theories --date 2026-11-21 -o data/measurements/theories.csv --force
   niji calibrate --air --date 2026-11-21 -o data/measurements/air.csv --force
   niji calibrate --ice --date 2026-11-21 -o data/measurements/ice.csv --force")]
+#[allow(clippy::struct_excessive_bools, reason = "flags of a command line")]
 pub(crate) struct CalibrateCommand {
     /// The scenes to measure on.
     #[arg(required_unless_present_any = ["theories", "air", "ice"])]
@@ -68,6 +73,9 @@ pub(crate) struct CalibrateCommand {
     /// Ask the scenes, made small, for these tolerances, and compare with the reference levels instead.
     #[arg(long, value_name = "T,T,…", value_parser = numbers, requires = "scenes")]
     tolerances: Option<std::vec::Vec<f64>>,
+    /// Measure what every effect of the scenes changes, beside its bound, instead.
+    #[arg(long, requires = "scenes", conflicts_with = "tolerances")]
+    effects: bool,
     /// Day of the measurement, written into the file.
     #[arg(long, value_name = "YYYY-MM-DD")]
     date: String,
@@ -95,6 +103,14 @@ pub(crate) fn execute(command: &CalibrateCommand, common: &Common) -> Result<(),
         let rows = ice::rows(&command.date, manner.verbosity)?;
         return write_csv(&rows, &command.output);
     }
+    if command.effects {
+        let mut rows = Vec::new();
+        for path in &command.scenes {
+            let measured = measure(&scene_file::load(path, common)?, manner.verbosity)?;
+            rows.extend(measured.rows(&command.date));
+        }
+        return write_csv(&rows, &command.output);
+    }
     if let Some(tolerances) = &command.tolerances {
         let rows = tolerances::rows(&command.scenes, tolerances, (&command.date, common))?;
         return write_csv(&rows, &command.output);
@@ -118,6 +134,11 @@ pub(crate) fn execute(command: &CalibrateCommand, common: &Common) -> Result<(),
     }
     bar.finish_and_clear();
     write_csv(&rows, &command.output)
+}
+
+/// The work of a stage at the levels of a plan.
+fn of_stage(plan: &Plan, stage: Stage) -> Option<f64> {
+    plan.work.of_stage(stage, &plan.levels).map(rounded)
 }
 
 fn write_csv(rows: &[impl Serialize], path: &Path) -> Result<(), Failure> {
@@ -167,7 +188,7 @@ impl Calibration<'_> {
             let done = done.iter().find(|done| done.stage == stage.name())?;
             Some(MeasuredLevel {
                 seconds: Some(rounded(done.seconds)),
-                work: planned.plan.work.of_stage(stage).map(rounded),
+                work: of_stage(&planned.plan, stage),
                 ..self.row(&planned, stage.name(), "total")
             })
         });
@@ -211,7 +232,7 @@ impl Calibration<'_> {
             let rows = measured.iter().map(move |level| (stage, level));
             rows.map(|(stage, level)| MeasuredLevel {
                 seconds: Some(rounded(level.seconds(stage))),
-                work: plan.work.of_stage(stage).map(rounded),
+                work: of_stage(plan, stage),
                 ..self.row(&base, stage.name(), &level.level)
             })
         };

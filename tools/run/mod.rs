@@ -54,7 +54,8 @@ pub(crate) struct RunCommand {
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
     /// The frames of a sequence to make: A, or A-B; what changes from frame to frame stands in the
-    /// scene's section [sequence] and in file names with ####.
+    /// scene's section [sequence] and in file names with ####. Levels chosen for --tolerance or --budget
+    /// are those of the first frame for all: a level that changes would be seen.
     #[arg(long, value_name = "A-B", value_parser = parse_frames)]
     frames: Option<FrameRange>,
     /// Make every K-th of the frames only.

@@ -22,10 +22,13 @@ pub(crate) const TOTAL: &str = "Y";
 /// Decisions that the renderer takes as given: their errors are not in its estimate.
 const NOT_ESTIMATED: [&str; 3] = ["theory", "air_path", "sky"];
 
+/// Channel of what the rays of a pixel miss.
+const FOOTPRINT: &str = "footprint";
+
 /// What to do about each cause of error, by its channel.
 const REMEDIES: [(&str, &str); 5] = [
     (
-        "footprint",
+        FOOTPRINT,
         "64 rays a pixel are too few for it: render it larger",
     ),
     (
@@ -108,6 +111,25 @@ pub(crate) fn reached(
         estimated,
         predicted,
         largest: remedies.into_iter().chain(of_levels).fold(none, more),
+    }))
+}
+
+/// What the renderer estimated of a picture but for its rays, in parts of the reference luminance;
+/// `None` if it holds no estimate.
+///
+/// # Errors
+/// A file that cannot be read.
+pub(crate) fn estimated_along_rays(
+    planned: &Planned,
+    image: &Path,
+) -> Result<Option<f64>, Failure> {
+    let parts = SpectralImage::read_spectral(image).map_err(|e| Failure::bad_input(image, e))?;
+    let error = parts.aovs.iter().find(|aov| aov.name == AOV);
+    Ok(error.map(|error| {
+        let causes = REMEDIES.iter().map(|(cause, _)| *cause);
+        let along = causes.filter(|cause| *cause != FOOTPRINT);
+        let sum: f64 = along.map(|cause| rms(error, cause)).sum();
+        sum / planned.plan.reference_luminance_cd_m2
     }))
 }
 

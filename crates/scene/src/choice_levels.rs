@@ -52,7 +52,7 @@ enum Needs {
     Nothing,
 }
 /// What drops send into the picture.
-const LIGHT_OF_DROPS: [Effect; 3] = [
+pub(crate) const LIGHT_OF_DROPS: [Effect; 3] = [
     Effect::PrimaryBow,
     Effect::SecondaryBow,
     Effect::HigherOrders,

@@ -4,8 +4,11 @@
 
 use crate::accuracy::Levels;
 use crate::choice_levels::Decision;
+use crate::choice_levels::LIGHT_OF_DROPS;
+use crate::effect::Effect;
 use crate::measured::MeasuredLevel;
 use crate::measured::MeasuredLevels;
+use crate::plan::BoundKind;
 use crate::plan::Plan;
 
 /// Decisions whose error depends on the size of the drops.
@@ -20,15 +23,27 @@ const LEAST_RATIO: f64 = 1e-12;
 /// the sun; for footprints times the root of a pixel's width in degrees.
 pub fn light_of(decision: &Decision, plan: &Plan) -> f64 {
     let on = decision.about.iter().filter(|effect| plan.is_on(**effect));
-    let rms = on
-        .filter_map(|effect| plan.bound(*effect))
-        .map(|bound| bound.rms);
+    let rms = on.filter_map(|effect| light_rms(*effect, plan));
     let light = rms.fold(0.0, |sum, rms| sum + rms * rms).sqrt();
     if decision.key == BY_PIXEL {
         light * plan.work.pixel_deg.sqrt()
     } else {
         light
     }
+}
+
+/// RMS of an effect's light. To leave out an order that the table holds in any case, with all others,
+/// changes no more than the table errs: that share of the light of all orders is its bound.
+fn light_rms(effect: Effect, plan: &Plan) -> Option<f64> {
+    let bound = plan.bound(effect)?;
+    let is_in_any_case =
+        LIGHT_OF_DROPS.contains(&effect) && bound.kind == BoundKind::TableDifference;
+    let share = if is_in_any_case {
+        plan.levels.table_relative_error
+    } else {
+        1.0
+    };
+    Some(bound.rms / share)
 }
 
 /// RMSE of luminance that a level costs, in gray cards in the sun; `None` where it was not measured.

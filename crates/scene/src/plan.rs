@@ -10,9 +10,11 @@ mod bounds;
 mod bow_light;
 mod curve;
 mod decide;
+mod depth;
 mod directed_curve;
 mod display;
 mod drop_file;
+mod drop_parts;
 mod drop_summary;
 mod effect_texts;
 mod explain;
@@ -34,7 +36,7 @@ pub use bound::Bound;
 pub use bound::BoundKind;
 pub use bound::BoundTerms;
 pub(crate) use decide::SHARE_FOR_EFFECTS;
-pub use drop_summary::DropPart;
+pub use drop_parts::DropPart;
 pub use drop_summary::DropSummary;
 pub use explain::Explanation;
 pub use stages::Estimate;
@@ -67,7 +69,8 @@ use facts::Situation;
 pub struct PlanInputs<'a> {
     /// What levels cost; estimates are `None` where nothing was measured.
     pub measured: &'a MeasuredLevels,
-    /// Figures of the drop file that the scene names; not needed for a shape.
+    /// Figures of the drops: of the file that the scene names; those of a shape, which the plan finds by
+    /// itself where they are not known yet.
     pub drops: Option<DropSummary>,
 }
 
@@ -196,10 +199,12 @@ pub fn plan(scene: &Scene, inputs: &PlanInputs<'_>) -> Result<Plan, PlanError> {
         .map(|decision| decision.bound.value)
         .sum();
     let scattering = stages::scattering_need(scene, (&situation, &curves), &on)?;
-    let work = Work::new(scene, &situation, scattering.as_ref());
+    let n_angles = |need| (need, resources::n_angles(need, &situation));
+    let table_need = scattering.as_ref().map(n_angles);
+    let work = Work::new(scene, &situation, (table_need, &on));
     let levels = levels_used(situation.levels, &on, scattering.as_ref());
     let seconds = |stage| work.seconds(stage, &levels, inputs.measured);
-    let needs = (&on, scattering.as_ref(), table.as_ref());
+    let needs = (&on, table_need, table.as_ref());
     let stages = stages::stages(scene, &situation, needs, &seconds);
     Ok(Plan {
         scene: scene.name.clone(),

@@ -184,3 +184,15 @@ fn light_of_all_orders_is_called_for_where_it_exceeds_half_of_the_tolerance() {
     mist.effects.set(Effect::MultipleScattering, Switch::Off);
     assert!(!asks(&mist, 1e-9), "what the scene leaves out stays out");
 }
+
+#[test]
+fn a_theory_without_orders_has_the_light_of_one_with_them() {
+    let of_theory = |name: &str| {
+        let named = format!("name = \"mist\"\naccuracy = {{ theory = \"{name}\" }}");
+        light(&scene(&[("name = \"mist\"", &named)]), "theory")
+    };
+    // Each of the three orders counts as the light of all: root of three, times what they exceed the
+    // sum of squares by.
+    let ratio = of_theory("mie") / of_theory("uniform");
+    assert!((1.0..1.9).contains(&ratio), "{ratio}");
+}

@@ -10,8 +10,11 @@
 //!   towards the sun;
 //! * the air takes at most 1 - exp(-tau_air) of each wavelength of the bow, on either path;
 //! * the other orders add their own P, and show both sides of the split where a bow is off;
-//! * light that drops scatter more than once is as bright as if the sunlight that they take, 1 -
-//!   exp(-tau_s), came back evenly from all directions: L = (1 - exp(-tau_s)) (1 - exp(-tau)) E/(4 pi);
+//! * light that drops scatter more than once is as bright as if what half of the drops take of the
+//!   sunlight came from all directions, less what scattering keeps going forward:
+//!   L = (1 - exp(-tau_s/2)) (1 - exp(-tau)) (1 - g exp(-(1 - g) tau)) E/(4 pi), g the mean cosine of
+//!   scattering; by similarity (1 - g) tau decides whether light is even (van de Hulst, Multiple Light
+//!   Scattering, Academic Press (1980), section 14.1);
 //! * light scattered by the air is bounded by itself (see `air_light`);
 //! * sun's disc, spread of sizes and supernumeraries change P by a difference of two curves;
 //! * where the theory has no separate orders and others show the same light, an order changes no more
@@ -22,7 +25,7 @@
 //! All of it is the light itself: the error of the tables that a picture is made with, which is a level
 //! of its own, comes on top.
 //!
-//! tau <= sigma_max times the longest way of a block through the box. All are monotone: they grow
+//! tau is bounded box by box (see `depth`). All are monotone: they grow
 //! when light is added and fall when attenuation is. So bounds computed with every light that may be
 //! on and only the attenuation that must be on may be added up, in whatever order effects are left
 //! out.
@@ -96,6 +99,14 @@ fn taken(depth: f64) -> f64 {
     -(-depth).exp_m1()
 }
 
+/// Mean cosine of scattering by large drops without diffraction: 0.87 with it, whose own is 1.
+const MEAN_COSINE: f64 = 0.74;
+
+/// Share of further orders that is even over all directions.
+fn returned(depth: f64) -> f64 {
+    1.0 - MEAN_COSINE * (-(1.0 - MEAN_COSINE) * depth).exp()
+}
+
 /// How an effect changes the picture.
 enum Change {
     /// A share of the light of the column that is seen.
@@ -104,6 +115,8 @@ enum Change {
     Extinction { light: DirectedCurve },
     /// Light in the share that the drops take from a ray.
     Taken { light: f64 },
+    /// The same of light of further orders.
+    Further { light: f64 },
     /// Light of the air in front of the far side of the drops.
     Inscatter,
     /// Light of the whole ray beyond.
@@ -171,6 +184,7 @@ impl BoundScene<'_> {
                 Some(taken(efficiency * depth)),
             ),
             Change::Taken { light } => (None, Some(*light), Some(taken(depth))),
+            Change::Further { light } => (None, Some(light * returned(depth)), Some(taken(depth))),
             Change::Inscatter | Change::Sky => (None, Some(value), None),
             Change::Nothing => (None, None, None),
         };
@@ -219,6 +233,10 @@ impl BoundScene<'_> {
                 light: self.bows(assumed, &sunlight),
                 share: taken(self.efficiency * self.sun_depth),
             },
+            // What scatters the light of the surroundings is what extinction takes.
+            Effect::SkylitDrops if !assumed.may_be_on.contains(&Effect::DropExtinction) => {
+                Change::Nothing
+            }
             Effect::SkylitDrops => Change::Taken {
                 light: self.surround(assumed),
             },
@@ -238,8 +256,8 @@ impl BoundScene<'_> {
             Effect::MultipleScattering => {
                 let lines = self.lines.iter().zip(&sunlight);
                 let sunlight: f64 = lines.map(|(line, factor)| line.weight * factor).sum();
-                Change::Taken {
-                    light: taken(self.sun_depth) * sunlight / (4.0 * PI),
+                Change::Further {
+                    light: taken(0.5 * self.sun_depth) * sunlight / (4.0 * PI),
                 }
             }
         };
@@ -280,6 +298,10 @@ impl BoundScene<'_> {
             }
             Change::Extinction { light } => self.extinction_change(index, light, assumed),
             Change::Taken { light } => taken(self.depth(index)) * light,
+            Change::Further { light } => {
+                let depth = self.depth(index);
+                taken(depth) * returned(depth) * light
+            }
             Change::Inscatter => self.inscatter(index),
             Change::Sky => self.sky(index),
             Change::Nothing => 0.0,

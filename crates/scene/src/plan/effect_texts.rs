@@ -122,8 +122,9 @@ const TEXTS: [(Effect, [&str; 3]); Effect::ALL.len()] = [
         Effect::MultipleScattering,
         [
             "light that two or more drops scattered: it fills shadows and the dark band",
-            "(1 - exp(-tau_s)) (1 - exp(-tau)) E/(4 pi): all that the drops take comes back evenly",
-            "Chandrasekhar, Radiative Transfer, Oxford (1950)",
+            "(1 - exp(-tau_s/2)) (1 - exp(-tau)) (1 - g exp(-(1 - g) tau)) E/(4 pi), g = 0.74: what half \
+             of the drops take, even but for what goes on forward",
+            "van de Hulst, Multiple Light Scattering, Academic Press (1980), section 14.1",
         ],
     ),
     (

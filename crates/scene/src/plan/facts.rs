@@ -27,6 +27,7 @@ use super::air_light::AirLight;
 use super::air_light::AirRequest;
 use super::bounds::BoundScene;
 use super::bow_light::Line;
+use super::depth::largest_sun_depth;
 use super::light_curves::CurvesRequest;
 use super::light_curves::LightCurves;
 use super::reasons::Facts;
@@ -69,18 +70,13 @@ impl Situation {
         let camera = scene.camera.camera()?;
         let grid = scene.spectrum.grid()?;
         let sun = scene.sun.direction();
-        let parts: Vec<view::Part> = drops
-            .parts
-            .iter()
-            .map(|part| (part.bounds, part.max_extinction_m1_q1))
-            .collect();
         let extent = view::Extent {
             whole: drops.bounds(),
             extinction_m1: drops.max_extinction_m1_q1,
-            parts: &parts,
+            parts: &drops.parts,
         };
         let blocks = view::blocks(&camera, scene.camera.region()?, sun, &extent);
-        let sun_chord_m = view::longest_chord_m(&drops.bounds(), sun);
+        let sun_depth = sun_depth(&drops, sun);
         let bow = |order| {
             let index = water_refractive_index(SPLIT_WAVELENGTH, scene.water.temperature_c);
             rainbow_ray(index, order).map_or(0.0, |ray| ray.theta_rad())
@@ -91,7 +87,7 @@ impl Situation {
         let line_albedo = reference_albedo / scene.sun.irradiance_scale();
         let (lines, sun_luminance) = lines(&grid, line_albedo);
         Ok(Self {
-            view: seen(&blocks, &drops, sun_chord_m),
+            view: seen(&blocks, sun_depth),
             flattening: flattening_seen(&blocks),
             camera,
             sun,
@@ -210,10 +206,8 @@ impl Situation {
 }
 
 fn summary(scene: &Scene, inputs: &PlanInputs<'_>) -> Result<DropSummary, PlanError> {
-    let summary = match scene.drops.shape() {
-        Some(shape) => DropSummary::of_shape(&shape),
-        None => inputs.drops.clone(),
-    };
+    let of_shape = || DropSummary::of_shape(&scene.drops.shape()?);
+    let summary = inputs.drops.clone().or_else(of_shape);
     let file = || match &scene.drops {
         Drops::Shape(shape) => format!("of the shape {}", shape.name()),
         Drops::FromVdb(density) => density.file.clone(),
@@ -259,7 +253,14 @@ fn flattening_seen(blocks: &[Block]) -> Option<(f64, f64)> {
     ranges.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
 }
 
-fn seen(blocks: &[Block], drops: &DropSummary, sun_chord_m: f64) -> View {
+/// Largest optical depth of the drops towards the sun, Q = 1.
+fn sun_depth(drops: &DropSummary, sun: DVec3) -> f64 {
+    let longest_m = view::longest_chord_m(&drops.bounds(), sun);
+    let of_parts = largest_sun_depth(&drops.parts, &drops.bounds(), sun);
+    of_parts.min(drops.max_extinction_m1_q1 * longest_m)
+}
+
+fn seen(blocks: &[Block], sun_depth: f64) -> View {
     let (mut theta_deg, mut distance_m) = (None, None);
     let mut depth = 0.0_f64;
     let widen = |range: &mut Option<(f64, f64)>, (low, high): (f64, f64)| {
@@ -277,6 +278,6 @@ fn seen(blocks: &[Block], drops: &DropSummary, sun_chord_m: f64) -> View {
         theta_deg,
         distance_m,
         max_optical_depth: depth,
-        max_sun_optical_depth: drops.max_extinction_m1_q1 * sun_chord_m,
+        max_sun_optical_depth: sun_depth,
     }
 }

@@ -8,19 +8,32 @@
 //! factors were measured (2 threads, resident memory at its highest, November 2026) on scenes from 13
 //! to 370 MB.
 
+use std::collections::BTreeSet;
+
 use niji_atmosphere::ScatteringOrders;
 use niji_exchange::AirConstituent;
 use niji_exchange::AtmosphereTable;
 use niji_exchange::DensityLaw;
 use niji_exchange::DiffuseLight;
 use niji_exchange::n_moments;
+use niji_radiometry::WavelengthGrid;
+use niji_scatter::Theory;
+use niji_scatter::theta_axis;
+
+use crate::effect::Effect;
+use crate::scene::Scene;
 
 use super::DropSummary;
+use super::ScatteringNeed;
+use super::facts::Situation;
 
 const MIB: f64 = 1_048_576.0;
 
 /// Memory of the program before it does anything.
 const PROGRAM_BYTES: f64 = 13.5 * MIB;
+
+/// Wavelengths that are asked which angles a table needs, at most.
+const N_JUDGED: usize = 9;
 
 /// Bytes of a number in a file.
 const NUMBER_BYTES: f64 = 4.0;
@@ -31,8 +44,17 @@ const HEADER_BYTES: f64 = 1500.0;
 /// The table of f(z): two numbers at each of its angles, whatever the scene.
 const AIRY_FILE_BYTES: f64 = 108_981.0;
 
-/// Candidates of angles that a scattering table is chosen from, and drops that are computed at once.
-const SCATTER_WORK_BYTES: f64 = 20.0 * MIB;
+/// Bytes of a node while a plan asks where drops are, which every stage does.
+const PLANNED_NODE_BYTES: f64 = 60.0;
+
+/// What following the drops of a fountain takes.
+const FOUNTAIN_BYTES: f64 = 14.0 * MIB;
+
+/// Candidates of angles that a scattering table is chosen from; for exact theories, the series of the
+/// drops that are computed at once besides; and light of every radius before it is averaged.
+const SCATTER_WORK_BYTES: f64 = 12.0 * MIB;
+const SERIES_BYTES: f64 = 20.0 * MIB;
+const RADIUS_BYTES: f64 = 1.2 * MIB;
 
 /// Rays in flight and what the renderer looks up.
 const RENDER_WORK_BYTES: f64 = 16.0 * MIB;
@@ -69,9 +91,10 @@ impl Resources {
 }
 
 /// Of the drop volume.
-pub(super) fn drops(drops: &DropSummary) -> Resources {
+pub(super) fn drops(drops: &DropSummary, is_fountain: bool) -> Resources {
     let nodes = drops.n_nodes as f64;
-    let memory = PROGRAM_BYTES + nodes * VOLUME_NODE_BYTES;
+    let followed = f64::from(u8::from(is_fountain)) * FOUNTAIN_BYTES;
+    let memory = PROGRAM_BYTES + nodes * VOLUME_NODE_BYTES + followed;
     Resources::new(memory, drops.file_bytes as f64)
 }
 
@@ -80,15 +103,31 @@ pub(super) fn airy() -> Resources {
     Resources::new(PROGRAM_BYTES, AIRY_FILE_BYTES)
 }
 
-/// Of a scattering table of so many rows, angles and wavelengths, for both polarizations.
-pub(super) fn scatter(n_rows: usize, n_angles: usize, n_wavelengths: usize) -> Resources {
-    let channels = 2.0 * n_wavelengths as f64;
-    let rows = n_rows as f64;
+/// Of a scattering table for both polarizations, with so many angles.
+pub(super) fn table(
+    (need, n_angles): (&ScatteringNeed, usize),
+    situation: &Situation,
+) -> Resources {
+    let channels = 2.0 * situation.grid.len() as f64;
+    let (rows, angles) = (need.n_rows() as f64, n_angles as f64);
     // Each row of pixels is told where it is and which one it is; axes stand in the header.
-    let row = channels * NUMBER_BYTES * n_angles as f64 + 16.0;
-    let axis = 20.0 * n_angles as f64 + 30.0 * rows.sqrt();
+    let row = channels * NUMBER_BYTES * angles + 16.0;
+    let axis = 20.0 * angles + 30.0 * rows.sqrt();
     let file = rows * row + axis + 2.0 * HEADER_BYTES + 24.0 * channels;
-    let memory = PROGRAM_BYTES + SCATTER_WORK_BYTES + TABLE_COPIES.0 * file;
+    let series = match need.theory {
+        Theory::Mie | Theory::Debye { .. } => SERIES_BYTES,
+        Theory::GeometricPublished
+        | Theory::Geometric
+        | Theory::AiryPublished
+        | Theory::Airy
+        | Theory::Uniform => 0.0,
+    };
+    let memory = PROGRAM_BYTES
+        + PLANNED_NODE_BYTES * situation.drops.n_nodes as f64
+        + SCATTER_WORK_BYTES
+        + series
+        + RADIUS_BYTES * need.effective_radius_um.len() as f64
+        + TABLE_COPIES.0 * file;
     Resources::new(memory, file)
 }
 
@@ -116,28 +155,39 @@ pub(super) fn atmosphere(table: &AtmosphereTable, orders: Option<ScatteringOrder
     Resources::new(PROGRAM_BYTES + 2.0 * file, file)
 }
 
-/// What a picture is made of.
-pub(super) struct PictureParts {
-    pub(super) n_pixels: u64,
-    pub(super) n_wavelengths: usize,
-    /// Layers in XYZ beside those that every picture has.
-    pub(super) n_more_layers: usize,
-    /// Whether distances of surfaces are a layer.
-    pub(super) has_surface: bool,
-    pub(super) n_drop_nodes: u64,
-    pub(super) table_bytes: u64,
+/// Angles of a scattering table, chosen as the stage chooses them, by fewer wavelengths with the same
+/// ends. Where rows between those of the plan turn out to be needed, it gets larger.
+pub(super) fn n_angles(need: &ScatteringNeed, situation: &Situation) -> usize {
+    let grid = situation.grid;
+    let n_judged = grid.len().min(N_JUDGED);
+    let n_steps = [grid.len(), n_judged].map(|n| (n as f64 - 1.0).max(1.0));
+    let step_nm = grid.step_nm() * n_steps[0] / n_steps[1];
+    let judged = WavelengthGrid::new(grid.first_nm(), step_nm, n_judged).unwrap_or(grid);
+    let angles = theta_axis(&need.request(judged, None));
+    // The stage will say what is wrong with a need without angles.
+    angles.map_or(0, |angles| angles.len())
 }
 
-/// Of a picture, with all its layers; its file is compressed, and smaller.
-pub(super) fn render(parts: &PictureParts) -> Resources {
-    let surface = f64::from(u8::from(parts.has_surface));
-    let planes = parts.n_wavelengths as f64 + PLANES + 3.0 * parts.n_more_layers as f64 + surface;
-    let picture = NUMBER_BYTES * planes * parts.n_pixels as f64;
-    let nodes = parts.n_drop_nodes as f64 * (VOLUME_NODE_BYTES + BRICK_NODE_BYTES);
+/// Of the picture with all its layers; its file is compressed, and smaller.
+pub(super) fn picture(
+    scene: &Scene,
+    situation: &Situation,
+    (on, table): (&BTreeSet<Effect>, Option<Resources>),
+) -> Resources {
+    let overscan_px = 2 * scene.camera.overscan_px;
+    let size_px = [situation.camera.width_px(), situation.camera.height_px()];
+    let [width, height] = size_px.map(|size| f64::from(size + overscan_px));
+    // Light of the surroundings and of further orders in XYZ, distances of surfaces.
+    let more = [Effect::SkylitDrops, Effect::MultipleScattering].into_iter();
+    let n_more = 3 * more.filter(|layer| on.contains(layer)).count();
+    let surface = f64::from(u8::from(scene.occluders.is_some() || scene.photo.is_some()));
+    let planes = situation.grid.len() as f64 + PLANES + n_more as f64 + surface;
+    let picture = NUMBER_BYTES * planes * width * height;
+    let nodes = situation.drops.n_nodes as f64 * (VOLUME_NODE_BYTES + BRICK_NODE_BYTES);
     let memory = PROGRAM_BYTES
         + RENDER_WORK_BYTES
         + PICTURE_COPIES * picture
         + nodes
-        + TABLE_COPIES.1 * parts.table_bytes as f64;
+        + table.map_or(0.0, |table| TABLE_COPIES.1 * table.file_bytes as f64);
     Resources::new(memory, picture)
 }

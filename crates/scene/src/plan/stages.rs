@@ -4,12 +4,12 @@ use std::collections::BTreeSet;
 use std::f64::consts::PI;
 
 use niji_airy::AiryTable;
+use niji_droplets::Shape;
 use niji_exchange::AtmosphereTable;
 use niji_radiometry::WavelengthGrid;
 use niji_scatter::TableRequest;
 use niji_scatter::Theory;
 use niji_scatter::radius_axis;
-use niji_scatter::theta_axis;
 use niji_scatter::variance_axis;
 use serde::Serialize;
 
@@ -22,7 +22,6 @@ use super::light_curves::LightCurves;
 use super::light_curves::SUN_DISC_DIAMETER_RAD;
 use super::light_curves::variant;
 use super::resources;
-use super::resources::PictureParts;
 use super::resources::Resources;
 
 /// Beyond the angles in view, so that pixel footprints and rounding stay inside the table, degrees.
@@ -30,9 +29,6 @@ const ANGLE_MARGIN_DEG: f64 = 0.05;
 
 /// Highest order of a scattering table: together with those below it holds all but 1 % of the light.
 const HIGHEST_ORDER: u32 = 7;
-
-/// Of so many wavelengths one is asked which angles a table needs.
-const EVERY: usize = 2;
 
 /// A stage of the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -121,6 +117,11 @@ pub struct ScatteringNeed {
 }
 
 impl ScatteringNeed {
+    /// Rows of the table: a size law and a flattening each.
+    pub fn n_rows(&self) -> usize {
+        self.effective_radius_um.len() * self.effective_variance.len() * self.flattening.len()
+    }
+
     /// The table as the stage takes it.
     pub fn request<'a>(
         &self,
@@ -251,7 +252,7 @@ pub(super) fn stages(
     situation: &Situation,
     (on, scattering, air): (
         &BTreeSet<Effect>,
-        Option<&ScatteringNeed>,
+        Option<(&ScatteringNeed, usize)>,
         Option<&AtmosphereTable>,
     ),
     seconds: &dyn Fn(Stage) -> Option<f64>,
@@ -294,10 +295,15 @@ pub(super) fn stages(
             drops.voxel_m,
             scene.drops.name()
         );
-        add(Stage::Drops, makes, Some(resources::drops(drops)));
+        let is_fountain = matches!(scene.drops.shape(), Some(Shape::Fountain(_)));
+        add(
+            Stage::Drops,
+            makes,
+            Some(resources::drops(drops, is_fountain)),
+        );
     }
-    let table = scattering.map(|need| table_resources(need, situation));
-    if let Some(need) = scattering {
+    let table = scattering.map(|need| resources::table(need, situation));
+    if let Some((need, _)) = scattering {
         if need.theory.uses_airy_table() {
             let makes = "Airy's integral f(z) and its derivative".to_string();
             add(Stage::Airy, makes, Some(resources::airy()));
@@ -318,7 +324,7 @@ pub(super) fn stages(
             situation.camera.height_px(),
             situation.grid.len()
         ),
-        Some(picture_resources(scene, situation, (on, table))),
+        Some(resources::picture(scene, situation, (on, table))),
     );
     if scene.photo.is_some() {
         add(Stage::Check, "what nature would not do".to_string(), None);
@@ -350,41 +356,6 @@ fn what_it_holds(need: &ScatteringNeed, situation: &Situation) -> String {
             "point sun"
         },
     )
-}
-
-/// Of the scattering table: its angles are chosen as the stage chooses them, by fewer wavelengths with
-/// the same ends. Where rows between those of the plan turn out to be needed, it gets larger.
-fn table_resources(need: &ScatteringNeed, situation: &Situation) -> Resources {
-    let grid = situation.grid;
-    let n_judged = (grid.len() - 1) / EVERY + 1;
-    let step_nm = grid.step_nm() * EVERY as f64;
-    let judged = WavelengthGrid::new(grid.first_nm(), step_nm, n_judged).unwrap_or(grid);
-    let angles = theta_axis(&need.request(judged, None));
-    // The stage will say what is wrong with a need without angles.
-    let n_angles = angles.map_or(0, |angles| angles.len());
-    let n_rows =
-        need.effective_radius_um.len() * need.effective_variance.len() * need.flattening.len();
-    resources::scatter(n_rows, n_angles, situation.grid.len())
-}
-
-/// Of the picture with all its layers.
-fn picture_resources(
-    scene: &Scene,
-    situation: &Situation,
-    (on, table): (&BTreeSet<Effect>, Option<Resources>),
-) -> Resources {
-    let overscan_px = 2 * scene.camera.overscan_px;
-    let size_px = [situation.camera.width_px(), situation.camera.height_px()];
-    let [width, height] = size_px.map(|size| u64::from(size + overscan_px));
-    let layers = [Effect::SkylitDrops, Effect::MultipleScattering];
-    resources::render(&PictureParts {
-        n_pixels: width * height,
-        n_wavelengths: situation.grid.len(),
-        n_more_layers: layers.iter().filter(|layer| on.contains(layer)).count(),
-        has_surface: scene.occluders.is_some() || scene.photo.is_some(),
-        n_drop_nodes: situation.drops.n_nodes,
-        table_bytes: table.map_or(0, |table| table.file_bytes),
-    })
 }
 
 /// Whether any effect needs the air's table.

@@ -27,6 +27,9 @@ use niji_geometry::PinholeCamera;
 use niji_geometry::PixelRegion;
 use niji_render::flattening_along;
 
+use super::depth::Bundle;
+use super::drop_parts::DropPart;
+
 /// Most blocks along the width and the height of the picture of a pinhole.
 const MAX_BLOCKS: (u32, u32) = (32, 24);
 
@@ -62,9 +65,6 @@ pub(super) struct Chord {
     pub(super) length_m: f64,
 }
 
-/// A part of the drops' box and the largest extinction in it at Q = 1 (1/m).
-pub(super) type Part = (Aabb, f64);
-
 /// Where drops are.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Extent<'a> {
@@ -73,12 +73,12 @@ pub(super) struct Extent<'a> {
     /// Largest extinction of all modes together at Q = 1 (1/m).
     pub(super) extinction_m1: f64,
     /// Boxes that hold all drops; those of several modes may overlap.
-    pub(super) parts: &'a [Part],
+    pub(super) parts: &'a [DropPart],
 }
 
-/// Cuts a region of the picture into blocks. The optical depth of a ray is at most the sum over the parts of
-/// their extinction times its way inside, and at most the largest extinction times its way through
-/// the whole. Blocks in which the camera sees nothing are left out.
+/// Cuts a region of the picture into blocks. The optical depth of a ray is at most what the parts that
+/// it crosses have, and at most the largest extinction times its way through the whole. Blocks in
+/// which the camera sees nothing are left out.
 pub(super) fn blocks(
     camera: &Camera,
     region: PixelRegion,
@@ -137,6 +137,17 @@ struct Rays {
     longest: f64,
 }
 
+impl Rays {
+    /// The rays from an eye.
+    fn bundle(&self, eye: DVec3) -> Bundle {
+        Bundle {
+            origin: Aabb { min: eye, max: eye },
+            components: self.components,
+            longest: self.longest,
+        }
+    }
+}
+
 impl Rectangle {
     /// Its bounds; as a share of the picture, nothing yet.
     fn block(&self, camera: &Camera, sun: DVec3, drops: &Extent<'_>) -> Option<Block> {
@@ -147,13 +158,11 @@ impl Rectangle {
             (theta_rad + rays.radius_rad).min(PI),
         );
         let eye = camera.position();
-        let whole_chord = chord(eye, &rays, &drops.whole);
+        let bundle = rays.bundle(eye);
+        let whole_chord = chord(&bundle, &drops.whole);
         let depth = whole_chord.map_or(0.0, |whole| {
-            let in_part = |(bounds, extinction_m1): &Part| {
-                chord(eye, &rays, bounds).map_or(0.0, |c| extinction_m1 * c.length_m)
-            };
-            let sum: f64 = drops.parts.iter().map(in_part).sum();
-            sum.min(drops.extinction_m1 * whole.length_m)
+            let of_parts = bundle.largest_depth(drops.parts);
+            of_parts.min(drops.extinction_m1 * whole.length_m)
         });
         let of_middle = flattening_along(rays.middle, sun);
         Some(Block {
@@ -257,21 +266,9 @@ fn angle_rad(a: DVec3, b: DVec3) -> f64 {
 }
 
 /// Interval arithmetic of the slab test over all rays of a block.
-fn chord(eye: DVec3, rays: &Rays, bounds: &Aabb) -> Option<Chord> {
-    let (mut enter, mut leave) = (0.0_f64, f64::INFINITY);
-    for axis in 0..3 {
-        let (axis_enter, axis_leave) = slab(
-            (bounds.min[axis] - eye[axis], bounds.max[axis] - eye[axis]),
-            rays.components[axis],
-        )?;
-        enter = enter.max(axis_enter);
-        leave = leave.min(axis_leave);
-    }
-    if enter >= leave {
-        return None;
-    }
-    let farthest_m = farthest_corner_m(eye, bounds);
-    let leave_m = (leave * rays.longest).min(farthest_m);
+fn chord(rays: &Bundle, bounds: &Aabb) -> Option<Chord> {
+    let (enter, leave) = rays.range(bounds)?;
+    let leave_m = (leave * rays.longest).min(rays.farthest_m(bounds));
     let length_m = ((leave - enter) * rays.longest)
         .min(bounds.size().length())
         .min(leave_m);
@@ -280,40 +277,6 @@ fn chord(eye: DVec3, rays: &Rays, bounds: &Aabb) -> Option<Chord> {
         leave_m,
         length_m,
     })
-}
-
-/// Earliest entry into and latest exit from a slab at `near..far` relative to the eye, for all
-/// components `low..high` of the direction; `None` if every ray leads away from it.
-fn slab((near, far): (f64, f64), (low, high): (f64, f64)) -> Option<(f64, f64)> {
-    if near <= 0.0 && far >= 0.0 {
-        // A ray of component 0 never leaves, and there is one among components of both signs.
-        let leave = if low > 0.0 {
-            far / low
-        } else if high < 0.0 {
-            near / high
-        } else {
-            f64::INFINITY
-        };
-        return Some((0.0, leave));
-    }
-    // Mirror a slab on the negative side.
-    let (near, far, low, high) = if near > 0.0 {
-        (near, far, low, high)
-    } else {
-        (-far, -near, -high, -low)
-    };
-    if high <= 0.0 {
-        return None;
-    }
-    let leave = if low > 0.0 { far / low } else { f64::INFINITY };
-    Some((near / high, leave))
-}
-
-fn farthest_corner_m(eye: DVec3, bounds: &Aabb) -> f64 {
-    (bounds.min - eye)
-        .abs()
-        .max((bounds.max - eye).abs())
-        .length()
 }
 
 /// Longest way through the box along a direction, m.

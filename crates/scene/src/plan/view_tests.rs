@@ -211,6 +211,12 @@ fn optical_depth_is_bounded_by_the_parts_that_a_ray_crosses() {
         max: part(16.0).max,
     };
     let parts = [(part(-20.0), 0.3), (part(16.0), 0.1)];
+    let parts = parts.map(|(bounds, max_extinction_m1_q1)| DropPart {
+        bounds,
+        max_extinction_m1_q1,
+        mode: 0,
+        within: Vec::new(),
+    });
     let camera = camera(DVec3::ZERO, 0.0, 0.0);
     let drops = Extent {
         whole,
