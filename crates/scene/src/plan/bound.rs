@@ -67,19 +67,24 @@ pub struct BoundTerms {
     pub share: Option<f64>,
 }
 
-/// How sure the bound on an effect is.
-pub(super) fn kind(effect: Effect) -> BoundKind {
+/// How sure the bound on an effect is. Where drops pass their light on to others, that light changes
+/// too, and of it there is an estimate only.
+pub(super) fn kind(effect: Effect, has_further_orders: bool) -> BoundKind {
     match effect {
+        Effect::AirInscatter | Effect::Sky | Effect::Occluders => BoundKind::Proved,
         Effect::PrimaryBow
         | Effect::SecondaryBow
         | Effect::HigherOrders
         | Effect::DropExtinction
         | Effect::DropShadow
         | Effect::SunlightThroughAir
-        | Effect::AirExtinction
-        | Effect::AirInscatter
-        | Effect::Sky
-        | Effect::Occluders => BoundKind::Proved,
+        | Effect::AirExtinction => {
+            if has_further_orders {
+                BoundKind::Estimated
+            } else {
+                BoundKind::Proved
+            }
+        }
         Effect::Supernumeraries | Effect::SunDisc | Effect::SizeSpread => {
             BoundKind::TableDifference
         }

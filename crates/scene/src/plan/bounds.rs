@@ -261,7 +261,8 @@ impl BoundScene<'_> {
                 }
             }
         };
-        (kind(effect), change)
+        let has_further_orders = assumed.may_be_on.contains(&Effect::MultipleScattering);
+        (kind(effect, has_further_orders), change)
     }
 
     /// Whether other effects show the same light, because the theory has no orders to divide it into.
