@@ -29,7 +29,7 @@ const FOOTPRINT: &str = "footprint";
 const REMEDIES: [(&str, &str); 5] = [
     (
         FOOTPRINT,
-        "64 rays a pixel are too few for it: render it larger",
+        "edges for which 256 rays a pixel are too few: render it larger",
     ),
     (
         "orders",

@@ -1,13 +1,14 @@
 //! More rays for the pixels whose estimated error is above a tolerance.
 //!
-//! A pixel is cut into 1, 2 x 2, 4 x 4, 8 x 8 parts, each seen along the ray through its middle with
-//! the table's row averaged over the part, until its estimate holds. The footprint's estimate of n x n
-//! rays is
-//! e_n = max(|L_n - L_(n/2)|, e_(n/2) / 4)
+//! A pixel is cut into 1, 2 x 2, 4 x 4, up to 16 x 16 parts, each seen along the ray through its middle
+//! with the table's row averaged over the part, until its estimate holds. The footprint's estimate of
+//! n x n rays is
+//! e_n = max(|L_n - L_(n/2)|, e_(n/2) / 4),  e_(n/2) / 16 for turned parts
 //! `L_n` luminance of the pixel: where luminance is smooth the difference is three times the error
-//! that is left, at a step it is about as large; agreement by chance is not believed. Rays take a
-//! finer quadrature. What rays cannot better, the table's sizes and the sun's depths, leaves them the
-//! rest of the tolerance, a quarter of it at least.
+//! that is left, at a step it is about as large; agreement by chance is not believed. Where 4 x 4 do
+//! not suffice there is an edge: more parts are turned against the pixel, so that a horizon along a row
+//! is met as well as any other. Rays take a finer quadrature. What rays cannot better, the table's sizes
+//! and the sun's depths, leaves them the rest of the tolerance, a quarter of it at least.
 //!
 //! Whether a pixel is refined depends on the pixel and its neighbors as they were before any was
 //! refined, so not on tiles or threads.
@@ -18,6 +19,7 @@ use ndarray::Array2;
 use rayon::prelude::*;
 
 use crate::footprint::offsets;
+use crate::footprint::turned_offsets;
 use crate::footprint_error::Glimpse;
 use crate::footprint_error::cross;
 use crate::footprint_error::footprint_error;
@@ -29,8 +31,11 @@ use crate::painter::Painter;
 use crate::picture_rows::Rendered;
 use crate::picture_rows::RowMut;
 
+/// Rays along a side of a pixel up to which its parts stand in line with it.
+const MOST_SIDE_BY_SIDE: u32 = 4;
+
 /// Most rays along a side of a pixel.
-const MOST_ALONG: u32 = 8;
+const MOST_ALONG: u32 = 16;
 
 /// Relative error of the quadrature of rays that are added.
 const FINE: f64 = 1e-6;
@@ -105,7 +110,7 @@ impl Painter<'_> {
             is_refined = true;
             let luminance = brush.pixel.luminance();
             if n > 1 {
-                missed = estimate_after(missed, before, luminance);
+                missed = estimate_after(missed, before, luminance, n);
             }
             before = luminance;
             if missed <= allowance(finer.tolerance_cd_m2, brush.pixel.errors.sum()) {
@@ -121,12 +126,28 @@ impl Painter<'_> {
         }
     }
 
-    /// Gather n x n rays of a pixel, each with its part of the pixel's scattering angles.
-    fn trace_parts(&self, (x, y): (f64, f64), (n, march): (u32, &March), brush: &mut Brush) {
-        let share = 1.0 / f64::from(n * n);
-        let width_rad = self.width_rad(x, y) / f64::from(n);
+    /// Gather n x n rays of a pixel, each with its part of the pixel's scattering angles. A few parts
+    /// cover the pixel side by side; what these do not show is an edge.
+    fn trace_parts(&self, place: (f64, f64), (n, march): (u32, &March), brush: &mut Brush) {
+        if n <= MOST_SIDE_BY_SIDE {
+            self.trace_places(place, (offsets(n), march, n), brush);
+        } else {
+            // Intervals between n² places along any side: the whole has the pixel's variance.
+            self.trace_places(place, (turned_offsets(n), march, n * n), brush);
+        }
+    }
+
+    /// Gather rays of a pixel that has `n_intervals` along a side.
+    fn trace_places(
+        &self,
+        (x, y): (f64, f64),
+        (places, march, n_intervals): (impl Iterator<Item = (f64, f64)> + Clone, &March, u32),
+        brush: &mut Brush,
+    ) {
+        let share = 1.0 / places.clone().count() as f64;
+        let width_rad = self.width_rad(x, y) / f64::from(n_intervals);
         brush.pixel.clear();
-        for (dx, dy) in offsets(n) {
+        for (dx, dy) in places {
             match self.eye.sight(x + dx, y + dy) {
                 None => brush.pixel.transmittance += share,
                 Some(sight) => {
@@ -162,9 +183,15 @@ fn rays_to_try(level: PixelFootprint) -> impl Iterator<Item = u32> {
     std::iter::successors(Some(first), |n| Some(2 * n)).take_while(|n| *n <= MOST_ALONG)
 }
 
-/// The estimate of a footprint with twice as many rays along a side as that before.
-fn estimate_after(before: f64, luminance_before: f64, luminance: f64) -> f64 {
-    (luminance - luminance_before).abs().max(0.25 * before)
+/// The estimate of a footprint with n x n rays, twice as many along a side as that before. Turned places
+/// stand 16 times as close as those side by side before them.
+fn estimate_after(before: f64, luminance_before: f64, luminance: f64, n: u32) -> f64 {
+    let least = if n <= MOST_SIDE_BY_SIDE {
+        1.0 / 4.0
+    } else {
+        1.0 / 16.0
+    };
+    (luminance - luminance_before).abs().max(least * before)
 }
 
 /// What rays may err, where the rest errs by `fixed`.
