@@ -47,7 +47,7 @@ const N_WAVELENGTHS: usize = 10;
 const FINE_TABLE: (f64, usize) = (5e-4, 4);
 
 /// Error of the tables where these have more rows than that.
-const COARSE_TABLE: (f64, usize) = (0.05, 100);
+const COARSE_TABLE: (f64, usize) = (0.05, 400);
 
 /// Wavelengths at most of the tables of round and flat drops that are compared, which are coarse in any
 /// case: rows of flat drops of many sizes are thousands.
@@ -333,31 +333,29 @@ impl MeasuredEffect {
     }
 
     fn line(&self) -> String {
-        let number = |value: Option<f64>| {
-            value.map_or_else(|| "-".to_owned(), |value| format!("{value:.1e}"))
+        let number = |value: f64| format!("{value:.1e}");
+        let found = |text: &dyn Fn(&Measured) -> String| {
+            (self.measured.as_ref()).map_or_else(|| "-".to_owned(), text)
         };
-        let ratio = self.measured.map(|measured| {
+        let ratio = |measured: &Measured| {
             let ratio = self.bound.value / measured.change;
             if ratio.is_finite() {
                 format!("{ratio:.1}")
             } else {
                 "-".to_owned()
             }
-        });
+        };
         format!(
             "{:<21} {:<4} {:>8}  {:<16} {:>9} {:>8} {:>9} {:>9} {:>8}",
             self.effect,
             if self.on { "on" } else { "off" },
-            number(Some(self.bound.value)),
+            number(self.bound.value),
             self.bound.kind.name(),
-            number(self.measured.map(|measured| measured.change)),
-            ratio.unwrap_or_else(|| "-".to_owned()),
-            number(Some(self.bound.rms)),
-            number(self.measured.map(|measured| measured.rms)),
-            self.measured.map_or_else(
-                || "-".to_owned(),
-                |measured| format!("{:.2} s", measured.seconds)
-            ),
+            found(&|measured| number(measured.change)),
+            found(&ratio),
+            number(self.bound.rms),
+            found(&|measured| number(measured.rms)),
+            found(&|measured| format!("{:.2} s", measured.seconds)),
         )
     }
 }

@@ -6,7 +6,8 @@
 //! The reference is the preset of that name with a tenth of the smallest tolerance for effects left out.
 //! So that a scene takes minutes and not hours, it is no finer than it must be to show a missed tolerance
 //! of 0.01 to a tenth of it (figures in gray cards in the sun, November 2026):
-//! - the scene's exact theory where the table has few rows; the uniform one where there are many;
+//! - the scene's exact theory where the table has few rows or a choice takes drops that exactly; the
+//!   uniform one else;
 //! - the error of the table doubles until it has no more than 200 rows. With drops of 10 um to 1.5 mm, a
 //!   table of 0.01 instead of 0.001 changed the picture by 0.0002;
 //! - lengths of air come from its table: on a hazy scene 0.0001 from quadrature;
@@ -35,14 +36,12 @@ use niji_scene::Scene;
 use niji_scene::Spectrum;
 use niji_scene::exact_theory;
 use serde::Serialize;
-use tempfile::TempDir;
 
 use crate::cli::Common;
 use crate::failure::Failure;
 use crate::progress;
 use crate::scene_file;
 use crate::scene_file::Planned;
-use crate::stages;
 use crate::stages::accuracy;
 use crate::timed_run::luminance_rmse;
 use crate::timed_run::rounded;
@@ -72,8 +71,8 @@ const COARSEST_TABLE: f64 = 1e-2;
 
 /// Light of further orders, with other nodes and so other noise than any level that is chosen.
 const ORDERS: DropOrders = DropOrders::MultipleScattering {
-    nodes_across: 32,
-    paths_per_node: 16_384,
+    nodes_across: 48,
+    paths_per_node: 8192,
 };
 
 /// Rays of the reference lie so far apart, degrees, but for the limits of their number along a pixel.
@@ -118,14 +117,19 @@ pub(super) fn rows(
     let mut rows = Vec::new();
     for path in scenes {
         let scene = small(scene_file::read(path, common)?);
-        let reference = reference(&scene, path, smallest)?;
-        let (folder, expected, reference_seconds) = made(&reference)?;
-        let image = folder.path().join(stages::render::FILE);
-        let reference_error = accuracy::estimated_along_rays(&reference, &image)?.map(rounded);
+        let plan_for =
+            |&tolerance| scene_file::planned_for(scene.clone(), path, (tolerance, common));
+        let choices: Vec<Planned> = tolerances.iter().map(plan_for).collect::<Result<_, _>>()?;
+        let exact = choices
+            .iter()
+            .any(|asked| is_exact(asked.plan.levels.theory));
+        let reference = reference((&scene, path), smallest, exact)?;
+        let (expected, reference_seconds) = made(&reference)?;
+        let reference_error = accuracy::estimated_along_rays(&reference, &expected).map(rounded);
         bar.inc(1);
-        for &tolerance in tolerances {
-            let asked = scene_file::planned_for(scene.clone(), path, (tolerance, common))?;
-            let (folder, found, seconds) = made(&asked)?;
+        for (&tolerance, asked) in tolerances.iter().zip(&choices) {
+            let (found, seconds) = made(asked)?;
+            let reached = accuracy::reached_by(asked, &found, tolerance);
             let off = luminance_rmse(&found, &expected) / asked.plan.reference_luminance_cd_m2;
             rows.push(Row {
                 scene: scene.name.clone(),
@@ -133,7 +137,7 @@ pub(super) fn rows(
                 predicted_error: rounded(
                     asked.choice.as_ref().map_or(0.0, |it| it.predicted_error),
                 ),
-                estimated_error: estimate(&asked, &folder, tolerance)?,
+                estimated_error: reached.map(|reached| rounded(reached.error)),
                 true_error: rounded(off),
                 predicted_seconds: asked
                     .choice
@@ -141,7 +145,7 @@ pub(super) fn rows(
                     .and_then(|choice| choice.predicted_seconds)
                     .map(rounded),
                 seconds: rounded(seconds),
-                levels: levels(&asked),
+                levels: levels(asked),
                 reference: reference.plan.levels.theory.name(),
                 reference_error,
                 reference_seconds: rounded(reference_seconds),
@@ -154,22 +158,22 @@ pub(super) fn rows(
     Ok(rows)
 }
 
-/// The scene with a small picture of the same field of view and few wavelengths.
+/// The scene with few wavelengths and a small picture of the same field of view; the layers of a
+/// photograph, which end between its pixels, would have edges inside larger ones.
 fn small(mut scene: Scene) -> Scene {
     scene.spectrum = SPECTRUM;
-    shrink(&mut scene.camera, WIDTH_PX);
+    if scene.photo.is_none() {
+        shrink(&mut scene.camera, WIDTH_PX);
+    }
     scene
 }
 
-/// What a run estimates of its own error.
-fn estimate(planned: &Planned, folder: &TempDir, tolerance: f64) -> Result<Option<f64>, Failure> {
-    let image = folder.path().join(stages::render::FILE);
-    let reached = accuracy::reached(planned, &image, tolerance)?;
-    Ok(reached.map(|reached| rounded(reached.error)))
-}
-
 /// The scene as accurately as is feasible; what it says about the drops themselves stays.
-fn reference(scene: &Scene, path: &Path, smallest_tolerance: f64) -> Result<Planned, Failure> {
+fn reference(
+    (scene, path): (&Scene, &Path),
+    smallest_tolerance: f64,
+    exact: bool,
+) -> Result<Planned, Failure> {
     let own = scene.accuracy;
     let mut accuracy = Accuracy {
         preset: Preset::Reference,
@@ -197,10 +201,15 @@ fn reference(scene: &Scene, path: &Path, smallest_tolerance: f64) -> Result<Plan
         accuracy.table_relative_error = Some(coarser);
         plan = planned(accuracy)?.plan;
     }
-    if n_rows(&plan) <= MOST_EXACT_ROWS {
+    if exact || n_rows(&plan) <= MOST_EXACT_ROWS {
         accuracy.theory = own.theory.or(Some(exact_theory(scene)));
     }
     planned(accuracy)
+}
+
+/// Whether a theory solves the wave equation in the drop, with one order of Debye or all.
+fn is_exact(theory: Theory) -> bool {
+    matches!(theory, Theory::Debye { .. } | Theory::Mie)
 }
 
 /// Rows of the scattering table that take time of their own: those that differ in variance alone share
@@ -211,12 +220,12 @@ fn n_rows(plan: &Plan) -> usize {
     })
 }
 
-/// Runs a plan: the folder with its files, its picture and its time in s.
-fn made(planned: &Planned) -> Result<(TempDir, SpectralImage, f64), Failure> {
+/// Runs a plan: its picture and its time in s.
+fn made(planned: &Planned) -> Result<(SpectralImage, f64), Failure> {
     let folder = temporary_folder()?;
     let start = Instant::now();
     let (_, image) = run_once(planned, folder.path())?;
-    Ok((folder, image, start.elapsed().as_secs_f64()))
+    Ok((image, start.elapsed().as_secs_f64()))
 }
 
 /// The levels chosen, as `theory: mie, sky: none`.

@@ -86,10 +86,17 @@ pub(crate) fn reached(
     image: &Path,
     tolerance: f64,
 ) -> Result<Option<Reached>, Failure> {
-    let parts = SpectralImage::read_spectral(image).map_err(|e| Failure::bad_input(image, e))?;
-    let Some(error) = parts.aovs.iter().find(|aov| aov.name == AOV) else {
-        return Ok(None);
-    };
+    let picture = SpectralImage::read_spectral(image).map_err(|e| Failure::bad_input(image, e))?;
+    Ok(reached_by(planned, &picture, tolerance))
+}
+
+/// How accurate a picture is that was read; `None` if it holds no estimate.
+pub(crate) fn reached_by(
+    planned: &Planned,
+    picture: &SpectralImage,
+    tolerance: f64,
+) -> Option<Reached> {
+    let error = estimate(picture)?;
     let reference = planned.plan.reference_luminance_cd_m2;
     let levels = planned.choice.iter().flat_map(|choice| &choice.levels);
     let given = levels.filter(|level| NOT_ESTIMATED.contains(&level.decision));
@@ -105,32 +112,27 @@ pub(crate) fn reached(
         |most: (f64, String), cause: (f64, String)| if cause.0 > most.0 { cause } else { most };
     let estimated = rms(error, TOTAL) / reference;
     let predicted = predictions.map(|(error, _)| error).sum();
-    Ok(Some(Reached {
+    Some(Reached {
         allowed: SHARE_FOR_LEVELS * tolerance,
         error: estimated + predicted,
         estimated,
         predicted,
         largest: remedies.into_iter().chain(of_levels).fold(none, more),
-    }))
+    })
 }
 
 /// What the renderer estimated of a picture but for its rays, in parts of the reference luminance;
 /// `None` if it holds no estimate.
-///
-/// # Errors
-/// A file that cannot be read.
-pub(crate) fn estimated_along_rays(
-    planned: &Planned,
-    image: &Path,
-) -> Result<Option<f64>, Failure> {
-    let parts = SpectralImage::read_spectral(image).map_err(|e| Failure::bad_input(image, e))?;
-    let error = parts.aovs.iter().find(|aov| aov.name == AOV);
-    Ok(error.map(|error| {
-        let causes = REMEDIES.iter().map(|(cause, _)| *cause);
-        let along = causes.filter(|cause| *cause != FOOTPRINT);
-        let sum: f64 = along.map(|cause| rms(error, cause)).sum();
-        sum / planned.plan.reference_luminance_cd_m2
-    }))
+pub(crate) fn estimated_along_rays(planned: &Planned, picture: &SpectralImage) -> Option<f64> {
+    let error = estimate(picture)?;
+    let causes = REMEDIES.iter().map(|(cause, _)| *cause);
+    let along = causes.filter(|cause| *cause != FOOTPRINT);
+    let sum: f64 = along.map(|cause| rms(error, cause)).sum();
+    Some(sum / planned.plan.reference_luminance_cd_m2)
+}
+
+fn estimate(picture: &SpectralImage) -> Option<&Aov> {
+    picture.aovs.iter().find(|aov| aov.name == AOV)
 }
 
 /// Refuses a picture that misses its tolerance, naming the largest cause.

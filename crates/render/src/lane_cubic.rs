@@ -1,7 +1,8 @@
 //! The moments on a piece of a ray inside one cell.
 //!
-//! On a straight line a trilinear interpolant is a cubic of the position x = 0..1 along the piece,
-//! so four samples at x = 0, 1/3, 2/3, 1 determine it:
+//! On a straight line a trilinear interpolant is a cubic of the position x = 0..1 along the piece. For
+//! a whole cell it comes from the cell's corners; on a part of a cell, and where lanes are only nearly
+//! cubic, four samples at x = 0, 1/3, 2/3, 1 determine it:
 //!
 //! y(x) = c0 + c1 x + c2 x² + c3 x³, by Newton's forward differences d1, d2, d3 with s = 3x,
 //! c1 = 3 d1 - 1.5 d2 + d3,  c2 = 4.5 (d2 - d3),  c3 = 4.5 d3.

@@ -242,18 +242,25 @@ fn cells<F: FnMut(&mut Deposits)>(mode: &Bricks, progress: &mut Progress<F>) {
     }
 }
 
-/// A cell in which moments are no cubics: those through samples, on parts of it.
+/// A cell in which moments are no cubics: those through samples, on parts of it. A part starts with the
+/// sample at which the one before it ended.
 fn sampled_cell<F: FnMut(&mut Deposits)>(
     segment: &Segment,
     progress: &mut Progress<F>,
 ) -> ControlFlow<()> {
-    let share = 1.0 / RADIUS_DENSITY_PIECES as f64;
-    let length_m = share * (segment.t_exit - segment.t_enter);
+    const STEPS: usize = SAMPLE_POSITIONS.len() - 1;
+    const N_STEPS: usize = RADIUS_DENSITY_PIECES * STEPS;
+    let samples: [Vec4; N_STEPS + 1] = std::array::from_fn(|index| {
+        let fraction = index as f32 / N_STEPS as f32;
+        lanes(segment.sample(fraction))
+    });
+    let length_m = (segment.t_exit - segment.t_enter) / RADIUS_DENSITY_PIECES as f64;
     for index in 0..RADIUS_DENSITY_PIECES {
-        let from = index as f64;
-        let at = |x: f32| lanes(segment.sample((share * (from + f64::from(x))) as f32));
-        let modes = [LaneCubic::through(SAMPLE_POSITIONS.map(at))];
-        let start_m = segment.t_enter + from * length_m;
+        let first = index * STEPS;
+        let modes = [LaneCubic::through(std::array::from_fn(|step| {
+            samples[first + step]
+        }))];
+        let start_m = segment.t_enter + index as f64 * length_m;
         progress.piece(&Piece::new(start_m, length_m, &modes))?;
     }
     ControlFlow::Continue(())

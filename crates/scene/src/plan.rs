@@ -199,8 +199,8 @@ pub fn plan(scene: &Scene, inputs: &PlanInputs<'_>) -> Result<Plan, PlanError> {
         .map(|decision| decision.bound.value)
         .sum();
     let scattering = stages::scattering_need(scene, (&situation, &curves), &on)?;
-    let n_angles = |need| (need, resources::n_angles(need, &situation));
-    let table_need = scattering.as_ref().map(n_angles);
+    let with_angles = |need| (need, resources::n_angles(need, &situation));
+    let table_need = scattering.as_ref().map(with_angles);
     let work = Work::new(scene, &situation, (table_need, &on));
     let levels = levels_used(situation.levels, &on, scattering.as_ref());
     let seconds = |stage| work.seconds(stage, &levels, inputs.measured);
