@@ -9,7 +9,7 @@
 //! on. Drops absorb nothing: what extinction takes, P gives back. The integral over w needs no march of
 //! its own: the ray's transmittance is known, and J is a mean over strata of w.
 //!
-//! J is found at directions on a coarse lattice (see `view_grid`) by paths from the eye's side: the
+//! J is found at directions on a lattice (see `view_grid`, `two_levels`) by paths from the eye's side: the
 //! place on the view ray is drawn evenly in w, a direction from P, the next drop as in `free_flight`,
 //! and at each drop met sunlight P T_sun is added, for all wavelengths at once. A path is drawn at
 //! one wavelength; with p_l the product of its phase functions at wavelength l, its light there
@@ -25,29 +25,29 @@
 mod column;
 mod diffraction;
 mod free_flight;
+mod lattice;
 mod paths;
 mod phase;
 mod randoms;
+mod two_levels;
 mod view_grid;
 
 use glam::DVec3;
 use niji_exchange::ScatteringTable;
-use niji_geometry::Ray;
-use rayon::prelude::*;
 
 use crate::air::Air;
 use crate::error::Error;
 use crate::lit_drops::LitDrops;
 
-use column::Column;
 use column::N_STRATA;
-use column::Stratum;
 pub(crate) use diffraction::Diffraction;
 pub(crate) use diffraction::DiffractionRoom;
 use free_flight::FreeFlight;
-use paths::Mean;
+use lattice::Lattice;
 use paths::Paths;
 use phase::PhaseRows;
+use two_levels::FINER;
+pub(crate) use two_levels::n_paths;
 pub(crate) use view_grid::SeenDirections;
 pub(crate) use view_grid::SunAxes;
 use view_grid::ViewGrid;
@@ -80,9 +80,9 @@ pub(crate) struct OrdersRequest<'a> {
     pub(crate) view_air: Option<&'a Air<'a>>,
     /// Weights that turn a spectrum for unit irradiance into luminance in the sun [cd/m²].
     pub(crate) luminance_weights: &'a [f64],
-    /// Directions along both sides of the lattice.
+    /// Directions along both sides of the coarse lattice.
     pub(crate) nodes_across: usize,
-    /// Paths of a direction and stratum.
+    /// Paths of a direction of it and stratum.
     pub(crate) paths_per_node: usize,
 }
 
@@ -93,8 +93,9 @@ impl MultipleLight {
     /// [`Error::AngleRange`] if the table does not hold all angles.
     pub(crate) fn new(request: &OrdersRequest) -> Result<Option<Self>, Error> {
         let axes = SunAxes::of(request.sun_direction);
-        let grid = ViewGrid::over(request.seen, axes, request.nodes_across);
-        let (Some(grid), Some(bounds)) = (grid, request.drops.bounds()) else {
+        let seen = |n_across| ViewGrid::over(request.seen, axes, n_across);
+        let grids = seen(request.nodes_across).zip(seen(FINER * request.nodes_across));
+        let (Some((coarse, fine)), Some(bounds)) = (grids, request.drops.bounds()) else {
             return Ok(None);
         };
         let phase = PhaseRows::new(request.table)?;
@@ -106,45 +107,15 @@ impl MultipleLight {
             sun_direction: request.sun_direction,
             luminance_weights: request.luminance_weights,
         };
-        let columns: Vec<Column> = (0..grid.n_nodes())
-            .into_par_iter()
-            .map(|node| {
-                let ray = Ray {
-                    origin: request.eye,
-                    direction: grid.direction(node),
-                };
-                Column::along(bricks, bounds, ray)
-            })
-            .collect();
-        let nearest = nearest_with_drops(&grid, &columns);
-        let n_wavelengths = request.table.wavelengths.len();
-        let means: Vec<Mean> = (0..columns.len() * N_STRATA)
-            .into_par_iter()
-            .map(|index| {
-                let stratum = columns[index / N_STRATA].stratum(index % N_STRATA);
-                let mean = stratum.map(|stratum| {
-                    let mut mean = paths.mean(&stratum, request.paths_per_node);
-                    request.dim(&stratum, &mut mean);
-                    mean
-                });
-                mean.unwrap_or_else(|| Mean::dark(n_wavelengths))
-            })
-            .collect();
-        let mut light = Self {
+        let lattice = |grid| Lattice::new(grid, bounds, request);
+        let (grid, means) = two_levels::means(&paths, &lattice(coarse), lattice(fine));
+        let spectra = means.iter().flat_map(|mean| &mean.source_sr1);
+        Ok(Some(Self {
             grid,
-            n_wavelengths,
-            source_sr1: Vec::with_capacity(means.len() * n_wavelengths),
-            error_cd_m2: Vec::with_capacity(means.len()),
-        };
-        for node in nearest {
-            for stratum in 0..N_STRATA {
-                // Strata deeper than the drops hold what the deepest one does.
-                let mean = &means[node * N_STRATA + columns[node].deepest(stratum)];
-                light.source_sr1.extend(&mean.source_sr1);
-                light.error_cd_m2.push(mean.error_cd_m2);
-            }
-        }
-        Ok(Some(light))
+            n_wavelengths: request.table.wavelengths.len(),
+            source_sr1: spectra.copied().collect(),
+            error_cd_m2: means.iter().map(|mean| mean.error_cd_m2).collect(),
+        }))
     }
 
     /// Add to `out` the light of a ray on which the drops let `transmittance` pass; returns its
@@ -178,46 +149,4 @@ impl MultipleLight {
         }
         error_cd_m2
     }
-}
-
-impl OrdersRequest<'_> {
-    /// Take away what the air in front of a stratum and above it absorbs and scatters.
-    fn dim(&self, stratum: &Stratum, mean: &mut Mean) {
-        let mut transmitted = vec![1.0_f32; mean.source_sr1.len()];
-        let place = stratum.middle();
-        if let Some(air) = self.sunlight_air {
-            match air.to_sun(place) {
-                Some(lengths) => air.transmit(&lengths, &mut transmitted),
-                None => transmitted.fill(0.0),
-            }
-            mean.dim(&transmitted);
-        }
-        if let Some(air) = self.view_air {
-            let ray = air.ray(self.eye, stratum.direction());
-            let lengths = air.to_eye(ray, place.distance(self.eye));
-            air.transmit(&lengths, &mut transmitted);
-            mean.dim(&transmitted);
-        }
-    }
-}
-
-/// For each node the nearest one whose column holds drops: itself, or for rays past the drops a
-/// neighbor.
-fn nearest_with_drops(grid: &ViewGrid, columns: &[Column]) -> Vec<usize> {
-    let with_drops: Vec<usize> = (0..columns.len())
-        .filter(|node| columns[*node].stratum(0).is_some())
-        .collect();
-    let nearest = |node: usize| {
-        let direction = grid.direction(node);
-        let cosine = |other: &usize| grid.direction(*other).dot(direction);
-        let best = with_drops.iter().copied();
-        // The first of the nearest.
-        best.max_by(|a, b| cosine(a).total_cmp(&cosine(b)).then(b.cmp(a)))
-    };
-    (0..columns.len())
-        .map(|node| match columns[node].stratum(0) {
-            Some(_) => node,
-            None => nearest(node).unwrap_or(node),
-        })
-        .collect()
 }

@@ -4,6 +4,8 @@
 //! and density over 64^3 nodes and on a homogeneous box, 640 x 480 rays, shadows on, the same table
 //! and sun volume on both sides (`cargo bench -p niji-render`, November 2026).
 
+use crate::drop_orders::n_paths;
+
 /// How the integral along a view ray through the drops is taken.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Integration {
@@ -106,15 +108,26 @@ pub enum DropOrders {
     /// Once.
     SingleScattering,
     /// Any number of times: the first order as before, and light that was scattered before, by paths
-    /// on a coarse lattice of view directions. Standard error of that light in a fog bank of optical
-    /// depth 1 to 3, 41 wavelengths: 9 % with 512 paths, 1.6 % with 16384, as large at all
-    /// directions at once; a path takes 1.5 us of a core (November 2026).
+    /// on two lattices of view directions, a coarse one with many and one four times as fine with few.
     MultipleScattering {
-        /// Directions along both sides of the lattice, 2 to 512.
+        /// Directions along both sides of the coarse lattice, 2 to 128.
         nodes_across: usize,
-        /// Paths from each direction and each quarter of the light seen there, 2 to 2^20.
+        /// Paths from each direction of it and each quarter of the light seen there, 2 to 2^20.
         paths_per_node: usize,
     },
+}
+
+impl DropOrders {
+    /// Paths that are followed from each quarter of the light seen, in all directions together.
+    pub fn n_paths(self) -> usize {
+        match self {
+            Self::SingleScattering => 0,
+            Self::MultipleScattering {
+                nodes_across,
+                paths_per_node,
+            } => n_paths(nodes_across, paths_per_node),
+        }
+    }
 }
 
 /// What of a pixel is seen.

@@ -29,7 +29,7 @@ const MAX_COORDINATE_M: f64 = 1e7;
 /// Largest settings of the levels that count something.
 const MAX_STEPS: usize = 1_000_000;
 const MAX_NODES: usize = 256;
-const MAX_DIRECTIONS: usize = 512;
+const MAX_DIRECTIONS: usize = 128;
 const MAX_PATHS: usize = 1 << 20;
 const MAX_RAYS_PER_SIDE: u32 = 64;
 const MAX_DEBYE_ORDER: u32 = 7;

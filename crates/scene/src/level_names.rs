@@ -63,10 +63,10 @@ pub(crate) enum DropOrdersName {
     SingleScattering,
     /// Any number of times, by random paths on a coarse lattice of view directions.
     MultipleScattering {
-        /// Directions along both sides of the lattice.
-        #[schemars(range(min = 2, max = 512))]
+        /// Directions along both sides of the coarse lattice; four times as many share the rest of the time.
+        #[schemars(range(min = 2, max = 128))]
         nodes_across: usize,
-        /// Paths for every direction.
+        /// Paths for every direction of the coarse lattice.
         #[schemars(range(min = 2, max = 1_048_576))]
         paths_per_node: usize,
     },

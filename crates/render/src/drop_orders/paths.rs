@@ -1,6 +1,7 @@
 //! The mean over paths of the light that reaches a view ray after two or more drops.
 
 use std::f64::consts::TAU;
+use std::ops::Range;
 
 use glam::DVec3;
 use niji_dropfield::Bricks;
@@ -33,6 +34,7 @@ pub(super) struct Paths<'a> {
 }
 
 /// The mean of a stratum.
+#[derive(Clone)]
 pub(super) struct Mean {
     /// J for unit irradiance by wavelength [1/sr].
     pub(super) source_sr1: Vec<f32>,
@@ -88,6 +90,38 @@ impl Mean {
         }
     }
 
+    /// Add a share of another.
+    pub(super) fn add(&mut self, share: f32, other: &Self) {
+        for (source, other) in self.source_sr1.iter_mut().zip(&other.source_sr1) {
+            *source += share * other;
+        }
+        self.error_cd_m2 += share * other.error_cd_m2;
+    }
+
+    /// No light below zero.
+    pub(super) fn keep_positive(&mut self) {
+        for source in &mut self.source_sr1 {
+            *source = source.max(0.0);
+        }
+    }
+
+    /// What it differs by from another; it counts as exact.
+    pub(super) fn minus(&self, other: &Self) -> Self {
+        let mut difference = self.clone();
+        let pairs = difference.source_sr1.iter_mut().zip(&other.source_sr1);
+        pairs.for_each(|(source, other)| *source -= other);
+        difference
+    }
+
+    /// Its luminance [cd/m²].
+    pub(super) fn luminance_cd_m2(&self, weights: &[f64]) -> f32 {
+        let spectrum = self.source_sr1.iter().zip(weights);
+        // f32: an estimate.
+        spectrum
+            .map(|(source, weight)| f64::from(*source) * weight)
+            .sum::<f64>() as f32
+    }
+
     /// Let part of the light pass.
     pub(super) fn dim(&mut self, transmitted: &[f32]) {
         for (source, transmitted) in self.source_sr1.iter_mut().zip(transmitted) {
@@ -97,17 +131,16 @@ impl Mean {
 }
 
 impl Paths<'_> {
-    /// J of a stratum from so many paths.
-    pub(super) fn mean(&self, stratum: &Stratum, n_paths: usize) -> Mean {
+    /// J of a stratum from some paths.
+    pub(super) fn mean(&self, stratum: &Stratum, of_paths: Range<usize>) -> Mean {
         let n_wavelengths = self.phase.n_wavelengths();
+        let n = of_paths.len() as f64;
         let mut sums = vec![0.0_f64; n_wavelengths];
         let (mut luminance, mut square) = (0.0, 0.0);
         let mut room = Room::new(n_wavelengths);
-        // Other paths in each stratum of a column, so that their errors are not the same.
-        let first = (stratum.index * n_paths) as u64;
-        for path in first..first + n_paths as u64 {
+        for path in of_paths {
             room.light.fill(0.0);
-            self.follow(stratum, path, &mut room);
+            self.follow(stratum, path as u64, &mut room);
             let mut of_path = 0.0;
             for ((sum, light), weight) in
                 sums.iter_mut().zip(&room.light).zip(self.luminance_weights)
@@ -118,7 +151,6 @@ impl Paths<'_> {
             luminance += of_path;
             square += of_path * of_path;
         }
-        let n = n_paths as f64;
         let variance = (square / n - (luminance / n).powi(2)).max(0.0);
         Mean {
             // f32: a mean that is known to percents.

@@ -155,6 +155,18 @@ impl ViewGrid {
         cos_theta * self.axes.sun + sin_theta * (cos_azimuth * u + sin_azimuth * v)
     }
 
+    /// The nodes before and after a node along both axes; at an end the node itself stands for both.
+    pub(crate) fn neighbors(&self, node: usize) -> [[usize; 2]; 2] {
+        let n = self.azimuth.n_nodes;
+        let (row, column) = (node / n, node % n);
+        [
+            self.theta.neighbors(row).map(|row| row * n + column),
+            self.azimuth
+                .neighbors(column)
+                .map(|column| row * n + column),
+        ]
+    }
+
     /// Nodes around a direction with weights that sum to 1.
     pub(crate) fn around(&self, direction: DVec3) -> [(usize, f32); 4] {
         let (theta_rad, azimuth_rad) = self.axes.angles_rad(direction);
@@ -213,6 +225,16 @@ impl Line {
 
     fn node(&self, index: usize) -> f64 {
         self.start + index as f64 * self.step
+    }
+
+    fn neighbors(&self, index: usize) -> [usize; 2] {
+        let last = self.n_nodes - 1;
+        match (index, self.closed) {
+            (0, true) => [last, 1],
+            (index, true) => [index - 1, (index + 1) % self.n_nodes],
+            (index, false) if index == 0 || index == last => [index; 2],
+            (index, false) => [index - 1, index + 1],
+        }
     }
 
     /// The two nodes around a value with their weights; the ends hold beyond them.

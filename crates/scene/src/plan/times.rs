@@ -132,14 +132,10 @@ impl Work {
     /// Pixels that take as long as the paths of light of further orders.
     fn pixels_of_paths(&self, orders: DropOrders) -> f64 {
         match orders {
-            DropOrders::MultipleScattering {
-                nodes_across,
-                paths_per_node,
-            } if self.follows_orders => {
-                let nodes = (nodes_across as f64).powi(2);
+            DropOrders::MultipleScattering { .. } if self.follows_orders => {
                 let (alone, by_wavelength) = PIXELS_PER_PATH;
                 let of_path = alone * (1.0 + by_wavelength * self.n_wavelengths);
-                PARTS_OF_RAY * nodes * paths_per_node as f64 * of_path
+                PARTS_OF_RAY * orders.n_paths() as f64 * of_path
             }
             DropOrders::SingleScattering | DropOrders::MultipleScattering { .. } => 0.0,
         }

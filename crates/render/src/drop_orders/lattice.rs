@@ -1,0 +1,111 @@
+//! Directions on a lattice, what they see of the drops, and the means of paths there.
+
+use niji_geometry::Aabb;
+use niji_geometry::Ray;
+use rayon::prelude::*;
+
+use super::OrdersRequest;
+use super::column::Column;
+use super::column::N_STRATA;
+use super::column::Stratum;
+use super::paths::Mean;
+use super::paths::Paths;
+use super::view_grid::ViewGrid;
+
+/// What is seen along the directions of a lattice.
+pub(super) struct Lattice<'a> {
+    pub(super) request: &'a OrdersRequest<'a>,
+    pub(super) grid: ViewGrid,
+    columns: Vec<Column>,
+    /// For each node the nearest one whose column holds drops: itself, or for rays past the drops
+    /// another.
+    nearest: Vec<usize>,
+}
+
+impl<'a> Lattice<'a> {
+    /// Look along all directions.
+    pub(super) fn new(grid: ViewGrid, bounds: Aabb, request: &'a OrdersRequest<'a>) -> Self {
+        let columns: Vec<Column> = (0..grid.n_nodes())
+            .into_par_iter()
+            .map(|node| {
+                let ray = Ray {
+                    origin: request.eye,
+                    direction: grid.direction(node),
+                };
+                Column::along(request.drops.bricks(), bounds, ray)
+            })
+            .collect();
+        let nearest = nearest_with_drops(&grid, &columns);
+        Self {
+            request,
+            grid,
+            columns,
+            nearest,
+        }
+    }
+
+    /// Means of so many paths by node and stratum, dimmed by air.
+    pub(super) fn means(&self, paths: &Paths, n_paths: usize) -> Vec<Mean> {
+        let found: Vec<Option<Mean>> = (0..self.columns.len() * N_STRATA)
+            .into_par_iter()
+            .map(|index| {
+                let stratum = self.columns[index / N_STRATA].stratum(index % N_STRATA)?;
+                // Other paths in each stratum, so that their errors are not the same.
+                let first = stratum.index * self.request.paths_per_node;
+                let mut mean = paths.mean(&stratum, first..first + n_paths);
+                self.dim(&stratum, &mut mean);
+                Some(mean)
+            })
+            .collect();
+        let at = |index: usize| {
+            let node = self.nearest[index / N_STRATA];
+            // Strata deeper than the drops hold what the deepest one does.
+            let stratum = self.columns[node].deepest(index % N_STRATA);
+            let dark = || Mean::dark(self.request.table.wavelengths.len());
+            found[node * N_STRATA + stratum]
+                .clone()
+                .unwrap_or_else(dark)
+        };
+        (0..found.len()).map(at).collect()
+    }
+
+    /// Take away what the air in front of a stratum and above it absorbs and scatters.
+    fn dim(&self, stratum: &Stratum, mean: &mut Mean) {
+        let request = self.request;
+        let mut transmitted = vec![1.0_f32; mean.source_sr1.len()];
+        let place = stratum.middle();
+        if let Some(air) = request.sunlight_air {
+            match air.to_sun(place) {
+                Some(lengths) => air.transmit(&lengths, &mut transmitted),
+                None => transmitted.fill(0.0),
+            }
+            mean.dim(&transmitted);
+        }
+        if let Some(air) = request.view_air {
+            let ray = air.ray(request.eye, stratum.direction());
+            let lengths = air.to_eye(ray, place.distance(request.eye));
+            air.transmit(&lengths, &mut transmitted);
+            mean.dim(&transmitted);
+        }
+    }
+}
+
+fn nearest_with_drops(grid: &ViewGrid, columns: &[Column]) -> Vec<usize> {
+    let with_drops: Vec<usize> = (0..columns.len())
+        .filter(|node| columns[*node].stratum(0).is_some())
+        .collect();
+    let nearest = |node: usize| {
+        let direction = grid.direction(node);
+        let cosine = |other: &usize| grid.direction(*other).dot(direction);
+        let best = with_drops.iter().copied();
+        // The first of the nearest.
+        best.max_by(|a, b| cosine(a).total_cmp(&cosine(b)).then(b.cmp(a)))
+    };
+    (0..columns.len())
+        .into_par_iter()
+        .map(|node| match columns[node].stratum(0) {
+            Some(_) => node,
+            None => nearest(node).unwrap_or(node),
+        })
+        .collect()
+}

@@ -1,0 +1,125 @@
+//! Light on a fine lattice of directions from many paths on a coarse one and few on both.
+//!
+//! J(d) = J_many(d) + k (J_few(d) - J~_few(d)),   k = 1 - (sigma/delta)² where |delta| > sigma, else 0
+//!
+//! `J_many` and `J~_few` interpolated from the coarse lattice, `J_few` of the first few of the same
+//! paths at the direction itself, `delta` the luminance of its difference from `J~_few`, `sigma` the
+//! standard error of `J_few`. The top of a waterfall is sharper than any coarse lattice; what few paths
+//! see of it is far above their noise, which neighboring directions have in common and which goes out
+//! of the difference. Inside fog there is nothing but noise, and the differences are left out: k is that
+//! of James and Stein's estimate.
+//!
+//! In the spray of a waterfall, 24 nodes across with 16384 paths erred by 0.015 gray cards in the sun
+//! alone and by 0.004 with the fine lattice, in 1.7 times the time of the whole picture; a bank of fog
+//! errs by 0.3 % of its light with both (RMS, November 2026, against 128 nodes and 131072 paths).
+
+use super::column::N_STRATA;
+use super::lattice::Lattice;
+use super::paths::Mean;
+use super::paths::Paths;
+use super::view_grid::ViewGrid;
+
+/// Nodes of the fine lattice along each side over those of the coarse one.
+pub(super) const FINER: usize = 4;
+
+/// Many paths over few: so both lattices take as long.
+const FEWER: usize = FINER * FINER;
+
+/// Below that, the noise of paths is not known well enough to be left out.
+const LEAST_PATHS: usize = 32;
+
+/// Paths that are followed on both lattices, for each stratum.
+pub(crate) fn n_paths(nodes_across: usize, paths_per_node: usize) -> usize {
+    let few = few_of(paths_per_node);
+    nodes_across.pow(2) * (paths_per_node + few + FINER.pow(2) * few)
+}
+
+fn few_of(many: usize) -> usize {
+    (many / FEWER).max(LEAST_PATHS).min(many)
+}
+
+/// The means of the fine lattice by node and stratum; their errors are those of paths and of
+/// interpolation between the nodes.
+pub(super) fn means(paths: &Paths, coarse: &Lattice, fine: Lattice) -> (ViewGrid, Vec<Mean>) {
+    let n_many = coarse.request.paths_per_node;
+    let n_few = few_of(n_many);
+    let many = coarse.means(paths, n_many);
+    let few = coarse.means(paths, n_few);
+    let weights = paths.luminance_weights;
+    let mut means = fine.means(paths, n_few);
+    for (index, mean) in means.iter_mut().enumerate() {
+        let around = coarse.grid.around(fine.grid.direction(index / N_STRATA));
+        let between = |of: &[Mean]| {
+            let mut sum = Mean::dark(mean.source_sr1.len());
+            for (node, weight) in around {
+                sum.add(weight, &of[node * N_STRATA + index % N_STRATA]);
+            }
+            sum
+        };
+        let difference = mean.minus(&between(&few));
+        let mut sum = between(&many);
+        sum.add(share_above_noise(&difference, weights), &difference);
+        sum.keep_positive();
+        *mean = sum;
+    }
+    let errors = interpolation_errors(&fine.grid, &means, weights);
+    for (mean, error) in means.iter_mut().zip(errors) {
+        mean.error_cd_m2 = mean.error_cd_m2.hypot(error);
+    }
+    (fine.grid, means)
+}
+
+/// k.
+fn share_above_noise(difference: &Mean, luminance_weights: &[f64]) -> f32 {
+    let delta = difference.luminance_cd_m2(luminance_weights);
+    let noise = difference.error_cd_m2;
+    if delta.abs() > noise {
+        1.0 - (noise / delta).powi(2)
+    } else {
+        0.0
+    }
+}
+
+/// Half of what the luminance of a node differs from the middle of its neighbors, summed over both axes
+/// [cd/m²]: four times the largest error of linear interpolation where light changes smoothly, and
+/// about that error where it jumps.
+fn interpolation_errors(grid: &ViewGrid, means: &[Mean], luminance_weights: &[f64]) -> Vec<f32> {
+    let luminances: Vec<f32> = means
+        .iter()
+        .map(|mean| mean.luminance_cd_m2(luminance_weights))
+        .collect();
+    let error = |index: usize| {
+        let at = |node: usize| luminances[node * N_STRATA + index % N_STRATA];
+        let node = index / N_STRATA;
+        let along = |[before, after]: [usize; 2]| at(node) - 0.5 * (at(before) + at(after));
+        let off = grid.neighbors(node).map(along);
+        0.5 * off.iter().map(|off| off.abs()).sum::<f32>()
+    };
+    (0..means.len()).map(error).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WEIGHTS: [f64; 2] = [1.0, 2.0];
+
+    fn mean(source_sr1: [f32; 2], error_cd_m2: f32) -> Mean {
+        Mean {
+            source_sr1: source_sr1.to_vec(),
+            error_cd_m2,
+        }
+    }
+
+    #[test]
+    fn noise_is_left_out_and_what_is_far_above_it_stays() {
+        let share =
+            |difference: [f32; 2], noise| share_above_noise(&mean(difference, noise), &WEIGHTS);
+        assert_eq!(share([0.1, -0.3], 0.6), 0.0);
+        assert_eq!(share([0.0, 0.0], 0.0), 0.0);
+        assert_eq!(share([0.0, 1.0], 0.0), 1.0);
+        // delta 2, sigma 1.
+        assert!((share([0.0, -1.0], 1.0) - 0.75).abs() < 1e-6);
+        assert!(share([0.0, 1.0], 0.01) > 0.9999);
+    }
+}
