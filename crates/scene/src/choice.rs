@@ -18,6 +18,7 @@
 
 use std::fmt::Write as _;
 
+use niji_render::AirPath;
 use niji_render::PixelFootprint;
 use niji_scatter::Theory;
 use serde::Serialize;
@@ -255,6 +256,10 @@ fn candidates(decision: &Decision, request: &ChoiceRequest<'_>) -> Vec<Candidate
     if decision.key == THEORY {
         keep_orders_apart(request.scene, &mut found);
     }
+    if decision.key == AIR_PATH && request.plan.is_on(Effect::Sky) {
+        // Its error is measured as that of the air in front of drops; a sky has no end of it.
+        found.retain(|it| it.levels.air_path != AirPath::Constant);
+    }
     if let Goal::Tolerance(tolerance) = request.goal {
         let share = SHARE_FOR_LEVELS * SHARE_FOR_RAYS * tolerance;
         leave_to_the_rays(decision, &mut found, share);
@@ -267,6 +272,9 @@ fn candidates(decision: &Decision, request: &ChoiceRequest<'_>) -> Vec<Candidate
 
 /// The decision between theories.
 const THEORY: &str = "theory";
+
+/// The decision between ways to find the air's optical depths.
+const AIR_PATH: &str = "air_path";
 
 /// The exact theory of a scene: Lorenz-Mie, or, because that holds all orders at once, the Debye series
 /// where the scene leaves one of them out.
