@@ -84,6 +84,15 @@ struct Level {
     footprint: PixelFootprint,
 }
 
+/// About as much error as two percent.
+const LOOSE: Level = Level {
+    name: "loose: 5e-2, center",
+    table_error: 5e-2,
+    integration: Integration::Adaptive {
+        relative_error: 1e-1,
+    },
+    footprint: PixelFootprint::Center,
+};
 const DRAFT: Level = Level {
     name: "draft: 2e-2, center",
     table_error: 2e-2,
@@ -98,6 +107,12 @@ const STANDARD: Level = Level {
     integration: Integration::CellExact,
     footprint: PixelFootprint::Prefiltered,
 };
+/// About as much error as a thousandth.
+const CLOSE: Level = Level {
+    name: "close: 1e-3, prefiltered",
+    table_error: 1e-3,
+    ..STANDARD
+};
 const FINE: Level = Level {
     name: "fine: 5e-4, prefiltered",
     table_error: 5e-4,
@@ -108,7 +123,7 @@ const RAYS: Level = Level {
     footprint: PixelFootprint::Grid { n: 2 },
     ..FINE
 };
-const LEVELS: [Level; 4] = [DRAFT, STANDARD, FINE, RAYS];
+const LEVELS: [Level; 6] = [LOOSE, DRAFT, STANDARD, CLOSE, FINE, RAYS];
 
 const REFERENCE: Level = Level {
     name: "reference",

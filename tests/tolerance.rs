@@ -90,6 +90,42 @@ fn the_tolerance_is_kept_against_the_reference() {
     }
 }
 
+/// How many times a tolerance may be missed at worst.
+const WORST_MISS: f64 = 2.0;
+
+#[test]
+fn of_ten_shipped_scenes_nine_keep_their_tolerance_and_none_misses_it_twice() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("data");
+    let mut reader = csv::Reader::from_path(folder.join("measurements/tolerances.csv")).unwrap();
+    let header = reader.headers().unwrap().clone();
+    let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
+    assert!(rows.len() >= 30, "{} scenes", rows.len());
+    let column = |name: &str| header.iter().position(|found| found == name).unwrap();
+    let [name, tolerance, off] = ["scene", "tolerance", "true_error"].map(column);
+    let misses = rows.iter().map(|row| {
+        let scene = folder.join("scenes").join(format!("{}.toml", &row[name]));
+        assert!(scene.exists(), "{} is no shipped scene", &row[name]);
+        let [off, tolerance] = [off, tolerance].map(|index| row[index].parse::<f64>().unwrap());
+        off / tolerance
+    });
+    let misses: Vec<f64> = misses.collect();
+    let n_kept = misses.iter().filter(|miss| **miss <= 1.0).count();
+    assert!(
+        10 * n_kept >= 9 * misses.len(),
+        "{n_kept} of {}",
+        misses.len()
+    );
+    let worst = misses.iter().copied().fold(0.0, f64::max);
+    assert!(worst <= WORST_MISS, "{worst}");
+}
+
+#[test]
+fn a_sky_is_not_made_of_air_as_dense_everywhere_as_at_the_eye() {
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/scenes/clear-sky.toml");
+    let plan = json(&["plan", text(&scene), "--json", "--tolerance", "0.5"]);
+    assert_eq!(level(&plan["choice"], "air_path")["level"], "table");
+}
+
 #[test]
 fn plan_run_and_chain_choose_alike() {
     let folder = tempfile::tempdir().unwrap();
