@@ -84,15 +84,6 @@ struct Level {
     footprint: PixelFootprint,
 }
 
-/// About as much error as two percent.
-const LOOSE: Level = Level {
-    name: "loose: 5e-2, center",
-    table_error: 5e-2,
-    integration: Integration::Adaptive {
-        relative_error: 1e-1,
-    },
-    footprint: PixelFootprint::Center,
-};
 const DRAFT: Level = Level {
     name: "draft: 2e-2, center",
     table_error: 2e-2,
@@ -123,7 +114,7 @@ const RAYS: Level = Level {
     footprint: PixelFootprint::Grid { n: 2 },
     ..FINE
 };
-const LEVELS: [Level; 6] = [LOOSE, DRAFT, STANDARD, CLOSE, FINE, RAYS];
+const LEVELS: [Level; 5] = [DRAFT, STANDARD, CLOSE, FINE, RAYS];
 
 const REFERENCE: Level = Level {
     name: "reference",
