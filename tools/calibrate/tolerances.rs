@@ -11,8 +11,8 @@
 //! - the error of the table doubles until it has no more than 200 rows. With drops of 10 um to 1.5 mm, a
 //!   table of 0.01 instead of 0.001 changed the picture by 0.0002;
 //! - lengths of air come from its table: on a hazy scene 0.0001 from quadrature;
-//! - light of further orders comes from other nodes and paths than that of the best level, so that the
-//!   noise of both is seen;
+//! - light of further orders comes from other nodes than that of the best level and, but for the
+//!   nearest quarter of it, from other paths, so that the noise of both is seen;
 //! - rays lie no farther apart than a tenth of a degree, and at least 12 x 12 to a pixel: where the
 //!   horizon runs along a row, 4 x 4 rays instead of 9 x 9 changed a picture by 1.6 %.
 //!

@@ -33,7 +33,8 @@ const REMEDIES: [(&str, &str); 5] = [
     ),
     (
         "orders",
-        "noise of multiple scattering: more paths_per_node in accuracy.drop_orders",
+        "multiple scattering, its noise and what lies between its directions: more paths_per_node or \
+         nodes_across in accuracy.drop_orders",
     ),
     (
         "quadrature",

@@ -9,8 +9,8 @@
 //! on. Drops absorb nothing: what extinction takes, P gives back. The integral over w needs no march of
 //! its own: the ray's transmittance is known, and J is a mean over strata of w.
 //!
-//! J is found at directions on a lattice (see `view_grid`, `two_levels`) by paths from the eye's side: the
-//! place on the view ray is drawn evenly in w, a direction from P, the next drop as in `free_flight`,
+//! J is found at directions on a lattice (see `view_grid`, `two_levels`) by paths from the eye's side:
+//! the place on the view ray is drawn evenly in w, a direction from P, the next drop as in `free_flight`,
 //! and at each drop met sunlight P T_sun is added, for all wavelengths at once. A path is drawn at
 //! one wavelength; with p_l the product of its phase functions at wavelength l, its light there
 //! counts p_l over their mean [WWL14], so that no weight exceeds the number of wavelengths. Air dims
