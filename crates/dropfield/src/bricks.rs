@@ -22,6 +22,7 @@ use std::ops::Mul;
 use glam::DVec3;
 use glam::IVec3;
 use glam::Vec3;
+use glam::Vec3A;
 use glam::Vec4;
 use glam::Vec4Swizzles;
 use rayon::prelude::*;
@@ -215,13 +216,62 @@ impl Bricks {
     /// M2 at a point (um²/m³), bit for bit that of [`Bricks::sample`]; zero outside the bricks.
     #[inline]
     pub fn m2(&self, world: DVec3) -> f32 {
-        let Some((base, local)) = self.locate(world) else {
-            return 0.0;
-        };
-        match self.interpolation {
-            Interpolation::Moments => trilinear_scalar(&self.m2[base..base + CELL_SPAN], local),
-            Interpolation::RadiusDensity => self.sample_cell(base, local).m2,
+        self.locate(world)
+            .map_or(0.0, |(base, local)| self.m2_in_cell(base, local))
+    }
+
+    /// Add M2 (um²/m³) at the points `start + i step` to each of `sums`, as [`Bricks::m2`] finds it;
+    /// points in a brick without drops are passed over together.
+    pub fn add_m2_along(&self, start: DVec3, step: DVec3, sums: &mut [f64]) {
+        // Infinite along an axis on which no step leads anywhere.
+        let per_step = self.voxel_m / step;
+        let mut index = 0;
+        while index < sums.len() {
+            let point = start + index as f64 * step;
+            if let Some((base, local)) = self.locate(point) {
+                sums[index] += f64::from(self.m2_in_cell(base, local));
+                index += 1;
+            } else {
+                index = index.saturating_add(self.steps_without_drops(point, per_step));
+            }
         }
+    }
+
+    /// Steps that lead from a point without drops to others beside it, at least one: up to the end of
+    /// its brick, whose faces have none either, or of the space outside the box. `per_step` is steps
+    /// for a voxel.
+    #[inline]
+    fn steps_without_drops(&self, point: DVec3, per_step: DVec3) -> usize {
+        let position = (point - self.origin_m) * self.inverse_voxel_m;
+        let (mut in_brick, mut outside) = (f64::INFINITY, None::<f64>);
+        for axis in 0..3 {
+            let (at, per_step) = (position[axis], per_step[axis]);
+            let steps_to = |end: f64| (end - at) * per_step;
+            let box_end = f64::from(self.n_slots[axis] * BRICK_DIM);
+            if at >= 0.0 && at < box_end {
+                let brick = at as i32 & -BRICK_DIM;
+                let end = if per_step > 0.0 {
+                    brick + BRICK_DIM
+                } else {
+                    brick
+                };
+                // Before the end nothing may be: a number that is not one is no end.
+                in_brick = in_brick.min(steps_to(f64::from(end)));
+            } else {
+                let end = if at < 0.0 { 0.0 } else { box_end };
+                let n_steps = steps_to(end);
+                // Away from the box, or beside it for ever.
+                let n_steps = if n_steps >= 0.0 {
+                    n_steps
+                } else {
+                    f64::INFINITY
+                };
+                outside = Some(outside.map_or(n_steps, |n| n.max(n_steps)));
+            }
+        }
+        // Where a point is outside along one axis, the others do not matter. Infinity converts to the
+        // largest number.
+        (outside.unwrap_or(in_brick) as usize).max(1)
     }
 
     /// The cell around a point, by the place of its lowest corner, and local coordinates in 0..1, to
@@ -261,6 +311,7 @@ impl Bricks {
     /// The point at distance t is `origin + t direction`; a unit direction makes t metres. Each
     /// cell's exit is exactly the next cell's entry, and a ray that runs in a face between cells
     /// belongs to the upper one.
+    #[inline]
     pub fn segments(&self, origin: DVec3, direction: DVec3, t_range: (f64, f64)) -> Segments<'_> {
         Segments::new(
             self,
@@ -302,6 +353,7 @@ impl Bricks {
     }
 
     /// Lattice coordinates of a world position: whole numbers are nodes.
+    #[inline]
     fn to_lattice(&self, world: DVec3) -> DVec3 {
         (world - self.origin_m) / self.voxel_m
     }
@@ -324,6 +376,14 @@ impl Bricks {
         self.m2_ranges[brick as usize]
     }
 
+    #[inline]
+    fn m2_in_cell(&self, base: usize, local: Vec3) -> f32 {
+        match self.interpolation {
+            Interpolation::Moments => trilinear_scalar(&self.m2[base..base + CELL_SPAN], local),
+            Interpolation::RadiusDensity => self.sample_cell(base, local).m2,
+        }
+    }
+
     /// The field inside a cell at local coordinates in 0..=1.
     #[inline]
     pub(crate) fn sample_cell(&self, base: usize, local: Vec3) -> Sample {
@@ -344,7 +404,7 @@ impl Bricks {
 
     /// All lanes inside a cell on the line from `start` to `start + way` in local coordinates.
     #[inline]
-    pub(crate) fn cubic_in_cell(&self, base: usize, start: Vec3, way: Vec3) -> [Vec4; 4] {
+    pub(crate) fn cubic_in_cell(&self, base: usize, start: Vec3A, way: Vec3A) -> [Vec4; 4] {
         trilinear_along(&self.nodes[base..base + CELL_SPAN], start, way)
     }
 }
@@ -353,7 +413,7 @@ impl Bricks {
 /// quadratic on two faces, cubic between them. Where all corners are equal, so are all values: the
 /// differences vanish exactly.
 #[inline]
-fn trilinear_along(cell: &[Vec4], start: Vec3, way: Vec3) -> [Vec4; 4] {
+fn trilinear_along(cell: &[Vec4], start: Vec3A, way: Vec3A) -> [Vec4; 4] {
     let edge = |low: usize| {
         let rise = cell[low + STRIDE_X] - cell[low];
         [cell[low] + rise * start.x, rise * way.x]

@@ -15,7 +15,7 @@ use niji_geometry::Aabb;
 use rayon::prelude::*;
 
 use crate::error::Error;
-use crate::lit_drops::extinction_m1;
+use crate::piece::EXTINCTION_PER_M2;
 
 /// 256 MiB of f32.
 const MAX_NODES: f64 = (1_u64 << 26) as f64;
@@ -89,6 +89,7 @@ impl SunSweep {
             .clamp(1.0, MAX_STRETCHES);
         let crossing = Crossing {
             to_next,
+            to_column: self.node([0, 0, 1]) - self.node([0, 0, 0]),
             n_stretches: n_stretches as usize,
             row_step: to_next[second] / self.spacing_m[second],
             column_step: to_next[third] / self.spacing_m[third],
@@ -110,10 +111,10 @@ impl SunSweep {
                 .par_chunks_mut(n_columns)
                 .enumerate()
                 .for_each(|(row, values)| {
+                    let first = self.node([layer, row, 0]);
+                    crossing.depths_between(bricks, first, values);
                     for (column, value) in values.iter_mut().enumerate() {
-                        let node = self.node([layer, row, column]);
-                        let behind = crossing.depth_at_next(&before, row, column);
-                        *value = behind + crossing.depth_between(bricks, node);
+                        *value += crossing.depth_at_next(&before, row, column);
                     }
                 });
             let stored = &mut depths[layer * layer_size..(layer + 1) * layer_size];
@@ -169,6 +170,8 @@ impl SunSweep {
 /// The way from a node to the next layer on the sun's side.
 struct Crossing {
     to_next: DVec3,
+    /// The way to the next node of the row.
+    to_column: DVec3,
     n_stretches: usize,
     row_step: f64,
     column_step: f64,
@@ -196,16 +199,22 @@ impl Crossing {
         along(lower_row) * (1.0 - up) + along(lower_row + 1) * up
     }
 
-    /// Optical depth from a node to the next layer.
-    fn depth_between(&self, bricks: &[Bricks], node: DVec3) -> f64 {
+    /// Optical depths from the nodes of a row to the next layer.
+    fn depths_between(&self, bricks: &[Bricks], first: DVec3, depths: &mut [f64]) {
         let n = self.n_stretches as f64;
-        let mut sum = 0.0;
+        depths.fill(0.0);
         for stretch in 0..self.n_stretches {
             for offset in [-GAUSS_OFFSET, GAUSS_OFFSET] {
                 let fraction = (stretch as f64 + 0.5 + offset) / n;
-                sum += extinction_m1(bricks, node + fraction * self.to_next);
+                let start = first + fraction * self.to_next;
+                for mode in bricks {
+                    mode.add_m2_along(start, self.to_column, depths);
+                }
             }
         }
-        sum * 0.5 * self.to_next.length() / n
+        let depth_per_m2 = EXTINCTION_PER_M2 * 0.5 * self.to_next.length() / n;
+        for depth in depths {
+            *depth *= depth_per_m2;
+        }
     }
 }
