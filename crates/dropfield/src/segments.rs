@@ -11,6 +11,7 @@
 use glam::DVec3;
 use glam::IVec3;
 use glam::Vec3;
+use glam::Vec3A;
 use glam::Vec4;
 
 use crate::Bricks;
@@ -30,8 +31,8 @@ pub struct Segment<'a> {
     bricks: &'a Bricks,
     brick: u32,
     base: usize,
-    local_enter: Vec3,
-    local_exit: Vec3,
+    local_enter: Vec3A,
+    local_exit: Vec3A,
 }
 
 impl Segment<'_> {
@@ -39,7 +40,7 @@ impl Segment<'_> {
     #[inline]
     pub fn sample(&self, fraction: f32) -> Sample {
         let local = self.local_enter * (1.0 - fraction) + self.local_exit * fraction;
-        self.bricks.sample_cell(self.base, local)
+        self.bricks.sample_cell(self.base, Vec3::from(local))
     }
 
     /// The lanes of [`Sample`] along the run, as the factors c0 to c3 of the cubic
@@ -69,11 +70,14 @@ pub struct Segments<'a> {
     upwards: IVec3,
     cell: IVec3,
     brick: u32,
+    /// Distances at which the ray leaves the cell along each axis.
+    exits: DVec3,
     t: f64,
     t_end: f64,
 }
 
 impl<'a> Segments<'a> {
+    #[inline]
     pub(crate) fn new(
         bricks: &'a Bricks,
         origin: DVec3,
@@ -92,43 +96,46 @@ impl<'a> Segments<'a> {
             upwards,
             cell: IVec3::ZERO,
             brick: NO_BRICK,
+            exits: DVec3::INFINITY,
             t,
             t_end,
         };
         if segments.t < segments.t_end {
             segments.cell = segments.cell_at(t).clamp(IVec3::ZERO, n_cells - 1);
             segments.brick = bricks.brick_of(segments.cell);
+            segments.exits = segments.exits_of(1);
         }
         segments
     }
 
+    /// The cell at a distance inside the lattice. What rounding puts below 0 becomes 0.
+    #[inline]
     fn cell_at(&self, t: f64) -> IVec3 {
-        (self.origin + self.direction * t).floor().as_ivec3()
+        (self.origin + self.direction * t).as_ivec3()
     }
 
-    /// The axis of the next crossing and its distance, for planes `size` cells apart.
-    fn next_crossing(&self, size: i32) -> (usize, f64) {
+    /// Distance at which the ray leaves a block of `size` cells along an axis.
+    #[inline]
+    fn exit_of(&self, axis: usize, size: i32) -> f64 {
         // Round down to the block, then up to its far side where the ray runs upwards.
-        let block = self.cell & -size;
-        let plane = (block + self.upwards * size).as_dvec3();
-        let at = |axis: usize| {
-            // Against the stored direction: only an exact 0 never crosses.
-            let parallel = self.direction[axis] == 0.0;
-            let t = (plane[axis] - self.origin[axis]) * self.inverse[axis];
-            if parallel { f64::INFINITY } else { t }
-        };
-        let (tx, ty, tz) = (at(0), at(1), at(2));
-        if tx <= ty && tx <= tz {
-            (0, tx)
-        } else if ty <= tz {
-            (1, ty)
+        let block = self.cell[axis] & -size;
+        let plane = f64::from(block + self.upwards[axis] * size);
+        // Against the stored direction: only an exact 0 never crosses.
+        if self.direction[axis] == 0.0 {
+            f64::INFINITY
         } else {
-            (2, tz)
+            (plane - self.origin[axis]) * self.inverse[axis]
         }
+    }
+
+    #[inline]
+    fn exits_of(&self, size: i32) -> DVec3 {
+        DVec3::from([0, 1, 2].map(|axis| self.exit_of(axis, size)))
     }
 
     /// Go on to the cell behind the far face of a block of `size` cells; the end of the ray where
     /// that is outside the lattice.
+    #[inline]
     fn cross(&mut self, axis: usize, size: i32) {
         let block = self.cell[axis] & -size;
         self.cell[axis] = if self.upwards[axis] == 1 {
@@ -145,11 +152,14 @@ impl<'a> Segments<'a> {
         if size == BRICK_DIM || new_brick {
             self.brick = self.bricks.brick_of(self.cell);
         }
+        if size == 1 {
+            self.exits[axis] = self.exit_of(axis, 1);
+        }
     }
 
     /// Leave a brick without drops at once.
     fn skip_brick(&mut self) {
-        let (axis, t_exit) = self.next_crossing(BRICK_DIM);
+        let (axis, t_exit) = first(self.exits_of(BRICK_DIM));
         self.t = self.t.max(t_exit);
         if self.t >= self.t_end {
             return;
@@ -161,15 +171,17 @@ impl<'a> Segments<'a> {
         self.cell = self.cell_at(self.t).clamp(low, high);
         self.cell[axis] = along;
         self.cross(axis, BRICK_DIM);
+        self.exits = self.exits_of(1);
     }
 
+    #[inline]
     fn segment(&self, t_enter: f64, t_exit: f64, cell: IVec3) -> Segment<'a> {
         let low = self.origin - cell.as_dvec3();
         // f32 is enough inside a cell: 1e-7 of a voxel.
         let local = |t: f64| {
             (low + self.direction * t)
-                .as_vec3()
-                .clamp(Vec3::ZERO, Vec3::ONE)
+                .as_vec3a()
+                .clamp(Vec3A::ZERO, Vec3A::ONE)
         };
         Segment {
             t_enter,
@@ -186,13 +198,14 @@ impl<'a> Segments<'a> {
 impl<'a> Iterator for Segments<'a> {
     type Item = Segment<'a>;
 
+    #[inline]
     fn next(&mut self) -> Option<Segment<'a>> {
         while self.t < self.t_end {
             if self.brick == NO_BRICK {
                 self.skip_brick();
                 continue;
             }
-            let (axis, t_next) = self.next_crossing(1);
+            let (axis, t_next) = first(self.exits);
             let t_exit = t_next.min(self.t_end);
             if t_exit > self.t {
                 let segment = self.segment(self.t, t_exit, self.cell);
@@ -206,6 +219,22 @@ impl<'a> Iterator for Segments<'a> {
     }
 }
 
+/// The first of three crossings: its axis and distance.
+#[inline]
+fn first(exits: DVec3) -> (usize, f64) {
+    // Choices of values, not of ways: which axis is next nobody can foresee.
+    let (axis, exit) = if exits.y <= exits.z {
+        (1, exits.y)
+    } else {
+        (2, exits.z)
+    };
+    if exits.x <= exit {
+        (0, exits.x)
+    } else {
+        (axis, exit)
+    }
+}
+
 /// The part of a range of distances that lies in the box from 0 to `size`; empty as (0, 0).
 fn clip(
     size: DVec3,
@@ -216,7 +245,9 @@ fn clip(
     if t_enter.partial_cmp(&t_exit) != Some(std::cmp::Ordering::Less) {
         return (0.0, 0.0);
     }
+    let (at_low, at_high) = (-origin * inverse, (size - origin) * inverse);
     for axis in 0..3 {
+        let (low, high) = (at_low[axis], at_high[axis]);
         // Against the stored direction: only an exact 0 runs along the faces.
         if direction[axis] == 0.0 {
             if !(0.0..size[axis]).contains(&origin[axis]) {
@@ -224,10 +255,9 @@ fn clip(
             }
             continue;
         }
-        let at_low = -origin[axis] * inverse[axis];
-        let at_high = (size[axis] - origin[axis]) * inverse[axis];
-        t_enter = t_enter.max(at_low.min(at_high));
-        t_exit = t_exit.min(at_low.max(at_high));
+        let (near, far) = if low < high { (low, high) } else { (high, low) };
+        t_enter = if near > t_enter { near } else { t_enter };
+        t_exit = if far < t_exit { far } else { t_exit };
     }
     // Written so that a NaN gives nothing.
     if t_enter < t_exit && (direction + origin).is_finite() {

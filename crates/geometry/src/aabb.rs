@@ -33,6 +33,7 @@ impl Aabb {
     /// The slab method divides by the direction; where a component is 0 the ray is inside that slab
     /// for ever or never, which is asked instead of computing 0/0.
     #[must_use]
+    #[inline]
     pub fn intersect(&self, ray: &Ray) -> Option<(f64, f64)> {
         if !(ray.origin.is_finite() && ray.direction.is_finite()) {
             return None;

@@ -112,6 +112,7 @@ impl Camera {
     /// The ray through a point of the picture, in pixels from its top left corner; `None` outside
     /// the image circle of a fisheye, where the picture is black.
     #[must_use]
+    #[inline]
     pub fn ray(&self, x_px: f64, y_px: f64) -> Option<Ray> {
         match self {
             Self::Pinhole(camera) => Some(camera.ray(x_px, y_px)),

@@ -116,6 +116,7 @@ impl CameraPose {
 
     /// Position of the eye in metres.
     #[must_use]
+    #[inline]
     pub fn position(&self) -> DVec3 {
         self.position
     }
@@ -127,6 +128,7 @@ impl CameraPose {
     }
 
     /// A direction of the camera's frame (x right, y up, z backwards) in the world.
+    #[inline]
     pub(crate) fn to_world(self, in_camera: DVec3) -> DVec3 {
         self.axes * in_camera
     }

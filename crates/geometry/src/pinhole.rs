@@ -110,6 +110,7 @@ impl PinholeCamera {
 
     /// Position of the eye in metres.
     #[must_use]
+    #[inline]
     pub fn position(&self) -> DVec3 {
         self.pose.position()
     }
@@ -122,6 +123,7 @@ impl PinholeCamera {
 
     /// The ray through a point of the picture, in pixels from its top left corner.
     #[must_use]
+    #[inline]
     pub fn ray(&self, x_px: f64, y_px: f64) -> Ray {
         let [width, height] = self.size_px.map(f64::from);
         let scale = 2.0 * self.half_width / width;

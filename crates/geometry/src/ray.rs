@@ -15,6 +15,7 @@ pub struct Ray {
 impl Ray {
     /// The point at `distance_m` from the origin.
     #[must_use]
+    #[inline]
     pub fn at(&self, distance_m: f64) -> DVec3 {
         self.origin + distance_m * self.direction
     }
