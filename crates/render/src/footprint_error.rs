@@ -68,7 +68,7 @@ impl Bend {
         if both <= 0.0 {
             return 0.0;
         }
-        smooth + STEP * self.fourth * self.fourth / (both * n.powf(1.5))
+        smooth + STEP * self.fourth * self.fourth / (both * n * n.sqrt())
     }
 }
 

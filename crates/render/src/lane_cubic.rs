@@ -59,7 +59,7 @@ impl LaneCubic {
     #[inline]
     pub(crate) fn at(&self, x: f32) -> Vec4 {
         let [c0, c1, c2, c3] = self.coefficients;
-        c0 + x * (c1 + x * (c2 + x * c3))
+        (c0 + x * c1) + (x * x) * (c2 + x * c3)
     }
 
     /// Difference of all lanes between the ends.

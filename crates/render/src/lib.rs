@@ -130,6 +130,7 @@ mod size_axes;
 mod sun_sweep;
 mod surfaces;
 mod surround;
+mod turned;
 
 pub use effects::RenderEffects;
 pub use effects::Toggle;

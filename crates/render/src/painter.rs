@@ -1,5 +1,6 @@
 //! Rays for the pixels of a region.
 
+use glam::DVec3;
 use glam::Vec4;
 use ndarray::Array2;
 use ndarray::ArrayViewMut1;
@@ -16,8 +17,9 @@ use crate::levels::PixelFootprint;
 use crate::picture_rows::RowMut;
 use crate::pixel::Pixel;
 use crate::ray_light::RayLight;
-use crate::scattering_angle::scattering_angle_slope;
+use crate::scattering_angle::scattering_angle_slopes;
 use crate::surfaces::Eye;
+use crate::turned::turn;
 
 /// What paints rows.
 pub(crate) struct Painter<'a> {
@@ -110,12 +112,9 @@ impl Painter<'_> {
         }
         // Planes of a black row keep their untouched zeros.
         if any_light {
-            for (wavelength, mut plane) in row.radiance.outer_iter_mut().enumerate() {
-                let values = brush.row.iter().skip(wavelength).step_by(n_wavelengths);
-                for (to, from) in plane.iter_mut().zip(values) {
-                    *to = *from;
-                }
-            }
+            let planes = row.radiance.outer_iter_mut();
+            let planes = planes.map(|plane| plane.into_slice().expect("rows are whole"));
+            turn(&brush.row, n_wavelengths, planes);
         }
     }
 
@@ -132,18 +131,20 @@ impl Painter<'_> {
             brush.surface_m = sight
                 .as_ref()
                 .map_or(f64::INFINITY, |sight| sight.surface_m);
-            let sight = sight.filter(|sight| glows || self.frame.range_m(sight).is_some());
-            let Some(sight) = sight else {
+            let drops_m = sight.as_ref().and_then(|sight| self.frame.range_m(sight));
+            let Some(sight) = sight.filter(|_| glows || drops_m.is_some()) else {
                 brush.pixel.transmittance += share;
                 continue;
             };
             any_light = true;
             let width_rad = match self.footprint {
-                PixelFootprint::Prefiltered => self.width_rad(x, y),
+                // Its one ray goes through the middle.
+                PixelFootprint::Prefiltered => self.width_rad(sight.ray.direction, (x, y)),
                 PixelFootprint::Center | PixelFootprint::Grid { .. } => 0.0,
             };
             let manner = (&self.frame.march, width_rad);
-            self.frame.trace(&sight, manner, &mut brush.light);
+            self.frame
+                .trace((&sight, drops_m), manner, &mut brush.light);
             brush.pixel.add(&brush.light, share, &self.xyz_weights);
         }
         any_light
@@ -159,18 +160,14 @@ impl Painter<'_> {
         sight.map_or(f64::INFINITY, |sight| sight.surface_m)
     }
 
-    /// Width of the interval of scattering angles with the variance of the pixel's square: a square
-    /// of side 1 has variance 1/12 along any direction, as has an interval of length 1.
-    pub(crate) fn width_rad(&self, x: f64, y: f64) -> f64 {
-        let (camera, middle) = (self.eye.camera, (x + 0.5, y + 0.5));
-        let (Some(ray), Some(slopes)) = (
-            camera.ray(middle.0, middle.1),
-            camera.direction_slopes(middle.0, middle.1),
-        ) else {
+    /// Width of the interval of scattering angles with the variance of the square of a pixel whose
+    /// middle lies in a direction: a square of side 1 has variance 1/12 along any direction, as has an
+    /// interval of length 1.
+    pub(crate) fn width_rad(&self, middle: DVec3, (x, y): (f64, f64)) -> f64 {
+        let Some(slopes) = self.eye.camera.direction_slopes(x + 0.5, y + 0.5) else {
             return 0.0;
         };
-        let sun = self.frame.sun_direction;
-        let [across, down] = slopes.map(|slope| scattering_angle_slope(ray.direction, sun, slope));
+        let [across, down] = scattering_angle_slopes(middle, self.frame.sun_direction, slopes);
         // No hypot: its care for ends of the exponent range takes longer than the slopes.
         (across * across + down * down).sqrt()
     }

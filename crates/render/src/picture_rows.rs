@@ -9,6 +9,7 @@ use ndarray::ArrayViewMut1;
 use ndarray::ArrayViewMut2;
 use ndarray::Axis;
 use ndarray::s;
+use rayon::prelude::*;
 
 use crate::error_parts::ErrorParts;
 use crate::footprint_error::Glimpse;
@@ -152,15 +153,17 @@ impl Rendered {
         footprint: PixelFootprint,
         glimpses: &Array2<Glimpse>,
     ) {
-        let parts = &mut self.error_parts.footprint;
-        let first = rows.start;
-        let mut errors = self.error.slice_mut(s![rows, ..]);
-        for ((row, x), error) in errors.indexed_iter_mut() {
-            let y = first + row;
-            let missed = footprint_error(&cross(glimpses, x, y), footprint) as f32;
-            parts[[y, x]] = missed;
-            *error += missed;
-        }
+        let mut errors = self.error.slice_mut(s![rows.clone(), ..]);
+        let mut parts = self.error_parts.footprint.slice_mut(s![rows.clone(), ..]);
+        let pairs = errors.outer_iter_mut().into_par_iter();
+        let pairs = pairs.zip(parts.outer_iter_mut().into_par_iter());
+        pairs.zip(rows).for_each(|((errors, parts), y)| {
+            for (x, (error, part)) in errors.into_iter().zip(parts).enumerate() {
+                let missed = footprint_error(&cross(glimpses, x, y), footprint) as f32;
+                *part = missed;
+                *error += missed;
+            }
+        });
     }
 }
 

@@ -22,7 +22,7 @@ pub(crate) struct Piece<'a> {
     pub(crate) length_m: f64,
     /// The moments of each mode that has drops here.
     pub(crate) modes: &'a [LaneCubic],
-    /// Optical depth at Q = 1 up to x: x (d0 + x (d1 + x (d2 + x d3))).
+    /// Optical depth at Q = 1 up to x: x (d0 + x d1 + x² (d2 + x d3)).
     depth: DVec4,
 }
 
@@ -46,7 +46,7 @@ impl<'a> Piece<'a> {
     #[inline]
     pub(crate) fn depth_up_to(&self, x: f64) -> f64 {
         let d = self.depth;
-        x * (d.x + x * (d.y + x * (d.z + x * d.w)))
+        x * ((d.x + x * d.y) + (x * x) * (d.z + x * d.w))
     }
 
     /// Optical depth at Q = 1.

@@ -78,6 +78,8 @@ const GAUSS_3: [(f64, f64); 3] = [
 pub(crate) struct PieceRule {
     /// Extinction efficiency on the view path, 0 where extinction is off.
     pub(crate) view_efficiency: f64,
+    /// One over it; not asked for where it is 0.
+    per_view_efficiency: f64,
     /// Extinction efficiency on the sun's path, 0 where drops cast no shadow.
     pub(crate) sun_efficiency: f64,
     control: Control,
@@ -126,6 +128,7 @@ impl PieceRule {
         };
         Self {
             view_efficiency,
+            per_view_efficiency: 1.0 / view_efficiency,
             sun_efficiency,
             control,
         }
@@ -158,17 +161,18 @@ impl PieceRule {
             through,
             deposits,
         };
-        if variation.fits(1, &self.control) {
-            gathering.part(&GAUSS_1, (0.0, 1.0), &variation);
-        } else if variation.fits(2, &self.control) {
-            gathering.part(&GAUSS_2, (0.0, 1.0), &variation);
+        let whole = Part {
+            from: 0.0,
+            to: 1.0,
+            depth_before: 0.0,
+            depth,
+        };
+        if let Some(error) = variation.error_of(1, &self.control) {
+            gathering.part(&GAUSS_1, &whole, error);
+        } else if let Some(error) = variation.error_of(2, &self.control) {
+            gathering.part(&GAUSS_2, &whole, error);
         } else {
-            let n_parts = variation.n_parts(&self.control);
-            let part_variation = variation.divided_by(n_parts);
-            let end = |part: usize| part as f64 / n_parts as f64;
-            for part in 0..n_parts {
-                gathering.part(&GAUSS_3, (end(part), end(part + 1)), &part_variation);
-            }
+            gathering.parts(variation.n_parts(&self.control), &variation, &whole);
         }
     }
 
@@ -207,12 +211,13 @@ impl PieceRule {
 }
 
 impl Variation {
-    /// Whether `n_points` suffice for the whole piece.
+    /// Relative error of the whole piece's light with `n_points`, if they suffice.
     #[inline]
-    fn fits(&self, n_points: usize, control: &Control) -> bool {
-        self.bins <= control.bins[n_points - 1]
-            && self.view <= VIEW_LIMITS[n_points - 1]
-            && self.relative_error(n_points) <= control.relative_error
+    fn error_of(&self, n_points: usize, control: &Control) -> Option<f64> {
+        let spans_little =
+            self.bins <= control.bins[n_points - 1] && self.view <= VIEW_LIMITS[n_points - 1];
+        let error = self.relative_error(n_points);
+        (spans_little && error <= control.relative_error).then(|| error + self.size_error(n_points))
     }
 
     /// Parts of three points that a piece needs: their error falls with the sixth power.
@@ -270,33 +275,70 @@ struct Gathering<'a> {
     deposits: &'a mut Deposits,
 }
 
+/// A part of a piece.
+struct Part {
+    /// Fractions of the piece at its ends.
+    from: f64,
+    to: f64,
+    /// Optical depths at Q = 1 of the piece in front of it, and of itself.
+    depth_before: f64,
+    depth: f64,
+}
+
 /// A Gauss rule laid over a part of a piece: positions, and weights times exp(-Q tau) from the
 /// part's start.
 type Points<const N: usize> = [(f64, f64); N];
 
 impl Gathering<'_> {
-    /// The light between two fractions of the piece.
+    /// The light of a piece in `n_parts` parts of three points.
+    fn parts(&mut self, n_parts: usize, variation: &Variation, whole: &Part) {
+        if n_parts == 1 {
+            let error = variation.relative_error(3) + variation.size_error(3);
+            return self.part(&GAUSS_3, whole, error);
+        }
+        let variation = variation.divided_by(n_parts);
+        let error = variation.relative_error(3) + variation.size_error(3);
+        let end = |part: usize| part as f64 / n_parts as f64;
+        let mut depth_before = 0.0;
+        for part in 0..n_parts {
+            let (from, to) = (end(part), end(part + 1));
+            let depth_up_to = self.piece.depth_up_to(to);
+            let depth = (depth_up_to - depth_before).max(0.0);
+            let part = Part {
+                from,
+                to,
+                depth_before,
+                depth,
+            };
+            self.part(&GAUSS_3, &part, error);
+            depth_before = depth_up_to;
+        }
+    }
+
+    /// The light of a part, and its relative error.
     #[inline]
-    fn part<const N: usize>(
-        &mut self,
-        rule: &Points<N>,
-        (from, to): (f64, f64),
-        variation: &Variation,
-    ) {
+    fn part<const N: usize>(&mut self, rule: &Points<N>, part: &Part, relative_error: f64) {
         let light_before = self.deposits.light;
-        let before = self.piece.depth_up_to(from);
-        let depth = (self.piece.depth_up_to(to) - before).max(0.0);
-        let light = self.unshadowed(depth);
+        let light = self.unshadowed(part.depth);
         if light <= 0.0 {
             return;
         }
         let mut points = *rule;
         for (x, weight) in &mut points {
-            *x = from + (to - from) * *x;
-            *weight *= self.fade(self.piece.depth_up_to(*x) - before);
+            *x = part.from + (part.to - part.from) * *x;
+            // A single point has all the light.
+            if N > 1 {
+                *weight *= self.fade(self.piece.depth_up_to(*x) - part.depth_before);
+            }
         }
         let lanes_of = |mode: &LaneCubic| lanes_at(mode, &points);
         match self.piece.modes {
+            [mode] if N == 1 => {
+                let lane = lanes_of(mode)[0];
+                if lane.x > 0.0 {
+                    self.deposit::<N>(points[0].0, lane, light);
+                }
+            }
             [mode] => {
                 let lanes = lanes_of(mode);
                 let total = total_share(&points, &lanes);
@@ -313,7 +355,7 @@ impl Gathering<'_> {
             }
         }
         let light = self.deposits.light - light_before;
-        self.deposits.error += light * (variation.relative_error(N) + variation.size_error(N));
+        self.deposits.error += light * relative_error;
     }
 
     /// A, the light of a part of optical depth `depth` at Q = 1; the part then lies in front.
@@ -325,7 +367,7 @@ impl Gathering<'_> {
         }
         let absorbed = *self.through * absorbed(efficiency * depth);
         *self.through -= absorbed;
-        absorbed / efficiency
+        absorbed * self.rule.per_view_efficiency
     }
 
     /// exp(-Q tau) inside a part. Only the shares of the points depend on it, so that for thin parts
@@ -351,24 +393,26 @@ impl Gathering<'_> {
         if !light_per_share.is_finite() {
             return;
         }
-        // One point stands for a stretch of even light.
-        let spread_m2 = if N == 1 {
-            self.piece.length_m.powi(2) / 12.0
-        } else {
-            0.0
-        };
         for ((x, weight), lane) in points.iter().zip(lanes) {
-            if lane.x <= 0.0 {
-                continue;
+            if lane.x > 0.0 {
+                let light = light_per_share * weight * f64::from(lane.x);
+                self.deposit::<N>(*x, *lane, light);
             }
-            let light = light_per_share * weight * f64::from(lane.x);
-            let sunlit = transmittance(self.rule.sun_efficiency as f32 * lane.w);
-            let distance_m = self.piece.start_m + x * self.piece.length_m;
-            let light = light * f64::from(sunlit);
-            let place = self.axes.place(lane.x, lane.y, lane.z);
-            self.deposits
-                .add(place, distance_m, f64::from(lane.w), light);
-            self.deposits.light_m2 += light * spread_m2;
+        }
+    }
+
+    /// What the sun's way leaves of the light of one of `N` points.
+    #[inline]
+    fn deposit<const N: usize>(&mut self, x: f64, lane: Vec4, light: f64) {
+        let sunlit = transmittance(self.rule.sun_efficiency as f32 * lane.w);
+        let distance_m = self.piece.start_m + x * self.piece.length_m;
+        let light = light * f64::from(sunlit);
+        let place = self.axes.place(lane.x, lane.y, lane.z);
+        self.deposits
+            .add(place, distance_m, f64::from(lane.w), light);
+        // One point stands for a stretch of even light.
+        if N == 1 {
+            self.deposits.light_m2 += light * self.piece.length_m.powi(2) / 12.0;
         }
     }
 }
@@ -398,9 +442,8 @@ fn total_share<const N: usize>(points: &Points<N>, lanes: &[Vec4; N]) -> f64 {
 #[inline]
 fn absorbed(x: f64) -> f64 {
     if x < THIN {
-        // Constants are divided when this is compiled.
-        let [third, fifth] = [1.0 / 3.0, 1.0 / 5.0];
-        x * (1.0 - 0.5 * x * (1.0 - third * x * (1.0 - 0.25 * x * (1.0 - fifth * x))))
+        let x2 = x * x;
+        x * ((1.0 - 0.5 * x) + x2 * ((1.0 / 6.0 - x * (1.0 / 24.0)) + x2 * (1.0 / 120.0)))
     } else {
         -(-x).exp_m1()
     }

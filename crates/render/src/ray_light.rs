@@ -141,17 +141,16 @@ impl Frame<'_> {
         }
     }
 
-    /// Follow a ray, with the march of the level or a finer one, whose pixel spans `width_rad` of
-    /// scattering angle (0: a point).
+    /// Follow a ray, which may meet drops between two distances ([`Frame::range_m`]), with the march of
+    /// the level or a finer one; its pixel spans `width_rad` of scattering angle (0: a point).
     pub(crate) fn trace(
         &self,
-        sight: &Sight,
+        (sight, drops_m): (&Sight, Option<(f64, f64)>),
         (march, width_rad): (&March, f64),
         out: &mut RayLight,
     ) {
         out.clear();
         let ray = &sight.ray;
-        let drops_m = self.range_m(sight);
         let theta_rad = scattering_angle_rad(ray.direction, self.sun_direction);
         out.is_primary = theta_rad >= self.split_theta_rad;
         let glow_range = GlowRange {
@@ -252,18 +251,12 @@ impl Frame<'_> {
         let depth = march.along(&walk, &mut nodes.probes, deposits, |deposits| {
             let Some(rows) = rows else { return };
             sums.add(rows, stencil, deposits);
-            slab.fill(0.0);
             rows.shade(&deposits.bins, stencil, slab);
             if let Some(slabs) = &slabs {
                 slabs.transmit(deposits, transmitted);
-                for (value, transmitted) in slab.iter_mut().zip(transmitted.iter()) {
-                    *value *= transmitted;
-                }
+                multiply(slab, transmitted);
             }
-            for ((sum, value), irradiance) in bow.iter_mut().zip(slab.iter()).zip(&self.irradiance)
-            {
-                *sum += value * irradiance;
-            }
+            add_product(bow, slab, &self.irradiance);
         });
         if self.drops_dim {
             out.transmittance = (-depth).exp();
@@ -284,7 +277,7 @@ impl Frame<'_> {
         // As if the light came evenly from a stretch of its mean and variance.
         let variance = (sums.light_m2 / sums.light - middle_m * middle_m).max(0.0);
         let half_m = (3.0 * variance).sqrt();
-        let depth = error.along(|at_m| ray.at(at_m), (middle_m - half_m, middle_m + half_m));
+        let depth = error.along(ray, (middle_m - half_m, middle_m + half_m));
         efficiency * depth * sums.luminance_cd_m2
     }
 
@@ -355,10 +348,32 @@ impl Sums {
     }
 }
 
+/// Multiply spectra, wavelength by wavelength.
+fn multiply(values: &mut [f32], factors: &[f32]) {
+    for (value, factor) in values.iter_mut().zip(factors) {
+        *value *= factor;
+    }
+}
+
+/// Add the product of two spectra.
+fn add_product(sums: &mut [f32], a: &[f32], b: &[f32]) {
+    for ((sum, a), b) in sums.iter_mut().zip(a).zip(b) {
+        *sum += a * b;
+    }
+}
+
 /// Weighted sum of a spectrum in three channels; the fourth lane is idle.
 pub(crate) fn weighted_sum(spectrum: &[f32], weights: &[Vec4]) -> Vec4 {
-    spectrum
-        .iter()
-        .zip(weights)
-        .fold(Vec4::ZERO, |sum, (value, weight)| sum + *value * *weight)
+    // Four sums at once: one alone waits for each addition.
+    let (fours, rest) = spectrum.as_chunks::<4>();
+    let (weights_of_fours, weights_of_rest) = weights.as_chunks::<4>();
+    let mut sums = [Vec4::ZERO; 4];
+    for (values, weights) in fours.iter().zip(weights_of_fours) {
+        for index in 0..4 {
+            sums[index] += values[index] * weights[index];
+        }
+    }
+    let last = rest.iter().zip(weights_of_rest);
+    let last = last.fold(Vec4::ZERO, |sum, (value, weight)| sum + *value * *weight);
+    (sums[0] + sums[1]) + (sums[2] + sums[3]) + last
 }

@@ -145,14 +145,17 @@ impl Painter<'_> {
         brush: &mut Brush,
     ) {
         let share = 1.0 / places.clone().count() as f64;
-        let width_rad = self.width_rad(x, y) / f64::from(n_intervals);
+        let middle = self.eye.camera.ray(x + 0.5, y + 0.5);
+        let width_rad = middle.map_or(0.0, |ray| self.width_rad(ray.direction, (x, y)));
+        let width_rad = width_rad / f64::from(n_intervals);
         brush.pixel.clear();
         for (dx, dy) in places {
             match self.eye.sight(x + dx, y + dy) {
                 None => brush.pixel.transmittance += share,
                 Some(sight) => {
+                    let sight = (&sight, self.frame.range_m(&sight));
                     self.frame
-                        .trace(&sight, (march, width_rad), &mut brush.light);
+                        .trace(sight, (march, width_rad), &mut brush.light);
                     brush.pixel.add(&brush.light, share, &self.xyz_weights);
                 }
             }

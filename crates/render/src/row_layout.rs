@@ -12,18 +12,22 @@
 
 use std::ops::Range;
 
-use glam::Mat4;
-use glam::Vec4;
 use niji_exchange::ScatteringTable;
 use rayon::prelude::*;
+
+use crate::turned::turn;
 
 /// Sizes that are turned by one thread at a time: their spectra at an angle fill some pages.
 const SIZES: usize = 32;
 
+/// Values behind the last row, so that vectors that start in it may end behind it: as many as the
+/// widest vector holds.
+pub(crate) const BEHIND: usize = 16;
+
 /// Rows of natural light.
 #[derive(Clone, Debug)]
 pub(crate) struct RowLayout {
-    /// [flattening, angle, size, wavelength] [1/sr].
+    /// [flattening, angle, size, wavelength] [1/sr], and [`BEHIND`] zeros.
     pub(crate) values_sr1: Vec<f32>,
     /// [flattening, angle, size], luminance in sunlight [cd/m² per unit of light].
     pub(crate) luminance: Vec<f32>,
@@ -43,7 +47,7 @@ impl RowLayout {
         let (n_flattenings, n_wavelengths) = (table.flattening.len(), table.wavelengths.len());
         let n_rows = n_flattenings * angles.len();
         let mut layout = Self {
-            values_sr1: vec![0.0; n_rows * n_sizes * n_wavelengths],
+            values_sr1: vec![0.0; n_rows * n_sizes * n_wavelengths + BEHIND],
             luminance: vec![0.0; n_rows * n_sizes],
             is_sound: true,
         };
@@ -178,44 +182,12 @@ impl Panel {
     fn write(&self, size: usize, places: &mut [Place]) {
         let n_wavelengths = self.values_sr1.len() / self.n_angles;
         let own = size * n_wavelengths..(size + 1) * n_wavelengths;
-        for (quad, places) in places.chunks_mut(4).enumerate() {
-            let first = 4 * quad;
-            for ((_, luminance), sum) in places.iter_mut().zip(&self.luminance[first..]) {
-                luminance[size] = *sum as f32;
-            }
-            if let [(a, _), (b, _), (c, _), (d, _)] = places {
-                let spectra = [a, b, c, d].map(|spectra| &mut spectra[own.clone()]);
-                self.write_quad(first, spectra);
-            } else {
-                for (angle, (spectra, _)) in (first..).zip(places) {
-                    let column = self.values_sr1.iter().skip(angle).step_by(self.n_angles);
-                    for (to, from) in spectra[own.clone()].iter_mut().zip(column) {
-                        *to = *from;
-                    }
-                }
-            }
-        }
-    }
-
-    /// The spectra of four angles, four wavelengths at a time.
-    fn write_quad(&self, first: usize, mut spectra: [&mut [f32]; 4]) {
-        let n_wavelengths = spectra[0].len();
-        let at = |wavelength: usize| wavelength * self.n_angles + first;
-        let n_whole = n_wavelengths / 4 * 4;
-        for wavelength in (0..n_whole).step_by(4) {
-            let lane = |step: usize| Vec4::from_slice(&self.values_sr1[at(wavelength + step)..]);
-            let turned = Mat4::from_cols(lane(0), lane(1), lane(2), lane(3)).transpose();
-            let columns = [turned.x_axis, turned.y_axis, turned.z_axis, turned.w_axis];
-            for (spectrum, column) in spectra.iter_mut().zip(columns) {
-                column.write_to_slice(&mut spectrum[wavelength..]);
-            }
-        }
-        for wavelength in n_whole..n_wavelengths {
-            let lane = &self.values_sr1[at(wavelength)..];
-            for (spectrum, value) in spectra.iter_mut().zip(lane) {
-                spectrum[wavelength] = *value;
-            }
-        }
+        let to = places.iter_mut().zip(&self.luminance);
+        let to = to.map(|((spectra, luminance), sum)| {
+            luminance[size] = *sum as f32;
+            &mut spectra[own.clone()]
+        });
+        turn(&self.values_sr1, self.n_angles, to);
     }
 }
 
@@ -264,7 +236,9 @@ mod tests {
             let weights = vec![1.0; n_wavelengths];
             let layout = RowLayout::of(&table, angles.clone(), &weights);
             assert!(layout.is_sound);
-            let mut spectra = layout.values_sr1.chunks_exact(n_wavelengths);
+            let (values, behind) = layout.values_sr1.split_at(layout.values_sr1.len() - BEHIND);
+            assert_eq!(behind, [0.0; BEHIND]);
+            let mut spectra = values.chunks_exact(n_wavelengths);
             let mut luminance = layout.luminance.iter();
             for m in 0..n_flattenings {
                 for a in angles.clone() {

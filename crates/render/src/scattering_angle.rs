@@ -15,21 +15,23 @@ pub(crate) fn scattering_angle_rad(view_direction: DVec3, sun_direction: DVec3) 
         .atan2(sun_direction.dot(view_direction))
 }
 
-/// Change of the scattering angle where the unit direction changes by `slope`. At the antisolar point
-/// itself, where it grows on all sides, 0.
-pub(crate) fn scattering_angle_slope(
+/// Changes of the scattering angle where the unit direction changes by one of `slopes`. At the
+/// antisolar point itself, where it grows on all sides, 0.
+pub(crate) fn scattering_angle_slopes(
     view_direction: DVec3,
     sun_direction: DVec3,
-    slope: DVec3,
-) -> f64 {
+    slopes: [DVec3; 2],
+) -> [f64; 2] {
     let sine = sun_direction.cross(view_direction).length();
-    if sine > 0.0 {
-        // Rounding must not make the angle change faster than the direction.
-        let most = slope.length();
-        (-sun_direction.dot(slope) / sine).clamp(-most, most)
-    } else {
-        0.0
-    }
+    slopes.map(|slope| {
+        if sine > 0.0 {
+            // Rounding must not make the angle change faster than the direction.
+            let most = slope.length();
+            (-sun_direction.dot(slope) / sine).clamp(-most, most)
+        } else {
+            0.0
+        }
+    })
 }
 
 #[cfg(test)]
@@ -61,9 +63,10 @@ mod tests {
         let across = sun.any_orthonormal_vector();
         for off in [1e-9, 1e-3, 0.7, 1.5] {
             let view = (across * f64::sin(off) - sun * f64::cos(off)).normalize();
-            for turn in [view.cross(across), view.cross(sun)] {
-                let slope = 1e-3 * turn.cross(view);
-                let found = scattering_angle_slope(view, sun, slope);
+            let turns = [view.cross(across), view.cross(sun)];
+            let slopes = turns.map(|turn| 1e-3 * turn.cross(view));
+            let found = scattering_angle_slopes(view, sun, slopes);
+            for (slope, found) in slopes.into_iter().zip(found) {
                 assert!(found.abs() <= slope.length());
                 let ends = [-0.5, 0.5].map(|part| (view + part * slope).normalize());
                 let [from, to] = ends.map(|end| scattering_angle_rad(end, sun));
@@ -74,6 +77,7 @@ mod tests {
                 }
             }
         }
-        assert_eq!(scattering_angle_slope(-sun, sun, 1e-3 * across), 0.0);
+        let slopes = [1e-3 * across; 2];
+        assert_eq!(scattering_angle_slopes(-sun, sun, slopes), [0.0; 2]);
     }
 }

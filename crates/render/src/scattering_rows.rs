@@ -41,6 +41,10 @@ pub(crate) struct RayPlace {
 pub(crate) struct RowStencil {
     /// Node of both axes, the angle fastest, and its weight.
     terms: Vec<(usize, f32)>,
+    /// The node above the last ray, from which the search for the next one starts.
+    near: usize,
+    /// Room for where the rows of a spectrum start and what they are multiplied by.
+    rows: Vec<(usize, f32)>,
     /// Room for the luminance of a stretch of bins.
     luminance: Vec<f64>,
 }
@@ -101,7 +105,8 @@ impl ScatteringRows {
         if !self.are_of_flat_drops() {
             return;
         }
-        let (lower, fraction) = linear_place(&self.flattening, place.flattening);
+        let above = node_above(&self.flattening, place.flattening, &mut 0);
+        let (lower, fraction) = linear_place(&self.flattening, above, place.flattening);
         let (n_angles, n_terms) = (self.theta_rad.len(), stencil.terms.len());
         for index in 0..n_terms {
             let (angle, weight) = stencil.terms[index];
@@ -123,13 +128,15 @@ impl ScatteringRows {
         }
         // Too narrow for a mean in f64.
         if high - low <= 1e-12 {
-            let (lower, fraction) = linear_place(nodes, place.theta_rad);
+            let above = node_above(nodes, place.theta_rad, &mut stencil.near);
+            let (lower, fraction) = linear_place(nodes, above, place.theta_rad);
             let terms = [(lower, 1.0 - fraction), (lower + 1, fraction)];
             stencil.terms.extend(terms);
             return;
         }
-        let first = nodes.partition_point(|node| *node <= low).saturating_sub(1);
-        let end = (nodes.partition_point(|node| *node < high) + 1).min(nodes.len());
+        let first = node_above(nodes, low, &mut stencil.near).saturating_sub(1);
+        let inside = nodes[first..].iter().take_while(|node| **node < high);
+        let end = (first + inside.count() + 1).min(nodes.len());
         stencil.terms.extend((first..end).map(|node| (node, 0.0)));
         for lower in first..end - 1 {
             let step = nodes[lower + 1] - nodes[lower];
@@ -143,13 +150,21 @@ impl ScatteringRows {
         }
     }
 
-    /// Add to `spectrum` [1/sr] the rows of the light in `bins`, by the widest vectors that the
+    /// Set `spectrum` [1/sr] to the rows of the light in `bins`, by the widest vectors that the
     /// processor has.
-    pub(crate) fn shade(&self, bins: &SizeBins, stencil: &RowStencil, spectrum: &mut [f32]) {
+    pub(crate) fn shade(&self, bins: &SizeBins, stencil: &mut RowStencil, spectrum: &mut [f32]) {
+        let RowStencil { terms, rows, .. } = stencil;
+        rows.clear();
+        for (bin, light) in bins.iter() {
+            let row = |(node, weight): &(usize, f32)| {
+                let place = node * self.axes.n_bins() + bin;
+                (place * self.n_wavelengths, light * weight)
+            };
+            rows.extend(terms.iter().map(row));
+        }
         Arch::new().dispatch(Shading {
-            rows: self,
-            bins,
-            terms: &stencil.terms,
+            values_sr1: &self.rows.values_sr1,
+            rows,
             spectrum,
         });
     }
@@ -165,7 +180,9 @@ impl ScatteringRows {
         }
         // With the neighbors of the outermost.
         let known = touched.start.saturating_sub(stride)..(touched.end + stride).min(n_bins);
-        let RowStencil { terms, luminance } = stencil;
+        let RowStencil {
+            terms, luminance, ..
+        } = stencil;
         luminance.clear();
         luminance.resize(known.len(), 0.0);
         for &(node, weight) in terms.iter() {
@@ -185,20 +202,14 @@ impl ScatteringRows {
         }
         (sum, bend.abs() / 8.0)
     }
-
-    #[inline]
-    fn row(&self, node: usize, bin: usize) -> &[f32] {
-        let start = (node * self.axes.n_bins() + bin) * self.n_wavelengths;
-        &self.rows.values_sr1[start..start + self.n_wavelengths]
-    }
 }
 
 /// Rows to be added up. Each wavelength is summed by itself, with products and sums in one order: the
 /// same bits for vectors of any width.
 struct Shading<'a> {
-    rows: &'a ScatteringRows,
-    bins: &'a SizeBins,
-    terms: &'a [(usize, f32)],
+    values_sr1: &'a [f32],
+    /// Where each row starts and what it is multiplied by.
+    rows: &'a [(usize, f32)],
     spectrum: &'a mut [f32],
 }
 
@@ -209,60 +220,63 @@ impl WithSimd for Shading<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        self.add_rows();
+    fn with_simd<S: Simd>(mut self, simd: S) {
+        let mut first = 0;
+        while first < self.spectrum.len() {
+            first += match (self.spectrum.len() - first).div_ceil(S::F32_LANES) {
+                8.. => self.add_rows::<S, 8>(simd, first),
+                4.. => self.add_rows::<S, 4>(simd, first),
+                2.. => self.add_rows::<S, 2>(simd, first),
+                _ => self.add_rows::<S, 1>(simd, first),
+            };
+        }
     }
 }
 
 #[allow(clippy::inline_always, reason = "as above")]
 impl Shading<'_> {
+    /// `N` vectors of wavelengths from `first` on, kept in registers over all rows; their number of
+    /// wavelengths. A vector may end behind the last wavelength: what it reads there is not kept.
     #[inline(always)]
-    fn add_rows(self) {
-        // Nodes of a size together: the sum is loaded and stored once for them.
-        let (fours, rest) = self.terms.as_chunks::<4>();
-        let (twos, rest) = rest.as_chunks::<2>();
-        let (ones, _) = rest.as_chunks::<1>();
-        for (bin, light) in self.bins.iter() {
-            for terms in fours {
-                add_terms(self.rows, (bin, light), terms, self.spectrum);
-            }
-            for terms in twos {
-                add_terms(self.rows, (bin, light), terms, self.spectrum);
-            }
-            for terms in ones {
-                add_terms(self.rows, (bin, light), terms, self.spectrum);
+    fn add_rows<S: Simd, const N: usize>(&mut self, simd: S, first: usize) -> usize {
+        let n_wavelengths = N * S::F32_LANES;
+        let mut sums = [simd.splat_f32s(0.0); N];
+        for &(start, scale) in self.rows {
+            let row = &self.values_sr1[start + first..start + first + n_wavelengths];
+            let scale = simd.splat_f32s(scale);
+            for (sum, value) in sums.iter_mut().zip(S::as_simd_f32s(row).0) {
+                *sum = simd.add_f32s(*sum, simd.mul_f32s(scale, *value));
             }
         }
+        let left = &mut self.spectrum[first..];
+        if let Some(whole) = S::as_mut_simd_f32s(left).0.first_chunk_mut::<N>() {
+            *whole = sums;
+        } else {
+            for (place, sum) in left.chunks_mut(S::F32_LANES).zip(sums) {
+                simd.partial_store_f32s(place, sum);
+            }
+        }
+        n_wavelengths
     }
 }
 
-#[allow(clippy::inline_always, reason = "as above")]
-#[inline(always)]
-fn add_terms<const N: usize>(
-    rows: &ScatteringRows,
-    (bin, light): (usize, f32),
-    terms: &[(usize, f32); N],
-    spectrum: &mut [f32],
-) {
-    let n_wavelengths = spectrum.len();
-    let mut of_terms: [&[f32]; N] = [&[]; N];
-    let mut scales = [0.0; N];
-    for ((row, scale), (node, weight)) in of_terms.iter_mut().zip(&mut scales).zip(terms) {
-        *row = &rows.row(*node, bin)[..n_wavelengths];
-        *scale = light * weight;
+/// The first node above a value, from `near` on: neighboring rays lie between the same nodes.
+fn node_above(nodes: &[f64], value: f64, near: &mut usize) -> usize {
+    // The last ray may have asked other rows.
+    let mut above = (*near).min(nodes.len());
+    while above < nodes.len() && nodes[above] <= value {
+        above += 1;
     }
-    for (wavelength, sum) in spectrum.iter_mut().enumerate() {
-        let mut of_size = scales[0] * of_terms[0][wavelength];
-        for (row, scale) in of_terms[1..].iter().zip(&scales[1..]) {
-            of_size += scale * row[wavelength];
-        }
-        *sum += of_size;
+    while above > 0 && nodes[above - 1] > value {
+        above -= 1;
     }
+    *near = above;
+    above
 }
 
-/// Lower node and fraction above it on an axis of at least two; the ends hold beyond it.
-fn linear_place(nodes: &[f64], value: f64) -> (usize, f32) {
-    let above = nodes.partition_point(|node| *node <= value);
+/// Lower node and fraction above it on an axis of at least two, with the first node above the value;
+/// the ends hold beyond it.
+fn linear_place(nodes: &[f64], above: usize, value: f64) -> (usize, f32) {
     let lower = above.saturating_sub(1).min(nodes.len() - 2);
     let fraction = (value - nodes[lower]) / (nodes[lower + 1] - nodes[lower]);
     (lower, fraction.clamp(0.0, 1.0) as f32)
@@ -322,7 +336,7 @@ mod tests {
         let mut bins = SizeBins::new(rows.axes());
         bins.add(rows.axes().place(1.0, 40.0, 1600.0), 2.0);
         let mut spectrum = vec![0.0; 3];
-        rows.shade(&bins, &stencil, &mut spectrum);
+        rows.shade(&bins, &mut stencil, &mut spectrum);
         let luminance = rows.luminance(&bins, &mut stencil).0;
         assert!((luminance / f64::from(spectrum[1]) - 1.0).abs() < 1e-5);
         spectrum
@@ -371,6 +385,19 @@ mod tests {
     }
 
     #[test]
+    fn the_node_above_a_value_does_not_depend_on_where_the_search_starts() {
+        let nodes = [1.0, 2.0, 2.5, 4.0];
+        for value in [0.0, 1.0, 1.5, 2.0, 2.4, 2.5, 3.0, 4.0, 5.0] {
+            let expected = nodes.partition_point(|node| *node <= value);
+            for start in 0..10 {
+                let mut near = start;
+                assert_eq!(node_above(&nodes, value, &mut near), expected);
+                assert_eq!(near, expected);
+            }
+        }
+    }
+
+    #[test]
     fn a_table_of_spheres_does_not_ask_for_flattening() {
         let rows = rows(&SPHERES);
         assert!(!rows.are_of_flat_drops());
@@ -404,14 +431,13 @@ mod tests {
             let mut stencil = RowStencil::default();
             rows.stencil(&place, &mut stencil);
             let (mut wide, mut narrow) = ([0.0; 37], [0.0; 37]);
-            rows.shade(&bins, &stencil, &mut wide);
+            rows.shade(&bins, &mut stencil, &mut wide);
             let shading = Shading {
-                rows: &rows,
-                bins: &bins,
-                terms: &stencil.terms,
+                values_sr1: &rows.rows.values_sr1,
+                rows: &stencil.rows,
                 spectrum: &mut narrow,
             };
-            shading.add_rows();
+            shading.with_simd(pulp::Scalar::new());
             assert_eq!(wide, narrow);
         }
     }

@@ -12,6 +12,7 @@
 use glam::DVec3;
 use niji_dropfield::Bricks;
 use niji_geometry::Aabb;
+use niji_geometry::Ray;
 use rayon::prelude::*;
 
 use crate::lit_drops::extinction_m1;
@@ -73,10 +74,11 @@ impl ShadowError {
     }
 
     /// Mean error at Q = 1 between two distances along a line.
-    pub(crate) fn along(&self, at: impl Fn(f64) -> DVec3, (from_m, to_m): (f64, f64)) -> f64 {
-        let places = [0.05, 0.25, 0.5, 0.75, 0.95];
-        let errors = places.map(|part: f64| self.at(at(from_m + part * (to_m - from_m))));
-        SAFETY * errors.iter().sum::<f64>() / errors.len() as f64
+    pub(crate) fn along(&self, ray: &Ray, (from_m, to_m): (f64, f64)) -> f64 {
+        const PLACES: [f64; 5] = [0.05, 0.25, 0.5, 0.75, 0.95];
+        let [from, to] = [from_m, to_m].map(|at_m| self.place(ray.at(at_m)));
+        let errors = PLACES.map(|part| self.at(from + part * (to - from)));
+        SAFETY / PLACES.len() as f64 * errors.iter().sum::<f64>()
     }
 
     /// Root of the mean square over all cells, at Q = 1.
@@ -89,12 +91,18 @@ impl ShadowError {
         (squares / self.depths.len() as f64).sqrt()
     }
 
-    /// In the cell of a point; the nearest cell holds outside.
-    fn at(&self, point: DVec3) -> f64 {
-        let place = (point - self.origin) * self.cells_per_m;
-        let index = |axis: usize| (place[axis].max(0.0) as usize).min(self.n_cells[axis] - 1);
-        let [_, second, third] = self.n_cells;
-        f64::from(self.depths[(index(0) * second + index(1)) * third + index(2)])
+    /// Place of a point in cells.
+    fn place(&self, point: DVec3) -> DVec3 {
+        (point - self.origin) * self.cells_per_m
+    }
+
+    /// In the cell at a place; the nearest cell holds outside.
+    fn at(&self, place: DVec3) -> f64 {
+        let [first, second, third] = self.n_cells;
+        // A negative number or NaN converts to 0.
+        let index = |place: f64, n: usize| (place as u32 as usize).min(n - 1);
+        let row = index(place.x, first) * second + index(place.y, second);
+        f64::from(self.depths[row * third + index(place.z, third)])
     }
 
     fn indices(&self, cell: usize) -> [usize; 3] {

@@ -163,7 +163,7 @@ fn natural_logarithm(x: f32) -> f32 {
     let mantissa = f32::from_bits((bits & 0x007f_ffff).wrapping_add(HALF_ROOT));
     let z = (mantissa - 1.0) / (mantissa + 1.0);
     let w = z * z;
-    let ln_mantissa = 2.0 * z * (1.0 + w * (1.0 / 3.0 + w * (0.2 + w * (1.0 / 7.0))));
+    let ln_mantissa = 2.0 * z * ((1.0 + w * (1.0 / 3.0)) + w * w * (0.2 + w * (1.0 / 7.0)));
     exponent as f32 * std::f32::consts::LN_2 + ln_mantissa
 }
 

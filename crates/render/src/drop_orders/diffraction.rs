@@ -149,7 +149,6 @@ impl Frame<'_> {
                     slabs.transmit(deposits, transmitted);
                 }
                 let mut add = |rows: &ScatteringRows, sign: f32| {
-                    spectrum.fill(0.0);
                     rows.shade(&deposits.bins, stencil, spectrum);
                     let dimmed = spectrum.iter().zip(&*transmitted).zip(&self.irradiance);
                     for (sum, ((value, transmitted), irradiance)) in out.iter_mut().zip(dimmed) {
