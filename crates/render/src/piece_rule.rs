@@ -172,7 +172,7 @@ impl PieceRule {
         } else if let Some(error) = variation.error_of(2, &self.control) {
             gathering.part(&GAUSS_2, &whole, error);
         } else {
-            gathering.parts(variation.n_parts(&self.control), &variation, &whole);
+            gathering.parts(variation.n_parts(&self.control), &variation);
         }
     }
 
@@ -291,11 +291,7 @@ type Points<const N: usize> = [(f64, f64); N];
 
 impl Gathering<'_> {
     /// The light of a piece in `n_parts` parts of three points.
-    fn parts(&mut self, n_parts: usize, variation: &Variation, whole: &Part) {
-        if n_parts == 1 {
-            let error = variation.relative_error(3) + variation.size_error(3);
-            return self.part(&GAUSS_3, whole, error);
-        }
+    fn parts(&mut self, n_parts: usize, variation: &Variation) {
         let variation = variation.divided_by(n_parts);
         let error = variation.relative_error(3) + variation.size_error(3);
         let end = |part: usize| part as f64 / n_parts as f64;
