@@ -148,6 +148,30 @@ pub(crate) fn m2_range(interpolation: Interpolation, lanes: &[Vec4]) -> (f32, f3
     }
 }
 
+/// A bit for each cell of a brick: a word for x, in it bit 8 y + z.
+pub(crate) type CellMask = [u64; BRICK_DIM as usize];
+
+/// The cells of a brick at whose corners there are no drops.
+pub(crate) fn cells_without_drops(lanes: &[Vec4]) -> CellMask {
+    // A bit for each node of a row along z, then for each two neighbors. Without drops M2 is 0, and
+    // so is the radius.
+    let pairs: [[u64; BRICK_NODES]; BRICK_NODES] = std::array::from_fn(|x| {
+        std::array::from_fn(|y| {
+            let row = &lanes[x * STRIDE_X + y * STRIDE_Y..][..BRICK_NODES];
+            let nodes = (0..)
+                .zip(row)
+                .map(|(z, lanes)| u64::from(lanes.x <= 0.0) << z);
+            let nodes = nodes.fold(0, |row, node| row | node);
+            nodes & nodes >> 1
+        })
+    });
+    let cells = |x: usize, y: usize| {
+        let corners = pairs[x][y] & pairs[x][y + 1] & pairs[x + 1][y] & pairs[x + 1][y + 1];
+        corners << (BRICK_DIM as usize * y)
+    };
+    std::array::from_fn(|x| (0..BRICK_DIM as usize).fold(0, |layer, y| layer | cells(x, y)))
+}
+
 /// Lattice coordinates inside a brick of a node's place in it.
 pub(crate) fn node_in_brick(index: usize) -> IVec3 {
     let (x, y, z) = (

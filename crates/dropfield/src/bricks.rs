@@ -33,7 +33,9 @@ use crate::Error;
 use crate::NODE_LIMIT;
 use crate::Segments;
 use crate::area_moments::M2_PER_UM2;
+use crate::brick_layout::CellMask;
 use crate::brick_layout::Lattice;
+use crate::brick_layout::cells_without_drops;
 use crate::brick_layout::fill_brick;
 use crate::brick_layout::m2_range;
 use crate::brick_layout::node_in_brick;
@@ -118,6 +120,8 @@ pub struct Bricks {
     places: Vec<IVec3>,
     /// Bounds on M2 inside each brick (um²/m³).
     m2_ranges: Vec<(f32, f32)>,
+    /// Cells without drops of each brick.
+    empty_cells: Vec<CellMask>,
     /// Lanes of all nodes, brick by brick, x slowest.
     nodes: Vec<Vec4>,
     /// M2 of all nodes in the same order (um²/m³); empty unless it is what is interpolated.
@@ -144,9 +148,9 @@ impl Bricks {
         let bricks = nodes.par_chunks_mut(NODES_PER_BRICK).zip(&places);
         let fill = |(lanes, place): (&mut [Vec4], &IVec3)| {
             fill_brick(mode, interpolation, low + *place * BRICK_DIM, lanes);
-            m2_range(interpolation, lanes)
+            (m2_range(interpolation, lanes), cells_without_drops(lanes))
         };
-        let m2_ranges = bricks.map(fill).collect();
+        let (m2_ranges, empty_cells) = bricks.map(fill).unzip();
         let m2 = match interpolation {
             Interpolation::Moments => nodes.par_iter().map(|lanes| lanes.x).collect(),
             Interpolation::RadiusDensity => Vec::new(),
@@ -160,6 +164,7 @@ impl Bricks {
             n_slots,
             slots,
             m2_ranges,
+            empty_cells,
             places,
             nodes,
             m2,
@@ -191,7 +196,8 @@ impl Bricks {
     /// Bytes that the nodes take.
     pub fn memory_bytes(&self) -> usize {
         let nodes = size_of_val(self.nodes.as_slice()) + size_of_val(self.m2.as_slice());
-        nodes + size_of_val(self.slots.as_slice())
+        let empty = size_of_val(self.empty_cells.as_slice());
+        nodes + empty + size_of_val(self.slots.as_slice())
     }
 
     /// Bound on the extinction without diffraction at any point (1/m): with moments the largest
@@ -306,10 +312,10 @@ impl Bricks {
         Some((base, Vec3::from(local) * FRACTION_UNIT))
     }
 
-    /// The cells that a ray crosses between two distances, in order, empty bricks left out.
+    /// The cells that a ray crosses between two distances, in order, those without drops left out.
     ///
     /// The point at distance t is `origin + t direction`; a unit direction makes t metres. Each
-    /// cell's exit is exactly the next cell's entry, and a ray that runs in a face between cells
+    /// cell's exit is exactly the entry of the next one that it touches, and a ray that runs in a face between cells
     /// belongs to the upper one.
     #[inline]
     pub fn segments(&self, origin: DVec3, direction: DVec3, t_range: (f64, f64)) -> Segments<'_> {
@@ -369,6 +375,14 @@ impl Bricks {
         let place: IVec3 = cell >> 3;
         let slot = (place.x * self.n_slots.y + place.y) * self.n_slots.z + place.z;
         self.slots[slot as usize]
+    }
+
+    /// Whether a brick's cell has no drops.
+    #[inline]
+    pub(crate) fn is_empty_cell(&self, brick: u32, cell: IVec3) -> bool {
+        let inside = cell & (BRICK_DIM - 1);
+        let layer = self.empty_cells[brick as usize][inside.x as usize];
+        layer >> (BRICK_DIM * inside.y + inside.z) & 1 == 1
     }
 
     /// Bounds on M2 inside a brick (um²/m³).

@@ -4,7 +4,7 @@
 //! t = (i - o)/d. Every crossing is computed from its plane, never by adding up steps, so that
 //! errors do not grow along the ray, and one cell's exit is bit for bit the next one's entry.
 //! Rounding may put a crossing before the one already passed; such a cell has no length and is left
-//! out. A direction component of exactly 0 never crosses.
+//! out, and so is one without drops at its corners. A direction component of exactly 0 never crosses.
 //! [AW87] Amanatides and Woo, "A fast voxel traversal algorithm for ray tracing", Eurographics
 //! 1987, 3-10 (with planes instead of increments).
 
@@ -58,7 +58,7 @@ impl Segment<'_> {
     }
 }
 
-/// Iterator over the cells along a ray.
+/// Iterator over the cells along a ray, those without drops left out.
 #[derive(Debug, Clone)]
 pub struct Segments<'a> {
     bricks: &'a Bricks,
@@ -74,6 +74,8 @@ pub struct Segments<'a> {
     exits: DVec3,
     t: f64,
     t_end: f64,
+    /// Where the ray is at `t`.
+    at: DVec3,
 }
 
 impl<'a> Segments<'a> {
@@ -99,19 +101,14 @@ impl<'a> Segments<'a> {
             exits: DVec3::INFINITY,
             t,
             t_end,
+            at: origin + direction * t,
         };
         if segments.t < segments.t_end {
-            segments.cell = segments.cell_at(t).clamp(IVec3::ZERO, n_cells - 1);
+            segments.cell = segments.at.as_ivec3().clamp(IVec3::ZERO, n_cells - 1);
             segments.brick = bricks.brick_of(segments.cell);
             segments.exits = segments.exits_of(1);
         }
         segments
-    }
-
-    /// The cell at a distance inside the lattice. What rounding puts below 0 becomes 0.
-    #[inline]
-    fn cell_at(&self, t: f64) -> IVec3 {
-        (self.origin + self.direction * t).as_ivec3()
     }
 
     /// Distance at which the ray leaves a block of `size` cells along an axis.
@@ -168,29 +165,27 @@ impl<'a> Segments<'a> {
         let low = self.cell & -BRICK_DIM;
         let high = (low + BRICK_DIM - 1).min(self.bricks.n_cells() - 1);
         let along = self.cell[axis];
-        self.cell = self.cell_at(self.t).clamp(low, high);
+        self.at = self.origin + self.direction * self.t;
+        self.cell = self.at.as_ivec3().clamp(low, high);
         self.cell[axis] = along;
         self.cross(axis, BRICK_DIM);
         self.exits = self.exits_of(1);
     }
 
+    /// From where the ray is to its exit from the cell.
     #[inline]
-    fn segment(&self, t_enter: f64, t_exit: f64, cell: IVec3) -> Segment<'a> {
-        let low = self.origin - cell.as_dvec3();
+    fn segment(&self, t_exit: f64, exit: DVec3) -> Segment<'a> {
+        let low = self.cell.as_dvec3();
         // f32 is enough inside a cell: 1e-7 of a voxel.
-        let local = |t: f64| {
-            (low + self.direction * t)
-                .as_vec3a()
-                .clamp(Vec3A::ZERO, Vec3A::ONE)
-        };
+        let local = |at: DVec3| (at - low).as_vec3a().clamp(Vec3A::ZERO, Vec3A::ONE);
         Segment {
-            t_enter,
+            t_enter: self.t,
             t_exit,
             bricks: self.bricks,
             brick: self.brick,
-            base: cell_base(self.brick, cell),
-            local_enter: local(t_enter),
-            local_exit: local(t_exit),
+            base: cell_base(self.brick, self.cell),
+            local_enter: local(self.at),
+            local_exit: local(exit),
         }
     }
 }
@@ -207,13 +202,18 @@ impl<'a> Iterator for Segments<'a> {
             }
             let (axis, t_next) = first(self.exits);
             let t_exit = t_next.min(self.t_end);
-            if t_exit > self.t {
-                let segment = self.segment(self.t, t_exit, self.cell);
-                self.t = t_exit;
+            if t_exit <= self.t {
                 self.cross(axis, 1);
-                return Some(segment);
+                continue;
             }
+            let exit = self.origin + self.direction * t_exit;
+            let has_drops = !self.bricks.is_empty_cell(self.brick, self.cell);
+            let segment = has_drops.then(|| self.segment(t_exit, exit));
+            (self.t, self.at) = (t_exit, exit);
             self.cross(axis, 1);
+            if segment.is_some() {
+                return segment;
+            }
         }
         None
     }

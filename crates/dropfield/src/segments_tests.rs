@@ -173,6 +173,35 @@ fn integrals_through_empty_bricks_miss_nothing() {
 }
 
 #[test]
+fn cells_without_drops_are_left_out_and_no_others() {
+    for interpolation in [Interpolation::Moments, Interpolation::RadiusDensity] {
+        let bricks = Bricks::build(&sparse(), interpolation).unwrap();
+        let mut seed = 17;
+        let mut n_empty = 0;
+        for _ in 0..300 {
+            let target = DVec3::splat(6.0) + 8.0 * random_point(&mut seed);
+            let direction = random_point(&mut seed).normalize();
+            let origin = target - 20.0 * direction;
+            let mut t = 0.0;
+            for segment in bricks.segments(origin, direction, (0.0, 40.0)) {
+                let has_drops = |fraction| segment.sample(fraction).m2 > 0.0;
+                // A ray may run where the interpolant is 0: in the face of a cell.
+                assert!([0.1, 0.5, 0.9].into_iter().any(has_drops));
+                // Between cells there is nothing.
+                let gap = segment.t_enter - t;
+                for step in 1..8 {
+                    let at = origin + direction * (t + gap * f64::from(step) / 8.0);
+                    assert!(gap < 1e-12 || bricks.m2(at) == 0.0, "{at}");
+                }
+                n_empty += usize::from(gap > 0.0);
+                t = segment.t_exit;
+            }
+        }
+        assert!(n_empty > 100, "{n_empty}");
+    }
+}
+
+#[test]
 fn axis_parallel_rays_cross_exactly() {
     let bricks = full();
     let (min, max) = bricks.world_bounds().unwrap();
