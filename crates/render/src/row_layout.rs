@@ -20,9 +20,9 @@ use crate::turned::turn;
 /// Sizes that are turned by one thread at a time: their spectra at an angle fill some pages.
 const SIZES: usize = 32;
 
-/// Values behind the last row, so that vectors that start in it may end behind it: as many as the
-/// widest vector holds.
-pub(crate) const BEHIND: usize = 16;
+/// Values behind the last row, so that vectors that start in it may end behind it: as many as four
+/// of the widest vectors hold.
+pub(crate) const BEHIND: usize = 64;
 
 /// Rows of natural light.
 #[derive(Clone, Debug)]

@@ -224,8 +224,12 @@ impl WithSimd for Shading<'_> {
         let mut first = 0;
         while first < self.spectrum.len() {
             first += match (self.spectrum.len() - first).div_ceil(S::F32_LANES) {
-                8.. => self.add_rows::<S, 8>(simd, first),
-                4.. => self.add_rows::<S, 4>(simd, first),
+                // Sums, a factor and a product have 16 registers; rows are read once for 41 and 81
+                // wavelengths in vectors of eight.
+                9.. => self.add_rows::<S, 12>(simd, first),
+                7.. => self.add_rows::<S, 8>(simd, first),
+                5.. => self.add_rows::<S, 6>(simd, first),
+                3.. => self.add_rows::<S, 4>(simd, first),
                 2.. => self.add_rows::<S, 2>(simd, first),
                 _ => self.add_rows::<S, 1>(simd, first),
             };
