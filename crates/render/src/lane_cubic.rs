@@ -21,8 +21,6 @@ pub(crate) const SAMPLE_POSITIONS: [f32; 4] = [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0];
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LaneCubic {
     coefficients: [Vec4; 4],
-    /// M2 and the factors of its integral once more in f64: c0, c1/2, c2/3, c3/4.
-    m2_integral: DVec4,
 }
 
 impl LaneCubic {
@@ -46,13 +44,7 @@ impl LaneCubic {
     /// The cubic of the coefficients c0 to c3.
     #[inline]
     pub(crate) fn new(coefficients: [Vec4; 4]) -> Self {
-        let [c0, c1, c2, c3] = coefficients;
-        let m2 = DVec4::new(c0.x as f64, c1.x as f64, c2.x as f64, c3.x as f64);
-        let m2_integral = m2 * DVec4::new(1.0, 0.5, 1.0 / 3.0, 0.25);
-        Self {
-            coefficients,
-            m2_integral,
-        }
+        Self { coefficients }
     }
 
     /// All lanes at `x`.
@@ -69,11 +61,20 @@ impl LaneCubic {
         c1 + c2 + c3
     }
 
+    /// Means of all lanes.
+    #[inline]
+    pub(crate) fn mean(&self) -> Vec4 {
+        let [c0, c1, c2, c3] = self.coefficients;
+        (c0 + 0.5 * c1) + (c2 * (1.0 / 3.0) + 0.25 * c3)
+    }
+
     /// Factors m0..m3 of the integral of M2 from 0 to x in units of the piece's length,
     /// x (m0 + x (m1 + x (m2 + x m3))).
     #[inline]
     pub(crate) fn m2_integral(&self) -> DVec4 {
-        self.m2_integral
+        let [c0, c1, c2, c3] = self.coefficients;
+        let m2 = DVec4::new(c0.x as f64, c1.x as f64, c2.x as f64, c3.x as f64);
+        m2 * DVec4::new(1.0, 0.5, 1.0 / 3.0, 0.25)
     }
 }
 

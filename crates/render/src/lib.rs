@@ -127,6 +127,7 @@ mod scattering_angle;
 mod scattering_rows;
 mod shadow_error;
 mod size_axes;
+mod stretch;
 mod sun_sweep;
 mod surfaces;
 mod surround;

@@ -19,6 +19,8 @@ use crate::piece::Piece;
 use crate::piece_rule::OPAQUE;
 use crate::piece_rule::PieceRule;
 use crate::size_axes::SizeAxes;
+use crate::stretch::Stretch;
+use crate::stretch::ThinCell;
 
 /// Radius and number density are each trilinear, so M2 = N r² is of degree 9 on a ray; cubics on
 /// halves of a cell follow it to 1e-3 where the radius doubles across a cell.
@@ -67,6 +69,8 @@ struct Progress<'a, F: FnMut(&mut Deposits)> {
     probes: &'a mut [Probe],
     n_probes_passed: usize,
     deposits: &'a mut Deposits,
+    /// Thin cells whose light waits to be gathered.
+    stretch: Stretch,
     close_slab: F,
 }
 
@@ -89,6 +93,7 @@ impl March<'_> {
             probes,
             n_probes_passed: 0,
             deposits,
+            stretch: Stretch::default(),
             close_slab,
         };
         match self.integration {
@@ -201,13 +206,53 @@ impl<F: FnMut(&mut Deposits)> Progress<'_, F> {
         self.pass((piece.start_m, end_m), |x| piece.depth_up_to(x));
         let depth = piece.depth();
         if let (Some(axes), true) = (self.walk.axes, depth > 0.0) {
+            self.gather_stretch(axes);
             self.rule
                 .gather(axes, piece, &mut self.through, self.deposits);
         }
         self.leave(depth)
     }
 
+    /// Take the run of a ray through a cell of a single mode, or a part of it: with others in a stretch,
+    /// or as a piece.
+    #[inline]
+    fn cell(&mut self, start_m: f64, length_m: f64, lanes: &LaneCubic) -> ControlFlow<()> {
+        let modes = std::slice::from_ref(lanes);
+        let Some(axes) = self.walk.axes else {
+            return self.piece(&Piece::new(start_m, length_m, modes));
+        };
+        let thin = ThinCell::new(start_m, length_m, lanes);
+        self.pass((start_m, start_m + length_m), |x| {
+            Piece::new(start_m, length_m, modes).depth_up_to(x)
+        });
+        if thin.depth <= 0.0 {
+            return ControlFlow::Continue(());
+        }
+        if self.stretch.join(&thin, self.rule, axes) {
+            return self.leave(thin.depth);
+        }
+        self.gather_stretch(axes);
+        if !self.stretch.join(&thin, self.rule, axes) {
+            let piece = Piece::new(start_m, length_m, modes);
+            self.rule
+                .gather(axes, &piece, &mut self.through, self.deposits);
+        }
+        self.leave(thin.depth)
+    }
+
+    /// Gather the light that waits, before any that is behind it.
+    #[inline]
+    fn gather_stretch(&mut self, axes: &SizeAxes) {
+        if !self.stretch.is_empty() {
+            self.rule
+                .gather_stretch(axes, &mut self.stretch, &mut self.through, self.deposits);
+        }
+    }
+
     fn close(&mut self) {
+        if let Some(axes) = self.walk.axes {
+            self.gather_stretch(axes);
+        }
         self.n_slabs_closed += 1;
         if self.deposits.light > 0.0 {
             (self.close_slab)(self.deposits);
@@ -230,9 +275,9 @@ fn cells<F: FnMut(&mut Deposits)>(mode: &Bricks, progress: &mut Progress<F>) {
     for segment in mode.segments(walk.ray.origin, walk.ray.direction, walk.range_m) {
         let flow = match mode.interpolation() {
             Interpolation::Moments => {
-                let modes = [LaneCubic::new(segment.cubic())];
                 let length_m = segment.t_exit - segment.t_enter;
-                progress.piece(&Piece::new(segment.t_enter, length_m, &modes))
+                let lanes = LaneCubic::new(segment.cubic());
+                progress.cell(segment.t_enter, length_m, &lanes)
             }
             Interpolation::RadiusDensity => sampled_cell(&segment, progress),
         };
@@ -257,11 +302,9 @@ fn sampled_cell<F: FnMut(&mut Deposits)>(
     let length_m = (segment.t_exit - segment.t_enter) / RADIUS_DENSITY_PIECES as f64;
     for index in 0..RADIUS_DENSITY_PIECES {
         let first = index * STEPS;
-        let modes = [LaneCubic::through(std::array::from_fn(|step| {
-            samples[first + step]
-        }))];
+        let lanes = LaneCubic::through(std::array::from_fn(|step| samples[first + step]));
         let start_m = segment.t_enter + index as f64 * length_m;
-        progress.piece(&Piece::new(start_m, length_m, &modes))?;
+        progress.cell(start_m, length_m, &lanes)?;
     }
     ControlFlow::Continue(())
 }

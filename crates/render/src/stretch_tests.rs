@@ -1,0 +1,185 @@
+//! Stretches against closed forms and against the pieces that they stand for.
+
+use super::*;
+use crate::deposits::Deposits;
+use crate::levels::Integration;
+use crate::piece::Piece;
+
+fn axes() -> SizeAxes {
+    let radii: Vec<f64> = (0..60).map(|step| 20.0 * 1.05_f64.powi(step)).collect();
+    SizeAxes::new(&radii, &[0.0])
+}
+
+/// A cell of 1 m with depth and optical depth to the sun at its ends, of drops of one radius.
+fn cell(depths: [f64; 2], tau_sun: [f64; 2], radius_um: f32) -> LaneCubic {
+    let lanes = |end: usize| {
+        let m2 = (depths[end] / EXTINCTION_PER_M2) as f32;
+        Vec4::new(
+            m2,
+            radius_um * m2,
+            radius_um * radius_um * m2,
+            tau_sun[end] as f32,
+        )
+    };
+    let zero = Vec4::ZERO;
+    LaneCubic::new([lanes(0), lanes(1) - lanes(0), zero, zero])
+}
+
+/// Light of cells one behind the other from 100 m on, and in how many gatherings it was taken.
+fn gathered(cells: &[LaneCubic], rule: &PieceRule) -> (Deposits, usize) {
+    let axes = axes();
+    let (mut deposits, mut through, mut n) = (Deposits::new(&axes), 1.0, 0);
+    let mut stretch = Stretch::default();
+    for (start_m, lanes) in (100..).map(f64::from).zip(cells) {
+        let thin = ThinCell::new(start_m, 1.0, lanes);
+        if stretch.join(&thin, rule, &axes) {
+            continue;
+        }
+        n += 1;
+        if !stretch.is_empty() {
+            rule.gather_stretch(&axes, &mut stretch, &mut through, &mut deposits);
+        }
+        assert!(stretch.join(&thin, rule, &axes), "the cells are thin");
+    }
+    rule.gather_stretch(&axes, &mut stretch, &mut through, &mut deposits);
+    (deposits, n + 1)
+}
+
+/// The same by a piece for each cell.
+fn by_pieces(cells: &[LaneCubic], rule: &PieceRule) -> Deposits {
+    let axes = axes();
+    let (mut deposits, mut through) = (Deposits::new(&axes), 1.0);
+    for (start_m, lanes) in (100..).map(f64::from).zip(cells) {
+        let piece = Piece::new(start_m, 1.0, std::slice::from_ref(lanes));
+        rule.gather(&axes, &piece, &mut through, &mut deposits);
+    }
+    deposits
+}
+
+fn rule(relative_error: f64) -> PieceRule {
+    PieceRule::new(1.0, 1.0, Integration::Adaptive { relative_error })
+}
+
+/// A slab of cells whose depth to the sun grows evenly.
+fn slab(n: usize, depth: f64, tau_sun: f64) -> Vec<LaneCubic> {
+    let at = |index: usize| 0.3 + tau_sun * index as f64 / n as f64;
+    let cell = |index| cell([depth / n as f64; 2], [at(index), at(index + 1)], 100.0);
+    (0..n).map(cell).collect()
+}
+
+#[test]
+fn an_even_slab_has_its_closed_form_within_the_error_that_is_told() {
+    for (depth, tau_sun) in [(0.01, 0.02), (0.3, 0.4), (2.0, 1.5), (6.0, 9.0)] {
+        let light = (-0.3_f64).exp() * -f64::exp_m1(-depth - tau_sun) * depth / (depth + tau_sun);
+        let mut n_before = 0;
+        for relative_error in [1e-2, 1e-4, 1e-6] {
+            let (found, n) = gathered(&slab(4000, depth, tau_sun), &rule(relative_error));
+            let error = (found.light / light - 1.0).abs();
+            // f32 leaves 5e-7; measured at most 1.1e-2 of the level.
+            assert!(error < 0.03 * relative_error + 5e-7, "{depth} {n}: {error}");
+            let told = found.error / found.light;
+            assert!(error < told + 5e-7, "{depth} {n}: {error} of {told}");
+            // Finer levels take less together, all of them more than a cell.
+            assert!(n_before <= n && n < 4000, "{n_before} {n}");
+            n_before = n;
+        }
+    }
+}
+
+#[test]
+fn distances_and_depths_to_the_sun_are_those_of_the_pieces() {
+    let cells = slab(100, 0.4, 0.3);
+    let (found, n) = gathered(&cells, &rule(1e-2));
+    let expected = by_pieces(&cells, &rule(1e-8));
+    assert_eq!(n, 1);
+    let moments = |light: &Deposits| {
+        let mean_m = light.light_m / light.light;
+        let variance_m2 = light.light_m2 / light.light - mean_m * mean_m;
+        (mean_m, variance_m2, light.light_tau_sun / light.light)
+    };
+    let ((mean, variance, tau_sun), wanted) = (moments(&found), moments(&expected));
+    // The stretch's weights leave the sun's factor out, here of exp(-0.3): measured 2.5 m of 100 m.
+    assert!((mean - wanted.0).abs() < 3.0, "{mean} {}", wanted.0);
+    assert!((variance / wanted.1 - 1.0).abs() < 0.02, "{variance}");
+    assert!((tau_sun - wanted.2).abs() < 0.01, "{tau_sun} {}", wanted.2);
+}
+
+#[test]
+fn two_points_have_the_largest_error_and_it_is_told() {
+    // Light at two depths to the sun only, in the ratio of the largest third moment.
+    let part = 0.5 * (1.0 - 1.0 / 3.0_f64.sqrt());
+    for span in [0.1, 0.3, 0.6] {
+        for part in [part, 1.0 - part, 0.5] {
+            let depth = 1e-6;
+            let cells = [
+                cell([part * depth; 2], [0.0; 2], 100.0),
+                cell([(1.0 - part) * depth; 2], [span; 2], 100.0),
+            ];
+            let (found, n) = gathered(&cells, &rule(1e-2));
+            let light = depth * (part + (1.0 - part) * (-span).exp());
+            let error = (found.light / light - 1.0).abs();
+            assert_eq!(n, 1);
+            // f32 leaves 1e-6.
+            let most = span.powi(3) / 62.0 * (1.0 + span);
+            assert!(error < most + 1e-6, "{span}: {error}");
+            assert!(
+                error < 1.1 * found.error / found.light + 1e-6,
+                "{span}: {error}"
+            );
+        }
+    }
+}
+
+#[test]
+fn sizes_part_where_the_table_does() {
+    let grown = |ratio: f32| [1.0, ratio].map(|r| cell([0.01; 2], [0.0; 2], 100.0 * r));
+    for (relative_error, nodes) in [(1e-2, 0.83), (1e-6, 0.083)] {
+        // Half of the span on either side of the first cell; a node is a step of ln 1.05.
+        let ratio = |nodes: f64| (0.05_f64.ln_1p() * nodes) as f32;
+        let rule = rule(relative_error);
+        assert_eq!(gathered(&grown(1.0 + 0.9 * ratio(nodes)), &rule).1, 1);
+        assert_eq!(gathered(&grown(1.0 - 0.9 * ratio(nodes)), &rule).1, 1);
+        // The slack for rounding is a thousandth, here of a radius.
+        assert_eq!(gathered(&grown(1.002 + ratio(nodes)), &rule).1, 2);
+        assert_eq!(gathered(&grown(0.998 - ratio(nodes)), &rule).1, 2);
+    }
+}
+
+#[test]
+fn a_cell_that_fades_out_fits_and_leans_to_its_dense_end() {
+    let rule = rule(1e-2);
+    for tau_sun in [0.0, 1e-3, 0.05] {
+        let cells = [
+            cell([0.0, 0.02], [0.2, 0.2 + tau_sun], 100.0),
+            cell([0.02, 0.0], [0.2 + tau_sun, 0.2 + 2.0 * tau_sun], 100.0),
+        ];
+        let (found, n) = gathered(&cells, &rule);
+        let expected = by_pieces(&cells, &self::rule(1e-9));
+        assert_eq!(n, 1);
+        let error = (found.light / expected.light - 1.0).abs();
+        // Measured 3e-6: M2 and the fading of the view path are products in a cell.
+        assert!(error < 1e-5, "{tau_sun}: {error}");
+        let means = [&found, &expected].map(|light| light.light_m / light.light);
+        assert!((means[0] - means[1]).abs() < 0.02, "{means:?}");
+    }
+}
+
+#[test]
+fn thick_and_faint_cells_are_taken_as_they_are() {
+    let axes = axes();
+    let mut stretch = Stretch::default();
+    let thin = |depth: f64, tau_sun| {
+        let lanes = cell([depth; 2], tau_sun, 100.0);
+        ThinCell::new(100.0, 1.0, &lanes)
+    };
+    for rule in [rule(1e-2), rule(1e-6)] {
+        assert!(!stretch.join(&thin(0.6, [0.0; 2]), &rule, &axes));
+        assert!(!stretch.join(&thin(12.0, [0.0, 12.0]), &rule, &axes));
+        assert!(!stretch.join(&thin(1e-3, [0.0, 2.0]), &rule, &axes));
+        assert!(stretch.is_empty());
+    }
+    // 1e-12 has no digits in 1 - exp(-tau).
+    let (found, n) = gathered(&slab(10, 1e-12, 1e-12), &rule(1e-6));
+    assert!((found.light / (1e-12 * (-0.3_f64).exp()) - 1.0).abs() < 1e-6);
+    assert_eq!(n, 1);
+}
