@@ -23,7 +23,7 @@ use crate::size_axes::SizeAxes;
 const MOST_VIEW: f64 = 0.5;
 
 /// s (s + v)² times this is at least the relative error of a stretch; v = Q dtau of the view path.
-const MOST_ERROR: f64 = 1.0 / 64.0;
+const MOST_ERROR: f64 = 1.0 / 60.0;
 
 /// Part of the mean M2 of a cell up to which rounding may move M3 / r from M2 at its ends.
 const SIZE_SLACK: f32 = 1e-3;
@@ -158,8 +158,8 @@ impl Stretch {
         // takes some of that away.
         let lean = (f64::from(change.x / cell.mean.x) - view) / 12.0;
         let middle_m = cell.start_m + cell.length_m * (0.5 + lean);
-        // Variance of the place of its light, of which M2 is linear.
-        let spread = 1.0 / 12.0 - lean * lean;
+        // Variance of the place of its light where M2 is linear; in a corner of the drops' box it is not.
+        let spread = (1.0 / 12.0 - lean * lean).max(0.0);
         let rise = f64::from(change.w);
         let tau_sun = f64::from(cell.mean.w) + lean * rise;
         self.weight += weight;
