@@ -315,8 +315,8 @@ impl Bricks {
     /// The cells that a ray crosses between two distances, in order, those without drops left out.
     ///
     /// The point at distance t is `origin + t direction`; a unit direction makes t metres. Each
-    /// cell's exit is exactly the entry of the next one that it touches, and a ray that runs in a face between cells
-    /// belongs to the upper one.
+    /// cell's exit is exactly the entry of the next one that it touches, and a ray that runs in a
+    /// face between cells belongs to the upper one.
     #[inline]
     pub fn segments(&self, origin: DVec3, direction: DVec3, t_range: (f64, f64)) -> Segments<'_> {
         Segments::new(

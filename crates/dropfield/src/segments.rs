@@ -104,6 +104,7 @@ impl<'a> Segments<'a> {
             at: origin + direction * t,
         };
         if segments.t < segments.t_end {
+            // What rounding puts below 0 becomes 0.
             segments.cell = segments.at.as_ivec3().clamp(IVec3::ZERO, n_cells - 1);
             segments.brick = bricks.brick_of(segments.cell);
             segments.exits = segments.exits_of(1);

@@ -228,14 +228,11 @@ impl<F: FnMut(&mut Deposits)> Progress<'_, F> {
         if thin.depth <= 0.0 {
             return ControlFlow::Continue(());
         }
-        if self.stretch.join(&thin, self.rule, axes) {
-            return self.leave(thin.depth);
-        }
-        self.gather_stretch(axes);
         if !self.stretch.join(&thin, self.rule, axes) {
-            let piece = Piece::new(start_m, length_m, modes);
-            self.rule
-                .gather(axes, &piece, &mut self.through, self.deposits);
+            self.gather_stretch(axes);
+            if !self.stretch.join(&thin, self.rule, axes) {
+                return self.piece(&Piece::new(start_m, length_m, modes));
+            }
         }
         self.leave(thin.depth)
     }

@@ -178,17 +178,32 @@ impl PieceRule {
     ) {
         let light = self.unshadowed(stretch.depth, through);
         let point = stretch.take(self, axes);
-        let lanes = point.lanes;
-        if lanes.x <= 0.0 {
+        if point.lanes.x <= 0.0 {
             return;
         }
         let bend = 0.5 * self.sun_efficiency * self.sun_efficiency * point.tau_sun_variance;
-        let sunlit = transmittance(self.sun_efficiency as f32 * lanes.w);
-        let light = light * f64::from(sunlit) * (1.0 + bend);
-        let place = axes.place(lanes.x, lanes.y, lanes.z);
-        deposits.add(place, point.distance_m, f64::from(lanes.w), light);
-        deposits.light_m2 += light * point.distance_variance_m2;
+        let distance = (point.distance_m, point.distance_variance_m2);
+        let light = (point.lanes, light * (1.0 + bend));
+        let light = self.deposit(axes, light, distance, deposits);
         deposits.error += light * (point.relative_error + size_error(point.bins, 1));
+    }
+
+    /// Deposit what the sun's way leaves of the light of drops with these lanes, from a stretch of the
+    /// ray with mean and variance of its distance [m, m²]; returns it.
+    #[inline]
+    fn deposit(
+        &self,
+        axes: &SizeAxes,
+        (lanes, light): (Vec4, f64),
+        (distance_m, variance_m2): (f64, f64),
+        deposits: &mut Deposits,
+    ) -> f64 {
+        let sunlit = transmittance(self.sun_efficiency as f32 * lanes.w);
+        let light = light * f64::from(sunlit);
+        let place = axes.place(lanes.x, lanes.y, lanes.z);
+        deposits.add(place, distance_m, f64::from(lanes.w), light);
+        deposits.light_m2 += light * variance_m2;
+        light
     }
 
     /// A, the light of a part of optical depth `depth` at Q = 1; the part then lies in front.
@@ -452,16 +467,16 @@ impl Gathering<'_> {
     /// What the sun's way leaves of the light of one of `N` points.
     #[inline]
     fn deposit<const N: usize>(&mut self, x: f64, lane: Vec4, light: f64) {
-        let sunlit = transmittance(self.rule.sun_efficiency as f32 * lane.w);
-        let distance_m = self.piece.start_m + x * self.piece.length_m;
-        let light = light * f64::from(sunlit);
-        let place = self.axes.place(lane.x, lane.y, lane.z);
-        self.deposits
-            .add(place, distance_m, f64::from(lane.w), light);
+        let length_m = self.piece.length_m;
         // One point stands for a stretch of even light.
-        if N == 1 {
-            self.deposits.light_m2 += light * self.piece.length_m.powi(2) / 12.0;
-        }
+        let variance_m2 = if N == 1 {
+            length_m * length_m / 12.0
+        } else {
+            0.0
+        };
+        let distance = (self.piece.start_m + x * length_m, variance_m2);
+        self.rule
+            .deposit(self.axes, (lane, light), distance, self.deposits);
     }
 }
 

@@ -128,10 +128,12 @@ impl Stretch {
             } else {
                 self.radii.0
             };
-            // |r - r_0| of a part of r_0 and of M2: no division.
-            let part = 0.5 * rule.stretch_bins() as f32 / axes.radii_per_ln();
-            let slack = SIZE_SLACK * cell.mean.x;
-            let fits = |at: Vec4| (at.y - radius * at.x).abs() <= radius * (part * at.x + slack);
+            // |r - r_0|/r_0 in nodes, times r_0 and M2: no division.
+            let per_ln = axes.radii_per_ln();
+            let (half, slack) = (0.5 * rule.stretch_bins() as f32, SIZE_SLACK * cell.mean.x);
+            let fits = |at: Vec4| {
+                per_ln * (at.y - radius * at.x).abs() <= radius * (half * at.x + per_ln * slack)
+            };
             if !(fits(start) && fits(end)) {
                 return false;
             }
