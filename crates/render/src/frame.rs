@@ -1,5 +1,7 @@
 //! What all rays of a picture share, decided once before the first ray.
 
+use std::borrow::Cow;
+
 use glam::DVec3;
 use niji_exchange::ScatteringTable;
 use niji_geometry::Aabb;
@@ -42,7 +44,7 @@ pub(crate) struct Frame<'a> {
     /// How wrong the sun's optical depth is, and the efficiency Q by which it counts.
     pub(crate) shadow_error: Option<(&'a ShadowError, f64)>,
     /// How drops scatter; `None` where no bow is wanted.
-    pub(crate) rows: Option<ScatteringRows>,
+    pub(crate) rows: Option<ScatteringRows<'a>>,
     /// Between secondary and primary bow.
     pub(crate) split_theta_rad: f64,
     /// Which side of the split is wanted: below, above.
@@ -133,16 +135,25 @@ pub(crate) fn frame<'a>(
     };
     frame.rows = rows(request, &frame, colorimetry)?;
     frame.multiple = multiple(request, &frame, colorimetry)?;
-    frame.diffraction = diffraction(request, &frame)?;
+    frame.diffraction = diffraction(request, &frame);
     Ok(frame)
 }
 
+impl Frame<'_> {
+    /// Refuse a table in which rays have met a value that none can have.
+    pub(crate) fn check_rows(&self) -> Result<(), Error> {
+        let of_diffraction = self.diffraction.iter().flat_map(Diffraction::rows);
+        let mut all = self.rows.iter().chain(of_diffraction);
+        all.try_for_each(ScatteringRows::check)
+    }
+}
+
 /// The part of the scattering table that the picture sees; `None` where it sees none.
-fn rows(
-    request: &RenderRequest,
+fn rows<'a>(
+    request: &RenderRequest<'a>,
     frame: &Frame,
     colorimetry: &Colorimetry,
-) -> Result<Option<ScatteringRows>, Error> {
+) -> Result<Option<ScatteringRows<'a>>, Error> {
     let Some(table) = request.table.filter(|_| request.wants_bow()) else {
         return Ok(None);
     };
@@ -164,7 +175,12 @@ fn rows(
         (PixelFootprint::Center | PixelFootprint::Grid { .. }, None) => 0.0,
     };
     let range_rad = (seen.theta_rad.0 - margin_rad, seen.theta_rad.1 + margin_rad);
-    ScatteringRows::new(table, range_rad, &luminance_weights).map(Some)
+    let table = Cow::Borrowed(table);
+    Ok(Some(ScatteringRows::new(
+        table,
+        range_rad,
+        &luminance_weights,
+    )))
 }
 
 /// From a spectrum for unit irradiance to luminance in the sun.
@@ -176,15 +192,15 @@ fn luminance_weights(request: &RenderRequest, colorimetry: &Colorimetry) -> Vec<
 }
 
 /// What diffraction changes in the bows that are seen.
-fn diffraction<'a>(
-    request: &RenderRequest,
-    frame: &Frame<'a>,
-) -> Result<Option<Diffraction<'a>>, Error> {
-    let (Some(rows), Some(_), Some(table)) = (&frame.rows, &frame.multiple, request.table) else {
-        return Ok(None);
-    };
+fn diffraction<'a>(request: &RenderRequest, frame: &Frame<'a>) -> Option<Diffraction<'a>> {
+    let (rows, _, table) = (
+        frame.rows.as_ref()?,
+        frame.multiple.as_ref()?,
+        request.table?,
+    );
     let first_order = request.levels.drop_extinction_model;
-    Diffraction::new(table, rows.theta_range_rad(), frame.march, first_order).map(Some)
+    let range_rad = rows.theta_range_rad();
+    Some(Diffraction::new(table, range_rad, frame.march, first_order))
 }
 
 /// The light of orders beyond the first, for all directions of the camera's frame whatever its region:

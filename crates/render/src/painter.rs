@@ -3,7 +3,8 @@
 use glam::DVec3;
 use glam::Vec4;
 use ndarray::Array2;
-use ndarray::ArrayViewMut1;
+use ndarray::ArrayViewMut2;
+use ndarray::Axis;
 use niji_geometry::PixelRegion;
 use rayon::prelude::*;
 
@@ -14,14 +15,14 @@ use crate::footprint_error::Glimpse;
 use crate::footprint_error::REACH_PX;
 use crate::frame::Frame;
 use crate::levels::PixelFootprint;
-use crate::picture_rows::RowMut;
+use crate::picture_tiles::TileMut;
 use crate::pixel::Pixel;
 use crate::ray_light::RayLight;
 use crate::scattering_angle::scattering_angle_slopes;
 use crate::surfaces::Eye;
 use crate::turned::turn;
 
-/// What paints rows.
+/// What paints tiles.
 pub(crate) struct Painter<'a> {
     pub(crate) frame: Frame<'a>,
     pub(crate) eye: Eye<'a>,
@@ -36,27 +37,26 @@ pub(crate) struct Brush {
     pub(crate) pixel: Pixel,
     /// Where the last ray of the pixel ends (m).
     surface_m: f64,
-    /// Radiance of a row, pixel by pixel: written plane by plane at its end.
+    /// Radiance of a tile's row, pixel by pixel: written plane by plane at its end.
     pub(crate) row: Vec<f32>,
 }
 
 impl Brush {
     pub(crate) fn new(painter: &Painter) -> Self {
         let n_wavelengths = painter.frame.irradiance.len();
-        let width = painter.region.width_px as usize;
         let light = RayLight::new(&painter.frame);
         Self {
             light,
             pixel: Pixel::dark(n_wavelengths),
             surface_m: f64::INFINITY,
-            row: vec![0.0; width * n_wavelengths],
+            row: Vec::new(),
         }
     }
 }
 
 impl Painter<'_> {
     /// Outer corner top left of a pixel of the region, in pixels of the frame.
-    pub(crate) fn place(&self, column: usize, row: usize) -> (f64, f64) {
+    pub(crate) fn place(&self, (column, row): (usize, usize)) -> (f64, f64) {
         let x = f64::from(self.region.x_px) + column as f64;
         let y = f64::from(self.region.y_px) + row as f64;
         (x, y)
@@ -88,33 +88,35 @@ impl Painter<'_> {
         }
     }
 
-    pub(crate) fn paint_row(
+    pub(crate) fn paint_tile(
         &self,
-        y: usize,
-        mut row: RowMut,
-        mut glimpses: ArrayViewMut1<Glimpse>,
+        mut tile: TileMut,
+        mut glimpses: ArrayViewMut2<Glimpse>,
         brush: &mut Brush,
     ) {
         let n_wavelengths = self.frame.irradiance.len();
-        let mut any_light = false;
-        for x in 0..row.depth.len() {
-            let (x_px, y_px) = self.place(x, y);
-            let lit = self.trace_pixel(x_px, y_px, brush);
-            any_light |= lit;
-            let place = &mut brush.row[x * n_wavelengths..(x + 1) * n_wavelengths];
-            place.copy_from_slice(&brush.pixel.radiance);
-            row.put(x, &brush.pixel);
-            if let Some(surface) = &mut row.surface {
-                // f32: what the map held.
-                surface[x] = self.middle_surface_m((x_px, y_px), brush) as f32;
+        let (height, width) = tile.depth.dim();
+        for y in 0..height {
+            brush.row.clear();
+            let mut any_light = false;
+            for x in 0..width {
+                let place = self.place(tile.in_region((x, y)));
+                any_light |= self.trace_pixel(place.0, place.1, brush);
+                brush.row.extend_from_slice(&brush.pixel.radiance);
+                tile.put((x, y), &brush.pixel);
+                if let Some(surface) = &mut tile.surface {
+                    // f32: what the map held.
+                    surface[[y, x]] = self.middle_surface_m(place, brush) as f32;
+                }
+                glimpses[[y, x]] = brush.pixel.glimpse();
             }
-            glimpses[x] = brush.pixel.glimpse();
-        }
-        // Planes of a black row keep their untouched zeros.
-        if any_light {
-            let planes = row.radiance.outer_iter_mut();
-            let planes = planes.map(|plane| plane.into_slice().expect("rows are whole"));
-            turn(&brush.row, n_wavelengths, planes);
+            // Planes of a black row keep their untouched zeros.
+            if any_light {
+                let mut row = tile.radiance.index_axis_mut(Axis(1), y);
+                let planes = row.outer_iter_mut();
+                let planes = planes.map(|plane| plane.into_slice().expect("rows are whole"));
+                turn(&brush.row, n_wavelengths, planes);
+            }
         }
     }
 

@@ -1,4 +1,4 @@
-//! The picture: rays for pixels, rows in parallel.
+//! The picture: rays for pixels, tiles in parallel.
 //!
 //! A pixel depends on nothing but the request, and every sum in it has a fixed order, so the bytes
 //! do not depend on the number of threads, nor on the region that it is rendered in: what an error
@@ -16,7 +16,8 @@ use crate::footprint_error::REACH_PX;
 use crate::frame::frame;
 use crate::painter::Brush;
 use crate::painter::Painter;
-use crate::picture_rows::Rendered;
+use crate::picture_tiles::Rendered;
+use crate::picture_tiles::tiles;
 use crate::request::RenderRequest;
 
 /// Render a region of a picture; `progress` gets the number of pixels just finished, from any thread.
@@ -69,18 +70,18 @@ pub fn render_in_steps(
         let n_rows = next_rows(&picture, finished as u32).max(1) as usize;
         let step = painted..painted.saturating_add(n_rows).min(height);
         let inner = s![reach + step.start..reach + step.end, reach..reach + width];
-        let mut inner = glimpses.slice_mut(inner);
-        let rows = picture.rows_mut().into_iter().skip(step.start);
-        rows.zip(inner.outer_iter_mut())
+        let pictured = picture.tiles_mut(&step).into_iter();
+        pictured
+            .zip(tiles(glimpses.slice_mut(inner)))
             .collect::<Vec<_>>()
             .into_par_iter()
-            .enumerate()
             .with_max_len(1)
             .for_each_init(
                 || Brush::new(&painter),
-                |brush, (row_of_step, (row, glimpses))| {
-                    painter.paint_row(step.start + row_of_step, row, glimpses, brush);
-                    progress(width as u64);
+                |brush, (tile, glimpses)| {
+                    let n_pixels = glimpses.len() as u64;
+                    painter.paint_tile(tile, glimpses, brush);
+                    progress(n_pixels);
                 },
             );
         painted = step.end;
@@ -94,6 +95,7 @@ pub fn render_in_steps(
         if let Some(tolerance_cd_m2) = request.tolerance_cd_m2 {
             painter.refine(&mut picture, finished..known, &glimpses, tolerance_cd_m2);
         }
+        painter.frame.check_rows()?;
         finished = known;
     }
     Ok(picture)

@@ -28,8 +28,8 @@ use crate::levels::PixelFootprint;
 use crate::march::March;
 use crate::painter::Brush;
 use crate::painter::Painter;
-use crate::picture_rows::Rendered;
-use crate::picture_rows::RowMut;
+use crate::picture_tiles::Rendered;
+use crate::picture_tiles::TileMut;
 
 /// Rays along a side of a pixel up to which its parts stand in line with it.
 const MOST_SIDE_BY_SIDE: u32 = 4;
@@ -61,40 +61,37 @@ impl Painter<'_> {
         tolerance_cd_m2: f64,
     ) {
         let march = fine_march(&self.frame.march);
-        let n_rows = rows.len();
-        let views = picture.rows_mut().into_iter().skip(rows.start).take(n_rows);
-        views
-            .collect::<Vec<_>>()
-            .into_par_iter()
-            .zip(rows)
-            .with_max_len(1)
-            .for_each_init(
-                || Brush::new(self),
-                |brush, (mut row, y)| {
-                    for x in 0..row.error.len() {
-                        if f64::from(row.error[x]) > tolerance_cd_m2 {
-                            let cross = cross(glimpses, x, y);
-                            let finer = Finer {
-                                march: &march,
-                                tolerance_cd_m2,
-                                missed_cd_m2: footprint_error(&cross, PixelFootprint::Prefiltered),
-                            };
-                            self.refine_pixel((x, y), &finer, &mut row, brush);
-                        }
+        let tiles = picture.tiles_mut(&rows).into_par_iter();
+        tiles.with_max_len(1).for_each_init(
+            || Brush::new(self),
+            |brush, mut tile| {
+                // A copy: pixels are put on the way.
+                for ((y, x), error) in tile.error.to_owned().indexed_iter() {
+                    if f64::from(*error) > tolerance_cd_m2 {
+                        let (column, row) = tile.in_region((x, y));
+                        let cross = cross(glimpses, column, row);
+                        let finer = Finer {
+                            march: &march,
+                            tolerance_cd_m2,
+                            missed_cd_m2: footprint_error(&cross, PixelFootprint::Prefiltered),
+                        };
+                        self.refine_pixel((x, y), &finer, &mut tile, brush);
                     }
-                },
-            );
+                }
+            },
+        );
     }
 
     fn refine_pixel(
         &self,
         (x, y): (usize, usize),
         finer: &Finer,
-        row: &mut RowMut,
+        tile: &mut TileMut,
         brush: &mut Brush,
     ) {
-        let [quadrature, .., footprint] = row.error_parts.each_ref().map(|part| f64::from(part[x]));
-        let fixed = f64::from(row.error[x]) - quadrature - footprint;
+        let parts = tile.error_parts.each_ref();
+        let [quadrature, .., footprint] = parts.map(|part| f64::from(part[[y, x]]));
+        let fixed = f64::from(tile.error[[y, x]]) - quadrature - footprint;
         if quadrature + footprint <= allowance(finer.tolerance_cd_m2, fixed) {
             // What errs here is nothing that rays can better.
             return;
@@ -103,10 +100,11 @@ impl Painter<'_> {
             PixelFootprint::Center | PixelFootprint::Prefiltered => finer.missed_cd_m2,
             PixelFootprint::Grid { .. } => footprint,
         };
-        let mut before = row.luminance(x, &self.xyz_weights);
+        let mut before = tile.luminance((x, y), &self.xyz_weights);
         let mut is_refined = false;
+        let place = self.place(tile.in_region((x, y)));
         for n in rays_to_try(self.footprint) {
-            self.trace_parts(self.place(x, y), (n, finer.march), brush);
+            self.trace_parts(place, (n, finer.march), brush);
             is_refined = true;
             let luminance = brush.pixel.luminance();
             if n > 1 {
@@ -118,10 +116,10 @@ impl Painter<'_> {
             }
         }
         if is_refined {
-            row.put(x, &brush.pixel);
-            row.put_missed(x, missed as f32);
-            for (mut plane, value) in row.radiance.outer_iter_mut().zip(&brush.pixel.radiance) {
-                plane[x] = *value;
+            tile.put((x, y), &brush.pixel);
+            tile.put_missed((x, y), missed as f32);
+            for (mut plane, value) in tile.radiance.outer_iter_mut().zip(&brush.pixel.radiance) {
+                plane[[y, x]] = *value;
             }
         }
     }

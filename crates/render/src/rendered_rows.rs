@@ -7,7 +7,7 @@ use ndarray::Array3;
 use ndarray::s;
 
 use crate::error_parts::ErrorParts;
-use crate::picture_rows::Rendered;
+use crate::picture_tiles::Rendered;
 
 impl Rendered {
     /// A copy of some rows.

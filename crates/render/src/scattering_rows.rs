@@ -3,7 +3,13 @@
 //! With the sun in one direction the scattering angle theta, and m, by which the flat shape of large
 //! drops moves the bow, are the same all along a ray. So a ray needs one row of the table,
 //! t(lambda; r_e, v_e) at its theta and m, and of that only the sizes it meets: natural light at the
-//! angles that the picture sees, laid out by [`RowLayout`]. f32 as in the file.
+//! angles that the picture sees, turned size by size when a ray first meets it ([`SizeRows`]). f32 as in
+//! the file.
+
+use std::borrow::Cow;
+use std::sync::OnceLock;
+use std::sync::atomic::AtomicBool;
+use std::sync::atomic::Ordering;
 
 use niji_exchange::ScatteringTable;
 use pulp::Arch;
@@ -11,18 +17,22 @@ use pulp::Simd;
 use pulp::WithSimd;
 
 use crate::error::Error;
-use crate::row_layout::RowLayout;
 use crate::size_axes::SizeAxes;
 use crate::size_axes::SizeBins;
+use crate::size_rows::RowSource;
+use crate::size_rows::SizeRows;
 
-/// Rows by flattening, angle and size.
-#[derive(Clone, Debug)]
-pub(crate) struct ScatteringRows {
+/// Rows by size, flattening and angle.
+#[derive(Debug)]
+pub(crate) struct ScatteringRows<'a> {
     axes: SizeAxes,
     theta_rad: Vec<f64>,
     flattening: Vec<f64>,
-    n_wavelengths: usize,
-    rows: RowLayout,
+    source: RowSource<'a>,
+    /// Those that a ray has met.
+    sizes: Vec<OnceLock<SizeRows>>,
+    /// Whether all of these are 0 or more, and finite.
+    are_sound: AtomicBool,
 }
 
 /// Where a ray stands on the table's axes of directions.
@@ -43,43 +53,56 @@ pub(crate) struct RowStencil {
     terms: Vec<(usize, f32)>,
     /// The node above the last ray, from which the search for the next one starts.
     near: usize,
-    /// Room for where the rows of a spectrum start and what they are multiplied by.
-    rows: Vec<(usize, f32)>,
     /// Room for the luminance of a stretch of bins.
     luminance: Vec<f64>,
 }
 
-impl ScatteringRows {
+impl<'a> ScatteringRows<'a> {
     /// The rows between two angles, one node beyond each; `luminance_weights` turn a spectrum of
     /// the table's unit into luminance.
-    ///
-    /// # Errors
-    /// [`Error::BadTable`] if a value is negative or not finite.
     pub(crate) fn new(
-        table: &ScatteringTable,
+        table: Cow<'a, ScatteringTable>,
         theta_range_rad: (f64, f64),
         luminance_weights: &[f64],
-    ) -> Result<Self, Error> {
+    ) -> Self {
         let angles = &table.theta_rad;
         let first = angles
             .partition_point(|theta| *theta <= theta_range_rad.0)
             .saturating_sub(1);
         let end =
             (angles.partition_point(|theta| *theta < theta_range_rad.1) + 1).min(angles.len());
-        let rows = RowLayout::of(table, first..end, luminance_weights);
-        if !rows.is_sound {
-            let reason = "a value is negative or not finite";
-            return Err(Error::BadTable {
-                input: "scattering table",
-                reason,
-            });
-        }
-        Ok(Self {
-            axes: SizeAxes::new(&table.effective_radius_um, &table.effective_variance),
+        let axes = SizeAxes::new(&table.effective_radius_um, &table.effective_variance);
+        Self {
+            sizes: vec![OnceLock::new(); axes.n_bins()],
+            axes,
             theta_rad: angles[first..end].to_vec(),
             flattening: table.flattening.clone(),
-            n_wavelengths: table.wavelengths.len(),
-            rows,
+            source: RowSource::new(table, first..end, luminance_weights),
+            are_sound: AtomicBool::new(true),
+        }
+    }
+
+    /// Whether what rays have met of the table is 0 or more, and finite.
+    ///
+    /// # Errors
+    /// [`Error::BadTable`] if not.
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        if self.are_sound.load(Ordering::Relaxed) {
+            return Ok(());
+        }
+        Err(Error::BadTable {
+            input: "scattering table",
+            reason: "a value is negative or not finite",
+        })
+    }
+
+    /// A size, turned by the first who asks for it.
+    #[inline]
+    fn size(&self, bin: usize) -> &SizeRows {
+        self.sizes[bin].get_or_init(|| {
+            let rows = self.source.rows(bin);
+            self.are_sound.fetch_and(rows.is_sound, Ordering::Relaxed);
+            rows
         })
     }
 
@@ -152,19 +175,11 @@ impl ScatteringRows {
 
     /// Set `spectrum` [1/sr] to the rows of the light in `bins`, by the widest vectors that the
     /// processor has.
-    pub(crate) fn shade(&self, bins: &SizeBins, stencil: &mut RowStencil, spectrum: &mut [f32]) {
-        let RowStencil { terms, rows, .. } = stencil;
-        rows.clear();
-        for (bin, light) in bins.iter() {
-            let row = |(node, weight): &(usize, f32)| {
-                let place = node * self.axes.n_bins() + bin;
-                (place * self.n_wavelengths, light * weight)
-            };
-            rows.extend(terms.iter().map(row));
-        }
+    pub(crate) fn shade(&self, bins: &SizeBins, stencil: &RowStencil, spectrum: &mut [f32]) {
         Arch::new().dispatch(Shading {
-            values_sr1: &self.rows.values_sr1,
-            rows,
+            rows: self,
+            bins,
+            terms: &stencil.terms,
             spectrum,
         });
     }
@@ -185,19 +200,21 @@ impl ScatteringRows {
         } = stencil;
         luminance.clear();
         luminance.resize(known.len(), 0.0);
-        for &(node, weight) in terms.iter() {
-            let row = node * n_bins + known.start..node * n_bins + known.end;
-            for (sum, value) in luminance.iter_mut().zip(&self.rows.luminance[row]) {
-                *sum += f64::from(weight) * f64::from(*value);
+        // Asked once each; 0 is not known yet.
+        let mut of = |bin: usize| {
+            let known = &mut luminance[bin - known.start];
+            if *known == 0.0 {
+                *known = self.size(bin).luminance(terms);
             }
-        }
+            *known
+        };
         let (mut sum, mut bend) = (0.0, 0.0);
         for (bin, light) in bins.iter() {
-            let (light, at) = (f64::from(light), bin - known.start);
-            sum += light * luminance[at];
+            let light = f64::from(light);
+            let here = of(bin);
+            sum += light * here;
             if bin >= stride && bin + stride < n_bins {
-                let (before, after) = (luminance[at - stride], luminance[at + stride]);
-                bend += light * (before - 2.0 * luminance[at] + after);
+                bend += light * (of(bin - stride) - 2.0 * here + of(bin + stride));
             }
         }
         (sum, bend.abs() / 8.0)
@@ -207,9 +224,9 @@ impl ScatteringRows {
 /// Rows to be added up. Each wavelength is summed by itself, with products and sums in one order: the
 /// same bits for vectors of any width.
 struct Shading<'a> {
-    values_sr1: &'a [f32],
-    /// Where each row starts and what it is multiplied by.
-    rows: &'a [(usize, f32)],
+    rows: &'a ScatteringRows<'a>,
+    bins: &'a SizeBins,
+    terms: &'a [(usize, f32)],
     spectrum: &'a mut [f32],
 }
 
@@ -245,11 +262,14 @@ impl Shading<'_> {
     fn add_rows<S: Simd, const N: usize>(&mut self, simd: S, first: usize) -> usize {
         let n_wavelengths = N * S::F32_LANES;
         let mut sums = [simd.splat_f32s(0.0); N];
-        for &(start, scale) in self.rows {
-            let row = &self.values_sr1[start + first..start + first + n_wavelengths];
-            let scale = simd.splat_f32s(scale);
-            for (sum, value) in sums.iter_mut().zip(S::as_simd_f32s(row).0) {
-                *sum = simd.add_f32s(*sum, simd.mul_f32s(scale, *value));
+        for (bin, light) in self.bins.iter() {
+            let size = self.rows.size(bin);
+            for &(node, weight) in self.terms {
+                let row = size.spectrum(node, first..first + n_wavelengths);
+                let scale = simd.splat_f32s(light * weight);
+                for (sum, value) in sums.iter_mut().zip(S::as_simd_f32s(row).0) {
+                    *sum = simd.add_f32s(*sum, simd.mul_f32s(scale, *value));
+                }
             }
         }
         let left = &mut self.spectrum[first..];
@@ -322,8 +342,9 @@ mod tests {
     const SPHERES: [f64; 1] = [0.0];
     const FLAT: [f64; 4] = [-1.0, -0.25, 0.5, 1.0];
 
-    fn rows(flattening: &[f64]) -> ScatteringRows {
-        ScatteringRows::new(&table(flattening), (2.3, 2.61), &[0.0, 1.0, 0.0]).unwrap()
+    fn rows(flattening: &[f64]) -> ScatteringRows<'static> {
+        let table = Cow::Owned(table(flattening));
+        ScatteringRows::new(table, (2.3, 2.61), &[0.0, 1.0, 0.0])
     }
 
     /// The spectrum of twice a unit of light of the third size.
@@ -340,7 +361,7 @@ mod tests {
         let mut bins = SizeBins::new(rows.axes());
         bins.add(rows.axes().place(1.0, 40.0, 1600.0), 2.0);
         let mut spectrum = vec![0.0; 3];
-        rows.shade(&bins, &mut stencil, &mut spectrum);
+        rows.shade(&bins, &stencil, &mut spectrum);
         let luminance = rows.luminance(&bins, &mut stencil).0;
         assert!((luminance / f64::from(spectrum[1]) - 1.0).abs() < 1e-5);
         spectrum
@@ -420,7 +441,7 @@ mod tests {
             values,
             ..table(&SPHERES)
         };
-        let rows = ScatteringRows::new(&table, (2.0, 3.0), &[1.0; 37]).unwrap();
+        let rows = ScatteringRows::new(Cow::Owned(table), (2.0, 3.0), &[1.0; 37]);
         let mut bins = SizeBins::new(rows.axes());
         for (radius, light) in [(11.0, 0.3), (23.0, 0.7), (70.0, 0.2)] {
             bins.add(rows.axes().place(1.0, radius, radius * radius), light);
@@ -435,10 +456,11 @@ mod tests {
             let mut stencil = RowStencil::default();
             rows.stencil(&place, &mut stencil);
             let (mut wide, mut narrow) = ([0.0; 37], [0.0; 37]);
-            rows.shade(&bins, &mut stencil, &mut wide);
+            rows.shade(&bins, &stencil, &mut wide);
             let shading = Shading {
-                values_sr1: &rows.rows.values_sr1,
-                rows: &stencil.rows,
+                rows: &rows,
+                bins: &bins,
+                terms: &stencil.terms,
                 spectrum: &mut narrow,
             };
             shading.with_simd(pulp::Scalar::new());
@@ -447,12 +469,22 @@ mod tests {
     }
 
     #[test]
-    fn a_table_with_nan_is_refused() {
+    fn a_table_with_nan_is_refused_where_a_ray_meets_it() {
         for last in [SPHERES.len(), FLAT.len()] {
             let mut table = table(&FLAT[..last]);
             table.values[[1, 2, 0, last - 1, 1, 8]] = f32::NAN;
-            let refused = ScatteringRows::new(&table, (2.3, 2.61), &[0.0, 1.0, 0.0]);
-            assert!(matches!(refused, Err(Error::BadTable { .. })));
+            let rows = ScatteringRows::new(Cow::Owned(table), (2.3, 2.61), &[0.0, 1.0, 0.0]);
+            let meet = |radius_um: f32| {
+                let mut bins = SizeBins::new(rows.axes());
+                let place = rows.axes().place(1.0, radius_um, radius_um * radius_um);
+                bins.add(place, 1.0);
+                let mut spectrum = [0.0; 3];
+                rows.shade(&bins, &RowStencil::default(), &mut spectrum);
+            };
+            meet(10.0);
+            assert!(rows.check().is_ok());
+            meet(40.0);
+            assert!(matches!(rows.check(), Err(Error::BadTable { .. })));
         }
     }
 }

@@ -20,6 +20,7 @@
 //! many radii are blurred at 24 of them.
 //! [G05] J. W. Goodman, "Introduction to Fourier Optics", 3rd ed. (2005), eq. 6-31: m(q).
 
+use std::borrow::Cow;
 use std::f64::consts::PI;
 use std::f64::consts::TAU;
 
@@ -33,7 +34,6 @@ use rayon::prelude::*;
 use super::phase::kept_radii;
 use crate::air_slabs::AirSlabs;
 use crate::deposits::Deposits;
-use crate::error::Error;
 use crate::frame::Frame;
 use crate::levels::DropExtinctionModel;
 use crate::march::March;
@@ -54,9 +54,9 @@ const LARGEST_U: f64 = 64.0;
 
 /// The change of the first order by diffraction.
 pub(crate) struct Diffraction<'a> {
-    blurred: ScatteringRows,
+    blurred: ScatteringRows<'a>,
     /// Taken off where the first order holds it already.
-    sharp: Option<ScatteringRows>,
+    sharp: Option<ScatteringRows<'a>>,
     /// Both extinctions, and whether their light is added or taken off.
     marches: [(March<'a>, f32); 2],
 }
@@ -73,35 +73,38 @@ pub(crate) struct DiffractionRoom {
 
 impl<'a> Diffraction<'a> {
     /// For rays between two scattering angles, of drops in `march`.
-    ///
-    /// # Errors
-    /// [`Error::BadTable`] if a value is negative or not finite.
     pub(crate) fn new(
         table: &ScatteringTable,
         theta_range_rad: (f64, f64),
         march: March<'a>,
         first_order: DropExtinctionModel,
-    ) -> Result<Self, Error> {
+    ) -> Self {
         let sharp = with_few_radii(table);
         // Nobody asks these rows for luminance.
         let dark = vec![0.0; table.wavelengths.len()];
-        let rows = |table: &ScatteringTable| ScatteringRows::new(table, theta_range_rad, &dark);
+        let rows =
+            |table: ScatteringTable| ScatteringRows::new(Cow::Owned(table), theta_range_rad, &dark);
         let of = |model: DropExtinctionModel| {
             let efficiency = model.efficiency();
             let rule = PieceRule::new(efficiency, efficiency, march.integration);
             March { rule, ..march }
         };
-        Ok(Self {
-            blurred: rows(&blurred(&sharp, theta_range_rad))?,
+        Self {
+            blurred: rows(blurred(&sharp, theta_range_rad)),
             sharp: match first_order {
-                DropExtinctionModel::WithoutDiffraction => Some(rows(&sharp)?),
+                DropExtinctionModel::WithoutDiffraction => Some(rows(sharp)),
                 DropExtinctionModel::Full => None,
             },
             marches: [
                 (of(DropExtinctionModel::WithoutDiffraction), 1.0),
                 (of(DropExtinctionModel::Full), -1.0),
             ],
-        })
+        }
+    }
+
+    /// Its tables.
+    pub(crate) fn rows(&self) -> impl Iterator<Item = &ScatteringRows<'a>> {
+        std::iter::once(&self.blurred).chain(&self.sharp)
     }
 
     /// Room for a ray.
