@@ -250,8 +250,9 @@ impl Frame<'_> {
         };
         let depth = march.along(&walk, &mut nodes.probes, deposits, |deposits| {
             let Some(rows) = rows else { return };
+            stencil.set_light(&deposits.bins);
             sums.add(rows, stencil, deposits);
-            rows.shade(&deposits.bins, stencil, slab);
+            rows.shade(stencil, slab);
             if let Some(slabs) = &slabs {
                 slabs.transmit(deposits, transmitted);
                 multiply(slab, transmitted);
@@ -337,7 +338,7 @@ struct Sums {
 
 impl Sums {
     fn add(&mut self, rows: &ScatteringRows, stencil: &mut RowStencil, deposits: &Deposits) {
-        let (luminance, size_error) = rows.luminance(&deposits.bins, stencil);
+        let (luminance, size_error) = rows.luminance(stencil);
         self.light += deposits.light;
         self.light_m += deposits.light_m;
         self.light_m2 += deposits.light_m2;

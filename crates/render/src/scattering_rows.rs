@@ -3,12 +3,13 @@
 //! With the sun in one direction the scattering angle theta, and m, by which the flat shape of large
 //! drops moves the bow, are the same all along a ray. So a ray needs one row of the table,
 //! t(lambda; r_e, v_e) at its theta and m, and of that only the sizes it meets: natural light at the
-//! angles that the picture sees, turned size by size when a ray first meets it ([`SizeRows`]). f32 as in
+//! angles that the picture sees, turned size by size when a ray first meets it (see `size_rows`). f32 as in
 //! the file.
 
 use std::borrow::Cow;
 use std::sync::OnceLock;
 use std::sync::atomic::AtomicBool;
+use std::sync::atomic::AtomicU32;
 use std::sync::atomic::Ordering;
 
 use niji_exchange::ScatteringTable;
@@ -20,7 +21,6 @@ use crate::error::Error;
 use crate::size_axes::SizeAxes;
 use crate::size_axes::SizeBins;
 use crate::size_rows::RowSource;
-use crate::size_rows::SizeRows;
 
 /// Rows by size, flattening and angle.
 #[derive(Debug)]
@@ -29,9 +29,13 @@ pub(crate) struct ScatteringRows<'a> {
     theta_rad: Vec<f64>,
     flattening: Vec<f64>,
     source: RowSource<'a>,
-    /// Those that a ray has met.
-    sizes: Vec<OnceLock<SizeRows>>,
-    /// Whether all of these are 0 or more, and finite.
+    n_wavelengths: usize,
+    /// Spectra of the sizes that a ray has met, [flattening, angle, wavelength] [1/sr].
+    sizes: Vec<OnceLock<Vec<f32>>>,
+    /// Their luminance in sunlight [cd/m² per unit of light], [flattening, angle, size]: a ray looks at
+    /// many sizes at few angles. Bits of f32; 0 stands for sizes that no ray has met, too.
+    luminance: Vec<AtomicU32>,
+    /// Whether all that rays have met is 0 or more, and finite.
     are_sound: AtomicBool,
 }
 
@@ -53,8 +57,18 @@ pub(crate) struct RowStencil {
     terms: Vec<(usize, f32)>,
     /// The node above the last ray, from which the search for the next one starts.
     near: usize,
+    /// Bins that hold light and how much, in ascending order.
+    lit: Vec<(usize, f32)>,
     /// Room for the luminance of a stretch of bins.
     luminance: Vec<f64>,
+}
+
+impl RowStencil {
+    /// Take note of the light of a ray.
+    pub(crate) fn set_light(&mut self, bins: &SizeBins) {
+        self.lit.clear();
+        self.lit.extend(bins.iter());
+    }
 }
 
 impl<'a> ScatteringRows<'a> {
@@ -72,8 +86,13 @@ impl<'a> ScatteringRows<'a> {
         let end =
             (angles.partition_point(|theta| *theta < theta_range_rad.1) + 1).min(angles.len());
         let axes = SizeAxes::new(&table.effective_radius_um, &table.effective_variance);
+        let n_values = table.flattening.len() * (end - first) * axes.n_bins();
         Self {
+            n_wavelengths: table.wavelengths.len(),
             sizes: vec![OnceLock::new(); axes.n_bins()],
+            luminance: std::iter::repeat_with(AtomicU32::default)
+                .take(n_values)
+                .collect(),
             axes,
             theta_rad: angles[first..end].to_vec(),
             flattening: table.flattening.clone(),
@@ -96,13 +115,31 @@ impl<'a> ScatteringRows<'a> {
         })
     }
 
-    /// A size, turned by the first who asks for it.
+    /// Spectra of a size, turned by the first who asks for it.
     #[inline]
-    fn size(&self, bin: usize) -> &SizeRows {
+    fn size(&self, bin: usize) -> &[f32] {
         self.sizes[bin].get_or_init(|| {
             let rows = self.source.rows(bin);
             self.are_sound.fetch_and(rows.is_sound, Ordering::Relaxed);
-            rows
+            let of_size = self.luminance.iter().skip(bin).step_by(self.axes.n_bins());
+            for (place, value) in of_size.zip(rows.luminance) {
+                place.store(value.to_bits(), Ordering::Relaxed);
+            }
+            rows.values_sr1
+        })
+    }
+
+    /// Luminance of a size at weighted nodes of flattening and angle.
+    #[inline]
+    fn luminance_of(&self, bin: usize, terms: &[(usize, f32)]) -> f64 {
+        terms.iter().fold(0.0, |sum, (node, weight)| {
+            let place = &self.luminance[node * self.axes.n_bins() + bin];
+            let mut bits = place.load(Ordering::Relaxed);
+            if bits == 0 {
+                self.size(bin);
+                bits = place.load(Ordering::Relaxed);
+            }
+            sum + f64::from(*weight) * f64::from(f32::from_bits(bits))
         })
     }
 
@@ -173,48 +210,49 @@ impl<'a> ScatteringRows<'a> {
         }
     }
 
-    /// Set `spectrum` [1/sr] to the rows of the light in `bins`, by the widest vectors that the
-    /// processor has.
-    pub(crate) fn shade(&self, bins: &SizeBins, stencil: &RowStencil, spectrum: &mut [f32]) {
+    /// Set `spectrum` [1/sr] to the rows of the light of a ray, by the widest vectors that the processor
+    /// has.
+    pub(crate) fn shade(&self, stencil: &RowStencil, spectrum: &mut [f32]) {
         Arch::new().dispatch(Shading {
             rows: self,
-            bins,
-            terms: &stencil.terms,
+            stencil,
             spectrum,
         });
     }
 
-    /// Luminance in sunlight of the light in `bins`, and its estimated error from the linear
+    /// Luminance in sunlight of the light of a ray, and its estimated error from the linear
     /// interpolation between sizes: h²/8 times the second derivative in the middle of a step.
-    pub(crate) fn luminance(&self, bins: &SizeBins, stencil: &mut RowStencil) -> (f64, f64) {
-        let stride = self.axes.n_variances();
-        let n_bins = self.axes.n_bins();
-        let touched = bins.touched();
-        if touched.is_empty() {
-            return (0.0, 0.0);
-        }
-        // With the neighbors of the outermost.
-        let known = touched.start.saturating_sub(stride)..(touched.end + stride).min(n_bins);
+    pub(crate) fn luminance(&self, stencil: &mut RowStencil) -> (f64, f64) {
         let RowStencil {
-            terms, luminance, ..
+            terms,
+            lit,
+            luminance,
+            ..
         } = stencil;
-        luminance.clear();
-        luminance.resize(known.len(), 0.0);
-        // Asked once each; 0 is not known yet.
-        let mut of = |bin: usize| {
-            let known = &mut luminance[bin - known.start];
-            if *known == 0.0 {
-                *known = self.size(bin).luminance(terms);
-            }
-            *known
+        let (Some((first, _)), Some((last, _))) = (lit.first(), lit.last()) else {
+            return (0.0, 0.0);
         };
+        let (stride, n_bins) = (self.axes.n_variances(), self.axes.n_bins());
+        // From the neighbors of the first to those of the last; 0 is not known yet.
+        let start = first.saturating_sub(stride);
+        luminance.clear();
+        luminance.resize(last + stride + 1 - start, 0.0);
+        for (bin, _) in lit.iter() {
+            luminance[bin - start] = self.luminance_of(*bin, terms);
+        }
         let (mut sum, mut bend) = (0.0, 0.0);
-        for (bin, light) in bins.iter() {
-            let light = f64::from(light);
-            let here = of(bin);
+        for &(bin, light) in lit.iter() {
+            let (light, here) = (f64::from(light), luminance[bin - start]);
             sum += light * here;
             if bin >= stride && bin + stride < n_bins {
-                bend += light * (of(bin - stride) - 2.0 * here + of(bin + stride));
+                let [before, after] = [bin - stride, bin + stride].map(|bin| {
+                    let known = &mut luminance[bin - start];
+                    if *known == 0.0 {
+                        *known = self.luminance_of(bin, terms);
+                    }
+                    *known
+                });
+                bend += light * (before - 2.0 * here + after);
             }
         }
         (sum, bend.abs() / 8.0)
@@ -225,8 +263,7 @@ impl<'a> ScatteringRows<'a> {
 /// same bits for vectors of any width.
 struct Shading<'a> {
     rows: &'a ScatteringRows<'a>,
-    bins: &'a SizeBins,
-    terms: &'a [(usize, f32)],
+    stencil: &'a RowStencil,
     spectrum: &'a mut [f32],
 }
 
@@ -262,10 +299,11 @@ impl Shading<'_> {
     fn add_rows<S: Simd, const N: usize>(&mut self, simd: S, first: usize) -> usize {
         let n_wavelengths = N * S::F32_LANES;
         let mut sums = [simd.splat_f32s(0.0); N];
-        for (bin, light) in self.bins.iter() {
+        for &(bin, light) in &self.stencil.lit {
             let size = self.rows.size(bin);
-            for &(node, weight) in self.terms {
-                let row = size.spectrum(node, first..first + n_wavelengths);
+            for &(node, weight) in &self.stencil.terms {
+                let start = node * self.rows.n_wavelengths + first;
+                let row = &size[start..start + n_wavelengths];
                 let scale = simd.splat_f32s(light * weight);
                 for (sum, value) in sums.iter_mut().zip(S::as_simd_f32s(row).0) {
                     *sum = simd.add_f32s(*sum, simd.mul_f32s(scale, *value));
@@ -361,8 +399,9 @@ mod tests {
         let mut bins = SizeBins::new(rows.axes());
         bins.add(rows.axes().place(1.0, 40.0, 1600.0), 2.0);
         let mut spectrum = vec![0.0; 3];
-        rows.shade(&bins, &stencil, &mut spectrum);
-        let luminance = rows.luminance(&bins, &mut stencil).0;
+        stencil.set_light(&bins);
+        rows.shade(&stencil, &mut spectrum);
+        let luminance = rows.luminance(&mut stencil).0;
         assert!((luminance / f64::from(spectrum[1]) - 1.0).abs() < 1e-5);
         spectrum
     }
@@ -456,11 +495,11 @@ mod tests {
             let mut stencil = RowStencil::default();
             rows.stencil(&place, &mut stencil);
             let (mut wide, mut narrow) = ([0.0; 37], [0.0; 37]);
-            rows.shade(&bins, &stencil, &mut wide);
+            stencil.set_light(&bins);
+            rows.shade(&stencil, &mut wide);
             let shading = Shading {
                 rows: &rows,
-                bins: &bins,
-                terms: &stencil.terms,
+                stencil: &stencil,
                 spectrum: &mut narrow,
             };
             shading.with_simd(pulp::Scalar::new());
@@ -479,7 +518,9 @@ mod tests {
                 let place = rows.axes().place(1.0, radius_um, radius_um * radius_um);
                 bins.add(place, 1.0);
                 let mut spectrum = [0.0; 3];
-                rows.shade(&bins, &RowStencil::default(), &mut spectrum);
+                let mut stencil = RowStencil::default();
+                stencil.set_light(&bins);
+                rows.shade(&stencil, &mut spectrum);
             };
             meet(10.0);
             assert!(rows.check().is_ok());

@@ -20,33 +20,13 @@ use crate::turned::turn;
 const BEHIND: usize = 64;
 
 /// Rows of natural light of a size.
-#[derive(Clone, Debug)]
 pub(crate) struct SizeRows {
     /// [flattening, angle, wavelength] [1/sr], and [`BEHIND`] zeros.
-    values_sr1: Vec<f32>,
+    pub(crate) values_sr1: Vec<f32>,
     /// [flattening, angle], luminance in sunlight [cd/m² per unit of light].
-    luminance: Vec<f32>,
-    n_wavelengths: usize,
+    pub(crate) luminance: Vec<f32>,
     /// Whether all values are 0 or more, and finite.
     pub(crate) is_sound: bool,
-}
-
-impl SizeRows {
-    /// The spectrum at a node of flattening and angle, from a wavelength on, in vectors that may end
-    /// behind it.
-    #[inline]
-    pub(crate) fn spectrum(&self, node: usize, wavelengths: Range<usize>) -> &[f32] {
-        let start = node * self.n_wavelengths;
-        &self.values_sr1[start + wavelengths.start..start + wavelengths.end]
-    }
-
-    /// Luminance at weighted nodes of flattening and angle.
-    #[inline]
-    pub(crate) fn luminance(&self, terms: &[(usize, f32)]) -> f64 {
-        terms.iter().fold(0.0, |sum, (node, weight)| {
-            sum + f64::from(*weight) * f64::from(self.luminance[*node])
-        })
-    }
 }
 
 /// What sizes are made from.
@@ -89,7 +69,6 @@ impl<'a> RowSource<'a> {
         let mut rows = SizeRows {
             values_sr1: vec![0.0; n_nodes * n_wavelengths + BEHIND],
             luminance: Vec::with_capacity(n_nodes),
-            n_wavelengths,
             is_sound: true,
         };
         let mut panel = Panel {
@@ -217,13 +196,15 @@ mod tests {
                             .map(|w| table.values[[0, r, v, m, w, a]] + 1.0)
                             .collect::<Vec<_>>();
                         // Whole numbers: exact.
-                        assert_eq!(rows.spectrum(node, 0..n_wavelengths), expected);
+                        let start = node * n_wavelengths;
+                        let found = &rows.values_sr1[start..start + n_wavelengths];
+                        assert_eq!(found, expected);
                         let sum: f32 = expected.iter().sum();
-                        assert_eq!(rows.luminance(&[(node, 0.5)]), 0.5 * f64::from(sum));
+                        assert_eq!(rows.luminance[node], sum);
                     }
-                    let last = n_flattenings * angles.len() - 1;
-                    let behind = rows.spectrum(last, n_wavelengths..n_wavelengths + BEHIND);
-                    assert_eq!(behind, [0.0; BEHIND]);
+                    let n_nodes = n_flattenings * angles.len();
+                    assert_eq!(rows.luminance.len(), n_nodes);
+                    assert_eq!(rows.values_sr1[n_nodes * n_wavelengths..], [0.0; BEHIND]);
                 }
             }
         }

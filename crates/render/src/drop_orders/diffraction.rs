@@ -147,12 +147,13 @@ impl Frame<'_> {
         };
         for (march, sign) in &diffraction.marches {
             march.along(&walk, &mut [], deposits, |deposits| {
+                stencil.set_light(&deposits.bins);
                 transmitted.fill(1.0);
                 if let Some(slabs) = &slabs {
                     slabs.transmit(deposits, transmitted);
                 }
                 let mut add = |rows: &ScatteringRows, sign: f32| {
-                    rows.shade(&deposits.bins, stencil, spectrum);
+                    rows.shade(stencil, spectrum);
                     let dimmed = spectrum.iter().zip(&*transmitted).zip(&self.irradiance);
                     for (sum, ((value, transmitted), irradiance)) in out.iter_mut().zip(dimmed) {
                         *sum += sign * value * transmitted * irradiance;
