@@ -17,6 +17,7 @@ use niji_render::RenderRequest;
 use niji_render::SunPath;
 use niji_render::Toggle;
 use niji_render::render;
+use niji_render::render_in_steps;
 
 fn drops(sun_path: SunPath) -> LitDrops {
     let grid = GridBox {
@@ -84,6 +85,24 @@ fn angles_of_the_rays_must_be_in_the_table() {
     // All of them are on the primary side; a secondary bow alone needs none of them.
     request.effects.primary_bow = Toggle::Off;
     render(&request, &|_| ()).unwrap();
+}
+
+#[test]
+fn values_that_no_drop_scatters_are_refused_before_a_row_of_them_is_handed_over() {
+    let drops = drops(SunPath::Ignore);
+    let camera = camera(DVec3::ZERO, (0.0, 0.0), 5.0, (4, 8));
+    for bad in [-0.1, f32::NAN, f32::INFINITY] {
+        let mut table = isotropic(0.1);
+        table.values.fill(bad);
+        let request = request(&camera, sun_in_the_south(30.0), &drops, &table);
+        let mut n_steps = 0;
+        let rendered = render_in_steps(&request, &|_| (), &mut |_, _| {
+            n_steps += 1;
+            1
+        });
+        assert!(matches!(rendered, Err(Error::BadTable { .. })), "{bad}");
+        assert_eq!(n_steps, 1);
+    }
 }
 
 #[test]
