@@ -175,12 +175,8 @@ fn rows<'a>(
         (PixelFootprint::Center | PixelFootprint::Grid { .. }, None) => 0.0,
     };
     let range_rad = (seen.theta_rad.0 - margin_rad, seen.theta_rad.1 + margin_rad);
-    let table = Cow::Borrowed(table);
-    Ok(Some(ScatteringRows::new(
-        table,
-        range_rad,
-        &luminance_weights,
-    )))
+    let rows = ScatteringRows::new(Cow::Borrowed(table), range_rad, &luminance_weights);
+    Ok(Some(rows))
 }
 
 /// From a spectrum for unit irradiance to luminance in the sun.
@@ -191,16 +187,17 @@ fn luminance_weights(request: &RenderRequest, colorimetry: &Colorimetry) -> Vec<
         .collect()
 }
 
-/// What diffraction changes in the bows that are seen.
+/// What diffraction changes in the bows that are seen, where further orders are wanted.
 fn diffraction<'a>(request: &RenderRequest, frame: &Frame<'a>) -> Option<Diffraction<'a>> {
-    let (rows, _, table) = (
-        frame.rows.as_ref()?,
-        frame.multiple.as_ref()?,
-        request.table?,
-    );
+    frame.multiple.as_ref()?;
+    let range_rad = frame.rows.as_ref()?.theta_range_rad();
     let first_order = request.levels.drop_extinction_model;
-    let range_rad = rows.theta_range_rad();
-    Some(Diffraction::new(table, range_rad, frame.march, first_order))
+    Some(Diffraction::new(
+        request.table?,
+        range_rad,
+        frame.march,
+        first_order,
+    ))
 }
 
 /// The light of orders beyond the first, for all directions of the camera's frame whatever its region:

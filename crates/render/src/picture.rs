@@ -69,10 +69,10 @@ pub fn render_in_steps(
     while painted < height {
         let n_rows = next_rows(&picture, finished as u32).max(1) as usize;
         let step = painted..painted.saturating_add(n_rows).min(height);
-        let inner = s![reach + step.start..reach + step.end, reach..reach + width];
+        let inner = glimpses.slice_mut(s![reach..reach + height, reach..reach + width]);
         let pictured = picture.tiles_mut(&step).into_iter();
         pictured
-            .zip(tiles(glimpses.slice_mut(inner)))
+            .zip(tiles(inner, &step))
             .collect::<Vec<_>>()
             .into_par_iter()
             .with_max_len(1)

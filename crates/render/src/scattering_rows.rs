@@ -50,7 +50,8 @@ pub(crate) struct RayPlace {
     pub(crate) flattening: f64,
 }
 
-/// The nodes of flattening and angle that a ray takes part in, with weights that sum to 1.
+/// What a ray asks of the rows: nodes of flattening and angle, with weights that sum to 1, and the sizes
+/// that it has light of.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct RowStencil {
     /// Node of both axes, the angle fastest, and its weight.

@@ -236,7 +236,7 @@ impl SizeBins {
 
     /// From the first to behind the last bin that was touched.
     #[inline]
-    pub(crate) fn touched(&self) -> Range<usize> {
+    fn touched(&self) -> Range<usize> {
         let high = self.high.min(self.n_bins);
         self.low.min(high)..high
     }
