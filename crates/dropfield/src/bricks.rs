@@ -16,6 +16,8 @@
 //!
 //! Interpolation is a (1 - t) + b t throughout, see [`crate::AreaMoments`].
 
+mod m2_row;
+
 use std::ops::Add;
 use std::ops::Mul;
 
@@ -210,6 +212,26 @@ impl Bricks {
         M2_PER_UM2 * std::f64::consts::PI * f64::from(m2)
     }
 
+    /// Smallest and largest effective radius of the nodes (um); `None` if there are no drops.
+    pub fn effective_radius_um(&self) -> Option<(f32, f32)> {
+        let wider = |a: (f32, f32), b: (f32, f32)| (a.0.min(b.0), a.1.max(b.1));
+        let radius_um = |lanes: &Vec4| match self.interpolation {
+            Interpolation::RadiusDensity => lanes.x,
+            Interpolation::Moments => AreaMoments {
+                m2: lanes.x,
+                m3: lanes.y,
+                m4: lanes.z,
+            }
+            .effective_radius_um(),
+        };
+        self.nodes
+            .par_iter()
+            .map(radius_um)
+            .filter(|radius_um| *radius_um > 0.0)
+            .map(|radius_um| (radius_um, radius_um))
+            .reduce_with(wider)
+    }
+
     /// The field at a point; zero outside the bricks.
     #[inline]
     pub fn sample(&self, world: DVec3) -> Sample {
@@ -224,60 +246,6 @@ impl Bricks {
     pub fn m2(&self, world: DVec3) -> f32 {
         self.locate(world)
             .map_or(0.0, |(base, local)| self.m2_in_cell(base, local))
-    }
-
-    /// Add M2 (um²/m³) at the points `start + i step` to each of `sums`, as [`Bricks::m2`] finds it;
-    /// points in a brick without drops are passed over together.
-    pub fn add_m2_along(&self, start: DVec3, step: DVec3, sums: &mut [f64]) {
-        // Infinite along an axis on which no step leads anywhere.
-        let per_step = self.voxel_m / step;
-        let mut index = 0;
-        while index < sums.len() {
-            let point = start + index as f64 * step;
-            if let Some((base, local)) = self.locate(point) {
-                sums[index] += f64::from(self.m2_in_cell(base, local));
-                index += 1;
-            } else {
-                index = index.saturating_add(self.steps_without_drops(point, per_step));
-            }
-        }
-    }
-
-    /// Steps that lead from a point without drops to others beside it, at least one: up to the end of
-    /// its brick, whose faces have none either, or of the space outside the box. `per_step` is steps
-    /// for a voxel.
-    #[inline]
-    fn steps_without_drops(&self, point: DVec3, per_step: DVec3) -> usize {
-        let position = (point - self.origin_m) * self.inverse_voxel_m;
-        let (mut in_brick, mut outside) = (f64::INFINITY, None::<f64>);
-        for axis in 0..3 {
-            let (at, per_step) = (position[axis], per_step[axis]);
-            let steps_to = |end: f64| (end - at) * per_step;
-            let box_end = f64::from(self.n_slots[axis] * BRICK_DIM);
-            if at >= 0.0 && at < box_end {
-                let brick = at as i32 & -BRICK_DIM;
-                let end = if per_step > 0.0 {
-                    brick + BRICK_DIM
-                } else {
-                    brick
-                };
-                // Before the end nothing may be: a number that is not one is no end.
-                in_brick = in_brick.min(steps_to(f64::from(end)));
-            } else {
-                let end = if at < 0.0 { 0.0 } else { box_end };
-                let n_steps = steps_to(end);
-                // Away from the box, or beside it for ever.
-                let n_steps = if n_steps >= 0.0 {
-                    n_steps
-                } else {
-                    f64::INFINITY
-                };
-                outside = Some(outside.map_or(n_steps, |n| n.max(n_steps)));
-            }
-        }
-        // Where a point is outside along one axis, the others do not matter. Infinity converts to the
-        // largest number.
-        (outside.unwrap_or(in_brick) as usize).max(1)
     }
 
     /// The cell around a point, by the place of its lowest corner, and local coordinates in 0..1, to
@@ -353,9 +321,8 @@ impl Bricks {
             self.nodes.len(),
             "values must belong to these bricks"
         );
-        for (node, value) in self.nodes.iter_mut().zip(&values.0) {
-            node.w = *value;
-        }
+        let nodes = self.nodes.par_iter_mut().zip(&values.0);
+        nodes.for_each(|(node, value)| node.w = *value);
     }
 
     /// Lattice coordinates of a world position: whole numbers are nodes.

@@ -6,9 +6,6 @@
 //! exponential: exp(-tau) of a mean is right along a straight shadow edge where the mean of exp(-tau)
 //! is not. All modes dim each other. The level's efficiency Q multiplies it later.
 
-use std::sync::atomic::AtomicU32;
-use std::sync::atomic::Ordering;
-
 use glam::DVec3;
 use niji_dropfield::Bricks;
 use niji_dropfield::NodeValues;
@@ -68,11 +65,12 @@ impl LitDrops {
     ) -> Result<Self, Error> {
         crate::request::check_sun_direction(sun_direction)?;
         let bounds = union_of_bounds(&bricks);
+        let size_range_um = union_of_size_ranges(&bricks);
         let mut lit = Self {
             bricks,
             shadow: Shadow::None,
             bounds,
-            size_range_um: None,
+            size_range_um,
             shadow_error: None,
         };
         let Some(bounds) = bounds else { return Ok(lit) };
@@ -151,29 +149,14 @@ impl LitDrops {
         self.shadow != Shadow::None
     }
 
-    /// Set the optical depth of all nodes, and see on the way which sizes there are.
+    /// Set the optical depth of all nodes.
     fn store(&mut self, depth_at: impl Fn(&[Bricks], DVec3) -> f32 + Sync) {
-        // Bits of non-negative floats are ordered like the floats; minima and maxima do not depend
-        // on the order in which threads arrive.
-        let (smallest, largest) = (AtomicU32::new(u32::MAX), AtomicU32::new(0));
         let bricks = &self.bricks;
-        let depths_of = |mode: &Bricks| {
-            mode.at_nodes(|point| {
-                let radius_um = mode.sample(point).moments().effective_radius_um();
-                if radius_um > 0.0 {
-                    smallest.fetch_min(radius_um.to_bits(), Ordering::Relaxed);
-                    largest.fetch_max(radius_um.to_bits(), Ordering::Relaxed);
-                }
-                depth_at(bricks, point)
-            })
-        };
+        let depths_of = |mode: &Bricks| mode.at_nodes(|point| depth_at(bricks, point));
         let depths: Vec<NodeValues> = bricks.iter().map(depths_of).collect();
         for (mode, depths) in self.bricks.iter_mut().zip(&depths) {
             mode.set_tau_sun(depths);
         }
-        let [smallest, largest] = [smallest, largest].map(AtomicU32::into_inner);
-        let range = [smallest, largest].map(|bits| f64::from(f32::from_bits(bits)));
-        self.size_range_um = (largest > 0).then_some((range[0], range[1]));
     }
 }
 
@@ -184,6 +167,15 @@ fn union_of_bounds(bricks: &[Bricks]) -> Option<Aabb> {
         .filter_map(Bricks::world_bounds)
         .reduce(|(a_min, a_max), (b_min, b_max)| (a_min.min(b_min), a_max.max(b_max)))
         .map(|(min, max)| Aabb { min, max })
+}
+
+/// Smallest and largest effective radius of all modes (um).
+fn union_of_size_ranges(bricks: &[Bricks]) -> Option<(f64, f64)> {
+    bricks
+        .iter()
+        .filter_map(Bricks::effective_radius_um)
+        .reduce(|(a_low, a_high), (b_low, b_high)| (a_low.min(b_low), a_high.max(b_high)))
+        .map(|(low, high)| (f64::from(low), f64::from(high)))
 }
 
 /// Sum of the modes' extinction at Q = 1 [1/m].

@@ -9,6 +9,8 @@
 //! edge by a variance of f (1 - f) voxels², 1/6 on the mean over positions f: after n layers by about
 //! 0.4 sqrt(n) voxels. A sun along an axis has none of it.
 
+use std::ops::Range;
+
 use glam::DVec3;
 use niji_dropfield::Bricks;
 use niji_geometry::Aabb;
@@ -59,7 +61,8 @@ impl SunSweep {
             });
         }
         let swept = sun_direction.abs().max_position();
-        let axes = [swept, (swept + 1) % 3, (swept + 2) % 3];
+        // Rows along z where that is not the swept axis: there the drops' nodes lie side by side.
+        let axes = [swept, usize::from(swept == 0), 2 - usize::from(swept == 2)];
         let n_nodes = n_cells.to_array().map(|cells| cells as usize + 1);
         let mut sweep = Self {
             origin: bounds.min,
@@ -89,11 +92,11 @@ impl SunSweep {
             .clamp(1.0, MAX_STRETCHES);
         let crossing = Crossing {
             to_next,
-            to_column: self.node([0, 0, 1]) - self.node([0, 0, 0]),
+            column_axis: third,
+            column_m: self.spacing_m[third],
             n_stretches: n_stretches as usize,
             row_step: to_next[second] / self.spacing_m[second],
             column_step: to_next[third] / self.spacing_m[third],
-            n_rows,
             n_columns,
         };
         let layer_size = n_rows * n_columns;
@@ -107,20 +110,19 @@ impl SunSweep {
             } else {
                 step
             };
+            let stored = &mut depths[layer * layer_size..(layer + 1) * layer_size];
             values
                 .par_chunks_mut(n_columns)
+                .zip(stored.par_chunks_mut(n_columns))
                 .enumerate()
-                .for_each(|(row, values)| {
+                .for_each(|(row, (values, stored))| {
                     let first = self.node([layer, row, 0]);
                     crossing.depths_between(bricks, first, values);
-                    for (column, value) in values.iter_mut().enumerate() {
-                        *value += crossing.depth_at_next(&before, row, column);
+                    crossing.add_depths_at_next(&before, row, values);
+                    for (stored, value) in stored.iter_mut().zip(values) {
+                        *stored = *value as f32;
                     }
                 });
-            let stored = &mut depths[layer * layer_size..(layer + 1) * layer_size];
-            for (stored, value) in stored.iter_mut().zip(&values) {
-                *stored = *value as f32;
-            }
             std::mem::swap(&mut before, &mut values);
         }
         self.depths = depths;
@@ -138,65 +140,67 @@ impl SunSweep {
     /// Trilinear interpolation; the nearest point of the box holds outside.
     pub(crate) fn at(&self, point: DVec3) -> f32 {
         let place = (point - self.origin) / self.spacing_m;
-        let mut lower = [0; 3];
-        let mut fraction = [0.0; 3];
-        for (slot, axis) in self.axes.into_iter().enumerate() {
+        let (mut low, mut strides, mut fractions) = (0, [0; 3], [0.0; 3]);
+        let mut stride = 1;
+        // From the fastest axis to the slowest.
+        for (slot, axis) in self.axes.into_iter().enumerate().rev() {
             let last = self.n_nodes[axis] - 1;
             let along = place[axis].clamp(0.0, last as f64);
-            lower[slot] = (along as usize).min(last - 1);
-            fraction[slot] = along - lower[slot] as f64;
+            let lower = (along as usize).min(last - 1);
+            fractions[slot] = along - lower as f64;
+            strides[slot] = stride;
+            low += lower * stride;
+            stride *= last + 1;
         }
-        let [_, second, third] = self.axes;
-        let (rows, columns) = (self.n_nodes[second], self.n_nodes[third]);
-        let mut sum = 0.0;
-        for corner in 0..8_usize {
-            let offsets = [corner >> 2, corner >> 1 & 1, corner & 1];
-            let weight: f64 = (0..3)
-                .map(|slot| {
-                    if offsets[slot] == 1 {
-                        fraction[slot]
-                    } else {
-                        1.0 - fraction[slot]
-                    }
-                })
-                .product();
-            let [a, b, c] = std::array::from_fn(|slot| lower[slot] + offsets[slot]);
-            sum += weight * f64::from(self.depths[(a * rows + b) * columns + c]);
-        }
-        sum as f32
+        let [a, b, _] = strides;
+        let between = |low: f64, high: f64, slot: usize| {
+            low * (1.0 - fractions[slot]) + high * fractions[slot]
+        };
+        let depth = |place: usize| f64::from(self.depths[place]);
+        let row = |low: usize| between(depth(low), depth(low + 1), 2);
+        let face = |low: usize| between(row(low), row(low + b), 1);
+        between(face(low), face(low + a), 0) as f32
     }
 }
 
 /// The way from a node to the next layer on the sun's side.
 struct Crossing {
     to_next: DVec3,
-    /// The way to the next node of the row.
-    to_column: DVec3,
+    column_axis: usize,
+    column_m: f64,
     n_stretches: usize,
+    /// The same way in nodes.
     row_step: f64,
     column_step: f64,
-    n_rows: usize,
     n_columns: usize,
 }
 
 impl Crossing {
-    /// Bilinear optical depth where the line crosses the next layer; 0 where it has left the box.
-    fn depth_at_next(&self, layer: &[f64], row: usize, column: usize) -> f64 {
-        let (row, column) = (row as f64 + self.row_step, column as f64 + self.column_step);
-        let (last_row, last_column) = (self.n_rows as f64 - 1.0, self.n_columns as f64 - 1.0);
-        let inside = (0.0..=last_row).contains(&row) && (0.0..=last_column).contains(&column);
-        if !inside {
-            return 0.0;
+    /// Add bilinear optical depths where the lines from the nodes of a row cross the next layer; 0
+    /// where they have left the box.
+    fn add_depths_at_next(&self, layer: &[f64], row: usize, depths: &mut [f64]) {
+        let n_rows = layer.len() / self.n_columns;
+        let rows = Shift::new(self.row_step, n_rows);
+        let columns = Shift::new(self.column_step, self.n_columns);
+        if !rows.inside.contains(&row) || columns.inside.is_empty() {
+            return;
         }
-        let (lower_row, lower_column) = (
-            (row as usize).min(self.n_rows - 2),
-            (column as usize).min(self.n_columns - 2),
-        );
-        let (up, right) = (row - lower_row as f64, column - lower_column as f64);
-        let at = |row: usize, column: usize| layer[row * self.n_columns + column];
-        let along =
-            |row: usize| at(row, lower_column) * (1.0 - right) + at(row, lower_column + 1) * right;
-        along(lower_row) * (1.0 - up) + along(lower_row + 1) * up
+        let (first, n) = (columns.inside.start, columns.inside.len());
+        let of_row = |row: usize| &layer[row * self.n_columns..(row + 1) * self.n_columns];
+        let (lower, upper) = (of_row(rows.lower(row)), of_row(rows.upper(row)));
+        let (left, right) = (columns.lower(first), columns.upper(first));
+        let corners = [
+            &lower[left..left + n],
+            &lower[right..right + n],
+            &upper[left..left + n],
+            &upper[right..right + n],
+        ];
+        let (up, along) = (rows.fraction, columns.fraction);
+        for (column, depth) in depths[columns.inside.clone()].iter_mut().enumerate() {
+            let [a, b, c, d] = corners.map(|corner| corner[column]);
+            let between = |low: f64, high: f64| low * (1.0 - along) + high * along;
+            *depth += between(a, b) * (1.0 - up) + between(c, d) * up;
+        }
     }
 
     /// Optical depths from the nodes of a row to the next layer.
@@ -208,13 +212,95 @@ impl Crossing {
                 let fraction = (stretch as f64 + 0.5 + offset) / n;
                 let start = first + fraction * self.to_next;
                 for mode in bricks {
-                    mode.add_m2_along(start, self.to_column, depths);
+                    mode.add_m2_in_row(start, self.column_axis, self.column_m, depths);
                 }
             }
         }
         let depth_per_m2 = EXTINCTION_PER_M2 * 0.5 * self.to_next.length() / n;
         for depth in depths {
             *depth *= depth_per_m2;
+        }
+    }
+}
+
+/// The same step from each of a line of nodes to a place between two of them.
+struct Shift {
+    /// Nodes from which the step stays among the nodes.
+    inside: Range<usize>,
+    /// Whole nodes of the step.
+    whole: isize,
+    /// What is left of it, from 0 to 1.
+    fraction: f64,
+}
+
+impl Shift {
+    fn new(step: f64, n_nodes: usize) -> Self {
+        let whole = step.floor();
+        let fraction = step - whole;
+        // Also onto the lowest and the highest node. Numbers below 0 convert to 0.
+        let first = (-whole as usize).min(n_nodes);
+        let end = ((n_nodes as f64 - step.ceil()) as usize).min(n_nodes);
+        Self {
+            inside: first..end.max(first),
+            whole: whole as isize,
+            fraction,
+        }
+    }
+
+    fn lower(&self, node: usize) -> usize {
+        node.saturating_add_signed(self.whole)
+    }
+
+    /// The node on the other side of the place, or at it.
+    fn upper(&self, node: usize) -> usize {
+        self.lower(node) + usize::from(self.fraction > 0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Bilinear at one place; 0 outside.
+    fn at(layer: &[f64], [n_rows, n_columns]: [usize; 2], row: f64, column: f64) -> f64 {
+        let inside = |place: f64, n: usize| (0.0..=n as f64 - 1.0).contains(&place);
+        if !(inside(row, n_rows) && inside(column, n_columns)) {
+            return 0.0;
+        }
+        // Hats: 1 at their node, 0 at all others.
+        let hat = |place: f64, node: usize| (1.0 - (place - node as f64).abs()).max(0.0);
+        let nodes = (0..n_rows).flat_map(|a| (0..n_columns).map(move |b| (a, b)));
+        nodes
+            .map(|(a, b)| hat(row, a) * hat(column, b) * layer[a * n_columns + b])
+            .sum()
+    }
+
+    #[test]
+    fn a_row_is_found_between_the_nodes_of_the_next_layer() {
+        let [n_rows, n_columns] = [4, 7];
+        let layer: Vec<f64> = (0..28).map(|node| 1.0 + f64::from(node * node)).collect();
+        let steps = [
+            0.0, -0.0, 1.0, -1.0, 0.25, -0.25, 2.5, -2.75, 3.0, -3.0, 6.0, -6.0, 50.5, -50.5,
+        ];
+        for (row_step, column_step) in steps.iter().flat_map(|a| steps.map(|b| (*a, b))) {
+            let crossing = Crossing {
+                to_next: DVec3::X,
+                column_axis: 2,
+                column_m: 1.0,
+                n_stretches: 1,
+                row_step,
+                column_step,
+                n_columns,
+            };
+            for row in 0..n_rows {
+                let mut depths = vec![10.0; n_columns];
+                crossing.add_depths_at_next(&layer, row, &mut depths);
+                for (column, depth) in depths.into_iter().enumerate() {
+                    let place = (row as f64 + row_step, column as f64 + column_step);
+                    let expected = 10.0 + at(&layer, [n_rows, n_columns], place.0, place.1);
+                    assert_eq!(depth, expected, "{row_step} {column_step} {row} {column}");
+                }
+            }
         }
     }
 }
