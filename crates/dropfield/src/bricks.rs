@@ -42,6 +42,10 @@ use crate::brick_layout::fill_brick;
 use crate::brick_layout::m2_range;
 use crate::brick_layout::node_in_brick;
 use crate::brick_layout::occupied;
+use crate::coarse_cells::CoarseErrors;
+use crate::coarse_cells::TOO_COARSE;
+use crate::coarse_cells::coarse_errors;
+use crate::coarse_cells::coarsest;
 
 /// Cells along an edge of a brick.
 pub(crate) const BRICK_DIM: i32 = 8;
@@ -124,6 +128,8 @@ pub struct Bricks {
     m2_ranges: Vec<(f32, f32)>,
     /// Cells without drops of each brick.
     empty_cells: Vec<CellMask>,
+    /// Errors of each brick in coarser cells.
+    coarse_errors: Vec<CoarseErrors>,
     /// Lanes of all nodes, brick by brick, x slowest.
     nodes: Vec<Vec4>,
     /// M2 of all nodes in the same order (um²/m³); empty unless it is what is interpolated.
@@ -158,6 +164,7 @@ impl Bricks {
             Interpolation::RadiusDensity => Vec::new(),
         };
         Ok(Self {
+            coarse_errors: vec![TOO_COARSE; places.len()],
             interpolation,
             voxel_m: mode.voxel_m(),
             inverse_voxel_m: 1.0 / mode.voxel_m(),
@@ -199,7 +206,8 @@ impl Bricks {
     pub fn memory_bytes(&self) -> usize {
         let nodes = size_of_val(self.nodes.as_slice()) + size_of_val(self.m2.as_slice());
         let empty = size_of_val(self.empty_cells.as_slice());
-        nodes + empty + size_of_val(self.slots.as_slice())
+        let coarse = size_of_val(self.coarse_errors.as_slice());
+        nodes + empty + coarse + size_of_val(self.slots.as_slice())
     }
 
     /// Bound on the extinction without diffraction at any point (1/m): with moments the largest
@@ -287,11 +295,25 @@ impl Bricks {
     /// face between cells belongs to the upper one.
     #[inline]
     pub fn segments(&self, origin: DVec3, direction: DVec3, t_range: (f64, f64)) -> Segments<'_> {
+        self.coarse_segments(origin, direction, t_range, 0.0)
+    }
+
+    /// The same by cells 2, 4 or 8 voxels wide in bricks where these err by no more than
+    /// `relative_error`; where that is 0, no cell is coarse.
+    #[inline]
+    pub fn coarse_segments(
+        &self,
+        origin: DVec3,
+        direction: DVec3,
+        t_range: (f64, f64),
+        relative_error: f64,
+    ) -> Segments<'_> {
         Segments::new(
             self,
             self.to_lattice(origin),
             direction / self.voxel_m,
             t_range,
+            relative_error as f32,
         )
     }
 
@@ -311,7 +333,7 @@ impl Bricks {
         NodeValues(values)
     }
 
-    /// Set the optical depth towards the sun at all nodes; until then it is 0.
+    /// Set the optical depth towards the sun at all nodes; until then it is 0, and no cell is coarse.
     ///
     /// # Panics
     /// If the values are not those of [`Bricks::at_nodes`] of these bricks.
@@ -321,8 +343,19 @@ impl Bricks {
             self.nodes.len(),
             "values must belong to these bricks"
         );
-        let nodes = self.nodes.par_iter_mut().zip(&values.0);
-        nodes.for_each(|(node, value)| node.w = *value);
+        let bricks = self.nodes.par_chunks_mut(NODES_PER_BRICK);
+        let depths = values.0.par_chunks(NODES_PER_BRICK);
+        let errors = &mut self.coarse_errors;
+        let of_moments = self.interpolation == Interpolation::Moments;
+        let bricks = bricks.zip(depths).zip(errors);
+        bricks.for_each(|((nodes, depths), errors)| {
+            for (node, depth) in nodes.iter_mut().zip(depths) {
+                node.w = *depth;
+            }
+            if of_moments {
+                *errors = coarse_errors(nodes);
+            }
+        });
     }
 
     /// Lattice coordinates of a world position: whole numbers are nodes.
@@ -350,6 +383,26 @@ impl Bricks {
         let inside = cell & (BRICK_DIM - 1);
         let layer = self.empty_cells[brick as usize][inside.x as usize];
         layer >> (BRICK_DIM * inside.y + inside.z) & 1 == 1
+    }
+
+    /// Width in voxels of the coarsest cells of a brick that err by no more than `relative_error`.
+    #[inline]
+    pub(crate) fn cell_width(&self, brick: u32, relative_error: f32) -> i32 {
+        match self.coarse_errors.get(brick as usize) {
+            // One empty cell.
+            None => BRICK_DIM,
+            Some(_) if relative_error <= 0.0 => 1,
+            Some(errors) => coarsest(errors, relative_error),
+        }
+    }
+
+    /// Relative error of a brick's cells of a width.
+    #[inline]
+    pub(crate) fn relative_error(&self, brick: u32, width: i32) -> f32 {
+        match width {
+            1 => 0.0,
+            _ => self.coarse_errors[brick as usize][width.ilog2() as usize - 1],
+        }
     }
 
     /// Bounds on M2 inside a brick (um²/m³).
@@ -383,20 +436,45 @@ impl Bricks {
         }
     }
 
-    /// All lanes inside a cell on the line from `start` to `start + way` in local coordinates.
+    /// All lanes inside a cell of a width on the line from `start` to `start + way` in local coordinates.
     #[inline]
-    pub(crate) fn cubic_in_cell(&self, base: usize, start: Vec3A, way: Vec3A) -> [Vec4; 4] {
-        trilinear_along(&self.nodes[base..base + CELL_SPAN], start, way)
+    pub(crate) fn cubic_in_cell(
+        &self,
+        (base, width): (usize, i32),
+        start: Vec3A,
+        way: Vec3A,
+    ) -> [Vec4; 4] {
+        if width > 1 {
+            self.cubic_in_coarse_cell((base, width), start, way)
+        } else {
+            trilinear_along::<1>(&self.nodes[base..], start, way)
+        }
+    }
+
+    fn cubic_in_coarse_cell(
+        &self,
+        (base, width): (usize, i32),
+        start: Vec3A,
+        way: Vec3A,
+    ) -> [Vec4; 4] {
+        let nodes = &self.nodes[base..];
+        match width {
+            2 => trilinear_along::<2>(nodes, start, way),
+            4 => trilinear_along::<4>(nodes, start, way),
+            _ => trilinear_along::<8>(nodes, start, way),
+        }
     }
 }
 
 /// The trilinear interpolant on the line start + x way, as a cubic of x: linear along the edges,
 /// quadratic on two faces, cubic between them. Where all corners are equal, so are all values: the
-/// differences vanish exactly.
+/// differences vanish exactly. The cell is `WIDTH` voxels wide, from the first node on.
 #[inline]
-fn trilinear_along(cell: &[Vec4], start: Vec3A, way: Vec3A) -> [Vec4; 4] {
+fn trilinear_along<const WIDTH: usize>(nodes: &[Vec4], start: Vec3A, way: Vec3A) -> [Vec4; 4] {
+    let cell = &nodes[..=WIDTH * (CELL_SPAN - 1)];
     let edge = |low: usize| {
-        let rise = cell[low + STRIDE_X] - cell[low];
+        let low = WIDTH * low;
+        let rise = cell[low + WIDTH * STRIDE_X] - cell[low];
         [cell[low] + rise * start.x, rise * way.x]
     };
     let face = |[a0, a1]: [Vec4; 2], [b0, b1]: [Vec4; 2]| {

@@ -29,6 +29,7 @@
 mod area_moments;
 mod brick_layout;
 mod bricks;
+mod coarse_cells;
 mod drops;
 mod error;
 mod from_density;

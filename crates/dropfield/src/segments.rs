@@ -5,6 +5,8 @@
 //! errors do not grow along the ray, and one cell's exit is bit for bit the next one's entry.
 //! Rounding may put a crossing before the one already passed; such a cell has no length and is left
 //! out, and so is one without drops at its corners. A direction component of exactly 0 never crosses.
+//! Cells are a voxel wide, or as coarse as an error allows in their brick (see `coarse_cells`); a brick
+//! without drops is one empty cell.
 //! [AW87] Amanatides and Woo, "A fast voxel traversal algorithm for ray tracing", Eurographics
 //! 1987, 3-10 (with planes instead of increments).
 
@@ -31,6 +33,8 @@ pub struct Segment<'a> {
     bricks: &'a Bricks,
     brick: u32,
     base: usize,
+    /// Edge of the cell in voxels.
+    width: i32,
     local_enter: Vec3A,
     local_exit: Vec3A,
 }
@@ -39,6 +43,17 @@ impl Segment<'_> {
     /// The field at a fraction (0..=1) of the run.
     #[inline]
     pub fn sample(&self, fraction: f32) -> Sample {
+        if self.is_coarse() {
+            let [c0, c1, c2, c3] = self.cubic();
+            let [m2, m3, m4, tau_sun] =
+                (c0 + fraction * (c1 + fraction * (c2 + fraction * c3))).to_array();
+            return Sample {
+                m2,
+                m3,
+                m4,
+                tau_sun,
+            };
+        }
         let local = self.local_enter * (1.0 - fraction) + self.local_exit * fraction;
         self.bricks.sample_cell(self.base, Vec3::from(local))
     }
@@ -49,7 +64,19 @@ impl Segment<'_> {
     #[inline]
     pub fn cubic(&self) -> [Vec4; 4] {
         let way = self.local_exit - self.local_enter;
-        self.bricks.cubic_in_cell(self.base, self.local_enter, way)
+        let cell = (self.base, self.width);
+        self.bricks.cubic_in_cell(cell, self.local_enter, way)
+    }
+
+    /// Whether the cell is wider than a voxel.
+    #[inline]
+    pub fn is_coarse(&self) -> bool {
+        self.width > 1
+    }
+
+    /// Relative error of the moments and of sunlight because the cell is coarse; else 0.
+    pub fn relative_error(&self) -> f32 {
+        self.bricks.relative_error(self.brick, self.width)
     }
 
     /// Bounds on M2 in the brick that the cell belongs to (um²/m³).
@@ -68,8 +95,17 @@ pub struct Segments<'a> {
     inverse: DVec3,
     /// 1 along axes on which the ray runs upwards, else 0.
     upwards: IVec3,
+    /// Lowest voxel of the cell.
     cell: IVec3,
     brick: u32,
+    /// Edge of the brick's cells in voxels, and one over it.
+    width: i32,
+    per_width: f64,
+    /// From a cell to the next ones, and to the faces through which the ray leaves it.
+    to_next: IVec3,
+    to_exit: IVec3,
+    /// Largest relative error of cells that are coarse.
+    most_error: f32,
     /// Distances at which the ray leaves the cell along each axis.
     exits: DVec3,
     t: f64,
@@ -85,6 +121,7 @@ impl<'a> Segments<'a> {
         origin: DVec3,
         direction: DVec3,
         t_range: (f64, f64),
+        most_error: f32,
     ) -> Self {
         let n_cells = bricks.n_cells();
         let inverse = direction.recip();
@@ -98,6 +135,11 @@ impl<'a> Segments<'a> {
             upwards,
             cell: IVec3::ZERO,
             brick: NO_BRICK,
+            width: 0,
+            per_width: 0.0,
+            to_next: IVec3::ZERO,
+            to_exit: IVec3::ZERO,
+            most_error,
             exits: DVec3::INFINITY,
             t,
             t_end,
@@ -107,17 +149,15 @@ impl<'a> Segments<'a> {
             // What rounding puts below 0 becomes 0.
             segments.cell = segments.at.as_ivec3().clamp(IVec3::ZERO, n_cells - 1);
             segments.brick = bricks.brick_of(segments.cell);
-            segments.exits = segments.exits_of(1);
+            segments.set_width(bricks.cell_width(segments.brick, most_error));
         }
         segments
     }
 
-    /// Distance at which the ray leaves a block of `size` cells along an axis.
+    /// Distance at which the ray leaves the cell along an axis.
     #[inline]
-    fn exit_of(&self, axis: usize, size: i32) -> f64 {
-        // Round down to the block, then up to its far side where the ray runs upwards.
-        let block = self.cell[axis] & -size;
-        let plane = f64::from(block + self.upwards[axis] * size);
+    fn exit(&self, axis: usize) -> f64 {
+        let plane = f64::from(self.cell[axis] + self.to_exit[axis]);
         // Against the stored direction: only an exact 0 never crosses.
         if self.direction[axis] == 0.0 {
             f64::INFINITY
@@ -126,65 +166,75 @@ impl<'a> Segments<'a> {
         }
     }
 
+    /// Go on to the cell behind the far face; the end of the ray where that is outside the lattice.
     #[inline]
-    fn exits_of(&self, size: i32) -> DVec3 {
-        DVec3::from([0, 1, 2].map(|axis| self.exit_of(axis, size)))
-    }
-
-    /// Go on to the cell behind the far face of a block of `size` cells; the end of the ray where
-    /// that is outside the lattice.
-    #[inline]
-    fn cross(&mut self, axis: usize, size: i32) {
-        let block = self.cell[axis] & -size;
-        self.cell[axis] = if self.upwards[axis] == 1 {
-            block + size
-        } else {
-            block - 1
-        };
-        if self.cell[axis] < 0 || self.cell[axis] >= self.bricks.n_cells()[axis] {
+    fn cross(&mut self, axis: usize) {
+        let left = self.cell[axis];
+        let cell = left + self.to_next[axis];
+        self.cell[axis] = cell;
+        if cell < 0 || cell >= self.bricks.n_cells()[axis] {
             self.t = self.t_end;
             return;
         }
-        let new_brick =
-            self.cell[axis] & (BRICK_DIM - 1) == (BRICK_DIM - 1) * (1 - self.upwards[axis]);
-        if size == BRICK_DIM || new_brick {
+        if (cell ^ left) >= BRICK_DIM {
             self.brick = self.bricks.brick_of(self.cell);
+            let width = self.bricks.cell_width(self.brick, self.most_error);
+            if width != self.width {
+                self.find_voxel(axis);
+                self.set_width(width);
+                return;
+            }
         }
-        if size == 1 {
-            self.exits[axis] = self.exit_of(axis, 1);
-        }
+        self.exits[axis] = self.exit(axis);
     }
 
-    /// Leave a brick without drops at once.
-    fn skip_brick(&mut self) {
-        let (axis, t_exit) = first(self.exits_of(BRICK_DIM));
-        self.t = self.t.max(t_exit);
-        if self.t >= self.t_end {
-            return;
+    /// Make the cell the one of a width around its voxel.
+    fn set_width(&mut self, width: i32) {
+        self.width = width;
+        self.per_width = 1.0 / f64::from(width);
+        self.to_exit = self.upwards * width;
+        self.to_next = 2 * self.to_exit - width;
+        self.cell &= -width;
+        self.exits = DVec3::from([0, 1, 2].map(|axis| self.exit(axis)));
+    }
+
+    /// The voxel where the ray is, that has just crossed a face across an axis: along the other axes it
+    /// is still beside the cell it left.
+    fn find_voxel(&mut self, axis: usize) {
+        let high = (self.cell + self.width - 1).min(self.bricks.n_cells() - 1);
+        let mut voxel = self.at.as_ivec3().clamp(self.cell, high);
+        // Of a cell below, the highest one.
+        voxel[axis] = self.cell[axis] + (1 - self.upwards[axis]) * (self.width - 1);
+        self.cell = voxel;
+    }
+
+    /// Whether there are drops at corners of the cell; in a brick with coarse cells they are everywhere.
+    #[inline]
+    fn has_drops(&self) -> bool {
+        if self.width > 1 {
+            self.brick != NO_BRICK
+        } else {
+            !self.bricks.is_empty_cell(self.brick, self.cell)
         }
-        // Along the other axes the ray is still inside the brick.
-        let low = self.cell & -BRICK_DIM;
-        let high = (low + BRICK_DIM - 1).min(self.bricks.n_cells() - 1);
-        let along = self.cell[axis];
-        self.at = self.origin + self.direction * self.t;
-        self.cell = self.at.as_ivec3().clamp(low, high);
-        self.cell[axis] = along;
-        self.cross(axis, BRICK_DIM);
-        self.exits = self.exits_of(1);
     }
 
     /// From where the ray is to its exit from the cell.
     #[inline]
     fn segment(&self, t_exit: f64, exit: DVec3) -> Segment<'a> {
-        let low = self.cell.as_dvec3();
-        // f32 is enough inside a cell: 1e-7 of a voxel.
-        let local = |at: DVec3| (at - low).as_vec3a().clamp(Vec3A::ZERO, Vec3A::ONE);
+        let (low, scale) = (self.cell.as_dvec3(), self.per_width);
+        // f32 is enough inside a cell: 1e-7 of its width.
+        let local = |at: DVec3| {
+            ((at - low) * scale)
+                .as_vec3a()
+                .clamp(Vec3A::ZERO, Vec3A::ONE)
+        };
         Segment {
             t_enter: self.t,
             t_exit,
             bricks: self.bricks,
             brick: self.brick,
             base: cell_base(self.brick, self.cell),
+            width: self.width,
             local_enter: local(self.at),
             local_exit: local(exit),
         }
@@ -197,21 +247,16 @@ impl<'a> Iterator for Segments<'a> {
     #[inline]
     fn next(&mut self) -> Option<Segment<'a>> {
         while self.t < self.t_end {
-            if self.brick == NO_BRICK {
-                self.skip_brick();
-                continue;
-            }
             let (axis, t_next) = first(self.exits);
             let t_exit = t_next.min(self.t_end);
             if t_exit <= self.t {
-                self.cross(axis, 1);
+                self.cross(axis);
                 continue;
             }
             let exit = self.origin + self.direction * t_exit;
-            let has_drops = !self.bricks.is_empty_cell(self.brick, self.cell);
-            let segment = has_drops.then(|| self.segment(t_exit, exit));
+            let segment = self.has_drops().then(|| self.segment(t_exit, exit));
             (self.t, self.at) = (t_exit, exit);
-            self.cross(axis, 1);
+            self.cross(axis);
             if segment.is_some() {
                 return segment;
             }

@@ -4,6 +4,7 @@
 use super::*;
 use crate::DropMode;
 use crate::Drops;
+use crate::GridBox;
 use crate::Interpolation;
 use crate::test_volumes::grid;
 use crate::test_volumes::random;
@@ -328,4 +329,83 @@ fn a_volume_of_one_node_is_a_tent() {
     let start = mode.node_position([0; 3]) - DVec3::new(0.0, 20.0, 0.0);
     // A hat of height 1 um²/m³ and half width 0.5 m, 1000 km from the origin.
     assert!((segment_sum(&bricks, start, DVec3::Y, 100.0) - 0.5).abs() < 1e-6);
+}
+
+/// 48 voxels along each axis, with a wave of a length and a shadow.
+fn waves(length_m: f64) -> Bricks {
+    let grid = GridBox {
+        min: DVec3::ZERO,
+        max: DVec3::splat(48.0),
+        voxel_m: 1.0,
+    };
+    let wave = |at: DVec3| {
+        let phase = at * std::f64::consts::TAU / length_m;
+        phase.x.sin() * phase.y.cos() * (0.7 * phase.z).sin()
+    };
+    let drops = |at: DVec3| Drops {
+        number_density_m3: (600.0 + 300.0 * wave(at)) as f32,
+        effective_radius_m: (4e-4 + 1e-4 * wave(at + 5.0)) as f32,
+        effective_variance: 0.1,
+    };
+    let mode = DropMode::from_fn("", &grid, drops).unwrap();
+    let mut bricks = Bricks::build(&mode, Interpolation::Moments).unwrap();
+    let depths = bricks.at_nodes(|at| (0.3 + 0.2 * wave(at)) as f32);
+    bricks.set_tau_sun(&depths);
+    bricks
+}
+
+#[test]
+fn coarse_cells_tile_the_chord_and_err_as_they_tell() {
+    for (length_m, allowed) in [(300.0, 1e-3), (300.0, 3e-2), (120.0, 1e-2), (40.0, 1e-2)] {
+        let bricks = waves(length_m);
+        let (min, max) = bricks.world_bounds().unwrap();
+        let mut seed = 21;
+        let (mut n, mut n_fine) = (0, 0);
+        let (mut squares, mut told) = (0.0, 0.0);
+        for _ in 0..2_000 {
+            let origin = 0.5 * (min + max) + 50.0 * random_point(&mut seed);
+            let direction = random_point(&mut seed).normalize();
+            let (mut length, mut last_exit) = (0.0, None);
+            for segment in bricks.coarse_segments(origin, direction, (0.0, 1e6), allowed) {
+                assert!(last_exit.is_none_or(|exit: f64| exit == segment.t_enter));
+                last_exit = Some(segment.t_exit);
+                let run = segment.t_exit - segment.t_enter;
+                length += run;
+                n += 1;
+                let error = f64::from(segment.relative_error());
+                assert!(error <= allowed && segment.is_coarse() == (error > 0.0));
+                for fraction in [0.2, 0.5, 0.8] {
+                    let at = origin + direction * (segment.t_enter + f64::from(fraction) * run);
+                    let [found, exact] = [segment.sample(fraction), bricks.sample(at)].map(lanes);
+                    let scale = exact.with_w(0.5);
+                    if segment.is_coarse() {
+                        let worst = ((found - exact) / scale).abs().max_element();
+                        squares += run * f64::from(worst).powi(2);
+                        told += run * error * error;
+                    }
+                }
+            }
+            n_fine += bricks.segments(origin, direction, (0.0, 1e6)).count();
+            let error = (length - chord(min, max, origin, direction)).abs();
+            assert!(error < 1e-11, "{origin} {direction}: {error:e}");
+        }
+        // The worst lane at each point, relative to its own value: RMS along rays over what is told.
+        // Measured 0.99 to 1.08, and 1.24 to 1.88 times fewer cells; most bricks have the rim.
+        let ratio = (squares / told).sqrt();
+        let saved = n_fine as f64 / n as f64;
+        assert!((0.5..1.2).contains(&ratio), "{length_m} {allowed}: {ratio}");
+        assert!(saved > 1.2, "{length_m} {allowed}: {saved}");
+    }
+}
+
+#[test]
+fn where_no_error_is_allowed_every_cell_is_a_voxel() {
+    let bricks = waves(1e9);
+    let (origin, direction) = (DVec3::new(-1.0, 20.3, 11.1), DVec3::new(0.9, 0.3, 0.1));
+    let range = (0.0, 1e3);
+    let whole = bricks.coarse_segments(origin, direction, range, 1e-5);
+    // Rim, and the bricks inside.
+    assert!(whole.count() < 30);
+    let voxels = bricks.coarse_segments(origin, direction, range, 0.0);
+    assert!(voxels.count() > 60);
 }

@@ -68,6 +68,8 @@ struct Progress<'a, F: FnMut(&mut Deposits)> {
     n_slabs_closed: usize,
     probes: &'a mut [Probe],
     n_probes_passed: usize,
+    /// Largest relative error of the cells of the slab because they are coarse.
+    coarse_error: f32,
     deposits: &'a mut Deposits,
     /// Thin cells whose light waits to be gathered.
     stretch: Stretch,
@@ -92,6 +94,7 @@ impl March<'_> {
             n_slabs_closed: 0,
             probes,
             n_probes_passed: 0,
+            coarse_error: 0.0,
             deposits,
             stretch: Stretch::default(),
             close_slab,
@@ -251,6 +254,8 @@ impl<F: FnMut(&mut Deposits)> Progress<'_, F> {
             self.gather_stretch(axes);
         }
         self.n_slabs_closed += 1;
+        self.deposits.error += f64::from(self.coarse_error) * self.deposits.light;
+        self.coarse_error = 0.0;
         if self.deposits.light > 0.0 {
             (self.close_slab)(self.deposits);
         }
@@ -269,19 +274,43 @@ impl<F: FnMut(&mut Deposits)> Progress<'_, F> {
 /// One mode: its cells are the pieces.
 fn cells<F: FnMut(&mut Deposits)>(mode: &Bricks, progress: &mut Progress<F>) {
     let walk = progress.walk;
-    for segment in mode.segments(walk.ray.origin, walk.ray.direction, walk.range_m) {
+    let (origin, direction) = (walk.ray.origin, walk.ray.direction);
+    let allowed = progress.rule.relative_error();
+    for segment in mode.coarse_segments(origin, direction, walk.range_m, allowed) {
         let flow = match mode.interpolation() {
-            Interpolation::Moments => {
-                let length_m = segment.t_exit - segment.t_enter;
-                let lanes = LaneCubic::new(segment.cubic());
-                progress.cell(segment.t_enter, length_m, &lanes)
-            }
+            Interpolation::Moments if segment.is_coarse() => coarse_cell(segment, progress),
+            Interpolation::Moments => whole_cell(&segment, progress),
             Interpolation::RadiusDensity => sampled_cell(&segment, progress),
         };
         if flow.is_break() {
             return;
         }
     }
+}
+
+/// A cell whose lanes are cubics.
+#[allow(
+    clippy::inline_always,
+    reason = "most of a march is in cells of one voxel"
+)]
+#[inline(always)]
+fn whole_cell<F: FnMut(&mut Deposits)>(
+    segment: &Segment,
+    progress: &mut Progress<F>,
+) -> ControlFlow<()> {
+    let length_m = segment.t_exit - segment.t_enter;
+    let lanes = LaneCubic::new(segment.cubic());
+    progress.cell(segment.t_enter, length_m, &lanes)
+}
+
+/// One of several voxels. Out of line and by value: for cells of one voxel nothing is copied then.
+#[inline(never)]
+fn coarse_cell<F: FnMut(&mut Deposits)>(
+    segment: Segment,
+    progress: &mut Progress<F>,
+) -> ControlFlow<()> {
+    progress.coarse_error = progress.coarse_error.max(segment.relative_error());
+    whole_cell(&segment, progress)
 }
 
 /// A cell in which moments are no cubics: those through samples, on parts of it. A part starts with the
