@@ -1,8 +1,8 @@
 //! `niji calibrate`: what each level of accuracy costs and how wrong it is, measured.
 //!
 //! One decision at a time: every level of it is rendered with all others at the preset, and compared
-//! with its best level. error = RMSE of spectral radiance / RMS of the best one; time = that of the
-//! stage that the decision belongs to, over the preset's level, best of repeated runs.
+//! with its yardstick, or with its best level. error = RMSE of spectral radiance / RMS of that one;
+//! time = that of the stage that the decision belongs to, over the preset's level, best of repeated runs.
 
 mod air;
 mod ice;
@@ -206,7 +206,11 @@ impl Calibration<'_> {
         for change in decision.levels_for(plan) {
             measured.push(self.level(decision, (change, &base))?);
         }
-        let Some(best) = measured.last() else {
+        let yardstick = decision
+            .yardstick
+            .map(|change| self.level(decision, (change, &base)))
+            .transpose()?;
+        let Some(best) = yardstick.as_ref().or(measured.last()) else {
             return Ok(Vec::new());
         };
         let seconds = |level: &Measured| level.seconds(decision.stage);

@@ -1,7 +1,8 @@
 //! The levels of accuracy that are measured and chosen between: every decision on its own.
 //!
 //! Lengths of levels follow from the voxel of the drops, so that what was measured on one scene holds
-//! for another; the best level of a decision, its yardstick, comes last.
+//! for another; the best level of a decision comes last. It is what the others are compared with, unless
+//! the decision has a finer yardstick.
 
 use niji_dropfield::Interpolation;
 use niji_render::AirPath;
@@ -35,6 +36,8 @@ pub struct Decision {
     pub table: Option<Stage>,
     /// Its levels, the best one last; see [`Decision::levels_for`].
     pub levels: &'static [Change],
+    /// What its levels are compared with, where the best of them is no nearer to the truth than others.
+    pub yardstick: Option<Change>,
     /// Whether its levels differ in accuracy, or in what is meant: `niji run --tolerance` chooses
     /// only between the former.
     pub is_of_accuracy: bool,
@@ -96,6 +99,7 @@ pub const DECISIONS: [Decision; 10] = [
                 a.theory = Some(Theory::Mie);
             },
         ],
+        yardstick: None,
     },
     Decision {
         key: "table_relative_error",
@@ -119,6 +123,7 @@ pub const DECISIONS: [Decision; 10] = [
                 a.table_relative_error = Some(2e-4);
             },
         ],
+        yardstick: None,
     },
     Decision {
         key: "integration",
@@ -153,6 +158,11 @@ pub const DECISIONS: [Decision; 10] = [
                 });
             },
         ],
+        yardstick: Some(|a, _| {
+            a.integration = Some(Integration::Adaptive {
+                relative_error: 1e-9,
+            });
+        }),
     },
     Decision {
         key: "interpolation",
@@ -170,6 +180,7 @@ pub const DECISIONS: [Decision; 10] = [
                 a.interpolation = Some(Interpolation::Moments);
             },
         ],
+        yardstick: None,
     },
     Decision {
         key: "drop_extinction",
@@ -187,6 +198,7 @@ pub const DECISIONS: [Decision; 10] = [
                 a.drop_extinction = Some(DropExtinctionModel::WithoutDiffraction);
             },
         ],
+        yardstick: None,
     },
     Decision {
         key: "drop_orders",
@@ -216,6 +228,7 @@ pub const DECISIONS: [Decision; 10] = [
                 });
             },
         ],
+        yardstick: None,
     },
     Decision {
         key: "sun_path",
@@ -243,6 +256,7 @@ pub const DECISIONS: [Decision; 10] = [
                 });
             },
         ],
+        yardstick: None,
     },
     Decision {
         key: "air_path",
@@ -270,6 +284,7 @@ pub const DECISIONS: [Decision; 10] = [
                 a.air_path = Some(AirPath::Quadrature { n_nodes: 32 });
             },
         ],
+        yardstick: None,
     },
     Decision {
         key: "sky",
@@ -290,6 +305,7 @@ pub const DECISIONS: [Decision; 10] = [
                 a.sky = Some(SkyModel::MultipleScattering);
             },
         ],
+        yardstick: None,
     },
     Decision {
         key: "pixel_footprint",
@@ -313,6 +329,7 @@ pub const DECISIONS: [Decision; 10] = [
                 a.pixel_footprint = Some(PixelFootprint::Grid { n: 4 });
             },
         ],
+        yardstick: None,
     },
 ];
 
