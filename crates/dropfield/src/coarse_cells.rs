@@ -1,11 +1,11 @@
 //! How wrong a brick's field is in coarser cells.
 //!
-//! e_2w = e_w + RMS (I_2w(x) - f(x)) / <f>,  e_1 = 0
+//! e_2w = e_w + RMS (I_2w(x) - f(x)) / mean f(x),  e_1 = 0
 //!
-//! `I_2w` trilinear between every 2w-th node, `f` lanes at the nodes x that stand w apart, `<f>` their
-//! mean; of the optical depth to the sun twice the difference, which is the error of sunlight at Q = 2.
-//! The largest lane counts. A ray sees the mean difference along its way, whose sign is that of the
-//! field's bend. An even or linear field errs by nothing but rounding.
+//! `I_2w` trilinear between every 2w-th node, `f` lanes at the nodes x that stand w apart; of the
+//! optical depth to the sun twice the difference, which is the error of sunlight at Q = 2. The largest
+//! lane counts. A ray sees the mean difference along its way, whose sign is that of the field's bend.
+//! An even or linear field errs by nothing but rounding.
 
 use glam::Vec4;
 
@@ -83,7 +83,7 @@ fn error_at_twice<const WIDTH: usize>(lanes: &[Vec4]) -> f32 {
     let mean = (sum / n)
         .with_w(DEPTH_SCALE)
         .max(Vec4::splat(f32::MIN_POSITIVE));
-    // Squares of differences and means alike may leave the range of f32: no number is an error, too.
+    // Squares may leave the range of f32.
     let error = (squares / n).map(f32::sqrt) / mean;
     if error.is_finite() {
         error.max_element()
