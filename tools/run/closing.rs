@@ -54,8 +54,8 @@ fn print_levels(planned: &Planned) {
         );
     }
     eprintln!(
-        "error: relative RMSE of radiance against the best level of that row, on the calibration scene; \
-         time: over the standard level; ? not measured (niji calibrate)"
+        "error: relative RMSE of radiance against the best level of that row, or a finer one, on the \
+         calibration scene; time: over the standard level; ? not measured (niji calibrate)"
     );
 }
 
