@@ -46,6 +46,7 @@ use crate::coarse_cells::CoarseErrors;
 use crate::coarse_cells::TOO_COARSE;
 use crate::coarse_cells::coarse_errors;
 use crate::coarse_cells::coarsest;
+use crate::summary::wider;
 
 /// Cells along an edge of a brick.
 pub(crate) const BRICK_DIM: i32 = 8;
@@ -221,8 +222,7 @@ impl Bricks {
     }
 
     /// Smallest and largest effective radius of the nodes (um); `None` if there are no drops.
-    pub fn effective_radius_um(&self) -> Option<(f32, f32)> {
-        let wider = |a: (f32, f32), b: (f32, f32)| (a.0.min(b.0), a.1.max(b.1));
+    pub fn effective_radius_um(&self) -> Option<(f64, f64)> {
         let radius_um = |lanes: &Vec4| match self.interpolation {
             Interpolation::RadiusDensity => lanes.x,
             Interpolation::Moments => AreaMoments {
@@ -236,7 +236,7 @@ impl Bricks {
             .par_iter()
             .map(radius_um)
             .filter(|radius_um| *radius_um > 0.0)
-            .map(|radius_um| (radius_um, radius_um))
+            .map(|radius_um| (f64::from(radius_um), f64::from(radius_um)))
             .reduce_with(wider)
     }
 
@@ -451,6 +451,7 @@ impl Bricks {
         }
     }
 
+    // In one `match` with the others, cells of one voxel took 4 % more instructions.
     fn cubic_in_coarse_cell(
         &self,
         (base, width): (usize, i32),

@@ -78,7 +78,7 @@ fn empty() -> VolumeSummary {
     }
 }
 
-fn wider(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
+pub(crate) fn wider(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
     (a.0.min(b.0), a.1.max(b.1))
 }
 

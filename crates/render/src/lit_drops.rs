@@ -175,7 +175,6 @@ fn union_of_size_ranges(bricks: &[Bricks]) -> Option<(f64, f64)> {
         .iter()
         .filter_map(Bricks::effective_radius_um)
         .reduce(|(a_low, a_high), (b_low, b_high)| (a_low.min(b_low), a_high.max(b_high)))
-        .map(|(low, high)| (f64::from(low), f64::from(high)))
 }
 
 /// Sum of the modes' extinction at Q = 1 [1/m].
