@@ -43,9 +43,8 @@ use crate::brick_layout::m2_range;
 use crate::brick_layout::node_in_brick;
 use crate::brick_layout::occupied;
 use crate::coarse_cells::CoarseErrors;
+use crate::coarse_cells::NO_DROPS;
 use crate::coarse_cells::TOO_COARSE;
-use crate::coarse_cells::coarse_errors;
-use crate::coarse_cells::coarsest;
 use crate::summary::wider;
 
 /// Cells along an edge of a brick.
@@ -129,7 +128,7 @@ pub struct Bricks {
     m2_ranges: Vec<(f32, f32)>,
     /// Cells without drops of each brick.
     empty_cells: Vec<CellMask>,
-    /// Errors of each brick in coarser cells.
+    /// Errors of coarser cells of each brick.
     coarse_errors: Vec<CoarseErrors>,
     /// Lanes of all nodes, brick by brick, x slowest.
     nodes: Vec<Vec4>,
@@ -298,8 +297,8 @@ impl Bricks {
         self.coarse_segments(origin, direction, t_range, 0.0)
     }
 
-    /// The same by cells 2, 4 or 8 voxels wide in bricks where these err by no more than
-    /// `relative_error`; where that is 0, no cell is coarse.
+    /// The same by cells 2, 4 or 8 voxels wide where these err by no more than `relative_error`; where
+    /// that is 0, no cell is coarse.
     #[inline]
     pub fn coarse_segments(
         &self,
@@ -353,7 +352,7 @@ impl Bricks {
                 node.w = *depth;
             }
             if of_moments {
-                *errors = coarse_errors(nodes);
+                *errors = CoarseErrors::of(nodes);
             }
         });
     }
@@ -385,24 +384,28 @@ impl Bricks {
         layer >> (BRICK_DIM * inside.y + inside.z) & 1 == 1
     }
 
-    /// Width in voxels of the coarsest cells of a brick that err by no more than `relative_error`.
+    /// Width in voxels of the coarsest cell around a brick's voxel that errs by no more than
+    /// `relative_error`, and its error or [`NO_DROPS`].
     #[inline]
-    pub(crate) fn cell_width(&self, brick: u32, relative_error: f32) -> i32 {
+    pub(crate) fn coarsest_cell(
+        &self,
+        brick: u32,
+        voxel: IVec3,
+        relative_error: f32,
+    ) -> (i32, f32) {
         match self.coarse_errors.get(brick as usize) {
             // One empty cell.
-            None => BRICK_DIM,
-            Some(_) if relative_error <= 0.0 => 1,
-            Some(errors) => coarsest(errors, relative_error),
+            None => (BRICK_DIM, NO_DROPS),
+            Some(_) if relative_error <= 0.0 => (1, 0.0),
+            Some(errors) => errors.coarsest(voxel, relative_error),
         }
     }
 
-    /// Relative error of a brick's cells of a width.
+    /// Whether that is the same all over the brick.
     #[inline]
-    pub(crate) fn relative_error(&self, brick: u32, width: i32) -> f32 {
-        match width {
-            1 => 0.0,
-            _ => self.coarse_errors[brick as usize][width.ilog2() as usize - 1],
-        }
+    pub(crate) fn has_even_cells(&self, brick: u32, relative_error: f32) -> bool {
+        let errors = self.coarse_errors.get(brick as usize);
+        relative_error <= 0.0 || errors.is_none_or(|errors| errors.are_even(relative_error))
     }
 
     /// Bounds on M2 inside a brick (um²/m³).

@@ -1,24 +1,32 @@
 //! How wrong a brick's field is in coarser cells.
 //!
-//! e_2w = e_w + RMS (I_2w(x) - f(x)) / mean f(x),  e_1 = 0
+//! e_2w = RMS_8 e_w + RMS (I_2w(x) - f(x)),  e_1 = 0,  relative to mean f
 //!
-//! `I_2w` trilinear between every 2w-th node, `f` lanes at the nodes x that stand w apart; of the
-//! optical depth to the sun twice the difference, which is the error of sunlight at Q = 2. The largest
-//! lane counts. A ray sees the mean difference along its way, whose sign is that of the field's bend.
-//! An even or linear field errs by nothing but rounding.
+//! of a cell 2w voxels wide: `I_2w` trilinear between its corners, `f` lanes at the nodes x that stand w
+//! apart in it, `RMS_8` over the cells half as wide; of the optical depth to the sun twice the
+//! difference, which is the error of sunlight at Q = 2. The largest lane counts. A ray sees the mean
+//! difference along its way, whose sign is that of the field's bend. An even or linear field errs by
+//! nothing but rounding.
 
+use glam::IVec3;
 use glam::Vec4;
 
-use crate::bricks::BRICK_NODES;
-use crate::bricks::NODES_PER_BRICK;
+use crate::bricks::BRICK_DIM;
 use crate::bricks::STRIDE_X;
 use crate::bricks::STRIDE_Y;
-
-/// Relative errors of cells 2, 4 and 8 voxels wide.
-pub(crate) type CoarseErrors = [f32; 3];
+use crate::bricks::cell_base;
 
 /// Where nothing is known, and in place of errors that nobody would allow.
-pub(crate) const TOO_COARSE: CoarseErrors = [f32::INFINITY; 3];
+pub(crate) const TOO_COARSE: CoarseErrors = CoarseErrors {
+    of_twos: [f32::INFINITY; 64],
+    of_fours: [f32::INFINITY; 8],
+    of_eight: f32::INFINITY,
+    range_of_twos: (f32::INFINITY, f32::INFINITY),
+    range_of_fours: (f32::INFINITY, f32::INFINITY),
+};
+
+/// In place of the error of a cell without drops.
+pub(crate) const NO_DROPS: f32 = -1.0;
 
 /// The largest error that is kept.
 const MOST_ERROR: f32 = 0.1;
@@ -26,70 +34,166 @@ const MOST_ERROR: f32 = 0.1;
 /// What twice a difference of optical depth is divided by.
 const DEPTH_SCALE: f32 = 0.5;
 
-/// The errors of a brick whose nodes hold moments.
-pub(crate) fn coarse_errors(lanes: &[Vec4]) -> CoarseErrors {
-    let rules = [
-        error_at_twice::<1>,
-        error_at_twice::<2>,
-        error_at_twice::<4>,
-    ];
-    let mut errors = TOO_COARSE;
-    let mut sum = 0.0;
-    for (error, rule) in errors.iter_mut().zip(rules) {
-        sum += rule(lanes);
-        if sum > MOST_ERROR {
-            break;
+/// Relative errors of a brick's cells 2, 4 and 8 voxels wide, z fastest.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct CoarseErrors {
+    of_twos: [f32; 64],
+    of_fours: [f32; 8],
+    of_eight: f32,
+    /// Smallest and largest.
+    range_of_twos: (f32, f32),
+    range_of_fours: (f32, f32),
+}
+
+impl CoarseErrors {
+    /// Those of a brick whose nodes hold moments.
+    pub(crate) fn of(lanes: &[Vec4]) -> Self {
+        let twos: [Block; 64] = std::array::from_fn(|index| Block::of::<1>(lanes, index, &[]));
+        let fours: [Block; 8] = std::array::from_fn(|index| {
+            let place = node_of::<2>(index) << 1;
+            let halves: [_; 8] =
+                std::array::from_fn(|half| twos[place_of::<4>(place + node_of::<2>(half))]);
+            Block::of::<2>(lanes, index, &halves)
+        });
+        let eight = Block::of::<4>(lanes, 0, &fours);
+        let of_twos = twos.map(|block| block.relative_error());
+        let of_fours = fours.map(|block| block.relative_error());
+        Self {
+            range_of_twos: range(&of_twos),
+            range_of_fours: range(&of_fours),
+            of_twos,
+            of_fours,
+            of_eight: eight.relative_error(),
         }
-        *error = sum;
     }
-    errors
+
+    /// Width in voxels of the coarsest cell around a voxel that errs by no more than `allowed`, and its
+    /// error or [`NO_DROPS`].
+    #[inline]
+    pub(crate) fn coarsest(&self, voxel: IVec3, allowed: f32) -> (i32, f32) {
+        if self.of_eight <= allowed {
+            return (8, self.of_eight);
+        }
+        let inside = voxel & (BRICK_DIM - 1);
+        let of_four = self.of_fours[place_of::<2>(inside >> 2)];
+        if of_four <= allowed {
+            return (4, of_four);
+        }
+        let of_two = self.of_twos[place_of::<4>(inside >> 1)];
+        if of_two <= allowed {
+            return (2, of_two);
+        }
+        (1, 0.0)
+    }
+
+    /// Whether that is the same for all voxels of the brick.
+    #[inline]
+    pub(crate) fn are_even(&self, allowed: f32) -> bool {
+        let (twos, fours) = (self.range_of_twos, self.range_of_fours);
+        twos.0 > allowed
+            || self.of_eight <= allowed
+            || fours.1 <= allowed
+            || (twos.1 <= allowed && fours.0 > allowed)
+    }
 }
 
-/// Width in voxels of the coarsest cells that err by no more than `relative_error`.
-pub(crate) fn coarsest(errors: &CoarseErrors, relative_error: f32) -> i32 {
-    let allowed = errors.iter().take_while(|error| **error <= relative_error);
-    1 << allowed.count()
+/// Lanes in a cell of several voxels.
+#[derive(Clone, Copy)]
+struct Block {
+    mean: Vec4,
+    /// RMS of their difference from the interpolant between the corners.
+    error: Vec4,
 }
 
-/// Relative difference of nodes `WIDTH` apart from the mean of those around that stand twice as far
-/// apart.
-fn error_at_twice<const WIDTH: usize>(lanes: &[Vec4]) -> f32 {
-    let lanes = &lanes[..NODES_PER_BRICK];
-    let step = |place: usize| place / WIDTH % 2 * WIDTH;
-    let (mut squares, mut sum, mut n) = (Vec4::ZERO, Vec4::ZERO, 0.0);
-    for x in (0..BRICK_NODES).step_by(WIDTH) {
-        for y in (0..BRICK_NODES).step_by(WIDTH) {
-            let (x_step, y_step) = (step(x) * STRIDE_X, step(y) * STRIDE_Y);
-            let row = x * STRIDE_X + y * STRIDE_Y;
-            // The four rows around. In pairs, so that equal values have exactly their own mean.
-            let edge = |node: usize| lanes[node - x_step] + lanes[node + x_step];
-            let around = |z: usize| edge(row + z - y_step) + edge(row + z + y_step);
-            let mut last = around(0);
-            let mut add = |z: usize, mean: Vec4| {
-                let value = lanes[row + z];
-                squares += (mean - value) * (mean - value);
-                sum += value;
-                n += 1.0;
-            };
-            add(0, 0.25 * last);
-            for z in (2 * WIDTH..BRICK_NODES).step_by(2 * WIDTH) {
-                let next = around(z);
-                add(z - WIDTH, 0.125 * (last + next));
-                add(z, 0.25 * next);
-                last = next;
+impl Block {
+    /// The cell of a number that is `2 WIDTH` voxels wide, made of `halves` half as wide unless these are
+    /// voxels.
+    fn of<const WIDTH: usize>(lanes: &[Vec4], index: usize, halves: &[Self]) -> Self {
+        let low = match WIDTH {
+            1 => node_of::<4>(index) << 1,
+            2 => node_of::<2>(index) << 2,
+            _ => IVec3::ZERO,
+        };
+        let nodes = &lanes[cell_base(0, low)..];
+        let node = |x, y, z| nodes[(x * STRIDE_X + y * STRIDE_Y + z) * WIDTH];
+        // Eight times the interpolant: of equal values exactly their own.
+        let row = |x, y| between(node(x, y, 0), node(x, y, 2));
+        let face = |x| across(row(x, 0), row(x, 2));
+        let (low_face, high_face) = (face(0), face(2));
+        let (mut mean, mut squares) = (Vec4::ZERO, Vec4::ZERO);
+        for y in 0..3 {
+            for z in 0..3 {
+                for (x, eight) in between(low_face[y][z], high_face[y][z])
+                    .into_iter()
+                    .enumerate()
+                {
+                    let value = node(x, y, z);
+                    let difference = 0.125 * eight - value;
+                    let weight = TRAPEZOID[x] * TRAPEZOID[y] * TRAPEZOID[z];
+                    mean += weight * value;
+                    squares += weight * difference * difference;
+                }
             }
         }
+        if !halves.is_empty() {
+            // Between nodes far apart drops may be missed.
+            mean = 0.125 * halves.iter().map(|half| half.mean).sum::<Vec4>();
+        }
+        let of_halves: Vec4 = halves.iter().map(|half| half.error * half.error).sum();
+        Self {
+            mean,
+            error: squares.map(f32::sqrt) + (0.125 * of_halves).map(f32::sqrt),
+        }
     }
-    let mean = (sum / n)
-        .with_w(DEPTH_SCALE)
-        .max(Vec4::splat(f32::MIN_POSITIVE));
-    // Squares may leave the range of f32.
-    let error = (squares / n).map(f32::sqrt) / mean;
-    if error.is_finite() {
-        error.max_element()
-    } else {
-        f32::INFINITY
+
+    fn relative_error(&self) -> f32 {
+        if self.mean.x <= 0.0 {
+            return NO_DROPS;
+        }
+        let error = self.error / self.mean.with_w(DEPTH_SCALE);
+        // Squares may leave the range of f32.
+        if error.is_finite() && error.max_element() <= MOST_ERROR {
+            error.max_element()
+        } else {
+            f32::INFINITY
+        }
     }
+}
+
+/// Weights of a cell's first face, middle and last face.
+const TRAPEZOID: [f32; 3] = [0.25, 0.5, 0.25];
+
+/// Twice the values at two ends and in the middle between them.
+fn between(low: Vec4, high: Vec4) -> [Vec4; 3] {
+    [low + low, low + high, high + high]
+}
+
+/// The same of rows.
+fn across(low: [Vec4; 3], high: [Vec4; 3]) -> [[Vec4; 3]; 3] {
+    let z = |z: usize| between(low[z], high[z]);
+    let columns = [z(0), z(1), z(2)];
+    std::array::from_fn(|y| std::array::from_fn(|z| columns[z][y]))
+}
+
+/// Place of a number in a cube of `N` along each side, z fastest.
+fn node_of<const N: usize>(index: usize) -> IVec3 {
+    let (x, y, z) = (index / (N * N), index / N % N, index % N);
+    IVec3::new(x as i32, y as i32, z as i32)
+}
+
+/// Number of a place in it.
+#[inline]
+fn place_of<const N: usize>(place: IVec3) -> usize {
+    let place = place.as_usizevec3();
+    (place.x * N + place.y) * N + place.z
+}
+
+fn range(errors: &[f32]) -> (f32, f32) {
+    errors
+        .iter()
+        .fold((f32::INFINITY, 0.0), |(low, high), error| {
+            (low.min(*error), high.max(*error))
+        })
 }
 
 #[cfg(test)]
@@ -98,47 +202,105 @@ mod tests {
 
     use super::*;
     use crate::brick_layout::node_in_brick;
+    use crate::bricks::NODES_PER_BRICK;
 
-    fn brick(value: impl Fn(Vec3) -> Vec4) -> Vec<Vec4> {
+    fn errors(value: impl Fn(Vec3) -> Vec4) -> CoarseErrors {
         let at = |index| value(node_in_brick(index).as_vec3());
-        (0..NODES_PER_BRICK).map(at).collect()
+        CoarseErrors::of(&(0..NODES_PER_BRICK).map(at).collect::<Vec<_>>())
+    }
+
+    /// Widths at the voxels of a column along z.
+    fn widths(errors: &CoarseErrors, allowed: f32) -> [i32; 8] {
+        [0, 1, 2, 3, 4, 5, 6, 7].map(|z| errors.coarsest(IVec3::new(2, 5, z), allowed).0)
     }
 
     #[test]
     fn trilinear_fields_have_no_error() {
         let value = Vec4::new(0.1, 1.0e7, 3.3e-5, 0.7);
-        assert_eq!(coarse_errors(&brick(|_| value)), [0.0; 3]);
-        let sloped = brick(|p| value * (1.0 + p.x) * (2.0 + p.y) * (1.0 + 0.1 * p.z));
+        let even = errors(|_| value);
+        assert_eq!(even.coarsest(IVec3::ZERO, 0.0), (8, 0.0));
+        assert_eq!(
+            (even.range_of_twos, even.range_of_fours),
+            ((0.0, 0.0), (0.0, 0.0))
+        );
+        let sloped = errors(|p| value * (1.0 + p.x) * (2.0 + p.y) * (1.0 + 0.1 * p.z));
         // Rounding of numbers up to 100 at the depth.
-        assert!(coarse_errors(&sloped).iter().all(|error| *error < 1e-4));
+        assert!(sloped.of_eight < 1e-4 && sloped.range_of_fours.1 < 1e-4);
     }
 
     #[test]
     fn a_parabola_errs_by_its_bend() {
-        // f'' / 8 = 1/4 of the squared width at every second node, 4 of 9 and 2 of 5; a depth counts
-        // twice.
-        let curved = brick(|p| Vec4::new(90.0 + p.y * p.y, 1.0, 1.0, 0.0));
-        let errors = coarse_errors(&curved);
-        let [first, second] = [(4.0_f32 / 9.0).sqrt(), 4.0 * 0.4_f32.sqrt()];
-        let [of_all, of_even] = [90.0 + 204.0 / 9.0, 90.0 + 120.0 / 5.0];
-        assert!((errors[0] - first / of_all).abs() < 1e-6);
-        assert!((errors[1] - (first / of_all + second / of_even)).abs() < 1e-6);
-        let third = 16.0 * (1.0_f32 / 3.0).sqrt() / (90.0 + 80.0 / 3.0);
-        assert!(first / of_all + second / of_even + third > MOST_ERROR);
-        assert_eq!(errors[2], f32::INFINITY);
-        let depth = brick(|p| Vec4::new(1.0, 1.0, 1.0, 1e-3 * p.x * p.x));
-        assert!((coarse_errors(&depth)[0] - 2e-3 * first).abs() < 1e-6);
-        assert_eq!(coarsest(&errors, 1e-3), 1);
-        assert_eq!(coarsest(&errors, 0.01), 2);
-        assert_eq!(coarsest(&errors, 1.0), 4);
+        // f'' h²/8 at the middle of a cell, which has half of the weight; cells of all places along y.
+        let half = 0.5_f32.sqrt();
+        let curved = errors(|p| Vec4::new(90.0 + p.y * p.y, 1.0, 1.0, 0.0));
+        let mean_of_two =
+            |y: f32| 90.0 + (y * y + 2.0 * (y + 1.0).powi(2) + (y + 2.0).powi(2)) / 4.0;
+        for y in 0..8 {
+            let voxel = IVec3::new(7, y, 3);
+            let of_two = half / mean_of_two((y & 6) as f32);
+            let low = (y & 4) as f32;
+            let of_four = 5.0 * half / (0.5 * (mean_of_two(low) + mean_of_two(low + 2.0)));
+            for (allowed, width, error) in [(0.02, 2, of_two), (0.05, 4, of_four)] {
+                let found = curved.coarsest(voxel, allowed);
+                assert_eq!(found.0, width);
+                assert!(
+                    (found.1 / error - 1.0).abs() < 1e-4,
+                    "{y}: {found:?} {error}"
+                );
+            }
+            assert_eq!(curved.coarsest(voxel, 1e-3), (1, 0.0));
+        }
+        // (1 + 4 + 16) half of 112 is more than anybody allows.
+        assert_eq!(curved.of_eight, f32::INFINITY);
+        // Of a depth twice the difference.
+        let depth = errors(|p| Vec4::new(1.0, 1.0, 1.0, 1e-3 * p.x * p.x));
+        assert!((depth.range_of_twos.1 - 2e-3 * half).abs() < 1e-6);
     }
 
     #[test]
     fn where_drops_end_no_cell_is_coarse() {
-        for n in 0..8 {
-            let end = n as f32;
-            let ending = brick(|p| if p.z > end { Vec4::ONE } else { Vec4::ZERO });
-            assert_eq!(coarse_errors(&ending), TOO_COARSE);
+        for end in 0..8 {
+            let step = errors(|p| {
+                if p.z > end as f32 {
+                    Vec4::ONE
+                } else {
+                    Vec4::ZERO
+                }
+            });
+            let expected = std::array::from_fn(|z| match z as i32 ^ end {
+                0..2 => 1,
+                2..4 => 2,
+                _ => 4,
+            });
+            assert_eq!(widths(&step, 1.0), expected);
+            assert!(!step.are_even(1.0));
+        }
+        let none = errors(|_| Vec4::ZERO);
+        assert_eq!(none.coarsest(IVec3::ONE, 1e-6), (8, NO_DROPS));
+    }
+
+    #[test]
+    fn drops_at_a_single_node_are_not_missed() {
+        let single = errors(|p| {
+            if p == Vec3::new(3.0, 5.0, 1.0) {
+                Vec4::ONE
+            } else {
+                Vec4::ZERO
+            }
+        });
+        assert_eq!(widths(&single, 1.0), [1, 1, 2, 2, 4, 4, 4, 4]);
+    }
+
+    #[test]
+    fn a_brick_is_even_where_one_width_serves_all_of_it() {
+        for length in [20.0, 50.0, 100.0, 200.0, 400.0, 1000.0] {
+            let wave = errors(|p| Vec4::splat(2.0 + (p.dot(Vec3::ONE) / length).sin()));
+            for exponent in 1..20 {
+                let allowed = 0.5_f32.powi(exponent);
+                let of = |index| wave.coarsest(node_of::<8>(index), allowed).0;
+                let is_even = (1..512).all(|index| of(index) == of(0));
+                assert_eq!(wave.are_even(allowed), is_even, "{length} {allowed}");
+            }
         }
     }
 }

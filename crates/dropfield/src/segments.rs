@@ -5,7 +5,7 @@
 //! errors do not grow along the ray, and one cell's exit is bit for bit the next one's entry.
 //! Rounding may put a crossing before the one already passed; such a cell has no length and is left
 //! out, and so is one without drops at its corners. A direction component of exactly 0 never crosses.
-//! Cells are a voxel wide, or as coarse as an error allows in their brick (see `coarse_cells`); a brick
+//! Cells are a voxel wide, or as coarse as an error allows there (see `coarse_cells`), inside a brick; one
 //! without drops is one empty cell.
 //! [AW87] Amanatides and Woo, "A fast voxel traversal algorithm for ray tracing", Eurographics
 //! 1987, 3-10 (with planes instead of increments).
@@ -21,6 +21,7 @@ use crate::Sample;
 use crate::bricks::BRICK_DIM;
 use crate::bricks::NO_BRICK;
 use crate::bricks::cell_base;
+use crate::coarse_cells::NO_DROPS;
 
 /// The run of a ray through one cell, in which the field is one trilinear polynomial (and so a
 /// cubic one along the ray).
@@ -33,8 +34,9 @@ pub struct Segment<'a> {
     bricks: &'a Bricks,
     brick: u32,
     base: usize,
-    /// Edge of the cell in voxels.
+    /// Edge of the cell in voxels, and relative error because of it.
     width: i32,
+    error: f32,
     local_enter: Vec3A,
     local_exit: Vec3A,
 }
@@ -76,7 +78,7 @@ impl Segment<'_> {
 
     /// Relative error of the moments and of sunlight because the cell is coarse; else 0.
     pub fn relative_error(&self) -> f32 {
-        self.bricks.relative_error(self.brick, self.width)
+        self.error
     }
 
     /// Bounds on M2 in the brick that the cell belongs to (um²/m³).
@@ -98,14 +100,17 @@ pub struct Segments<'a> {
     /// Lowest voxel of the cell.
     cell: IVec3,
     brick: u32,
-    /// Edge of the brick's cells in voxels, and one over it.
+    /// Edge of the cell in voxels, one over it, and relative error because of it or `NO_DROPS`.
     width: i32,
     per_width: f64,
+    error: f32,
     /// From a cell to the next ones, and to the faces through which the ray leaves it.
     to_next: IVec3,
     to_exit: IVec3,
     /// Largest relative error of cells that are coarse.
     most_error: f32,
+    /// At multiples of so many voxels the width may change.
+    even_span: i32,
     /// Distances at which the ray leaves the cell along each axis.
     exits: DVec3,
     t: f64,
@@ -137,9 +142,11 @@ impl<'a> Segments<'a> {
             brick: NO_BRICK,
             width: 0,
             per_width: 0.0,
+            error: 0.0,
             to_next: IVec3::ZERO,
             to_exit: IVec3::ZERO,
             most_error,
+            even_span: BRICK_DIM,
             exits: DVec3::INFINITY,
             t,
             t_end,
@@ -148,8 +155,8 @@ impl<'a> Segments<'a> {
         if segments.t < segments.t_end {
             // What rounding puts below 0 becomes 0.
             segments.cell = segments.at.as_ivec3().clamp(IVec3::ZERO, n_cells - 1);
-            segments.brick = bricks.brick_of(segments.cell);
-            segments.set_width(bricks.cell_width(segments.brick, most_error));
+            segments.enter_brick();
+            segments.change_width(0);
         }
         segments
     }
@@ -176,16 +183,38 @@ impl<'a> Segments<'a> {
             self.t = self.t_end;
             return;
         }
-        if (cell ^ left) >= BRICK_DIM {
-            self.brick = self.bricks.brick_of(self.cell);
-            let width = self.bricks.cell_width(self.brick, self.most_error);
-            if width != self.width {
-                self.find_voxel(axis);
-                self.set_width(width);
-                return;
+        if (cell ^ left) >= self.even_span {
+            if (cell ^ left) >= BRICK_DIM {
+                self.enter_brick();
             }
+            self.change_width(axis);
+        } else {
+            self.exits[axis] = self.exit(axis);
         }
-        self.exits[axis] = self.exit(axis);
+    }
+
+    fn enter_brick(&mut self) {
+        self.brick = self.bricks.brick_of(self.cell);
+        let is_even = self.bricks.has_even_cells(self.brick, self.most_error);
+        self.even_span = if is_even { BRICK_DIM } else { 2 };
+    }
+
+    /// Take the width of the cells where the ray is, that has just crossed a face across an axis.
+    fn change_width(&mut self, axis: usize) {
+        let (bricks, most_error) = (self.bricks, self.most_error);
+        let mut coarsest = bricks.coarsest_cell(self.brick, self.cell, most_error);
+        // Else all voxels of the cell have the width of the lowest one.
+        if coarsest.0 < self.width {
+            self.find_voxel(axis);
+            coarsest = bricks.coarsest_cell(self.brick, self.cell, most_error);
+        }
+        let (width, error) = coarsest;
+        self.error = error;
+        if width == self.width {
+            self.exits[axis] = self.exit(axis);
+        } else {
+            self.set_width(width);
+        }
     }
 
     /// Make the cell the one of a width around its voxel.
@@ -208,11 +237,11 @@ impl<'a> Segments<'a> {
         self.cell = voxel;
     }
 
-    /// Whether there are drops at corners of the cell; in a brick with coarse cells they are everywhere.
+    /// Whether there are drops at the nodes of the cell.
     #[inline]
     fn has_drops(&self) -> bool {
         if self.width > 1 {
-            self.brick != NO_BRICK
+            self.error > NO_DROPS
         } else {
             !self.bricks.is_empty_cell(self.brick, self.cell)
         }
@@ -235,6 +264,7 @@ impl<'a> Segments<'a> {
             brick: self.brick,
             base: cell_base(self.brick, self.cell),
             width: self.width,
+            error: self.error,
             local_enter: local(self.at),
             local_exit: local(exit),
         }

@@ -373,7 +373,7 @@ fn coarse_cells_tile_the_chord_and_err_as_they_tell() {
                 length += run;
                 n += 1;
                 let error = f64::from(segment.relative_error());
-                assert!(error <= allowed && segment.is_coarse() == (error > 0.0));
+                assert!(error <= allowed && (segment.is_coarse() || error == 0.0));
                 for fraction in [0.2, 0.5, 0.8] {
                     let at = origin + direction * (segment.t_enter + f64::from(fraction) * run);
                     let [found, exact] = [segment.sample(fraction), bricks.sample(at)].map(lanes);
@@ -390,11 +390,54 @@ fn coarse_cells_tile_the_chord_and_err_as_they_tell() {
             assert!(error < 1e-11, "{origin} {direction}: {error:e}");
         }
         // The worst lane at each point, relative to its own value: RMS along rays over what is told.
-        // Measured 0.99 to 1.08, and 1.24 to 1.88 times fewer cells; most bricks have the rim.
+        // Measured 0.84 to 0.89, and 1.4 to 2.9 times fewer cells; most bricks have the rim.
         let ratio = (squares / told).sqrt();
         let saved = n_fine as f64 / n as f64;
         assert!((0.5..1.2).contains(&ratio), "{length_m} {allowed}: {ratio}");
-        assert!(saved > 1.2, "{length_m} {allowed}: {saved}");
+        assert!(saved > 1.3, "{length_m} {allowed}: {saved}");
+    }
+}
+
+/// The integral of M2 along a ray (um²/m²), by cells of a tolerance.
+fn m2_along(bricks: &Bricks, (origin, direction): (DVec3, DVec3), relative_error: f64) -> f64 {
+    bricks
+        .coarse_segments(origin, direction, (0.0, 1e3), relative_error)
+        .map(|segment| {
+            let [c0, c1, c2, c3] = segment.cubic().map(|lanes| f64::from(lanes.x));
+            let run = segment.t_exit - segment.t_enter;
+            run * (c0 + c1 / 2.0 + c2 / 3.0 + c3 / 4.0)
+        })
+        .sum()
+}
+
+#[test]
+fn integrals_by_coarse_cells_keep_to_their_error_behind_a_slanting_face() {
+    // Empty cells, even ones and the ends of drops in one brick, the face at all places in it.
+    for end in 18..26 {
+        let grid = GridBox {
+            min: DVec3::ZERO,
+            max: DVec3::splat(32.0),
+            voxel_m: 1.0,
+        };
+        let drops = |at: DVec3| Drops {
+            number_density_m3: (at.element_sum() - f64::from(end)).max(0.0) as f32,
+            effective_radius_m: 1e-4,
+            effective_variance: 0.0,
+        };
+        let mode = DropMode::from_fn("", &grid, drops).unwrap();
+        let mut bricks = Bricks::build(&mode, Interpolation::Moments).unwrap();
+        bricks.set_tau_sun(&bricks.at_nodes(|_| 0.1));
+        let mut seed = 5;
+        for _ in 0..300 {
+            let origin = 16.0 + 40.0 * random_point(&mut seed);
+            let towards = 16.0 + 12.0 * random_point(&mut seed);
+            let ray = (origin, (towards - origin).normalize());
+            let [found, exact] = [0.1, 0.0].map(|allowed| m2_along(&bricks, ray, allowed));
+            assert!(
+                (found - exact).abs() <= 0.1 * exact,
+                "{end}: {found} {exact}"
+            );
+        }
     }
 }
 
