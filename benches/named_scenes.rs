@@ -88,7 +88,7 @@ const DRAFT: Level = Level {
     name: "draft: 2e-2, center",
     table_error: 2e-2,
     integration: Integration::Adaptive {
-        relative_error: 1e-2,
+        relative_error: 2e-2,
     },
     footprint: PixelFootprint::Center,
 };

@@ -64,7 +64,7 @@ impl Preset {
                 theory: Theory::Airy,
                 table_relative_error: 2e-2,
                 integration: Integration::Adaptive {
-                    relative_error: 1e-2,
+                    relative_error: 2e-2,
                 },
                 drop_orders: DropOrders::MultipleScattering {
                     nodes_across: 8,

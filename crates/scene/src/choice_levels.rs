@@ -146,7 +146,7 @@ pub const DECISIONS: [Decision; 10] = [
             },
             |a, _| {
                 a.integration = Some(Integration::Adaptive {
-                    relative_error: 1e-2,
+                    relative_error: 2e-2,
                 });
             },
             |a, _| {
