@@ -25,7 +25,7 @@ pub enum Integration {
     /// As [`Integration::CellExact`], with the number of Gauss points, pieces and cells that one point
     /// carries taken from the error terms of the rules, so that each keeps to `relative_error`; and by
     /// cells up to 8 voxels wide where the drops are so even that these do. At 1e-4: 4e-6 and 7e-6; at
-    /// 1e-2: 1.3e-3 and 7e-6.
+    /// 1e-2: 1.5e-3 and 7e-6.
     Adaptive {
         /// Largest relative error of the light of a piece, 1e-12..1.
         relative_error: f64,

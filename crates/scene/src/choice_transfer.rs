@@ -2,6 +2,8 @@
 //!
 //! e = k L,   k = e_c / L_c   (see [`crate::choose`])
 
+use niji_render::Integration;
+
 use crate::accuracy::Levels;
 use crate::choice_levels::Decision;
 use crate::choice_levels::LIGHT_OF_DROPS;
@@ -13,6 +15,8 @@ use crate::plan::Plan;
 
 /// Decisions whose error depends on the size of the drops.
 const BY_SIZE: [&str; 2] = ["theory", "table_relative_error"];
+/// The decision whose level may be a tolerance.
+const INTEGRATION: &str = "integration";
 /// The decision whose error depends on the width of a pixel.
 const BY_PIXEL: &str = "pixel_footprint";
 
@@ -65,9 +69,20 @@ pub(crate) fn carried_error(
     let ratio = if BY_SIZE.contains(&decision.key) {
         carried(&ratios, plan.work.smallest_radius_um)
     } else {
-        ratios.iter().map(|(_, ratio)| *ratio).reduce(f64::max)
+        let worst = ratios.iter().map(|(_, ratio)| *ratio).reduce(f64::max);
+        worst.map(|ratio| ratio.max(allowed_error(decision, levels)))
     };
     Some(ratio? * light_of(decision, plan))
+}
+
+/// What an adaptive integral may err by, however even the drops were on which it was measured.
+fn allowed_error(decision: &Decision, levels: &Levels) -> f64 {
+    match levels.integration {
+        Integration::Adaptive { relative_error } if decision.key == INTEGRATION => relative_error,
+        Integration::Adaptive { .. } | Integration::CellExact | Integration::FixedStep { .. } => {
+            0.0
+        }
+    }
 }
 
 /// The ratio at a place between those where it was measured: linear in the logarithms of both, constant

@@ -76,7 +76,11 @@ fn planned(scene: &Scene, measured: &MeasuredLevels) -> Plan {
 }
 
 fn chosen(scene: &Scene, goals: &[Goal]) -> Vec<Result<Choice, ChoiceError>> {
-    let measured = &MeasuredLevels::from_csv(CSV).unwrap();
+    chosen_by(CSV, scene, goals)
+}
+
+fn chosen_by(csv: &str, scene: &Scene, goals: &[Goal]) -> Vec<Result<Choice, ChoiceError>> {
+    let measured = &MeasuredLevels::from_csv(csv).unwrap();
     let plan = &planned(scene, measured);
     let choice = |goal: &Goal| {
         choose(&ChoiceRequest {
@@ -128,6 +132,21 @@ fn the_cheapest_levels_whose_errors_sum_to_half_of_the_tolerance_are_chosen() {
         assert!(choice.predicted_error <= allowed * light);
         assert_eq!(level(&choice, "sun_path").1, Origin::Unmeasured);
     }
+}
+
+#[test]
+fn an_adaptive_integral_counts_with_the_error_it_is_allowed() {
+    // On the drops of the calibration it erred twenty times less.
+    let csv = format!("{CSV}integration,adaptive relative_error=0.02,a,0.001,1,50,0.1,,,d\n");
+    let scene = scene(&[]);
+    let light = light(&scene, "theory");
+    let goals = [0.021, 0.019].map(|allowed| Goal::Tolerance(2.0 * allowed * light));
+    let [large, small] = [0, 1].map(|index| {
+        let choice = chosen_by(&csv, &scene, &goals)[index].clone();
+        level(&choice.unwrap(), "integration").0
+    });
+    assert_eq!(large, "adaptive relative_error=0.02");
+    assert_eq!(small, "cell-exact");
 }
 
 #[test]
