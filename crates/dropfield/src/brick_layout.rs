@@ -174,10 +174,11 @@ pub(crate) fn cells_without_drops(lanes: &[Vec4]) -> CellMask {
 
 /// Lattice coordinates inside a brick of a node's place in it.
 pub(crate) fn node_in_brick(index: usize) -> IVec3 {
-    let (x, y, z) = (
-        index / STRIDE_X,
-        index / STRIDE_Y % BRICK_NODES,
-        index % BRICK_NODES,
-    );
+    place_in_cube(BRICK_NODES, index)
+}
+
+/// Place of a number in a cube of `n` along each side, z fastest.
+pub(crate) fn place_in_cube(n: usize, index: usize) -> IVec3 {
+    let (x, y, z) = (index / (n * n), index / n % n, index % n);
     IVec3::new(x as i32, y as i32, z as i32)
 }

@@ -11,6 +11,7 @@
 use glam::IVec3;
 use glam::Vec4;
 
+use crate::brick_layout::place_in_cube;
 use crate::bricks::BRICK_DIM;
 use crate::bricks::STRIDE_X;
 use crate::bricks::STRIDE_Y;
@@ -50,9 +51,9 @@ impl CoarseErrors {
     pub(crate) fn of(lanes: &[Vec4]) -> Self {
         let twos: [Block; 64] = std::array::from_fn(|index| Block::of::<1>(lanes, index, &[]));
         let fours: [Block; 8] = std::array::from_fn(|index| {
-            let place = node_of::<2>(index) << 1;
+            let place = place_in_cube(2, index) << 1;
             let halves: [_; 8] =
-                std::array::from_fn(|half| twos[place_of::<4>(place + node_of::<2>(half))]);
+                std::array::from_fn(|half| twos[number_of::<4>(place + place_in_cube(2, half))]);
             Block::of::<2>(lanes, index, &halves)
         });
         let eight = Block::of::<4>(lanes, 0, &fours);
@@ -75,11 +76,11 @@ impl CoarseErrors {
             return (8, self.of_eight);
         }
         let inside = voxel & (BRICK_DIM - 1);
-        let of_four = self.of_fours[place_of::<2>(inside >> 2)];
+        let of_four = self.of_fours[number_of::<2>(inside >> 2)];
         if of_four <= allowed {
             return (4, of_four);
         }
-        let of_two = self.of_twos[place_of::<4>(inside >> 1)];
+        let of_two = self.of_twos[number_of::<4>(inside >> 1)];
         if of_two <= allowed {
             return (2, of_two);
         }
@@ -107,11 +108,7 @@ impl Block {
     /// The cell of a number that is `2 WIDTH` voxels wide, made of `halves` half as wide unless these are
     /// voxels.
     fn of<const WIDTH: usize>(lanes: &[Vec4], index: usize, halves: &[Self]) -> Self {
-        let low = match WIDTH {
-            1 => node_of::<4>(index) << 1,
-            2 => node_of::<2>(index) << 2,
-            _ => IVec3::ZERO,
-        };
+        let low = place_in_cube(4 / WIDTH, index) * (2 * WIDTH as i32);
         let nodes = &lanes[cell_base(0, low)..];
         let node = |x, y, z| nodes[(x * STRIDE_X + y * STRIDE_Y + z) * WIDTH];
         // Eight times the interpolant: of equal values exactly their own.
@@ -173,15 +170,9 @@ fn across(low: [Vec4; 3], high: [Vec4; 3]) -> [[Vec4; 3]; 3] {
     std::array::from_fn(|y| std::array::from_fn(|z| columns[z][y]))
 }
 
-/// Place of a number in a cube of `N` along each side, z fastest.
-fn node_of<const N: usize>(index: usize) -> IVec3 {
-    let (x, y, z) = (index / (N * N), index / N % N, index % N);
-    IVec3::new(x as i32, y as i32, z as i32)
-}
-
-/// Number of a place in it.
+/// Number of a place in a cube of `N` along each side, z fastest.
 #[inline]
-fn place_of<const N: usize>(place: IVec3) -> usize {
+fn number_of<const N: usize>(place: IVec3) -> usize {
     let place = place.as_usizevec3();
     (place.x * N + place.y) * N + place.z
 }
@@ -295,7 +286,7 @@ mod tests {
             let wave = errors(|p| Vec4::splat(2.0 + (p.dot(Vec3::ONE) / length).sin()));
             for exponent in 5..80 {
                 let allowed = 0.8_f32.powi(exponent);
-                let of = |index| wave.coarsest(node_of::<8>(index), allowed).0;
+                let of = |index| wave.coarsest(place_in_cube(8, index), allowed).0;
                 let is_even = (1..512).all(|index| of(index) == of(0));
                 assert_eq!(wave.are_even(allowed), is_even, "{length} {allowed}");
             }
