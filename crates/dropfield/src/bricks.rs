@@ -385,7 +385,8 @@ impl Bricks {
     }
 
     /// Width in voxels of the coarsest cell around a brick's voxel that errs by no more than
-    /// `relative_error`, and its error or [`NO_DROPS`].
+    /// `relative_error`, and its error or [`NO_DROPS`]. Where no cell with drops is coarse, none is: wide
+    /// empty ones alone are not worth a choice at every other voxel.
     #[inline]
     pub(crate) fn coarsest_cell(
         &self,
@@ -396,16 +397,16 @@ impl Bricks {
         match self.coarse_errors.get(brick as usize) {
             // One empty cell.
             None => (BRICK_DIM, NO_DROPS),
-            Some(_) if relative_error <= 0.0 => (1, 0.0),
+            Some(_) if !self.has_coarse_cells(brick, relative_error) => (1, 0.0),
             Some(errors) => errors.coarsest(voxel, relative_error),
         }
     }
 
-    /// Whether that is the same all over the brick.
+    /// Whether that is wider than a voxel somewhere in a brick with drops.
     #[inline]
-    pub(crate) fn has_even_cells(&self, brick: u32, relative_error: f32) -> bool {
+    pub(crate) fn has_coarse_cells(&self, brick: u32, relative_error: f32) -> bool {
         let errors = self.coarse_errors.get(brick as usize);
-        relative_error <= 0.0 || errors.is_none_or(|errors| errors.are_even(relative_error))
+        relative_error > 0.0 && errors.is_some_and(|errors| errors.allow(relative_error))
     }
 
     /// Bounds on M2 inside a brick (um²/m³).

@@ -22,8 +22,7 @@ pub(crate) const TOO_COARSE: CoarseErrors = CoarseErrors {
     of_twos: [f32::INFINITY; 64],
     of_fours: [f32::INFINITY; 8],
     of_eight: f32::INFINITY,
-    range_of_twos: (f32::INFINITY, f32::INFINITY),
-    range_of_fours: (f32::INFINITY, f32::INFINITY),
+    least: f32::INFINITY,
 };
 
 /// In place of the error of a cell without drops.
@@ -41,9 +40,8 @@ pub(crate) struct CoarseErrors {
     of_twos: [f32; 64],
     of_fours: [f32; 8],
     of_eight: f32,
-    /// Smallest and largest.
-    range_of_twos: (f32, f32),
-    range_of_fours: (f32, f32),
+    /// Of the cells with drops, if there are any.
+    least: f32,
 }
 
 impl CoarseErrors {
@@ -59,13 +57,21 @@ impl CoarseErrors {
         let eight = Block::of::<4>(lanes, 0, &fours);
         let of_twos = twos.map(|block| block.relative_error());
         let of_fours = fours.map(|block| block.relative_error());
+        let of_eight = eight.relative_error();
+        let finer = of_twos.iter().chain(&of_fours);
+        let with_drops = finer.filter(|error| **error > NO_DROPS);
         Self {
-            range_of_twos: range(&of_twos),
-            range_of_fours: range(&of_fours),
             of_twos,
             of_fours,
-            of_eight: eight.relative_error(),
+            of_eight,
+            least: with_drops.fold(of_eight, |least, error| least.min(*error)),
         }
+    }
+
+    /// Whether there is a coarse cell with drops that errs by no more than `allowed`, or no drops at all.
+    #[inline]
+    pub(crate) fn allow(&self, allowed: f32) -> bool {
+        self.least <= allowed
     }
 
     /// Width in voxels of the coarsest cell around a voxel that errs by no more than `allowed`, and its
@@ -85,14 +91,6 @@ impl CoarseErrors {
             return (2, of_two);
         }
         (1, 0.0)
-    }
-
-    /// Whether that is the same for all voxels of the brick.
-    #[inline]
-    pub(crate) fn are_even(&self, allowed: f32) -> bool {
-        let (twos, fours) = (self.range_of_twos, self.range_of_fours);
-        let is_even_below = twos.0 > allowed || twos.1 <= allowed;
-        self.of_eight <= allowed || fours.1 <= allowed || (fours.0 > allowed && is_even_below)
     }
 }
 
@@ -177,14 +175,6 @@ fn number_of<const N: usize>(place: IVec3) -> usize {
     (place.x * N + place.y) * N + place.z
 }
 
-fn range(errors: &[f32]) -> (f32, f32) {
-    errors
-        .iter()
-        .fold((f32::INFINITY, 0.0), |(low, high), error| {
-            (low.min(*error), high.max(*error))
-        })
-}
-
 #[cfg(test)]
 mod tests {
     use glam::Vec3;
@@ -208,13 +198,11 @@ mod tests {
         let value = Vec4::new(0.1, 1.0e7, 3.3e-5, 0.7);
         let even = errors(|_| value);
         assert_eq!(even.coarsest(IVec3::ZERO, 0.0), (8, 0.0));
-        assert_eq!(
-            (even.range_of_twos, even.range_of_fours),
-            ((0.0, 0.0), (0.0, 0.0))
-        );
+        assert_eq!((even.of_twos, even.of_fours), ([0.0; 64], [0.0; 8]));
         let sloped = errors(|p| value * (1.0 + p.x) * (2.0 + p.y) * (1.0 + 0.1 * p.z));
         // Rounding of numbers up to 100 at the depth.
-        assert!(sloped.of_eight < 1e-4 && sloped.range_of_fours.1 < 1e-4);
+        let errors = sloped.of_twos.iter().chain(&sloped.of_fours);
+        assert!(sloped.of_eight < 1e-4 && errors.into_iter().all(|error| *error < 1e-4));
     }
 
     #[test]
@@ -243,7 +231,8 @@ mod tests {
         assert_eq!(curved.of_eight, f32::INFINITY);
         // Of a depth twice the difference.
         let depth = errors(|p| Vec4::new(1.0, 1.0, 1.0, 1e-3 * p.x * p.x));
-        assert!((depth.range_of_twos.1 - 2e-3 * half).abs() < 1e-6);
+        let errs_by_two = |error: &f32| (error - 2e-3 * half).abs() < 1e-6;
+        assert!(depth.of_twos.iter().all(errs_by_two));
     }
 
     #[test]
@@ -262,7 +251,8 @@ mod tests {
                 _ => 4,
             });
             assert_eq!(widths(&step, 1.0), expected);
-            assert!(!step.are_even(1.0));
+            // Of cells with drops only those behind the end are coarse.
+            assert_eq!(step.allow(1.0), end < 6);
         }
         let none = errors(|_| Vec4::ZERO);
         assert_eq!(none.coarsest(IVec3::ONE, 1e-6), (8, NO_DROPS));
@@ -281,14 +271,14 @@ mod tests {
     }
 
     #[test]
-    fn a_brick_is_even_where_one_width_serves_all_of_it() {
+    fn the_least_error_tells_whether_any_cell_is_coarse() {
         for length in [2.0, 3.0, 5.0, 10.0, 20.0, 50.0, 100.0, 400.0, 1000.0] {
             let wave = errors(|p| Vec4::splat(2.0 + (p.dot(Vec3::ONE) / length).sin()));
             for exponent in 5..80 {
                 let allowed = 0.8_f32.powi(exponent);
-                let of = |index| wave.coarsest(place_in_cube(8, index), allowed).0;
-                let is_even = (1..512).all(|index| of(index) == of(0));
-                assert_eq!(wave.are_even(allowed), is_even, "{length} {allowed}");
+                let is_coarse = |index| wave.coarsest(place_in_cube(8, index), allowed).0 > 1;
+                let any = (0..512).any(is_coarse);
+                assert_eq!(wave.allow(allowed), any, "{length} {allowed}");
             }
         }
     }
@@ -306,9 +296,13 @@ mod tests {
             }
             value
         });
-        let allowed = 0.9 * spiked.range_of_twos.0;
+        let allowed = 0.9
+            * spiked
+                .of_twos
+                .iter()
+                .fold(1.0_f32, |least, error| least.min(*error));
         assert_eq!(spiked.coarsest(IVec3::ZERO, allowed).0, 4);
         assert_eq!(spiked.coarsest(IVec3::splat(4), allowed).0, 1);
-        assert!(!spiked.are_even(allowed));
+        assert!(spiked.allow(allowed));
     }
 }

@@ -109,8 +109,8 @@ pub struct Segments<'a> {
     to_exit: IVec3,
     /// Largest relative error of cells that are coarse.
     most_error: f32,
-    /// At multiples of so many voxels the width may change.
-    even_span: i32,
+    /// At multiples of so many voxels a width is chosen.
+    choice_span: i32,
     /// Distances at which the ray leaves the cell along each axis.
     exits: DVec3,
     t: f64,
@@ -146,7 +146,7 @@ impl<'a> Segments<'a> {
             to_next: IVec3::ZERO,
             to_exit: IVec3::ZERO,
             most_error,
-            even_span: BRICK_DIM,
+            choice_span: BRICK_DIM,
             exits: DVec3::INFINITY,
             t,
             t_end,
@@ -183,7 +183,7 @@ impl<'a> Segments<'a> {
             self.t = self.t_end;
             return;
         }
-        if (cell ^ left) >= self.even_span {
+        if (cell ^ left) >= self.choice_span {
             if (cell ^ left) >= BRICK_DIM {
                 self.enter_brick();
             }
@@ -195,8 +195,8 @@ impl<'a> Segments<'a> {
 
     fn enter_brick(&mut self) {
         self.brick = self.bricks.brick_of(self.cell);
-        let is_even = self.bricks.has_even_cells(self.brick, self.most_error);
-        self.even_span = if is_even { BRICK_DIM } else { 2 };
+        let is_coarse = self.bricks.has_coarse_cells(self.brick, self.most_error);
+        self.choice_span = if is_coarse { 2 } else { BRICK_DIM };
     }
 
     /// Take the width of the cells where the ray is, that has just crossed a face across an axis.

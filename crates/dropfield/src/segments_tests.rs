@@ -429,6 +429,41 @@ fn integrals_by_coarse_cells_keep_to_their_error_behind_a_slanting_face() {
 }
 
 #[test]
+fn drops_that_grow_evenly_from_a_plane_on_are_not_missed() {
+    // The same width serves all of a brick, while some of its cells hold drops and some do not.
+    for end in 0..32 {
+        let first = 16.0 + 0.25 * f64::from(end);
+        let grid = GridBox {
+            min: DVec3::ZERO,
+            max: DVec3::splat(64.0),
+            voxel_m: 1.0,
+        };
+        let drops = |at: DVec3| Drops {
+            // A layer at the bottom, where the lattice begins.
+            number_density_m3: if at.y < 1.0 {
+                1.0
+            } else {
+                (at.y - first).max(0.0) as f32
+            },
+            effective_radius_m: 1e-4,
+            effective_variance: 0.0,
+        };
+        let mode = DropMode::from_fn("", &grid, drops).unwrap();
+        let mut bricks = Bricks::build(&mode, Interpolation::Moments).unwrap();
+        bricks.set_tau_sun(&bricks.at_nodes(|_| 0.1));
+        for upwards in [1.0, -1.0] {
+            let origin = DVec3::new(30.0, 32.0 - 40.0 * upwards, 31.0);
+            let direction = DVec3::new(0.05, upwards, 0.02);
+            let [found, exact] = [0.01, 0.0].map(|allowed| {
+                segment_sum(bricks.coarse_segments(origin, direction, (0.0, 1e3), allowed))
+            });
+            let error = found / exact - 1.0;
+            assert!(error.abs() < 1e-3, "{first} {upwards}: {error}");
+        }
+    }
+}
+
+#[test]
 fn where_no_error_is_allowed_every_cell_is_a_voxel() {
     let bricks = waves(1e9);
     let (origin, direction) = (DVec3::new(-1.0, 20.3, 11.1), DVec3::new(0.9, 0.3, 0.1));
