@@ -4,7 +4,8 @@
 //!
 //! of a cell 2w voxels wide: `I_2w` trilinear between its corners, `f` lanes at the nodes x that stand w
 //! apart in it, `RMS_8` over the cells half as wide; of the optical depth to the sun twice the
-//! difference, which is the error of sunlight at Q = 2. The largest lane counts. A ray sees the mean
+//! difference, which is the error of sunlight at Q = 2; of M3 that of M3/M2, the effective radius, eight
+//! times, as it moves the fringes of a bow. The largest lane counts. A ray sees the mean
 //! difference along its way, whose sign is that of the field's bend. An even or linear field errs by
 //! nothing but rounding.
 
@@ -31,6 +32,10 @@ pub(crate) const NO_DROPS: f32 = -1.0;
 /// The largest error that is kept.
 const MOST_ERROR: f32 = 0.1;
 
+/// Relative change of a bow's light for each of the radius. In a narrow law fringes are seen up to the
+/// fourth or so, whose phase of 25 goes with r^(2/3), and whose contrast is about a half.
+const RADIUS_SCALE: f32 = 8.0;
+
 /// What twice a difference of optical depth is divided by.
 const DEPTH_SCALE: f32 = 0.5;
 
@@ -47,14 +52,19 @@ pub(crate) struct CoarseErrors {
 impl CoarseErrors {
     /// Those of a brick whose nodes hold moments.
     pub(crate) fn of(lanes: &[Vec4]) -> Self {
-        let twos: [Block; 64] = std::array::from_fn(|index| Block::of::<1>(lanes, index, &[]));
+        let radii: Vec<f32> = lanes.iter().map(radius).collect();
+        let nodes = Nodes {
+            lanes,
+            radii: &radii,
+        };
+        let twos: [Block; 64] = std::array::from_fn(|index| Block::of::<1>(&nodes, index, &[]));
         let fours: [Block; 8] = std::array::from_fn(|index| {
             let place = place_in_cube(2, index) << 1;
             let halves: [_; 8] =
                 std::array::from_fn(|half| twos[number_of::<4>(place + place_in_cube(2, half))]);
-            Block::of::<2>(lanes, index, &halves)
+            Block::of::<2>(&nodes, index, &halves)
         });
-        let eight = Block::of::<4>(lanes, 0, &fours);
+        let eight = Block::of::<4>(&nodes, 0, &fours);
         let of_twos = twos.map(|block| block.relative_error());
         let of_fours = fours.map(|block| block.relative_error());
         let of_eight = eight.relative_error();
@@ -94,21 +104,39 @@ impl CoarseErrors {
     }
 }
 
+/// The nodes of a brick.
+struct Nodes<'a> {
+    lanes: &'a [Vec4],
+    /// M3/M2 (um).
+    radii: &'a [f32],
+}
+
+/// M3/M2, 0 without drops.
+fn radius(lanes: &Vec4) -> f32 {
+    if lanes.x > 0.0 {
+        lanes.y / lanes.x
+    } else {
+        0.0
+    }
+}
+
 /// Lanes in a cell of several voxels.
 #[derive(Clone, Copy)]
 struct Block {
     mean: Vec4,
-    /// RMS of their difference from the interpolant between the corners.
+    /// RMS of their difference from the interpolant between the corners; of M3 less that of as many drops
+    /// of the radius there.
     error: Vec4,
 }
 
 impl Block {
     /// The cell of a number that is `2 WIDTH` voxels wide, made of `halves` half as wide unless these are
     /// voxels.
-    fn of<const WIDTH: usize>(lanes: &[Vec4], index: usize, halves: &[Self]) -> Self {
+    fn of<const WIDTH: usize>(nodes: &Nodes, index: usize, halves: &[Self]) -> Self {
         let low = place_in_cube(4 / WIDTH, index) * (2 * WIDTH as i32);
-        let nodes = &lanes[cell_base(0, low)..];
-        let node = |x, y, z| nodes[(x * STRIDE_X + y * STRIDE_Y + z) * WIDTH];
+        let first = cell_base(0, low);
+        let place = |x, y, z| first + (x * STRIDE_X + y * STRIDE_Y + z) * WIDTH;
+        let node = |x, y, z| nodes.lanes[place(x, y, z)];
         // Eight times the interpolant: of equal values exactly their own.
         let row = |x, y| between(node(x, y, 0), node(x, y, 2));
         let face = |x| across(row(x, 0), row(x, 2));
@@ -121,7 +149,8 @@ impl Block {
                     .enumerate()
                 {
                     let value = node(x, y, z);
-                    let difference = 0.125 * eight - value;
+                    let mut difference = 0.125 * eight - value;
+                    difference.y -= nodes.radii[place(x, y, z)] * difference.x;
                     let weight = TRAPEZOID[x] * TRAPEZOID[y] * TRAPEZOID[z];
                     mean += weight * value;
                     squares += weight * difference * difference;
@@ -143,7 +172,8 @@ impl Block {
         if self.mean.x <= 0.0 {
             return NO_DROPS;
         }
-        let error = self.error / self.mean.with_w(DEPTH_SCALE);
+        let scale = Vec4::new(1.0, RADIUS_SCALE, 1.0, 1.0);
+        let error = scale * self.error / self.mean.with_w(DEPTH_SCALE);
         // Squares may leave the range of f32.
         if error.is_finite() && error.max_element() <= MOST_ERROR {
             error.max_element()
@@ -209,7 +239,7 @@ mod tests {
     fn a_parabola_errs_by_its_bend() {
         // f'' h²/8 at the middle of a cell, which has half of the weight; cells of all places along y.
         let half = 0.5_f32.sqrt();
-        let curved = errors(|p| Vec4::new(90.0 + p.y * p.y, 1.0, 1.0, 0.0));
+        let curved = errors(|p| (90.0 + p.y * p.y) * Vec4::new(1.0, 2.0, 4.0, 0.0));
         let mean_of_two =
             |y: f32| 90.0 + (y * y + 2.0 * (y + 1.0).powi(2) + (y + 2.0).powi(2)) / 4.0;
         for y in 0..8 {
@@ -229,6 +259,10 @@ mod tests {
         }
         // (1 + 4 + 16) half of 112 is more than anybody allows.
         assert_eq!(curved.of_eight, f32::INFINITY);
+        // Of a radius, in as many drops everywhere, eight times.
+        let radius = errors(|p| Vec4::new(1.0, 90.0 + p.y * p.y, 1.0, 0.0));
+        let of_two = radius.of_twos[number_of::<4>(IVec3::new(3, 2, 1))];
+        assert!((of_two / (8.0 * half / mean_of_two(4.0)) - 1.0).abs() < 1e-4);
         // Of a depth twice the difference.
         let depth = errors(|p| Vec4::new(1.0, 1.0, 1.0, 1e-3 * p.x * p.x));
         let errs_by_two = |error: &f32| (error - 2e-3 * half).abs() < 1e-6;
@@ -292,7 +326,14 @@ mod tests {
             if middle & 1 == IVec3::ONE {
                 let half: IVec3 = middle >> 1;
                 let in_first = middle.max_element() < 4;
-                value[(half & 1).element_sum() as usize % 3] += if in_first { 0.01 } else { 0.1 };
+                let spike = if in_first { 0.01 } else { 0.1 };
+                value += spike
+                    * match (half & 1).element_sum() % 3 {
+                        // More drops of the same radius.
+                        0 => Vec4::new(1.0, 1.0, 0.0, 0.0),
+                        1 => Vec4::Z,
+                        _ => DEPTH_SCALE * Vec4::W,
+                    };
             }
             value
         });

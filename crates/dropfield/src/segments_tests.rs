@@ -353,7 +353,7 @@ fn waves(length_m: f64) -> Bricks {
 
 #[test]
 fn coarse_cells_tile_the_chord_and_err_as_they_tell() {
-    for (length_m, allowed) in [(300.0, 1e-3), (300.0, 3e-2), (120.0, 1e-2), (40.0, 1e-2)] {
+    for (length_m, allowed) in [(300.0, 1e-3), (300.0, 3e-2), (120.0, 1e-2), (40.0, 3e-2)] {
         let bricks = waves(length_m);
         let (min, max) = bricks.world_bounds().unwrap();
         let mut seed = 21;
@@ -376,7 +376,10 @@ fn coarse_cells_tile_the_chord_and_err_as_they_tell() {
                     let [found, exact] = [segment.sample(fraction), bricks.sample(at)].map(lanes);
                     let scale = exact.with_w(0.5);
                     if segment.is_coarse() {
-                        let worst = ((found - exact) / scale).abs().max_element();
+                        let mut relative = (found - exact) / scale;
+                        // Of the radius, eight times.
+                        relative.y = 8.0 * (relative.y - relative.x);
+                        let worst = relative.abs().max_element();
                         squares += run * f64::from(worst).powi(2);
                         told += run * error * error;
                     }
@@ -387,7 +390,7 @@ fn coarse_cells_tile_the_chord_and_err_as_they_tell() {
             assert!(error < 1e-11, "{origin} {direction}: {error:e}");
         }
         // The worst lane at each point, relative to its own value: RMS along rays over what is told.
-        // Measured 0.84 to 0.89, and 1.4 to 2.9 times fewer cells; most bricks have the rim.
+        // Measured 0.77 to 0.88, and 1.7 to 2.9 times fewer cells; most bricks have the rim.
         let ratio = (squares / told).sqrt();
         let saved = n_fine as f64 / n as f64;
         assert!((0.5..1.2).contains(&ratio), "{length_m} {allowed}: {ratio}");

@@ -22,6 +22,9 @@ pub(crate) struct Deposits {
     pub(crate) light_tau_sun: f64,
     /// Estimated error of the light.
     pub(crate) error: f64,
+    /// The light times the variance of the sizes that one point stands for, on the table's radius axis
+    /// in nodes.
+    pub(crate) size_variance: f64,
 }
 
 impl Deposits {
@@ -35,6 +38,7 @@ impl Deposits {
             light_m2: 0.0,
             light_tau_sun: 0.0,
             error: 0.0,
+            size_variance: 0.0,
         }
     }
 
@@ -42,7 +46,7 @@ impl Deposits {
     pub(crate) fn clear(&mut self) {
         self.bins.clear();
         (self.light, self.light_m, self.light_m2) = (0.0, 0.0, 0.0);
-        (self.light_tau_sun, self.error) = (0.0, 0.0);
+        (self.light_tau_sun, self.error, self.size_variance) = (0.0, 0.0, 0.0);
     }
 
     /// Light of drops at a place of the size axes.

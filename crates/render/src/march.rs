@@ -26,6 +26,10 @@ use crate::stretch::ThinCell;
 /// halves of a cell follow it to 1e-3 where the radius doubles across a cell.
 const RADIUS_DENSITY_PIECES: usize = 2;
 
+/// A ray through the middle of a coarse cell errs by more than the RMS over the cell that is told: by
+/// 2^(1/2) where the field is a parabola along one axis.
+const COARSE_SAFETY: f32 = 1.5;
+
 /// A distance at which the optical depth of the drops in front is wanted.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Probe {
@@ -68,8 +72,6 @@ struct Progress<'a, F: FnMut(&mut Deposits)> {
     n_slabs_closed: usize,
     probes: &'a mut [Probe],
     n_probes_passed: usize,
-    /// Largest relative error of the cells of the slab because they are coarse.
-    coarse_error: f32,
     deposits: &'a mut Deposits,
     /// Thin cells whose light waits to be gathered.
     stretch: Stretch,
@@ -94,7 +96,6 @@ impl March<'_> {
             n_slabs_closed: 0,
             probes,
             n_probes_passed: 0,
-            coarse_error: 0.0,
             deposits,
             stretch: Stretch::default(),
             close_slab,
@@ -202,29 +203,37 @@ impl<F: FnMut(&mut Deposits)> Progress<'_, F> {
         ControlFlow::Continue(())
     }
 
-    /// Take a piece of a ray.
+    /// Take a piece of a ray whose moments make a relative `error`.
     #[inline]
-    fn piece(&mut self, piece: &Piece) -> ControlFlow<()> {
+    fn piece(&mut self, piece: &Piece, error: f32) -> ControlFlow<()> {
         let end_m = piece.start_m + piece.length_m;
         self.pass((piece.start_m, end_m), |x| piece.depth_up_to(x));
         let depth = piece.depth();
         if let (Some(axes), true) = (self.walk.axes, depth > 0.0) {
             self.gather_stretch(axes);
+            let before = self.deposits.light;
             self.rule
                 .gather(axes, piece, &mut self.through, self.deposits);
+            self.deposits.error += f64::from(error) * (self.deposits.light - before);
         }
         self.leave(depth)
     }
 
     /// Take the run of a ray through a cell of a single mode, or a part of it: with others in a stretch,
-    /// or as a piece.
+    /// or as a piece. Its lanes make a relative `error`.
     #[inline]
-    fn cell(&mut self, start_m: f64, length_m: f64, lanes: &LaneCubic) -> ControlFlow<()> {
+    fn cell(
+        &mut self,
+        start_m: f64,
+        length_m: f64,
+        lanes: &LaneCubic,
+        error: f32,
+    ) -> ControlFlow<()> {
         let modes = std::slice::from_ref(lanes);
         let Some(axes) = self.walk.axes else {
-            return self.piece(&Piece::new(start_m, length_m, modes));
+            return self.piece(&Piece::new(start_m, length_m, modes), error);
         };
-        let thin = ThinCell::new(start_m, length_m, lanes);
+        let thin = ThinCell::new(start_m, length_m, lanes, error);
         self.pass((start_m, start_m + length_m), |x| {
             Piece::new(start_m, length_m, modes).depth_up_to(x)
         });
@@ -234,7 +243,7 @@ impl<F: FnMut(&mut Deposits)> Progress<'_, F> {
         if !self.stretch.join(&thin, self.rule, axes) {
             self.gather_stretch(axes);
             if !self.stretch.join(&thin, self.rule, axes) {
-                return self.piece(&Piece::new(start_m, length_m, modes));
+                return self.piece(&Piece::new(start_m, length_m, modes), error);
             }
         }
         self.leave(thin.depth)
@@ -254,8 +263,6 @@ impl<F: FnMut(&mut Deposits)> Progress<'_, F> {
             self.gather_stretch(axes);
         }
         self.n_slabs_closed += 1;
-        self.deposits.error += f64::from(self.coarse_error) * self.deposits.light;
-        self.coarse_error = 0.0;
         if self.deposits.light > 0.0 {
             (self.close_slab)(self.deposits);
         }
@@ -300,7 +307,8 @@ fn whole_cell<F: FnMut(&mut Deposits)>(
 ) -> ControlFlow<()> {
     let length_m = segment.t_exit - segment.t_enter;
     let lanes = LaneCubic::new(segment.cubic());
-    progress.cell(segment.t_enter, length_m, &lanes)
+    let error = COARSE_SAFETY * segment.relative_error();
+    progress.cell(segment.t_enter, length_m, &lanes, error)
 }
 
 /// One of several voxels. Out of line and by value: for cells of one voxel nothing is copied then.
@@ -309,7 +317,6 @@ fn coarse_cell<F: FnMut(&mut Deposits)>(
     segment: Segment,
     progress: &mut Progress<F>,
 ) -> ControlFlow<()> {
-    progress.coarse_error = progress.coarse_error.max(segment.relative_error());
     whole_cell(&segment, progress)
 }
 
@@ -330,7 +337,7 @@ fn sampled_cell<F: FnMut(&mut Deposits)>(
         let first = index * STEPS;
         let lanes = LaneCubic::through(std::array::from_fn(|step| samples[first + step]));
         let start_m = segment.t_enter + index as f64 * length_m;
-        progress.cell(start_m, length_m, &lanes)?;
+        progress.cell(start_m, length_m, &lanes, 0.0)?;
     }
     ControlFlow::Continue(())
 }
@@ -379,7 +386,7 @@ fn merged_cells<F: FnMut(&mut Deposits)>(modes: &[Bricks], progress: &mut Progre
             })));
         }
         if progress
-            .piece(&Piece::new(start_m, length_m, &cubics))
+            .piece(&Piece::new(start_m, length_m, &cubics), 0.0)
             .is_break()
         {
             return;

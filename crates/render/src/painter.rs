@@ -13,6 +13,7 @@ use crate::footprint::offsets;
 use crate::footprint::rays_along;
 use crate::footprint_error::Glimpse;
 use crate::footprint_error::REACH_PX;
+use crate::footprint_error::footprint_error;
 use crate::frame::Frame;
 use crate::levels::PixelFootprint;
 use crate::picture_tiles::TileMut;
@@ -150,6 +151,11 @@ impl Painter<'_> {
             brush.pixel.add(&brush.light, share, &self.xyz_weights);
         }
         any_light
+    }
+
+    /// Estimated error of luminance [cd/m²] of a pixel because of its footprint.
+    pub(crate) fn missed(&self, cross: &[[Glimpse; 5]; 2], footprint: PixelFootprint) -> f64 {
+        footprint_error(cross, footprint, self.eye.camera.pixel_angle().0)
     }
 
     /// Where the ray through the middle of a pixel ends that was just traced (m). A single ray went

@@ -91,7 +91,7 @@ pub fn render_in_steps(
         } else {
             painted.saturating_sub(reach)
         };
-        picture.add_footprint_error(finished..known, painter.footprint, &glimpses);
+        picture.add_footprint_error(finished..known, &painter, &glimpses);
         if let Some(tolerance_cd_m2) = request.tolerance_cd_m2 {
             painter.refine(&mut picture, finished..known, &glimpses, tolerance_cd_m2);
         }

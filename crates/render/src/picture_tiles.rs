@@ -21,8 +21,7 @@ use rayon::prelude::*;
 use crate::error_parts::ErrorParts;
 use crate::footprint_error::Glimpse;
 use crate::footprint_error::cross;
-use crate::footprint_error::footprint_error;
-use crate::levels::PixelFootprint;
+use crate::painter::Painter;
 use crate::pixel::Pixel;
 
 /// A rendered picture, all arrays by row and column of pixels.
@@ -164,7 +163,7 @@ impl Rendered {
     pub(crate) fn add_footprint_error(
         &mut self,
         rows: Range<usize>,
-        footprint: PixelFootprint,
+        painter: &Painter,
         glimpses: &Array2<Glimpse>,
     ) {
         let mut errors = self.error.slice_mut(s![rows.clone(), ..]);
@@ -173,7 +172,7 @@ impl Rendered {
         let pairs = pairs.zip(parts.outer_iter_mut().into_par_iter());
         pairs.zip(rows).for_each(|((errors, parts), y)| {
             for (x, (error, part)) in errors.into_iter().zip(parts).enumerate() {
-                let missed = footprint_error(&cross(glimpses, x, y), footprint) as f32;
+                let missed = painter.missed(&cross(glimpses, x, y), painter.footprint) as f32;
                 *part = missed;
                 *error += missed;
             }

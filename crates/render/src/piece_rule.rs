@@ -186,6 +186,8 @@ impl PieceRule {
         let light = (point.lanes, light * (1.0 + bend));
         let light = self.deposit(axes, light, distance, deposits);
         deposits.error += light * (point.relative_error + size_error(point.bins, 1));
+        // Even sizes have a twelfth; the cells at both ends reach beyond their means.
+        deposits.size_variance += light * point.bins * point.bins / 6.0;
     }
 
     /// Deposit what the sun's way leaves of the light of drops with these lanes, from a stretch of the

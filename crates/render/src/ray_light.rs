@@ -344,7 +344,9 @@ impl Sums {
         self.light_m2 += deposits.light_m2;
         self.light_tau_sun += deposits.light_tau_sun;
         self.luminance_cd_m2 += luminance;
-        self.errors.quadrature += luminance * deposits.error.abs() / deposits.light;
+        // Of a step of the table, half of the bend, the error of sizes is an eighth.
+        let of_sizes = 4.0 * size_error * deposits.size_variance;
+        self.errors.quadrature += (luminance * deposits.error.abs() + of_sizes) / deposits.light;
         self.errors.sizes += size_error;
     }
 }

@@ -22,7 +22,6 @@ use crate::footprint::offsets;
 use crate::footprint::turned_offsets;
 use crate::footprint_error::Glimpse;
 use crate::footprint_error::cross;
-use crate::footprint_error::footprint_error;
 use crate::levels::Integration;
 use crate::levels::PixelFootprint;
 use crate::march::March;
@@ -73,7 +72,7 @@ impl Painter<'_> {
                         let finer = Finer {
                             march: &march,
                             tolerance_cd_m2,
-                            missed_cd_m2: footprint_error(&cross, PixelFootprint::Prefiltered),
+                            missed_cd_m2: self.missed(&cross, PixelFootprint::Prefiltered),
                         };
                         self.refine_pixel((x, y), &finer, &mut tile, brush);
                     }

@@ -10,7 +10,8 @@
 //! third and fourth central moments `c` and `k`. Over a span s = Q |dtau_sun| the first is below s³/62,
 //! that of two points, by which cells are taken in; the error that is told takes c as it is and
 //! k ~ V s²/4, that of even light and two thirds more.
-//! Sizes are those of the stretch's mean moments, as those of a point are of a mixture.
+//! Sizes are those of the stretch's mean moments, as those of a point are of a mixture, in which each cell
+//! has the weight w (1 - Q (tau_sun - m)).
 
 use glam::Vec4;
 
@@ -38,12 +39,14 @@ pub(crate) struct ThinCell {
     mean: Vec4,
     /// Optical depth at Q = 1.
     pub(crate) depth: f64,
+    /// Relative error of its light because of its lanes.
+    error: f64,
 }
 
 impl ThinCell {
-    /// The run of a ray through a cell.
+    /// The run of a ray through a cell whose lanes make a relative `error`.
     #[inline]
-    pub(crate) fn new(start_m: f64, length_m: f64, lanes: &LaneCubic) -> Self {
+    pub(crate) fn new(start_m: f64, length_m: f64, lanes: &LaneCubic, error: f32) -> Self {
         let mean = lanes.mean();
         let start = lanes.at(0.0);
         Self {
@@ -52,6 +55,7 @@ impl ThinCell {
             ends: [start, start + lanes.change()],
             mean,
             depth: EXTINCTION_PER_M2 * length_m * f64::from(mean.x),
+            error: f64::from(error),
         }
     }
 }
@@ -67,8 +71,10 @@ pub(crate) struct Stretch {
     distance: [f64; 2],
     /// Sums of the optical depth to the sun, its square and its cube.
     tau_sun: [f64; 3],
-    /// Sum of the moments.
-    moments: Vec4,
+    /// Sum of the relative errors.
+    error: f64,
+    /// Sums of the moments, and of them times the optical depth to the sun.
+    moments: [Vec4; 2],
     /// Least and largest optical depth to the sun.
     span: (f32, f32),
     /// Radii of the first and the last cell (um).
@@ -165,13 +171,16 @@ impl Stretch {
         let rise = f64::from(change.w);
         let tau_sun = f64::from(cell.mean.w) + lean * rise;
         self.weight += weight;
+        self.error += weight * cell.error;
         self.distance[0] += weight * middle_m;
         self.distance[1] += weight * (middle_m * middle_m + spread * cell.length_m * cell.length_m);
         let (square, spread) = (tau_sun * tau_sun, spread * rise * rise);
         self.tau_sun[0] += weight * tau_sun;
         self.tau_sun[1] += weight * (square + spread);
         self.tau_sun[2] += weight * (tau_sun * (square + 3.0 * spread));
-        self.moments += (fade * cell.length_m) as f32 * cell.mean;
+        let moments = (fade * cell.length_m) as f32 * cell.mean;
+        self.moments[0] += moments;
+        self.moments[1] += tau_sun as f32 * moments;
     }
 
     /// The stretch as one point; it is empty again.
@@ -185,16 +194,20 @@ impl Stretch {
         let [distance_m, square_m2] = self.distance.map(|sum| sum * per_weight);
         let q = rule.sun_efficiency;
         let span = q * f64::from(self.span.1 - self.span.0);
-        let relative_error =
-            q * q * ((q * skew).abs() / 6.0 + span * span * tau_sun_variance / 96.0);
+        let of_point = q * q * ((q * skew).abs() / 6.0 + span * span * tau_sun_variance / 96.0);
+        let relative_error = self.error * per_weight + of_point;
         let (first, last) = self.radii;
         let bins = if axes.n_radii() > 1 {
             f64::from(2.0 * (last - first).abs() / (first + last) * axes.radii_per_ln())
         } else {
             0.0
         };
+        // A cell's sizes count as its light does, 1 - Q (tau_sun - m), and never less than nothing.
+        let q_of_sizes = if span > 1.0 { q / span } else { q };
+        let [moments, by_tau_sun] = self.moments;
+        let lanes = moments + q_of_sizes as f32 * (tau_sun as f32 * moments - by_tau_sun);
         let point = StretchPoint {
-            lanes: self.moments.with_w(tau_sun as f32),
+            lanes: lanes.with_w(tau_sun as f32),
             tau_sun_variance,
             distance_m,
             distance_variance_m2: variance(distance_m, square_m2),

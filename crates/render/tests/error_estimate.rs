@@ -29,8 +29,8 @@ use niji_render::SunPath;
 const NOTHING: f64 = 1e-6;
 
 /// Part of the pixels whose error must be at most the estimate, and the most that the median of
-/// estimate over error may be, the latter over all levels of a scene. Measured 0.9926 to 1 and 5.1 to 6.2; single levels
-/// have medians of 3.4 to 12.9.
+/// estimate over error may be, the latter over all levels of a scene. Measured 0.9926 to 1 and 5.4 to 6.6; single levels
+/// have medians of 3.7 to 13.3.
 const COVERED: f64 = 0.99;
 const MEDIAN_RATIO: f64 = 10.0;
 
@@ -213,7 +213,7 @@ const LEVEL: Levels = Levels {
 };
 
 const DRAFT: Integration = Integration::Adaptive {
-    relative_error: 1e-2,
+    relative_error: 2e-2,
 };
 
 const FINE: Levels = Levels {
@@ -300,7 +300,36 @@ fn the_estimate_covers_the_error_and_is_seldom_far_above_it() {
             }
         }
         let (_, median) = covered_and_median(of_scene);
+        println!("{}: median {median:.1}", scene.name);
         assert!(median <= MEDIAN_RATIO, "{}: {median}", scene.name);
+    }
+}
+
+#[test]
+fn the_part_of_the_quadrature_covers_what_coarse_cells_err_by() {
+    // Nodes so close that a draft crosses most of the drops in cells of several voxels.
+    for scene in scenes() {
+        let [found, fine] = [DRAFT, FINE.integration].map(|integration| {
+            let levels = Levels {
+                integration,
+                sun_voxels: 3.0,
+                finer: 3,
+                ..LEVEL
+            };
+            picture(&scene, &levels, None)
+        });
+        let found = Rendered {
+            error: found.error_parts.quadrature.clone(),
+            ..found
+        };
+        let (ratios, rmse) = ratios(&found, &fine);
+        let (covered, median) = covered_and_median(ratios);
+        let what = format!(
+            "{}: RMSE {rmse:.1e}, covered {covered:.4}, median {median:.1}",
+            scene.name
+        );
+        println!("{what}");
+        assert!(covered >= COVERED && median <= MEDIAN_RATIO, "{what}");
     }
 }
 
