@@ -353,7 +353,14 @@ fn waves(length_m: f64) -> Bricks {
 
 #[test]
 fn coarse_cells_tile_the_chord_and_err_as_they_tell() {
-    for (length_m, allowed) in [(300.0, 1e-3), (300.0, 3e-2), (120.0, 1e-2), (40.0, 3e-2)] {
+    for (length_m, allowed, least_saved) in [
+        (300.0, 1e-3, 1.3),
+        (300.0, 3e-2, 1.3),
+        (120.0, 1e-2, 1.3),
+        (40.0, 3e-2, 1.3),
+        // The radius, which counts eight times, changes by a quarter over ten voxels.
+        (40.0, 1e-2, 1.2),
+    ] {
         let bricks = waves(length_m);
         let (min, max) = bricks.world_bounds().unwrap();
         let mut seed = 21;
@@ -390,11 +397,11 @@ fn coarse_cells_tile_the_chord_and_err_as_they_tell() {
             assert!(error < 1e-11, "{origin} {direction}: {error:e}");
         }
         // The worst lane at each point, relative to its own value: RMS along rays over what is told.
-        // Measured 0.77 to 0.88, and 1.7 to 2.9 times fewer cells; most bricks have the rim.
+        // Measured 0.77 to 0.88, and 1.25 to 2.9 times fewer cells; most bricks have the rim.
         let ratio = (squares / told).sqrt();
         let saved = n_fine as f64 / n as f64;
         assert!((0.5..1.2).contains(&ratio), "{length_m} {allowed}: {ratio}");
-        assert!(saved > 1.3, "{length_m} {allowed}: {saved}");
+        assert!(saved > least_saved, "{length_m} {allowed}: {saved}");
     }
 }
 

@@ -29,6 +29,8 @@ pub(crate) struct Painter<'a> {
     pub(crate) eye: Eye<'a>,
     pub(crate) region: PixelRegion,
     pub(crate) footprint: PixelFootprint,
+    /// Largest angle that a pixel spans.
+    pub(crate) pixel_rad: f64,
     pub(crate) xyz_weights: Vec<Vec4>,
 }
 
@@ -155,7 +157,7 @@ impl Painter<'_> {
 
     /// Estimated error of luminance [cd/m²] of a pixel because of its footprint.
     pub(crate) fn missed(&self, cross: &[[Glimpse; 5]; 2], footprint: PixelFootprint) -> f64 {
-        footprint_error(cross, footprint, self.eye.camera.pixel_angle().0)
+        footprint_error(cross, footprint, self.pixel_rad)
     }
 
     /// Where the ray through the middle of a pixel ends that was just traced (m). A single ray went

@@ -51,6 +51,7 @@ pub fn render_in_steps(
         eye: request.eye(),
         region: request.region,
         footprint: request.levels.pixel_footprint,
+        pixel_rad: request.camera.pixel_angle().0,
         xyz_weights: colorimetry.weights().iter().map(to_vector).collect(),
     };
     let (width, height) = (

@@ -29,8 +29,8 @@ use niji_render::SunPath;
 const NOTHING: f64 = 1e-6;
 
 /// Part of the pixels whose error must be at most the estimate, and the most that the median of
-/// estimate over error may be, the latter over all levels of a scene. Measured 0.9926 to 1 and 5.4 to 6.6; single levels
-/// have medians of 3.7 to 13.3.
+/// estimate over error may be, the latter over all levels of a scene. Measured 0.9926 to 1 and 5.4 to
+/// 6.6; single levels have medians of 3.7 to 13.3.
 const COVERED: f64 = 0.99;
 const MEDIAN_RATIO: f64 = 10.0;
 
