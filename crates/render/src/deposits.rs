@@ -22,8 +22,8 @@ pub(crate) struct Deposits {
     pub(crate) light_tau_sun: f64,
     /// Estimated error of the light.
     pub(crate) error: f64,
-    /// The light times the most that the variance of sizes may be that one point stands for, on the table's
-    /// radius axis [nodes²].
+    /// The light times the variance of sizes, on the table's radius axis, that errs as much as the points of
+    /// a stretch or a piece do [nodes²].
     pub(crate) size_variance: f64,
 }
 

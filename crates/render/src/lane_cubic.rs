@@ -54,11 +54,36 @@ impl LaneCubic {
         (c0 + x * c1) + (x * x) * (c2 + x * c3)
     }
 
-    /// Difference of all lanes between the ends.
+    /// The cubic of a part of `width` from `start` on.
     #[inline]
-    pub(crate) fn change(&self) -> Vec4 {
+    pub(crate) fn part(&self, start: f32, width: f32) -> Self {
         let [_, c1, c2, c3] = self.coefficients;
-        c1 + c2 + c3
+        let (slope, bend) = (
+            c1 + start * (2.0 * c2 + 3.0 * start * c3),
+            c2 + 3.0 * start * c3,
+        );
+        let square = width * width;
+        Self::new([
+            self.at(start),
+            width * slope,
+            square * bend,
+            square * width * c3,
+        ])
+    }
+
+    /// All lanes at both ends.
+    #[inline]
+    pub(crate) fn ends(&self) -> [Vec4; 2] {
+        let [c0, c1, c2, c3] = self.coefficients;
+        [c0, c0 + ((c1 + c2) + c3)]
+    }
+
+    /// Slope and bend of all lanes, as their mean over a piece has them: in Legendre polynomials of
+    /// 2x - 1, y = mean + slope/2 P1 + bend/6 P2 + c3/20 P3.
+    #[inline]
+    pub(crate) fn slope_and_bend(&self) -> (Vec4, Vec4) {
+        let [_, c1, c2, c3] = self.coefficients;
+        ((c1 + c2) + 0.9 * c3, c2 + 1.5 * c3)
     }
 
     /// Means of all lanes.
@@ -106,8 +131,9 @@ mod tests {
             let x = step as f32 / 20.0;
             assert!((fitted.at(x) - cubic(x)).abs().max_element() < TOLERANCE);
         }
-        let change = cubic(1.0) - cubic(0.0);
-        assert!((fitted.change() - change).abs().max_element() < TOLERANCE);
+        for (end, expected) in fitted.ends().into_iter().zip([cubic(0.0), cubic(1.0)]) {
+            assert!((end - expected).abs().max_element() < TOLERANCE);
+        }
     }
 
     #[test]
@@ -117,6 +143,33 @@ mod tests {
             let expected = x + x * x - x * x * x + 0.125 * x * x * x * x;
             assert!((m2_up_to(&fitted, x) - expected).abs() < f64::from(TOLERANCE));
         }
+    }
+
+    #[test]
+    fn slope_and_bend_are_those_of_legendre_polynomials() {
+        let cubic_of = |x: f32| {
+            let p1 = 2.0 * x - 1.0;
+            let (p2, p3) = (1.5 * p1 * p1 - 0.5, 2.5 * p1 * p1 * p1 - 1.5 * p1);
+            Vec4::splat(0.3 + 0.5 * 0.7 * p1 - 0.4 / 6.0 * p2 + 0.1 * p3)
+        };
+        let fitted = LaneCubic::through(SAMPLE_POSITIONS.map(cubic_of));
+        let (slope, bend) = fitted.slope_and_bend();
+        let errors = [fitted.mean() - 0.3, slope - 0.7, bend + 0.4];
+        for error in errors {
+            assert!(error.abs().max_element() < TOLERANCE, "{error}");
+        }
+    }
+
+    #[test]
+    fn a_part_is_the_cubic_on_it() {
+        let whole = LaneCubic::through(SAMPLE_POSITIONS.map(cubic));
+        let part = whole.part(0.3, 0.45);
+        for step in 0..=20 {
+            let x = step as f32 / 20.0;
+            let error = part.at(x) - cubic(0.3 + 0.45 * x);
+            assert!(error.abs().max_element() < TOLERANCE);
+        }
+        assert_eq!(whole.part(0.0, 1.0).at(0.37), whole.at(0.37));
     }
 
     #[test]

@@ -112,6 +112,7 @@ mod lane_cubic;
 mod levels;
 mod lit_drops;
 mod march;
+mod merged_cells;
 mod painter;
 mod picture;
 mod picture_tiles;

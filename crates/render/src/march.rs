@@ -14,6 +14,8 @@ use crate::exponential::transmittance;
 use crate::lane_cubic::LaneCubic;
 use crate::lane_cubic::SAMPLE_POSITIONS;
 use crate::levels::Integration;
+use crate::merged_cells::MergedCells;
+use crate::merged_cells::MergedPiece;
 use crate::piece::EXTINCTION_PER_M2;
 use crate::piece::Piece;
 use crate::piece_rule::OPAQUE;
@@ -24,11 +26,11 @@ use crate::stretch::ThinCell;
 
 /// Radius and number density are each trilinear, so M2 = N r² is of degree 9 on a ray; cubics on
 /// halves of a cell follow it to 1e-3 where the radius doubles across a cell.
-const RADIUS_DENSITY_PIECES: usize = 2;
+pub(crate) const RADIUS_DENSITY_PIECES: usize = 2;
 
 /// A ray through the middle of a coarse cell errs by more than the RMS over the cell that is told: by
 /// 2^(1/2) where the field is a parabola along one axis.
-const COARSE_SAFETY: f32 = 1.5;
+pub(crate) const COARSE_SAFETY: f32 = 1.5;
 
 /// A distance at which the optical depth of the drops in front is wanted.
 #[derive(Clone, Copy, Debug)]
@@ -73,8 +75,8 @@ struct Progress<'a, F: FnMut(&mut Deposits)> {
     probes: &'a mut [Probe],
     n_probes_passed: usize,
     deposits: &'a mut Deposits,
-    /// Thin cells whose light waits to be gathered.
-    stretch: Stretch,
+    /// Thin cells of each mode whose light waits to be gathered.
+    stretches: &'a mut [Stretch],
     close_slab: F,
 }
 
@@ -88,6 +90,17 @@ impl March<'_> {
         deposits: &mut Deposits,
         close_slab: impl FnMut(&mut Deposits),
     ) -> f64 {
+        let (mut of_one, mut of_several);
+        let stretches = match self.bricks {
+            [_] => {
+                of_one = [Stretch::default()];
+                &mut of_one[..]
+            }
+            modes => {
+                of_several = vec![Stretch::default(); modes.len()];
+                &mut of_several[..]
+            }
+        };
         let mut progress = Progress {
             walk,
             rule: &self.rule,
@@ -97,7 +110,7 @@ impl March<'_> {
             probes,
             n_probes_passed: 0,
             deposits,
-            stretch: Stretch::default(),
+            stretches,
             close_slab,
         };
         match self.integration {
@@ -210,7 +223,7 @@ impl<F: FnMut(&mut Deposits)> Progress<'_, F> {
         self.pass((piece.start_m, end_m), |x| piece.depth_up_to(x));
         let depth = piece.depth();
         if let (Some(axes), true) = (self.walk.axes, depth > 0.0) {
-            self.gather_stretch(axes);
+            self.gather_stretches(axes);
             let before = self.deposits.light;
             self.rule
                 .gather(axes, piece, &mut self.through, self.deposits);
@@ -240,27 +253,64 @@ impl<F: FnMut(&mut Deposits)> Progress<'_, F> {
         if thin.depth <= 0.0 {
             return ControlFlow::Continue(());
         }
-        if !self.stretch.join(&thin, self.rule, axes) {
-            self.gather_stretch(axes);
-            if !self.stretch.join(&thin, self.rule, axes) {
+        if !self.stretches[0].join(&thin, self.rule, axes) {
+            self.gather_stretches(axes);
+            if !self.stretches[0].join(&thin, self.rule, axes) {
                 return self.piece(&Piece::new(start_m, length_m, modes), error);
             }
         }
         self.leave(thin.depth)
     }
 
+    /// Take a piece in cells of several modes, with others in a stretch or alone.
+    fn merged(&mut self, merged: &MergedPiece) -> ControlFlow<()> {
+        let piece = &merged.piece;
+        let Some(axes) = self.walk.axes else {
+            return self.piece(piece, merged.error);
+        };
+        let end_m = piece.start_m + piece.length_m;
+        self.pass((piece.start_m, end_m), |x| piece.depth_up_to(x));
+        let depth = piece.depth();
+        if !self.join(merged.thin, depth, axes) {
+            self.gather_stretches(axes);
+            if !self.join(merged.thin, depth, axes) {
+                return self.piece(piece, merged.error);
+            }
+        }
+        self.leave(depth)
+    }
+
+    /// Let the cells of a piece join the stretches of their modes, all or none.
+    fn join(&mut self, cells: &[Option<ThinCell>], depth: f64, axes: &SizeAxes) -> bool {
+        let rule = self.rule;
+        for (stretch, cell) in self.stretches.iter_mut().zip(cells) {
+            if let Some(cell) = cell
+                && !stretch.admits(cell, depth, rule, axes)
+            {
+                return false;
+            }
+        }
+        for (stretch, cell) in self.stretches.iter_mut().zip(cells) {
+            match cell {
+                Some(cell) => stretch.add(cell, depth, rule),
+                None => stretch.pass(depth),
+            }
+        }
+        true
+    }
+
     /// Gather the light that waits, before any that is behind it.
     #[inline]
-    fn gather_stretch(&mut self, axes: &SizeAxes) {
-        if !self.stretch.is_empty() {
+    fn gather_stretches(&mut self, axes: &SizeAxes) {
+        if self.stretches.iter().any(|stretch| !stretch.is_empty()) {
             self.rule
-                .gather_stretch(axes, &mut self.stretch, &mut self.through, self.deposits);
+                .gather_stretches(axes, self.stretches, &mut self.through, self.deposits);
         }
     }
 
     fn close(&mut self) {
         if let Some(axes) = self.walk.axes {
-            self.gather_stretch(axes);
+            self.gather_stretches(axes);
         }
         self.n_slabs_closed += 1;
         if self.deposits.light > 0.0 {
@@ -320,84 +370,42 @@ fn coarse_cell<F: FnMut(&mut Deposits)>(
     whole_cell(&segment, progress)
 }
 
-/// A cell in which moments are no cubics: those through samples, on parts of it. A part starts with the
-/// sample at which the one before it ended.
+/// A cell in which moments are no cubics, in its parts.
 fn sampled_cell<F: FnMut(&mut Deposits)>(
     segment: &Segment,
     progress: &mut Progress<F>,
 ) -> ControlFlow<()> {
+    let length_m = (segment.t_exit - segment.t_enter) / RADIUS_DENSITY_PIECES as f64;
+    for (index, lanes) in cubics_through_samples(segment).iter().enumerate() {
+        let start_m = segment.t_enter + index as f64 * length_m;
+        progress.cell(start_m, length_m, lanes, 0.0)?;
+    }
+    ControlFlow::Continue(())
+}
+
+/// The cubics through samples on parts of a cell. A part starts with the sample at which the one before
+/// it ended.
+pub(crate) fn cubics_through_samples(segment: &Segment) -> [LaneCubic; RADIUS_DENSITY_PIECES] {
     const STEPS: usize = SAMPLE_POSITIONS.len() - 1;
     const N_STEPS: usize = RADIUS_DENSITY_PIECES * STEPS;
     let samples: [Vec4; N_STEPS + 1] = std::array::from_fn(|index| {
         let fraction = index as f32 / N_STEPS as f32;
         lanes(segment.sample(fraction))
     });
-    let length_m = (segment.t_exit - segment.t_enter) / RADIUS_DENSITY_PIECES as f64;
-    for index in 0..RADIUS_DENSITY_PIECES {
-        let first = index * STEPS;
-        let lanes = LaneCubic::through(std::array::from_fn(|step| samples[first + step]));
-        let start_m = segment.t_enter + index as f64 * length_m;
-        progress.cell(start_m, length_m, &lanes, 0.0)?;
-    }
-    ControlFlow::Continue(())
+    std::array::from_fn(|index| {
+        LaneCubic::through(std::array::from_fn(|step| samples[index * STEPS + step]))
+    })
 }
 
-/// Several modes, whose lattices have nothing in common: pieces lie between all their faces.
+/// Several modes, whose lattices need have nothing in common: pieces lie between all their faces.
 fn merged_cells<F: FnMut(&mut Deposits)>(modes: &[Bricks], progress: &mut Progress<F>) {
     let walk = progress.walk;
-    let runs: Vec<Vec<Segment>> = modes
-        .iter()
-        .map(|mode| {
-            mode.segments(walk.ray.origin, walk.ray.direction, walk.range_m)
-                .collect()
-        })
-        .collect();
-    let mut cuts_m: Vec<f64> = Vec::new();
-    for (mode, run) in modes.iter().zip(&runs) {
-        for segment in run {
-            let n_pieces = pieces_per_cell(mode);
-            let length_m = segment.t_exit - segment.t_enter;
-            let cut = |index| segment.t_enter + length_m * index as f64 / n_pieces as f64;
-            cuts_m.extend((0..n_pieces).map(cut));
-            cuts_m.push(segment.t_exit);
-        }
-    }
-    cuts_m.sort_by(f64::total_cmp);
-    cuts_m.dedup();
-    let mut next = vec![0; modes.len()];
-    let mut cubics = Vec::with_capacity(modes.len());
-    for ends in cuts_m.windows(2) {
-        let (start_m, length_m) = (ends[0], ends[1] - ends[0]);
-        cubics.clear();
-        for (run, next) in runs.iter().zip(&mut next) {
-            while run
-                .get(*next)
-                .is_some_and(|segment| segment.t_exit <= start_m)
-            {
-                *next += 1;
-            }
-            let Some(segment) = run.get(*next).filter(|segment| segment.t_enter <= start_m) else {
-                continue;
-            };
-            let cell_m = segment.t_exit - segment.t_enter;
-            cubics.push(LaneCubic::through(SAMPLE_POSITIONS.map(|x| {
-                let along_m = start_m + f64::from(x) * length_m - segment.t_enter;
-                lanes(segment.sample((along_m / cell_m) as f32))
-            })));
-        }
-        if progress
-            .piece(&Piece::new(start_m, length_m, &cubics), 0.0)
-            .is_break()
-        {
+    let allowed = progress.rule.relative_error();
+    let mut pieces = MergedCells::new(modes, walk.ray, walk.range_m, allowed);
+    while let Some(piece) = pieces.next_piece() {
+        if progress.merged(&piece).is_break() {
             return;
         }
-    }
-}
-
-fn pieces_per_cell(mode: &Bricks) -> usize {
-    match mode.interpolation() {
-        Interpolation::Moments => 1,
-        Interpolation::RadiusDensity => RADIUS_DENSITY_PIECES,
     }
 }
 

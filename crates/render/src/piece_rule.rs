@@ -28,6 +28,7 @@ use crate::piece::EXTINCTION_PER_M2;
 use crate::piece::Piece;
 use crate::size_axes::SizeAxes;
 use crate::stretch::Stretch;
+use crate::stretch::StretchPoint;
 
 /// Optical depth below which series replace `exp` and `expm1`; their errors are 4e-10 and, for the
 /// shares of the Gauss points alone, 2e-5.
@@ -62,9 +63,10 @@ const ADAPTIVE_STRETCH: f64 = 0.75;
 /// fourth root, as the error of two points grows with the fourth power of their distance.
 const ADAPTIVE_BINS: f64 = 7.0;
 
-/// Relative error where the points of a part stand one node of the table's radius axis apart; it
-/// grows with the fourth power of their distance. Measured 4e-7 in fog whose radius changes fast.
-const SIZE_ERROR: f64 = 2e-6;
+/// What the variance of sizes counts for that N points stand for, in squares of their span: twice the
+/// largest value of the rule's Peano kernel. Interpolated linearly, rows have a kink at each node of the
+/// table; wherever in the span it lies, the mean error is a quarter to a half of what this makes of it.
+const SIZE_VARIANCE: [f64; 3] = [0.25, 0.0447, 0.0349];
 
 /// v^(2N) times this is the relative error of the N-point rule.
 const GAUSS_ERROR: [f64; 3] = [1.0 / 24.0, 1.0 / 4320.0, 1.0 / 2.016e6];
@@ -166,18 +168,36 @@ impl PieceRule {
         self.control.stretch_bins
     }
 
-    /// Deposit the light of a stretch, whose cells let `through` pass in front of it, as for
-    /// [`PieceRule::gather`].
+    /// Deposit the light of a stretch of each mode, whose cells let `through` pass in front of them, as
+    /// for [`PieceRule::gather`].
     #[inline]
-    pub(crate) fn gather_stretch(
+    pub(crate) fn gather_stretches(
         &self,
         axes: &SizeAxes,
-        stretch: &mut Stretch,
+        stretches: &mut [Stretch],
         through: &mut f64,
         deposits: &mut Deposits,
     ) {
-        let light = self.unshadowed(stretch.depth, through);
-        let point = stretch.take(self, axes);
+        let light = self.unshadowed(stretches[0].depth, through);
+        let weight: f64 = stretches.iter().map(|stretch| stretch.weight).sum();
+        for stretch in stretches {
+            let share = stretch.weight / weight;
+            if share > 0.0 {
+                self.gather_point(axes, &stretch.point(self, axes), share * light, deposits);
+            }
+            *stretch = Stretch::default();
+        }
+    }
+
+    /// Deposit what the sun's way leaves of the light of a stretch.
+    #[inline]
+    fn gather_point(
+        &self,
+        axes: &SizeAxes,
+        point: &StretchPoint,
+        light: f64,
+        deposits: &mut Deposits,
+    ) {
         if point.lanes.x <= 0.0 {
             return;
         }
@@ -185,9 +205,8 @@ impl PieceRule {
         let distance = (point.distance_m, point.distance_variance_m2);
         let light = (point.lanes, light * (1.0 + bend));
         let light = self.deposit(axes, light, distance, deposits);
-        deposits.error += light * (point.relative_error + size_error(point.bins, 1));
-        // Even sizes have a twelfth; the cells at both ends reach beyond their means.
-        deposits.size_variance += light * point.bins * point.bins / 6.0;
+        deposits.error += light * point.relative_error;
+        deposits.size_variance += light * SIZE_VARIANCE[0] * point.bins * point.bins;
     }
 
     /// Deposit what the sun's way leaves of the light of drops with these lanes, from a stretch of the
@@ -248,9 +267,9 @@ impl PieceRule {
             depth,
         };
         if let Some(error) = variation.error_of(1, &self.control) {
-            gathering.part(&GAUSS_1, &whole, error);
+            gathering.part(&GAUSS_1, &whole, error, variation.bins);
         } else if let Some(error) = variation.error_of(2, &self.control) {
-            gathering.part(&GAUSS_2, &whole, error);
+            gathering.part(&GAUSS_2, &whole, error, variation.bins);
         } else {
             gathering.parts(variation.n_parts(&self.control), &variation);
         }
@@ -268,7 +287,8 @@ impl PieceRule {
             bins: 0.0,
         };
         for mode in piece.modes {
-            let change = mode.change().abs();
+            let (slope, bend) = mode.slope_and_bend();
+            let change = slope.abs() + bend.abs();
             variation.sun = variation.sun.max(self.sun_efficiency * f64::from(change.w));
             variation.m2_depth = variation
                 .m2_depth
@@ -297,8 +317,7 @@ impl Variation {
         let spans_little =
             self.bins <= control.bins[n_points - 1] && self.view <= VIEW_LIMITS[n_points - 1];
         let error = self.relative_error(n_points);
-        (spans_little && error <= control.relative_error)
-            .then(|| error + size_error(self.bins, n_points))
+        (spans_little && error <= control.relative_error).then_some(error)
     }
 
     /// Parts of three points that a piece needs: their error falls with the sixth power.
@@ -339,13 +358,6 @@ impl Variation {
     }
 }
 
-/// Relative error of the light of a part because its points see some of its sizes only.
-#[inline]
-fn size_error(bins: f64, n_points: usize) -> f64 {
-    let bins = bins / n_points as f64;
-    SIZE_ERROR * (bins * bins) * (bins * bins)
-}
-
 /// A piece on its way through the rule.
 struct Gathering<'a> {
     rule: &'a PieceRule,
@@ -374,7 +386,7 @@ impl Gathering<'_> {
     /// The light of a piece in `n_parts` parts of three points.
     fn parts(&mut self, n_parts: usize, variation: &Variation) {
         let variation = variation.divided_by(n_parts);
-        let error = variation.relative_error(3) + size_error(variation.bins, 3);
+        let error = variation.relative_error(3);
         let end = |part: usize| part as f64 / n_parts as f64;
         let mut depth_before = 0.0;
         for part in 0..n_parts {
@@ -387,14 +399,20 @@ impl Gathering<'_> {
                 depth_before,
                 depth,
             };
-            self.part(&GAUSS_3, &part, error);
+            self.part(&GAUSS_3, &part, error, variation.bins);
             depth_before = depth_up_to;
         }
     }
 
     /// The light of a part, and its relative error.
     #[inline]
-    fn part<const N: usize>(&mut self, rule: &Points<N>, part: &Part, relative_error: f64) {
+    fn part<const N: usize>(
+        &mut self,
+        rule: &Points<N>,
+        part: &Part,
+        relative_error: f64,
+        bins: f64,
+    ) {
         let light_before = self.deposits.light;
         let light = self.rule.unshadowed(part.depth, self.through);
         if light <= 0.0 {
@@ -433,6 +451,7 @@ impl Gathering<'_> {
         }
         let light = self.deposits.light - light_before;
         self.deposits.error += light * relative_error;
+        self.deposits.size_variance += light * SIZE_VARIANCE[N - 1] * bins * bins;
     }
 
     /// exp(-Q tau) inside a part. Only the shares of the points depend on it, so that for thin parts

@@ -338,16 +338,18 @@ struct Sums {
 
 impl Sums {
     fn add(&mut self, rows: &ScatteringRows, stencil: &mut RowStencil, deposits: &Deposits) {
-        let (luminance, size_error) = rows.luminance(stencil);
+        let luminance = rows.luminance(stencil);
         self.light += deposits.light;
         self.light_m += deposits.light_m;
         self.light_m2 += deposits.light_m2;
         self.light_tau_sun += deposits.light_tau_sun;
-        self.luminance_cd_m2 += luminance;
-        // Of a step of the table, half of the bend, the error of sizes is an eighth.
-        let of_sizes = 4.0 * size_error * deposits.size_variance;
-        self.errors.quadrature += (luminance * deposits.error.abs() + of_sizes) / deposits.light;
-        self.errors.sizes += size_error;
+        self.luminance_cd_m2 += luminance.value;
+        // A function errs by half its second derivative times the variance over which it is taken at one
+        // point; where it is interpolated linearly, by an eighth at most in the middle of a step.
+        let of_sizes = 0.5 * luminance.kinks * deposits.size_variance;
+        let of_pieces = luminance.value * deposits.error.abs();
+        self.errors.quadrature += (of_pieces + of_sizes) / deposits.light;
+        self.errors.sizes += luminance.bend.abs() / 8.0;
     }
 }
 

@@ -64,6 +64,16 @@ pub(crate) struct RowStencil {
     luminance: Vec<f64>,
 }
 
+/// Luminance of the light of a ray [cd/m²], and how its rows bend between sizes.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct SunlitLuminance {
+    pub(crate) value: f64,
+    /// Second difference over the nodes of the table's radius axis, of all light.
+    pub(crate) bend: f64,
+    /// The same of the light at each node by itself, signs left out.
+    pub(crate) kinks: f64,
+}
+
 impl RowStencil {
     /// Take note of the light of a ray.
     pub(crate) fn set_light(&mut self, bins: &SizeBins) {
@@ -221,9 +231,8 @@ impl<'a> ScatteringRows<'a> {
         });
     }
 
-    /// Luminance in sunlight of the light of a ray, and its estimated error from the linear
-    /// interpolation between sizes: h²/8 times the second derivative in the middle of a step.
-    pub(crate) fn luminance(&self, stencil: &mut RowStencil) -> (f64, f64) {
+    /// Luminance in sunlight of the light of a ray.
+    pub(crate) fn luminance(&self, stencil: &mut RowStencil) -> SunlitLuminance {
         let RowStencil {
             terms,
             lit,
@@ -231,7 +240,7 @@ impl<'a> ScatteringRows<'a> {
             ..
         } = stencil;
         let (Some((first, _)), Some((last, _))) = (lit.first(), lit.last()) else {
-            return (0.0, 0.0);
+            return SunlitLuminance::default();
         };
         let (stride, n_bins) = (self.axes.n_variances(), self.axes.n_bins());
         // From the neighbors of the first to those of the last; 0 is not known yet.
@@ -241,10 +250,10 @@ impl<'a> ScatteringRows<'a> {
         for (bin, _) in lit.iter() {
             luminance[bin - start] = self.luminance_of(*bin, terms);
         }
-        let (mut sum, mut bend) = (0.0, 0.0);
+        let mut of_light = SunlitLuminance::default();
         for &(bin, light) in lit.iter() {
             let (light, here) = (f64::from(light), luminance[bin - start]);
-            sum += light * here;
+            of_light.value += light * here;
             if bin >= stride && bin + stride < n_bins {
                 let [before, after] = [bin - stride, bin + stride].map(|bin| {
                     let known = &mut luminance[bin - start];
@@ -253,10 +262,12 @@ impl<'a> ScatteringRows<'a> {
                     }
                     *known
                 });
-                bend += light * (before - 2.0 * here + after);
+                let kink = light * (before - 2.0 * here + after);
+                of_light.bend += kink;
+                of_light.kinks += kink.abs();
             }
         }
-        (sum, bend.abs() / 8.0)
+        of_light
     }
 }
 
@@ -402,7 +413,7 @@ mod tests {
         let mut spectrum = vec![0.0; 3];
         stencil.set_light(&bins);
         rows.shade(&stencil, &mut spectrum);
-        let luminance = rows.luminance(&mut stencil).0;
+        let luminance = rows.luminance(&mut stencil).value;
         assert!((luminance / f64::from(spectrum[1]) - 1.0).abs() < 1e-5);
         spectrum
     }

@@ -172,14 +172,20 @@ fn modes_add() {
     let parts = vec![bricks(&slab(16), |_| 0.1), bricks(&slab(16), |_| 0.3)];
     // A lattice of its own for the second mode: pieces between the faces of both.
     let crossed = vec![bricks(&slab(16), |_| 0.1), bricks(&slab(23), |_| 0.3)];
-    let [whole, parts, crossed] = [vec![whole], parts, crossed].map(|modes| {
-        let drops = LitDrops::new(modes, sun, SunPath::Volume { voxel_m: 0.25 }).unwrap();
-        radiance(&drops, sun, |request| request.effects = with_shadow())
-    });
-    assert!(relative(parts, whole) < 2e-6, "{}", relative(parts, whole));
-    assert!(
-        relative(crossed, whole) < 1e-2,
-        "{}",
-        relative(crossed, whole)
-    );
+    let draft = Integration::Adaptive {
+        relative_error: 1e-2,
+    };
+    let volumes = [vec![whole], parts, crossed]
+        .map(|modes| LitDrops::new(modes, sun, SunPath::Volume { voxel_m: 0.25 }).unwrap());
+    for integration in [Integration::CellExact, draft] {
+        let [whole, parts, crossed] = volumes.each_ref().map(|drops| {
+            radiance(drops, sun, |request| {
+                request.effects = with_shadow();
+                request.levels.integration = integration;
+            })
+        });
+        let [of_parts, of_crossed] = [parts, crossed].map(|found| relative(found, whole));
+        assert!(of_parts < 2e-6, "{integration:?}: {of_parts}");
+        assert!(of_crossed < 1e-2, "{integration:?}: {of_crossed}");
+    }
 }
