@@ -97,6 +97,7 @@ mod air;
 mod air_diffuse;
 mod air_glow;
 mod air_slabs;
+mod cell_cubics;
 mod deposits;
 mod drop_orders;
 mod effects;

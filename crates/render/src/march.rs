@@ -5,14 +5,16 @@ use std::ops::ControlFlow;
 use glam::Vec4;
 use niji_dropfield::Bricks;
 use niji_dropfield::Interpolation;
-use niji_dropfield::Sample;
 use niji_dropfield::Segment;
 use niji_geometry::Ray;
 
+use crate::cell_cubics::RADIUS_DENSITY_PIECES;
+use crate::cell_cubics::cubics_through_samples;
+use crate::cell_cubics::lanes;
+use crate::cell_cubics::whole_cubic;
 use crate::deposits::Deposits;
 use crate::exponential::transmittance;
 use crate::lane_cubic::LaneCubic;
-use crate::lane_cubic::SAMPLE_POSITIONS;
 use crate::levels::Integration;
 use crate::merged_cells::MergedCells;
 use crate::merged_cells::MergedPiece;
@@ -23,14 +25,7 @@ use crate::piece_rule::PieceRule;
 use crate::size_axes::SizeAxes;
 use crate::stretch::Stretch;
 use crate::stretch::ThinCell;
-
-/// Radius and number density are each trilinear, so M2 = N r² is of degree 9 on a ray; cubics on
-/// halves of a cell follow it to 1e-3 where the radius doubles across a cell.
-pub(crate) const RADIUS_DENSITY_PIECES: usize = 2;
-
-/// A ray through the middle of a coarse cell errs by more than the RMS over the cell that is told: by
-/// 2^(1/2) where the field is a parabola along one axis.
-pub(crate) const COARSE_SAFETY: f32 = 1.5;
+use crate::stretch::join_all;
 
 /// A distance at which the optical depth of the drops in front is wanted.
 #[derive(Clone, Copy, Debug)]
@@ -271,32 +266,13 @@ impl<F: FnMut(&mut Deposits)> Progress<'_, F> {
         let end_m = piece.start_m + piece.length_m;
         self.pass((piece.start_m, end_m), |x| piece.depth_up_to(x));
         let depth = piece.depth();
-        if !self.join(merged.thin, depth, axes) {
+        if !join_all(self.stretches, merged.thin, depth, (self.rule, axes)) {
             self.gather_stretches(axes);
-            if !self.join(merged.thin, depth, axes) {
+            if !join_all(self.stretches, merged.thin, depth, (self.rule, axes)) {
                 return self.piece(piece, merged.error);
             }
         }
         self.leave(depth)
-    }
-
-    /// Let the cells of a piece join the stretches of their modes, all or none.
-    fn join(&mut self, cells: &[Option<ThinCell>], depth: f64, axes: &SizeAxes) -> bool {
-        let rule = self.rule;
-        for (stretch, cell) in self.stretches.iter_mut().zip(cells) {
-            if let Some(cell) = cell
-                && !stretch.admits(cell, depth, rule, axes)
-            {
-                return false;
-            }
-        }
-        for (stretch, cell) in self.stretches.iter_mut().zip(cells) {
-            match cell {
-                Some(cell) => stretch.add(cell, depth, rule),
-                None => stretch.pass(depth),
-            }
-        }
-        true
     }
 
     /// Gather the light that waits, before any that is behind it.
@@ -356,8 +332,7 @@ fn whole_cell<F: FnMut(&mut Deposits)>(
     progress: &mut Progress<F>,
 ) -> ControlFlow<()> {
     let length_m = segment.t_exit - segment.t_enter;
-    let lanes = LaneCubic::new(segment.cubic());
-    let error = COARSE_SAFETY * segment.relative_error();
+    let (lanes, error) = whole_cubic(segment);
     progress.cell(segment.t_enter, length_m, &lanes, error)
 }
 
@@ -383,20 +358,6 @@ fn sampled_cell<F: FnMut(&mut Deposits)>(
     ControlFlow::Continue(())
 }
 
-/// The cubics through samples on parts of a cell. A part starts with the sample at which the one before
-/// it ended.
-pub(crate) fn cubics_through_samples(segment: &Segment) -> [LaneCubic; RADIUS_DENSITY_PIECES] {
-    const STEPS: usize = SAMPLE_POSITIONS.len() - 1;
-    const N_STEPS: usize = RADIUS_DENSITY_PIECES * STEPS;
-    let samples: [Vec4; N_STEPS + 1] = std::array::from_fn(|index| {
-        let fraction = index as f32 / N_STEPS as f32;
-        lanes(segment.sample(fraction))
-    });
-    std::array::from_fn(|index| {
-        LaneCubic::through(std::array::from_fn(|step| samples[index * STEPS + step]))
-    })
-}
-
 /// Several modes, whose lattices need have nothing in common: pieces lie between all their faces.
 fn merged_cells<F: FnMut(&mut Deposits)>(modes: &[Bricks], progress: &mut Progress<F>) {
     let walk = progress.walk;
@@ -407,9 +368,4 @@ fn merged_cells<F: FnMut(&mut Deposits)>(modes: &[Bricks], progress: &mut Progre
             return;
         }
     }
-}
-
-/// A sample as a vector.
-pub(crate) fn lanes(sample: Sample) -> Vec4 {
-    Vec4::new(sample.m2, sample.m3, sample.m4, sample.tau_sun)
 }

@@ -9,9 +9,9 @@ use niji_dropfield::Interpolation;
 use niji_dropfield::Segments;
 use niji_geometry::Ray;
 
+use crate::cell_cubics::cubics_through_samples;
+use crate::cell_cubics::whole_cubic;
 use crate::lane_cubic::LaneCubic;
-use crate::march::COARSE_SAFETY;
-use crate::march::cubics_through_samples;
 use crate::piece::Piece;
 use crate::stretch::ThinCell;
 
@@ -160,10 +160,7 @@ impl<'a> ModeCells<'a> {
         };
         (self.enter_m, self.leave_m) = (segment.t_enter, segment.t_exit);
         match self.interpolation {
-            Interpolation::Moments => {
-                self.lanes = LaneCubic::new(segment.cubic());
-                self.error = COARSE_SAFETY * segment.relative_error();
-            }
+            Interpolation::Moments => (self.lanes, self.error) = whole_cubic(&segment),
             Interpolation::RadiusDensity => {
                 let [first, second] = cubics_through_samples(&segment);
                 self.leave_m = segment.t_enter.midpoint(segment.t_exit);

@@ -287,6 +287,7 @@ impl PieceRule {
             bins: 0.0,
         };
         for mode in piece.modes {
+            // An arch between equal ends varies too.
             let (slope, bend) = mode.slope_and_bend();
             let change = slope.abs() + bend.abs();
             variation.sun = variation.sun.max(self.sun_efficiency * f64::from(change.w));

@@ -122,7 +122,7 @@ pub(crate) struct Stretch {
 
 /// What a stretch spans.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Spans {
+struct Spans {
     /// Least and largest optical depth to the sun.
     sun: (f32, f32),
     /// Mean radius of the first cell (um).
@@ -162,21 +162,9 @@ impl Stretch {
         fits
     }
 
-    /// Leave a cell behind in which other modes have drops.
-    #[inline]
-    pub(crate) fn pass(&mut self, depth: f64) {
-        self.depth += depth;
-    }
-
     /// Whether a cell with drops in fits that has an optical depth of `depth` with those of other modes.
     #[inline]
-    pub(crate) fn admits(
-        &mut self,
-        cell: &ThinCell,
-        depth: f64,
-        rule: &PieceRule,
-        axes: &SizeAxes,
-    ) -> bool {
+    fn admits(&mut self, cell: &ThinCell, depth: f64, rule: &PieceRule, axes: &SizeAxes) -> bool {
         let [start, end] = cell.ends;
         let first = self.weight <= 0.0;
         let (low, high) = cell.sun;
@@ -226,7 +214,7 @@ impl Stretch {
 
     /// Add the cell that was admitted last.
     #[inline]
-    pub(crate) fn add(&mut self, cell: &ThinCell, depth: f64, rule: &PieceRule) {
+    fn add(&mut self, cell: &ThinCell, depth: f64, rule: &PieceRule) {
         self.spans = self.admitted;
         let view = rule.view_efficiency * depth;
         let in_front = rule.view_efficiency * self.depth + 0.5 * view;
@@ -290,6 +278,29 @@ impl Stretch {
             bins,
         }
     }
+}
+
+/// Let cells of a piece of optical depth `depth` join the stretches of their modes, all or none.
+pub(crate) fn join_all(
+    stretches: &mut [Stretch],
+    cells: &[Option<ThinCell>],
+    depth: f64,
+    (rule, axes): (&PieceRule, &SizeAxes),
+) -> bool {
+    for (stretch, cell) in stretches.iter_mut().zip(cells) {
+        if let Some(cell) = cell
+            && !stretch.admits(cell, depth, rule, axes)
+        {
+            return false;
+        }
+    }
+    for (stretch, cell) in stretches.iter_mut().zip(cells) {
+        match cell {
+            Some(cell) => stretch.add(cell, depth, rule),
+            None => stretch.depth += depth,
+        }
+    }
+    true
 }
 
 #[cfg(test)]

@@ -277,14 +277,9 @@ fn modes_share_the_light_by_their_depths() {
             .map(|lanes| ThinCell::new(100.0 + f64::from(index), 1.0, lanes, 0.0));
         let both = index % 2 == 0;
         let depth = thin[0].depth + if both { thin[1].depth } else { 0.0 };
-        for (mode, thin) in thin.iter().enumerate() {
-            if mode == 0 || both {
-                assert!(stretches[mode].admits(thin, depth, &rule, &axes));
-                stretches[mode].add(thin, depth, &rule);
-            } else {
-                stretches[mode].pass(depth);
-            }
-        }
+        let [first, second] = thin;
+        let cells = [Some(first), both.then_some(second)];
+        assert!(join_all(&mut stretches, &cells, depth, (&rule, &axes)));
         depth_of_all += depth;
     }
     rule.gather_stretches(&axes, &mut stretches, &mut through, &mut deposits);
