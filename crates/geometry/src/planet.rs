@@ -28,7 +28,7 @@ impl Planet {
     /// Height of a point of the world above sea level, m.
     #[must_use]
     pub fn height_m(&self, point: DVec3) -> f64 {
-        let r = point.x.hypot(point.z).hypot(point.y + self.radius_m);
+        let r = DVec3::new(point.x, point.y + self.radius_m, point.z).length();
         let r2_minus_radius2 =
             point.x * point.x + point.z * point.z + point.y * (point.y + 2.0 * self.radius_m);
         r2_minus_radius2 / (r + self.radius_m)

@@ -9,6 +9,9 @@
 use glam::DVec3;
 use niji_exchange::AtmosphereTable;
 use niji_geometry::Planet;
+use pulp::Arch;
+use pulp::Simd;
+use pulp::WithSimd;
 
 use crate::air_diffuse::DiffuseAir;
 use crate::exponential::transmittance;
@@ -171,15 +174,18 @@ impl<'a> Air<'a> {
         }
     }
 
-    /// exp(-tau) of lengths, by wavelength.
+    /// exp(-tau) of lengths, by wavelength, by the widest vectors that the processor has.
     pub(crate) fn transmit(&self, lengths: &Lengths, out: &mut [f32]) {
-        self.optical_depth(lengths, out);
-        for value in out {
-            *value = transmittance(*value);
-        }
+        Arch::new().dispatch(Transmission {
+            air: self,
+            lengths,
+            out,
+        });
     }
 
     /// tau by wavelength.
+    #[allow(clippy::inline_always, reason = "a part of `Transmission`")]
+    #[inline(always)]
     pub(crate) fn optical_depth(&self, lengths: &Lengths, out: &mut [f32]) {
         out.fill(0.0);
         for (extinction, length) in self.extinction_m1.iter().zip(lengths) {
@@ -293,6 +299,28 @@ impl<'a> Air<'a> {
             .height_along_ray(ray.height_m, ray.cos_zenith, distance_m);
         for (sum, density) in sum.iter_mut().zip(self.densities(height_m)) {
             *sum += weight_m * density;
+        }
+    }
+}
+
+/// A spectrum of transmittances to be found: each wavelength by itself, the same bits for vectors of any
+/// width.
+struct Transmission<'a> {
+    air: &'a Air<'a>,
+    lengths: &'a Lengths,
+    out: &'a mut [f32],
+}
+
+impl WithSimd for Transmission<'_> {
+    type Output = ();
+
+    // The compiler makes the vectors, of the width that functions inlined here may have.
+    #[allow(clippy::inline_always, reason = "as the line above says")]
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.air.optical_depth(self.lengths, self.out);
+        for value in self.out {
+            *value = transmittance(*value);
         }
     }
 }

@@ -196,14 +196,14 @@ impl Glow {
             let weight_m = node.weight_m * through_drops(node.distance_m);
             let weighted = air.densities(height_m).map(|density| weight_m * density);
             let is_in_front = index < nodes.n_in_front;
-            if let Some(lengths) = sun_to_eye(air, ray, air_ray, node.distance_m) {
-                air.transmit(&lengths, &mut self.transmitted);
+            let to_eye = air.to_eye(air_ray, node.distance_m);
+            if let Some(to_sun) = air.to_sun(ray.at(node.distance_m)) {
+                air.transmit(&sum(&to_sun, &to_eye), &mut self.transmitted);
                 self.add_scattered_once(&weighted, is_in_front);
             }
             if let Some(diffuse) = air.diffuse() {
                 let Self { source, room, .. } = self;
                 diffuse.source((ray, node.distance_m), &weighted, room, source);
-                let to_eye = air.to_eye(air_ray, node.distance_m);
                 air.transmit(&to_eye, &mut self.transmitted);
                 self.add_source(is_in_front);
             }
@@ -246,8 +246,9 @@ impl Glow {
     fn add_ground(&mut self, air: &Air, ray: &Ray, ground_m: f64, through_drops: f64) {
         let air_ray = air.ray(ray.origin, ray.direction);
         let scale = (through_drops * std::f64::consts::FRAC_1_PI) as f32;
+        let to_eye = air.to_eye(air_ray, ground_m);
         if let Some(diffuse) = air.diffuse() {
-            air.transmit(&air.to_eye(air_ray, ground_m), &mut self.transmitted);
+            air.transmit(&to_eye, &mut self.transmitted);
             let irradiance = diffuse.on_ground(ray, ground_m);
             for (transmitted, irradiance) in self.transmitted.iter_mut().zip(irradiance) {
                 *transmitted *= irradiance;
@@ -257,11 +258,10 @@ impl Glow {
         let cos_sun = air
             .planet()
             .cos_zenith(ray.at(ground_m), air.sun_direction());
-        let lengths = sun_to_eye(air, ray, air_ray, ground_m);
-        let (true, Some(lengths)) = (cos_sun > 0.0, lengths) else {
+        let (true, Some(to_sun)) = (cos_sun > 0.0, air.to_sun(ray.at(ground_m))) else {
             return;
         };
-        air.transmit(&lengths, &mut self.transmitted);
+        air.transmit(&sum(&to_sun, &to_eye), &mut self.transmitted);
         self.add_reflected(air, scale * cos_sun as f32);
     }
 
@@ -274,9 +274,7 @@ impl Glow {
     }
 }
 
-/// Lengths of air from the sun to a point of a ray and on to the eye; `None` in the planet's shadow.
-fn sun_to_eye(air: &Air, ray: &Ray, air_ray: AirRay, distance_m: f64) -> Option<Lengths> {
-    let to_sun = air.to_sun(ray.at(distance_m))?;
-    let to_eye = air.to_eye(air_ray, distance_m);
-    Some(std::array::from_fn(|index| to_sun[index] + to_eye[index]))
+/// Both ways, one after the other.
+fn sum(a: &Lengths, b: &Lengths) -> Lengths {
+    std::array::from_fn(|index| a[index] + b[index])
 }

@@ -12,7 +12,11 @@ const OPAQUE: f32 = 87.0;
 const ROUND: f32 = 12_582_912.0;
 
 /// exp(-x); 1 for x <= 0, 0 for x >= 87, and 0 for NaN.
-#[inline]
+#[allow(
+    clippy::inline_always,
+    reason = "a call from code with wider vectors would have the narrowest again"
+)]
+#[inline(always)]
 pub(crate) fn transmittance(optical_depth: f32) -> f32 {
     let x = optical_depth.clamp(0.0, OPAQUE);
     let scaled = -x * std::f32::consts::LOG2_E;

@@ -4,7 +4,8 @@
 //! L(h, mu) = 2 L(p, 0) - L(h, -mu)                     mu < 0, p = height of the perigee
 //! A segment of length s is integrated by Gauss-Legendre quadrature while the density on it varies
 //! by less than a factor of e^3, and is the difference of two columns beyond: there the columns
-//! themselves differ by so much that their difference keeps its digits.
+//! themselves differ by so much that their difference keeps its digits. The logarithm that a density
+//! between two nodes needs is taken once for a segment that stays between them.
 
 use niji_geometry::Planet;
 
@@ -20,9 +21,13 @@ const LARGEST_LOG_RATIO: f64 = 3.0;
 /// Largest |ln| of a ratio of densities on a segment for which four nodes are enough: 1e-11.
 const SMALL_LOG_RATIO: f64 = 0.3;
 
-/// Gauss-Legendre nodes and weights of 4 and 8 points on -1..1: the positive half, mirrored in use
+/// The same for two nodes, which make L^4/4320 = 2e-10 of exp(-L x), in a single layer.
+const TINY_LOG_RATIO: f64 = 0.03;
+
+/// Gauss-Legendre nodes and weights of 2, 4 and 8 points on -1..1: the positive half, mirrored in use
 /// (Abramowitz and Stegun, table 25.4). Eight integrate `exp` over three e-folds to 1e-14, and over
 /// a level ray, where the exponent is a square, to 1e-8.
+const HALF_RULE_OF_2: [(f64, f64); 1] = [(0.577350269189625765, 1.0)];
 const HALF_RULE_OF_4: [(f64, f64); 2] = [
     (0.339981043584856265, 0.652145154862546143),
     (0.861136311594052575, 0.347854845137453857),
@@ -36,23 +41,92 @@ const HALF_RULE_OF_8: [(f64, f64); 4] = [
 
 /// Relative density at a height.
 pub(super) fn density(air: &AirConstituent, height_m: f64) -> f64 {
-    let last = air.height_m.len() - 1;
-    if height_m > air.height_m[last] || height_m.is_nan() {
-        return 0.0;
+    if air.law == DensityLaw::Exponential {
+        return Layer::at(air, height_m).density(height_m);
     }
-    if height_m <= air.height_m[0] {
-        return air.density[0];
+    match Place::of(air, height_m) {
+        Place::Below => air.density[0],
+        Place::Above => 0.0,
+        Place::Between(below) => {
+            let t =
+                (height_m - air.height_m[below]) / (air.height_m[below + 1] - air.height_m[below]);
+            air.density[below] * (1.0 - t) + air.density[below + 1] * t
+        }
     }
-    let above = air
-        .height_m
-        .partition_point(|&node| node < height_m)
-        .clamp(1, last);
-    let below = above - 1;
-    let t = (height_m - air.height_m[below]) / (air.height_m[above] - air.height_m[below]);
-    let (rho_below, rho_above) = (air.density[below], air.density[above]);
-    match air.law {
-        DensityLaw::Exponential => rho_below * ((rho_above / rho_below).ln() * t).exp(),
-        DensityLaw::Linear => rho_below * (1.0 - t) + rho_above * t,
+}
+
+/// Where a height is among the nodes of the density.
+enum Place {
+    Below,
+    /// Between a node and the next one.
+    Between(usize),
+    /// And where a height is not a number.
+    Above,
+}
+
+impl Place {
+    fn of(air: &AirConstituent, height_m: f64) -> Self {
+        let last = air.height_m.len() - 1;
+        if height_m > air.height_m[last] || height_m.is_nan() {
+            return Self::Above;
+        }
+        if height_m <= air.height_m[0] {
+            return Self::Below;
+        }
+        let above = air.height_m.partition_point(|&node| node < height_m);
+        Self::Between(above.clamp(1, last) - 1)
+    }
+}
+
+/// Heights between which the density is one exponential:  rho = rho_0 exp((h - h_0) s).
+#[derive(Clone, Copy, Debug)]
+struct Layer {
+    /// The heights (m).
+    range_m: (f64, f64),
+    /// `h_0` (m).
+    from_m: f64,
+    /// `rho_0`.
+    density: f64,
+    /// `s` [1/m].
+    log_slope_m1: f64,
+}
+
+impl Layer {
+    /// Around a height.
+    fn at(air: &AirConstituent, height_m: f64) -> Self {
+        let even = |density: f64, range_m: (f64, f64)| Self {
+            range_m,
+            from_m: 0.0,
+            density,
+            log_slope_m1: 0.0,
+        };
+        let (bottom_m, top_m) = (air.height_m[0], air.height_m[air.height_m.len() - 1]);
+        match Place::of(air, height_m) {
+            Place::Below => even(air.density[0], (f64::NEG_INFINITY, bottom_m)),
+            Place::Above => even(0.0, (top_m, f64::INFINITY)),
+            Place::Between(below) => {
+                let (low_m, high_m) = (air.height_m[below], air.height_m[below + 1]);
+                let log_ratio = (air.density[below + 1] / air.density[below]).ln();
+                Self {
+                    range_m: (low_m, high_m),
+                    from_m: low_m,
+                    density: air.density[below],
+                    log_slope_m1: log_ratio / (high_m - low_m),
+                }
+            }
+        }
+    }
+
+    fn holds(&self, height_m: f64) -> bool {
+        self.range_m.0 <= height_m && height_m <= self.range_m.1
+    }
+
+    fn density(&self, height_m: f64) -> f64 {
+        if self.log_slope_m1 == 0.0 {
+            // Also where a height is infinite or not a number.
+            return self.density;
+        }
+        self.density * ((height_m - self.from_m) * self.log_slope_m1).exp()
     }
 }
 
@@ -142,32 +216,130 @@ fn rising_segment(air: &AirConstituent, low: RayStart, high: RayStart) -> f64 {
         DensityLaw::Linear => closed_form::rising_length(air, low, high.height_m),
         DensityLaw::Exponential if high.height_m > top_m => rising_column(air, low),
         DensityLaw::Exponential => {
-            let ratio = density(air, low.height_m) / density(air, high.height_m);
-            let log_ratio = ratio.ln().abs();
+            let layer = Layer::at(air, low.height_m);
+            let is_of_layer = layer.holds(high.height_m);
+            let log_ratio = if is_of_layer {
+                (layer.log_slope_m1 * (high.height_m - low.height_m)).abs()
+            } else {
+                let ratio = layer.density(low.height_m) / density(air, high.height_m);
+                ratio.ln().abs()
+            };
             if log_ratio > LARGEST_LOG_RATIO {
                 return rising_column(air, low) - rising_column(air, high);
             }
             let length_m = low.rising_distance_m(low.height_m, high.height_m);
-            if log_ratio < SMALL_LOG_RATIO {
-                gauss_legendre(air, low, length_m, &HALF_RULE_OF_4)
+            let half_rule: &[_] = if is_of_layer && log_ratio < TINY_LOG_RATIO {
+                &HALF_RULE_OF_2
+            } else if log_ratio < SMALL_LOG_RATIO {
+                &HALF_RULE_OF_4
             } else {
-                gauss_legendre(air, low, length_m, &HALF_RULE_OF_8)
-            }
+                &HALF_RULE_OF_8
+            };
+            gauss_legendre((air, layer), low, length_m, half_rule)
         }
     }
 }
 
-/// Integral of the density over a length of a ray, by pairs of nodes from the middle outwards.
+/// Integral of the density over a length of a ray that starts in a layer, by pairs of nodes from the
+/// middle outwards.
 fn gauss_legendre(
-    air: &AirConstituent,
+    (air, mut layer): (&AirConstituent, Layer),
     ray: RayStart,
     length_m: f64,
     half_rule: &[(f64, f64)],
 ) -> f64 {
     let half_m = 0.5 * length_m;
-    let pair = |&(x, weight): &(f64, f64)| {
-        let at = |x: f64| density(air, ray.height_after_m(half_m * (1.0 + x)));
-        weight * (at(-x) + at(x))
+    let mut at = |x: f64| {
+        let height_m = ray.height_after_m(half_m * (1.0 + x));
+        if !layer.holds(height_m) {
+            layer = Layer::at(air, height_m);
+        }
+        layer.density(height_m)
     };
-    half_m * half_rule.iter().map(pair).sum::<f64>()
+    let pairs = half_rule
+        .iter()
+        .map(|(x, weight)| weight * (at(-x) + at(*x)));
+    half_m * pairs.sum::<f64>()
+}
+
+#[cfg(test)]
+mod tests {
+    use ndarray::Array2;
+
+    use super::*;
+
+    const RADIUS_M: f64 = 6_371_000.0;
+
+    /// Two layers, of scale heights 8 and 4 km; no reaches are asked for.
+    fn two_layers() -> AirConstituent {
+        let at_knee = (-1.25_f64).exp();
+        AirConstituent {
+            name: "air".to_owned(),
+            extinction_m1: vec![1.0],
+            scattering_m1: vec![1.0],
+            law: DensityLaw::Exponential,
+            height_m: vec![0.0, 10_000.0, 50_000.0],
+            density: vec![1.0, at_knee, at_knee * (-10.0_f64).exp()],
+            reach_height_m: Vec::new(),
+            reach_mu: Vec::new(),
+            reach_m: Array2::zeros((0, 0)),
+            phase_angle_rad: vec![0.0],
+            phase_sr1: Array2::zeros((1, 1)),
+        }
+    }
+
+    #[test]
+    fn a_vertical_segment_in_a_layer_has_its_closed_form_by_rules_of_two_four_and_eight() {
+        let air = two_layers();
+        for (log_ratio, most_error) in [(0.0299, 3e-10), (0.299, 2e-11), (1.1, 1e-13)] {
+            for mu in [1.0, -1.0] {
+                let (low_m, length_m) = (900.0, 8e3 * log_ratio);
+                let from_m = if mu > 0.0 { low_m } else { low_m + length_m };
+                let found = segment(&air, RADIUS_M, [from_m, mu, length_m]);
+                let expected = -8e3 * (-low_m / 8e3).exp() * (-log_ratio).exp_m1();
+                let error = (found / expected - 1.0).abs();
+                // Heights after a distance carry rounding of the planet's radius.
+                assert!(error < most_error + 1e-12, "{log_ratio} {mu}: {error:e}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_segment_knows_where_its_layer_ends() {
+        // From one layer into the other; the parts on both sides of the knee are in one each.
+        let air = two_layers();
+        for mu in [0.3, 1.0, -0.7] {
+            let ray = RayStart {
+                planet: Planet { radius_m: RADIUS_M },
+                height_m: 10_000.0,
+                mu,
+            };
+            let [before, after] = [-400.0, 300.0].map(|distance_m| ray.advanced(distance_m));
+            let whole = segment(&air, RADIUS_M, [before.height_m, before.mu, 700.0]);
+            let first = segment(&air, RADIUS_M, [before.height_m, before.mu, 400.0]);
+            let second = segment(&air, RADIUS_M, [10_000.0, mu, 300.0]);
+            let error = (whole / (first + second) - 1.0).abs();
+            // Four nodes across a change of the slope by 1/(8 km): measured 2.5e-4 at most.
+            assert!(error < 1e-3, "{mu}: {error:e}");
+            for point in [before, after] {
+                let of_height = density(&air, point.height_m);
+                let expected = if point.height_m < 10_000.0 {
+                    (-point.height_m / 8e3).exp()
+                } else {
+                    (-1.25 - (point.height_m - 10_000.0) / 4e3).exp()
+                };
+                assert!((of_height / expected - 1.0).abs() < 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn density_is_held_below_the_nodes_and_nothing_is_above_them() {
+        let air = two_layers();
+        assert_eq!(density(&air, -100.0), 1.0);
+        assert_eq!(density(&air, f64::NEG_INFINITY), 1.0);
+        for nothing in [50_001.0, f64::INFINITY, f64::NAN] {
+            assert_eq!(density(&air, nothing), 0.0);
+        }
+    }
 }
