@@ -16,6 +16,7 @@ use pulp::WithSimd;
 use crate::air_diffuse::DiffuseAir;
 use crate::exponential::transmittance;
 use crate::gauss_nodes::AirRay;
+use crate::gauss_nodes::AirStretch;
 use crate::gauss_nodes::GaussRule;
 use crate::levels::AirPath;
 use crate::levels::SkyModel;
@@ -286,7 +287,9 @@ impl<'a> Air<'a> {
         let mut sum = [0.0; MAX_CONSTITUENTS];
         let Some(rule) = &self.rule else { return sum };
         let mut nodes = Vec::with_capacity(2 * rule.nodes().len());
-        rule.place(self.planet, ray, range_m, &mut nodes);
+        for stretch in AirStretch::of_range(self.planet, ray, range_m) {
+            rule.place(&stretch, &mut nodes);
+        }
         for node in nodes {
             self.add_density(ray, node.distance_m, node.weight_m, &mut sum);
         }

@@ -1,6 +1,6 @@
 //! The estimated error of a picture by what causes it.
 //!
-//! error = quadrature + sizes + shadow + orders + footprint
+//! error = quadrature + sizes + shadow + orders + air + footprint
 //!
 //! The sum of absolute estimates, as if all had one sign: the parts know nothing of each other, and
 //! an estimate should rather be too large than too small.
@@ -18,6 +18,8 @@ pub struct ErrorParts {
     pub shadow: Array2<f32>,
     /// Noise of the light that drops scatter more than once.
     pub orders: Array2<f32>,
+    /// The quadrature of the air's light.
+    pub air: Array2<f32>,
     /// What the rays of a pixel miss of it.
     pub footprint: Array2<f32>,
 }
@@ -31,18 +33,20 @@ impl ErrorParts {
             sizes: plane(),
             shadow: plane(),
             orders: plane(),
+            air: plane(),
             footprint: plane(),
         }
     }
 
     /// All parts by name.
     #[must_use]
-    pub fn named(&self) -> [(&'static str, &Array2<f32>); 5] {
+    pub fn named(&self) -> [(&'static str, &Array2<f32>); 6] {
         [
             ("quadrature", &self.quadrature),
             ("sizes", &self.sizes),
             ("shadow", &self.shadow),
             ("orders", &self.orders),
+            ("air", &self.air),
             ("footprint", &self.footprint),
         ]
     }
@@ -55,6 +59,7 @@ pub(crate) struct RayErrors {
     pub(crate) sizes: f64,
     pub(crate) shadow: f64,
     pub(crate) orders: f64,
+    pub(crate) air: f64,
 }
 
 impl RayErrors {
@@ -66,11 +71,18 @@ impl RayErrors {
         self.sizes += of_first_order * ray.sizes;
         self.shadow += of_first_order * ray.shadow;
         self.orders += share * ray.orders;
+        self.air += share * ray.air;
     }
 
     /// All of them, in the order of [`ErrorParts`].
-    pub(crate) fn parts(&self) -> [f64; 4] {
-        [self.quadrature, self.sizes, self.shadow, self.orders]
+    pub(crate) fn parts(&self) -> [f64; 5] {
+        [
+            self.quadrature,
+            self.sizes,
+            self.shadow,
+            self.orders,
+            self.air,
+        ]
     }
 
     /// Their sum.

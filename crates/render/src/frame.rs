@@ -59,6 +59,8 @@ pub(crate) struct Frame<'a> {
     pub(crate) glows: (bool, bool),
     /// Nodes of the air's light.
     pub(crate) glow: AirGlow,
+    /// Index of the wavelength that adds most to luminance in the sun.
+    pub(crate) brightest: usize,
     /// Mean of the surroundings for unit irradiance [1/sr], where it lights the drops.
     pub(crate) surround: Option<Vec<f32>>,
     /// Light that drops scatter more than once, where it is wanted.
@@ -92,12 +94,12 @@ pub(crate) fn frame<'a>(
         .filter(|_| needs_air)
         .map(|table| Air::new(table, levels.air_path, request.sun_direction, eye))
         .map(|air| air.with_light_of(levels.sky_model));
-    let glow = AirGlow::new();
+    let glow = AirGlow::of(levels.integration);
     let bounds = request.drops.bounds();
     let surround = match (&air, bounds) {
         (Some(air), Some(bounds)) if request.wants_skylit_drops() => {
             let middle = 0.5 * (bounds.min + bounds.max);
-            Some(mean_surround(air, &glow, middle, request.wavelengths.len()))
+            Some(mean_surround(air, middle, request.wavelengths.len()))
         }
         (Some(_) | None, _) => None,
     };
@@ -129,6 +131,7 @@ pub(crate) fn frame<'a>(
         dimmed_by,
         glows,
         glow,
+        brightest: brightest(&luminance_weights(request, colorimetry)),
         surround,
         multiple: None,
         diffraction: None,
@@ -185,6 +188,13 @@ fn luminance_weights(request: &RenderRequest, colorimetry: &Colorimetry) -> Vec<
     weights
         .map(|([_, y, _], irradiance)| y * irradiance)
         .collect()
+}
+
+/// Index of the largest weight.
+fn brightest(weights: &[f64]) -> usize {
+    let by_weight = |a: &(usize, &f64), b: &(usize, &f64)| a.1.total_cmp(b.1);
+    let largest = weights.iter().enumerate().max_by(by_weight);
+    largest.map_or(0, |(index, _)| index)
 }
 
 /// What diffraction changes in the bows that are seen, where further orders are wanted.

@@ -95,6 +95,7 @@
 
 mod air;
 mod air_diffuse;
+mod air_error;
 mod air_glow;
 mod air_slabs;
 mod cell_cubics;
@@ -134,6 +135,7 @@ mod sun_sweep;
 mod surfaces;
 mod surround;
 mod turned;
+mod veil;
 
 pub use effects::RenderEffects;
 pub use effects::Toggle;

@@ -36,6 +36,16 @@ pub(crate) struct Probe {
     pub(crate) depth: f64,
 }
 
+impl Probe {
+    /// A question not answered yet.
+    pub(crate) fn at(distance_m: f64) -> Self {
+        Self {
+            distance_m,
+            depth: 0.0,
+        }
+    }
+}
+
 /// The march through all modes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct March<'a> {

@@ -8,6 +8,7 @@ use ndarray::Axis;
 use niji_geometry::PixelRegion;
 use rayon::prelude::*;
 
+use crate::air_error::AirError;
 use crate::footprint::apron;
 use crate::footprint::offsets;
 use crate::footprint::rays_along;
@@ -32,6 +33,7 @@ pub(crate) struct Painter<'a> {
     /// Largest angle that a pixel spans.
     pub(crate) pixel_rad: f64,
     pub(crate) xyz_weights: Vec<Vec4>,
+    pub(crate) air_error: AirError,
 }
 
 /// A thread's room to work in.
@@ -105,6 +107,7 @@ impl Painter<'_> {
             for x in 0..width {
                 let place = self.place(tile.in_region((x, y)));
                 any_light |= self.trace_pixel(place.0, place.1, brush);
+                brush.pixel.add_air_error(self.air_error.at(place));
                 brush.row.extend_from_slice(&brush.pixel.radiance);
                 tile.put((x, y), &brush.pixel);
                 if let Some(surface) = &mut tile.surface {
@@ -147,7 +150,7 @@ impl Painter<'_> {
                 PixelFootprint::Prefiltered => self.width_rad(sight.ray.direction, (x, y)),
                 PixelFootprint::Center | PixelFootprint::Grid { .. } => 0.0,
             };
-            let manner = (&self.frame.march, width_rad);
+            let manner = self.frame.manner(width_rad);
             self.frame
                 .trace((&sight, drops_m), manner, &mut brush.light);
             brush.pixel.add(&brush.light, share, &self.xyz_weights);

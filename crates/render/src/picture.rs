@@ -11,6 +11,7 @@ use ndarray::s;
 use niji_radiometry::Colorimetry;
 use rayon::prelude::*;
 
+use crate::air_error::AirError;
 use crate::error::Error;
 use crate::footprint_error::REACH_PX;
 use crate::frame::frame;
@@ -46,14 +47,19 @@ pub fn render_in_steps(
     let colorimetry = Colorimetry::new(&request.wavelengths);
     let frame = frame(request, &colorimetry)?;
     let to_vector = |[x, y, z]: &[f64; 3]| Vec4::new(*x as f32, *y as f32, *z as f32, 0.0);
-    let painter = Painter {
+    let mut painter = Painter {
         frame,
         eye: request.eye(),
         region: request.region,
         footprint: request.levels.pixel_footprint,
         pixel_rad: request.camera.pixel_angle().0,
         xyz_weights: colorimetry.weights().iter().map(to_vector).collect(),
+        air_error: AirError::none(),
     };
+    painter.air_error = painter.measure_air();
+    if let Some(tolerance_cd_m2) = request.tolerance_cd_m2 {
+        painter.refine_air(tolerance_cd_m2);
+    }
     let (width, height) = (
         request.region.width_px as usize,
         request.region.height_px as usize,

@@ -76,7 +76,7 @@ pub(crate) struct TileMut<'a> {
     pub(crate) surface: Option<ArrayViewMut2<'a, f32>>,
     pub(crate) error: ArrayViewMut2<'a, f32>,
     /// In the order of [`ErrorParts`].
-    pub(crate) error_parts: [ArrayViewMut2<'a, f32>; 5],
+    pub(crate) error_parts: [ArrayViewMut2<'a, f32>; 6],
 }
 
 impl Rendered {
@@ -123,6 +123,7 @@ impl Rendered {
         let mut sizes = tiles(self.error_parts.sizes.view_mut(), rows);
         let mut shadow = tiles(self.error_parts.shadow.view_mut(), rows);
         let mut orders = tiles(self.error_parts.orders.view_mut(), rows);
+        let mut air = tiles(self.error_parts.air.view_mut(), rows);
         let mut footprint = tiles(self.error_parts.footprint.view_mut(), rows);
         std::iter::from_fn(|| {
             Some(TileMut {
@@ -152,6 +153,7 @@ impl Rendered {
                     sizes.next()?,
                     shadow.next()?,
                     orders.next()?,
+                    air.next()?,
                     footprint.next()?,
                 ],
             })

@@ -57,6 +57,12 @@ impl Pixel {
         f64::from(self.bow_primary.y + self.bow_secondary.y + self.beside_cd_m2)
     }
 
+    /// Add the error of the air's light, relative to it.
+    pub(crate) fn add_air_error(&mut self, relative: f64) {
+        let air_cd_m2 = self.beside_cd_m2 - self.bow_multiple.y;
+        self.errors.air += relative * f64::from(air_cd_m2);
+    }
+
     /// What an estimate of a footprint's error looks at.
     pub(crate) fn glimpse(&self) -> Glimpse {
         Glimpse {
@@ -86,6 +92,7 @@ impl Pixel {
             let inscatter = share_f32 * weighted_sum(&light.inscatter, xyz_weights);
             let background = share_f32 * weighted_sum(&light.background, xyz_weights);
             self.inscatter += inscatter;
+            self.errors.air += light.veil_error * f64::from(inscatter.y);
             self.beside_cd_m2 += inscatter.y + background.y;
             self.skylit += share_f32 * weighted_sum(&light.skylit, xyz_weights);
         }

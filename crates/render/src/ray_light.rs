@@ -11,6 +11,7 @@ use glam::Vec4;
 use niji_geometry::Ray;
 
 use crate::air::Air;
+use crate::air_glow::AirGlow;
 use crate::air_glow::Glow;
 use crate::air_glow::GlowNodes;
 use crate::air_glow::GlowRange;
@@ -43,6 +44,8 @@ pub(crate) struct RayLight {
     pub(crate) background: Vec<f32>,
     /// What of the background is light of the surroundings that the drops scatter.
     pub(crate) skylit: Vec<f32>,
+    /// Estimated relative error of the light of the air in front, of the drops between it and the eye.
+    pub(crate) veil_error: f64,
     /// Whether there is any light of the air in front or from behind.
     pub(crate) glows: bool,
     /// Whether the ray looks at the primary side of the split.
@@ -79,6 +82,7 @@ impl RayLight {
             inscatter: dark.clone(),
             background: dark.clone(),
             skylit: dark.clone(),
+            veil_error: 0.0,
             glows: false,
             is_primary: false,
             transmittance: 1.0,
@@ -97,7 +101,7 @@ impl RayLight {
             slab: dark.clone(),
             transmitted: dark.clone(),
             nodes: GlowNodes::default(),
-            glow: Glow::dark(dark.len()),
+            glow: Glow::dark(dark.len(), frame.brightest),
         }
     }
 
@@ -109,6 +113,7 @@ impl RayLight {
             self.inscatter.fill(0.0);
             self.background.fill(0.0);
             self.skylit.fill(0.0);
+            self.veil_error = 0.0;
             self.glows = false;
         }
         self.slab_ends_m.clear();
@@ -118,6 +123,17 @@ impl RayLight {
         self.sunlit_cd_m2 = 0.0;
         self.errors = RayErrors::default();
     }
+}
+
+/// How a ray is followed.
+#[derive(Clone, Copy)]
+pub(crate) struct Manner<'a> {
+    /// The march through the drops, of the level or a finer one.
+    pub(crate) march: &'a March<'a>,
+    /// Nodes of the air's light.
+    pub(crate) glow: &'a AirGlow,
+    /// Scattering angle that the pixel spans (0: a point).
+    pub(crate) width_rad: f64,
 }
 
 impl Frame<'_> {
@@ -141,14 +157,27 @@ impl Frame<'_> {
         }
     }
 
-    /// Follow a ray, which may meet drops between two distances ([`Frame::range_m`]), with the march of
-    /// the level or a finer one; its pixel spans `width_rad` of scattering angle (0: a point).
+    /// How rays are followed at the level of the picture, in pixels that span an angle.
+    pub(crate) fn manner(&self, width_rad: f64) -> Manner<'_> {
+        Manner {
+            march: &self.march,
+            glow: &self.glow,
+            width_rad,
+        }
+    }
+
+    /// Follow a ray, which may meet drops between two distances ([`Frame::range_m`]).
     pub(crate) fn trace(
         &self,
         (sight, drops_m): (&Sight, Option<(f64, f64)>),
-        (march, width_rad): (&March, f64),
+        manner: Manner,
         out: &mut RayLight,
     ) {
+        let Manner {
+            march,
+            glow,
+            width_rad,
+        } = manner;
         out.clear();
         let ray = &sight.ray;
         let theta_rad = scattering_angle_rad(ray.direction, self.sun_direction);
@@ -161,7 +190,7 @@ impl Frame<'_> {
         };
         let glowing = self.glows.1 || (self.glows.0 && drops_m.is_some());
         if let (Some(air), true) = (&self.air, glowing) {
-            self.glow.lay_out(air, ray, &glow_range, &mut out.nodes);
+            glow.lay_out(air, ray, &glow_range, &mut out.nodes);
         }
         if let Some(range_m) = drops_m {
             self.through_drops((ray, march), range_m, (theta_rad, width_rad), out);
@@ -184,7 +213,7 @@ impl Frame<'_> {
             );
         }
         if let (Some(air), true) = (&self.air, glowing) {
-            self.add_glow(air, ray, theta_rad, out);
+            self.add_glow((air, glow), ray, theta_rad, out);
         }
         if let (Some(surround), Some(range_m)) = (&self.surround, drops_m) {
             self.add_surround(surround, ray, range_m, out);
@@ -282,8 +311,15 @@ impl Frame<'_> {
         efficiency * depth * sums.luminance_cd_m2
     }
 
-    fn add_glow(&self, air: &Air, ray: &Ray, theta_rad: f64, out: &mut RayLight) {
+    fn add_glow(
+        &self,
+        (air, rules): (&Air, &AirGlow),
+        ray: &Ray,
+        theta_rad: f64,
+        out: &mut RayLight,
+    ) {
         out.glows = true;
+        let drops = (theta_rad, self.drops_dim, out.transmittance);
         let RayLight {
             nodes,
             glow,
@@ -292,7 +328,8 @@ impl Frame<'_> {
             ..
         } = out;
         glow.clear();
-        glow.gather(air, ray, nodes, (theta_rad, self.drops_dim));
+        glow.gather((air, rules), ray, nodes, drops);
+        out.veil_error = glow.veil_error();
         for (index, irradiance) in self.irradiance.iter().enumerate() {
             inscatter[index] = irradiance * glow.in_front[index];
             background[index] = irradiance * glow.beyond[index];

@@ -29,6 +29,7 @@ use crate::painter::Brush;
 use crate::painter::Painter;
 use crate::picture_tiles::Rendered;
 use crate::picture_tiles::TileMut;
+use crate::ray_light::Manner;
 
 /// Rays along a side of a pixel up to which its parts stand in line with it.
 const MOST_SIDE_BY_SIDE: u32 = 4;
@@ -151,12 +152,16 @@ impl Painter<'_> {
                 None => brush.pixel.transmittance += share,
                 Some(sight) => {
                     let sight = (&sight, self.frame.range_m(&sight));
-                    self.frame
-                        .trace(sight, (march, width_rad), &mut brush.light);
+                    let manner = Manner {
+                        march,
+                        ..self.frame.manner(width_rad)
+                    };
+                    self.frame.trace(sight, manner, &mut brush.light);
                     brush.pixel.add(&brush.light, share, &self.xyz_weights);
                 }
             }
         }
+        brush.pixel.add_air_error(self.air_error.at((x, y)));
     }
 }
 

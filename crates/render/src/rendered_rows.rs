@@ -35,6 +35,7 @@ impl Rendered {
                 sizes: plane(&self.error_parts.sizes),
                 shadow: plane(&self.error_parts.shadow),
                 orders: plane(&self.error_parts.orders),
+                air: plane(&self.error_parts.air),
                 footprint: plane(&self.error_parts.footprint),
             },
         }

@@ -25,18 +25,17 @@ use crate::scattering_angle::scattering_angle_rad;
 /// Gauss nodes of the cosine of the zenith angle in each hemisphere.
 const N_COSINES: NonZeroUsize = NonZeroUsize::new(8).unwrap();
 
+/// Nodes of the air's light on long stretches of a direction.
+const N_NODES: usize = 24;
+
 /// Azimuths around the zenith.
 const N_AZIMUTHS: usize = 16;
 
 /// Mean radiance of sky and ground over all directions at a point, for unit sun irradiance [1/sr].
-pub(crate) fn mean_surround(
-    air: &Air,
-    glow: &AirGlow,
-    at: DVec3,
-    n_wavelengths: usize,
-) -> Vec<f32> {
+pub(crate) fn mean_surround(air: &Air, at: DVec3, n_wavelengths: usize) -> Vec<f32> {
     let mut sum = vec![0.0_f32; n_wavelengths];
-    let mut light = Glow::dark(n_wavelengths);
+    let glow = AirGlow::new(N_NODES);
+    let mut light = Glow::dark(n_wavelengths, 0);
     let mut nodes = GlowNodes::default();
     let range = GlowRange {
         drops_m: None,
@@ -59,7 +58,7 @@ pub(crate) fn mean_surround(
                 glow.lay_out(air, &ray, &range, &mut nodes);
                 light.clear();
                 let theta_rad = scattering_angle_rad(direction, air.sun_direction());
-                light.gather(air, &ray, &nodes, (theta_rad, false));
+                light.gather((air, &glow), &ray, &nodes, (theta_rad, false, 1.0));
                 let share = (0.5 * weight / N_AZIMUTHS as f64) as f32;
                 for (sum, value) in sum.iter_mut().zip(&light.beyond) {
                     *sum += share * value;

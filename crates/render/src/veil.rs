@@ -1,0 +1,208 @@
+//! What drops let pass of light that is sent from between them.
+//!
+//! int_0^1 g(u) T(u) du ~ sum_i w_i g(x_i) T_i,   T_i = (1/w_i) int_0^1 l_i(u) T(u) du
+//!
+//! `g` light that the air sends towards the eye, smooth enough for the few nodes `x_i` of a Gauss rule
+//! with weights `w_i` and polynomials of Lagrange `l_i`; `T = exp(-tau)` transmittance of the drops in
+//! front, which may fall from 1 to 0 between two nodes. The depth `tau` is known at the ends of equal
+//! parts of 0..1; in a part it is taken as linear, and so is `l_i`, with its own mean:
+//! int l T du = D [mean(l) mean(T) + (l_end - l_start) M],   M = int_0^1 (x - 1/2) T dx
+//! `D` length of the part, `x` place in it. The same with parts twice as long tells the error.
+
+use crate::gauss_nodes::GaussRule;
+
+/// Parts of a stretch.
+pub(crate) const N_PARTS: usize = 16;
+
+/// Below this change of depth T is linear: its mean is 1e-9 off.
+const SAME_DEPTH: f64 = 1e-4;
+
+/// Transmittance as a node of the air has it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Veiled {
+    /// `T_i`.
+    pub(crate) transmittance: f64,
+    /// What it exceeds that of parts twice as long by.
+    pub(crate) change: f64,
+}
+
+impl Veiled {
+    /// Behind drops of a transmittance, or without any (1).
+    pub(crate) fn by(transmittance: f64) -> Self {
+        Self {
+            transmittance,
+            change: 0.0,
+        }
+    }
+}
+
+/// What a part lets pass: the mean of T and its moment `M`.
+#[derive(Clone, Copy, Debug, Default)]
+struct Part {
+    mean: f64,
+    moment: f64,
+}
+
+impl Part {
+    /// Between two places by depth and transmittance.
+    fn between((from_depth, from): (f64, f64), (to_depth, to): (f64, f64)) -> Self {
+        let change = to_depth - from_depth;
+        if change < SAME_DEPTH {
+            return Self {
+                mean: 0.5 * (from + to),
+                moment: (to - from) / 12.0,
+            };
+        }
+        let mean = (from - to) / change;
+        Self {
+            mean,
+            moment: (mean - to) / change - 0.5 * mean,
+        }
+    }
+}
+
+/// How the transmittances of parts count at the nodes of a rule.
+#[derive(Clone, Debug)]
+pub(crate) struct Veil {
+    /// By node, then part: (1/w_i) int l_i du, and (1/w_i) D (l_end - l_start).
+    shares: Vec<[(f64, f64); N_PARTS]>,
+}
+
+impl Veil {
+    /// For the nodes of a rule. With Legendre polynomials on -1..1
+    /// l_i(x) = w_i sum_k (2k + 1) P_k(x_i) P_k(x),   (2k + 1) int P_k dx = P_(k+1) - P_(k-1).
+    pub(crate) fn new(rule: &GaussRule) -> Self {
+        let n_nodes = rule.nodes().len();
+        let length = 1.0 / N_PARTS as f64;
+        let ends: Vec<Vec<f64>> = (0..=N_PARTS)
+            .map(|end| legendre(end as f64 * length, n_nodes))
+            .collect();
+        let shares = rule.nodes().iter().map(|(place, _)| {
+            let at_node = legendre(*place, n_nodes);
+            let sum = |of_degree: &dyn Fn(usize) -> f64| -> f64 {
+                (0..n_nodes).map(|k| at_node[k] * of_degree(k)).sum()
+            };
+            std::array::from_fn(|part| {
+                let (from, to) = (&ends[part], &ends[part + 1]);
+                let integral = |k: usize| {
+                    let before = |values: &[f64]| if k == 0 { 0.0 } else { values[k - 1] };
+                    (to[k + 1] - before(to)) - (from[k + 1] - before(from))
+                };
+                let change = |k: usize| (2.0 * k as f64 + 1.0) * (to[k] - from[k]);
+                // Half: 0..1 is half as long as -1..1.
+                (0.5 * sum(&integral), length * sum(&change))
+            })
+        });
+        Self {
+            shares: shares.collect(),
+        }
+    }
+
+    /// Append what the nodes have, from the depths at the ends of the parts.
+    pub(crate) fn over(&self, depths: &[f64; N_PARTS + 1], out: &mut Vec<Veiled>) {
+        let ends = depths.map(|depth| (depth, (-depth).exp()));
+        let fine: [Part; N_PARTS] =
+            std::array::from_fn(|part| Part::between(ends[part], ends[part + 1]));
+        let coarse: [Part; N_PARTS / 2] =
+            std::array::from_fn(|pair| Part::between(ends[2 * pair], ends[2 * pair + 2]));
+        // A moment counts with a length: that of a pair is twice as long.
+        let changes: [Part; N_PARTS] = std::array::from_fn(|part| Part {
+            mean: fine[part].mean - coarse[part / 2].mean,
+            moment: fine[part].moment - 2.0 * coarse[part / 2].moment,
+        });
+        let sum = |shares: &[(f64, f64); N_PARTS], parts: &[Part; N_PARTS]| {
+            let terms = shares.iter().zip(parts);
+            terms
+                .map(|((mean, change), part)| mean * part.mean + change * part.moment)
+                .sum::<f64>()
+        };
+        out.extend(self.shares.iter().map(|shares| Veiled {
+            transmittance: sum(shares, &fine),
+            change: sum(shares, &changes),
+        }));
+    }
+}
+
+/// Legendre polynomials of degree 0 to n at a place of 0..1, which stands for -1..1.
+fn legendre(place: f64, n: usize) -> Vec<f64> {
+    let x = 2.0 * place - 1.0;
+    let mut values = vec![1.0, x];
+    for k in 1..n {
+        let k_f64 = k as f64;
+        values.push(((2.0 * k_f64 + 1.0) * x * values[k] - k_f64 * values[k - 1]) / (k_f64 + 1.0));
+    }
+    values
+}
+
+#[cfg(test)]
+mod tests {
+    use std::num::NonZeroUsize;
+
+    use super::*;
+
+    /// int g T du by a rule of n nodes, and what it changed by, for a depth along the way.
+    fn integral(n: usize, g: impl Fn(f64) -> f64, depth: impl Fn(f64) -> f64) -> (f64, f64) {
+        let rule = GaussRule::new(NonZeroUsize::new(n).unwrap());
+        let depths = std::array::from_fn(|end| depth(end as f64 / N_PARTS as f64));
+        let mut veiled = Vec::new();
+        Veil::new(&rule).over(&depths, &mut veiled);
+        assert_eq!(veiled.len(), n);
+        let terms = rule.nodes().iter().zip(&veiled);
+        terms.fold((0.0, 0.0), |sum, ((x, weight), veiled)| {
+            let light = weight * g(*x);
+            (
+                sum.0 + light * veiled.transmittance,
+                sum.1 + light * veiled.change,
+            )
+        })
+    }
+
+    #[test]
+    fn without_drops_the_rule_is_gauss() {
+        for n in [1, 2, 3, 10, 24] {
+            let (found, change) = integral(n, |u| u, |_| 0.0);
+            assert!((found - 0.5).abs() < 1e-12 && change.abs() < 1e-12, "{n}");
+        }
+    }
+
+    #[test]
+    fn even_drops_of_any_thickness_have_the_closed_form() {
+        for depth in [1e-9_f64, 1e-3, 0.5, 4.0, 60.0, 1e4] {
+            let expected = -(-depth).exp_m1() / depth;
+            for n in [1, 3, 7] {
+                let (found, _) = integral(n, |_| 1.0, |u| depth * u);
+                assert!(
+                    (found / expected - 1.0).abs() < 1e-8,
+                    "{n} {depth}: {found}"
+                );
+            }
+            // int u exp(-D u) du.
+            let expected = (1.0 - (1.0 + depth) * (-depth).exp()) / (depth * depth);
+            if depth > 1e-4 {
+                let (found, _) = integral(2, |u| u, |u| depth * u);
+                assert!((found / expected - 1.0).abs() < 1e-8, "{depth}: {found}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_curtain_between_two_nodes_is_met_and_its_error_told() {
+        // All drops in 0.3 to 0.3 + width; before it all light passes, behind it exp(-3).
+        for (width, most) in [(0.2, 5e-3), (0.05, 2e-2), (1e-3, 1.0 / 32.0)] {
+            let depth = |u: f64| 3.0 * ((u - 0.3) / width).clamp(0.0, 1.0);
+            let steps = 1_000_000;
+            let expected = (0..steps)
+                .map(|step| (-depth((f64::from(step) + 0.5) / f64::from(steps))).exp())
+                .sum::<f64>()
+                / f64::from(steps);
+            for n in [1, 3] {
+                let (found, change) = integral(n, |_| 1.0, depth);
+                let error = (found - expected).abs();
+                assert!(
+                    error < 2.0 * change.abs() && error < most,
+                    "{width}: {error} {change}"
+                );
+            }
+        }
+    }
+}
