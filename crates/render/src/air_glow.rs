@@ -30,6 +30,7 @@ use crate::march::Probe;
 use crate::veil::N_PARTS;
 use crate::veil::Veil;
 use crate::veil::Veiled;
+use crate::veil::end_of_part;
 
 /// Stretches up to here have the fewest nodes (m).
 const SHORT_M: f64 = 300.0;
@@ -144,7 +145,7 @@ impl AirGlow {
                 for stretch in stretches((cut(drops_m), cut(far_side_m))) {
                     self.rule(&stretch).gauss.place(&stretch, &mut out.nodes);
                     out.among.push(stretch);
-                    let ends = (0..=N_PARTS).map(|end| end as f64 / N_PARTS as f64);
+                    let ends = (0..=N_PARTS).map(end_of_part);
                     out.probes
                         .extend(ends.map(|end| Probe::at(stretch.distance_m(end))));
                 }

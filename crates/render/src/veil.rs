@@ -4,15 +4,22 @@
 //!
 //! `g` light that the air sends towards the eye, smooth enough for the few nodes `x_i` of a Gauss rule
 //! with weights `w_i` and polynomials of Lagrange `l_i`; `T = exp(-tau)` transmittance of the drops in
-//! front, which may fall from 1 to 0 between two nodes. The depth `tau` is known at the ends of equal
-//! parts of 0..1; in a part it is taken as linear, and so is `l_i`, with its own mean:
+//! front, which may fall from 1 to 0 between two nodes. The depth `tau` is known at the ends of parts of
+//! 0..1, the shorter the nearer they are to the eye, whose light counts most; in a part it is taken as
+//! linear, and so is `l_i`, with its own mean:
 //! int l T du = D [mean(l) mean(T) + (l_end - l_start) M],   M = int_0^1 (x - 1/2) T dx
-//! `D` length of the part, `x` place in it. The same with parts twice as long tells the error.
+//! `D` length of the part, `x` place in it. The same with pairs of parts as parts tells the error.
 
 use crate::gauss_nodes::GaussRule;
 
 /// Parts of a stretch.
 pub(crate) const N_PARTS: usize = 16;
+
+/// Where parts of 0..1 end: part 0 starts at 0, the last ends at 1.
+pub(crate) fn end_of_part(index: usize) -> f64 {
+    let place = index as f64 / N_PARTS as f64;
+    place * place
+}
 
 /// Below this change of depth T is linear: its mean is 1e-9 off.
 const SAME_DEPTH: f64 = 1e-4;
@@ -22,7 +29,7 @@ const SAME_DEPTH: f64 = 1e-4;
 pub(crate) struct Veiled {
     /// `T_i`.
     pub(crate) transmittance: f64,
-    /// What it exceeds that of parts twice as long by.
+    /// What it exceeds that of half as many parts by.
     pub(crate) change: f64,
 }
 
@@ -61,66 +68,77 @@ impl Part {
     }
 }
 
-/// How the transmittances of parts count at the nodes of a rule.
+/// How a part counts at a node: (1/w_i) int l_i du, and (1/w_i) D (l_end - l_start).
+#[derive(Clone, Copy, Debug)]
+struct Share {
+    of_mean: f64,
+    of_moment: f64,
+}
+
+/// How the transmittances of parts, and of pairs of them, count at the nodes of a rule.
 #[derive(Clone, Debug)]
 pub(crate) struct Veil {
-    /// By node, then part: (1/w_i) int l_i du, and (1/w_i) D (l_end - l_start).
-    shares: Vec<[(f64, f64); N_PARTS]>,
+    of_parts: Vec<[Share; N_PARTS]>,
+    of_pairs: Vec<[Share; N_PARTS / 2]>,
 }
 
 impl Veil {
-    /// For the nodes of a rule. With Legendre polynomials on -1..1
-    /// l_i(x) = w_i sum_k (2k + 1) P_k(x_i) P_k(x),   (2k + 1) int P_k dx = P_(k+1) - P_(k-1).
+    /// For the nodes of a rule.
     pub(crate) fn new(rule: &GaussRule) -> Self {
+        let places = || rule.nodes().iter().map(|(place, _)| *place);
         let n_nodes = rule.nodes().len();
-        let length = 1.0 / N_PARTS as f64;
-        let ends: Vec<Vec<f64>> = (0..=N_PARTS)
-            .map(|end| legendre(end as f64 * length, n_nodes))
-            .collect();
-        let shares = rule.nodes().iter().map(|(place, _)| {
-            let at_node = legendre(*place, n_nodes);
-            let sum = |of_degree: &dyn Fn(usize) -> f64| -> f64 {
-                (0..n_nodes).map(|k| at_node[k] * of_degree(k)).sum()
-            };
-            std::array::from_fn(|part| {
-                let (from, to) = (&ends[part], &ends[part + 1]);
-                let integral = |k: usize| {
-                    let before = |values: &[f64]| if k == 0 { 0.0 } else { values[k - 1] };
-                    (to[k + 1] - before(to)) - (from[k + 1] - before(from))
-                };
-                let change = |k: usize| (2.0 * k as f64 + 1.0) * (to[k] - from[k]);
-                // Half: 0..1 is half as long as -1..1.
-                (0.5 * sum(&integral), length * sum(&change))
-            })
-        });
         Self {
-            shares: shares.collect(),
+            of_parts: places().map(|place| shares(place, n_nodes)).collect(),
+            of_pairs: places().map(|place| shares(place, n_nodes)).collect(),
         }
     }
 
     /// Append what the nodes have, from the depths at the ends of the parts.
     pub(crate) fn over(&self, depths: &[f64; N_PARTS + 1], out: &mut Vec<Veiled>) {
         let ends = depths.map(|depth| (depth, (-depth).exp()));
-        let fine: [Part; N_PARTS] =
+        let parts: [Part; N_PARTS] =
             std::array::from_fn(|part| Part::between(ends[part], ends[part + 1]));
-        let coarse: [Part; N_PARTS / 2] =
+        let pairs: [Part; N_PARTS / 2] =
             std::array::from_fn(|pair| Part::between(ends[2 * pair], ends[2 * pair + 2]));
-        // A moment counts with a length: that of a pair is twice as long.
-        let changes: [Part; N_PARTS] = std::array::from_fn(|part| Part {
-            mean: fine[part].mean - coarse[part / 2].mean,
-            moment: fine[part].moment - 2.0 * coarse[part / 2].moment,
-        });
-        let sum = |shares: &[(f64, f64); N_PARTS], parts: &[Part; N_PARTS]| {
-            let terms = shares.iter().zip(parts);
-            terms
-                .map(|((mean, change), part)| mean * part.mean + change * part.moment)
-                .sum::<f64>()
-        };
-        out.extend(self.shares.iter().map(|shares| Veiled {
-            transmittance: sum(shares, &fine),
-            change: sum(shares, &changes),
+        let nodes = self.of_parts.iter().zip(&self.of_pairs);
+        out.extend(nodes.map(|(of_parts, of_pairs)| {
+            let transmittance = sum(of_parts, &parts);
+            Veiled {
+                transmittance,
+                change: transmittance - sum(of_pairs, &pairs),
+            }
         }));
     }
+}
+
+fn sum(shares: &[Share], parts: &[Part]) -> f64 {
+    let terms = shares.iter().zip(parts);
+    terms
+        .map(|(share, part)| share.of_mean * part.mean + share.of_moment * part.moment)
+        .sum()
+}
+
+/// Shares of N parts at a node of a rule of `n_nodes`. With Legendre polynomials on -1..1
+/// l_i(x) = w_i sum_k (2k + 1) P_k(x_i) P_k(x),   (2k + 1) int P_k dx = P_(k+1) - P_(k-1).
+fn shares<const N: usize>(place: f64, n_nodes: usize) -> [Share; N] {
+    let at_node = legendre(place, n_nodes);
+    let sum = |of_degree: &dyn Fn(usize) -> f64| -> f64 {
+        (0..n_nodes).map(|k| at_node[k] * of_degree(k)).sum()
+    };
+    std::array::from_fn(|part| {
+        let [start, end] = [part, part + 1].map(|index| end_of_part(index * N_PARTS / N));
+        let (at_start, at_end) = (legendre(start, n_nodes), legendre(end, n_nodes));
+        let integral = |k: usize| {
+            let before = |values: &[f64]| if k == 0 { 0.0 } else { values[k - 1] };
+            (at_end[k + 1] - before(&at_end)) - (at_start[k + 1] - before(&at_start))
+        };
+        let change = |k: usize| (2.0 * k as f64 + 1.0) * (at_end[k] - at_start[k]);
+        Share {
+            // Half: 0..1 is half as long as -1..1.
+            of_mean: 0.5 * sum(&integral),
+            of_moment: (end - start) * sum(&change),
+        }
+    })
 }
 
 /// Legendre polynomials of degree 0 to n at a place of 0..1, which stands for -1..1.
@@ -143,7 +161,7 @@ mod tests {
     /// int g T du by a rule of n nodes, and what it changed by, for a depth along the way.
     fn integral(n: usize, g: impl Fn(f64) -> f64, depth: impl Fn(f64) -> f64) -> (f64, f64) {
         let rule = GaussRule::new(NonZeroUsize::new(n).unwrap());
-        let depths = std::array::from_fn(|end| depth(end as f64 / N_PARTS as f64));
+        let depths = std::array::from_fn(|end| depth(end_of_part(end)));
         let mut veiled = Vec::new();
         Veil::new(&rule).over(&depths, &mut veiled);
         assert_eq!(veiled.len(), n);
