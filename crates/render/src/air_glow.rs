@@ -27,10 +27,9 @@ use crate::gauss_nodes::GaussRule;
 use crate::gauss_nodes::RayNode;
 use crate::levels::Integration;
 use crate::march::Probe;
-use crate::veil::N_PARTS;
 use crate::veil::Veil;
+use crate::veil::VeilRoom;
 use crate::veil::Veiled;
-use crate::veil::end_of_part;
 
 /// Stretches up to here have the fewest nodes (m).
 const SHORT_M: f64 = 300.0;
@@ -71,9 +70,9 @@ struct AirRule {
 }
 
 impl AirRule {
-    fn new(n_nodes: usize) -> Self {
+    fn new(n_nodes: usize, n_parts: usize) -> Self {
         let gauss = GaussRule::new(NonZeroUsize::new(n_nodes).unwrap_or(NonZeroUsize::MIN));
-        let veil = Veil::new(&gauss);
+        let veil = Veil::new(&gauss, n_parts);
         Self { gauss, veil }
     }
 }
@@ -103,11 +102,14 @@ impl AirGlow {
 
     /// The rules with `n_nodes` on long stretches.
     pub(crate) fn new(n_nodes: usize) -> Self {
+        // Even, and so many more where more is asked for.
+        let n_parts = (2 * n_nodes).next_power_of_two();
+        let rule = |n_nodes: usize| AirRule::new(n_nodes, n_parts);
         Self {
             n_nodes,
-            long: AirRule::new(n_nodes),
-            even: AirRule::new(1 + n_nodes / 4),
-            short: AirRule::new(n_nodes / 8),
+            long: rule(n_nodes),
+            even: rule(1 + n_nodes / 4),
+            short: rule(n_nodes / 8),
         }
     }
 
@@ -143,11 +145,12 @@ impl AirGlow {
                 }
                 out.n_before = out.nodes.len();
                 for stretch in stretches((cut(drops_m), cut(far_side_m))) {
-                    self.rule(&stretch).gauss.place(&stretch, &mut out.nodes);
+                    let rule = self.rule(&stretch);
+                    rule.gauss.place(&stretch, &mut out.nodes);
                     out.among.push(stretch);
-                    let ends = (0..=N_PARTS).map(end_of_part);
+                    let places = rule.veil.places();
                     out.probes
-                        .extend(ends.map(|end| Probe::at(stretch.distance_m(end))));
+                        .extend(places.map(|place| Probe::at(stretch.distance_m(place))));
                 }
             }
             out.n_in_front = out.nodes.len();
@@ -173,12 +176,14 @@ impl AirGlow {
     }
 
     /// Write what the drops let pass of each node's light; `behind` is their transmittance.
-    fn veil(&self, nodes: &GlowNodes, behind: f64, out: &mut Vec<Veiled>) {
+    fn veil(&self, nodes: &GlowNodes, behind: f64, (room, out): (&mut VeilRoom, &mut Vec<Veiled>)) {
         out.clear();
         out.resize(nodes.n_before, Veiled::by(1.0));
-        for (stretch, probes) in nodes.among.iter().zip(nodes.probes.chunks(N_PARTS + 1)) {
-            let depths = std::array::from_fn(|end| probes[end].depth);
-            self.rule(stretch).veil.over(&depths, out);
+        let mut depths = nodes.probes.iter().map(|probe| probe.depth);
+        for stretch in &nodes.among {
+            let veil = &self.rule(stretch).veil;
+            let n_depths = veil.places().count();
+            veil.over(depths.by_ref().take(n_depths), room, out);
         }
         out.resize(nodes.nodes.len(), Veiled::by(behind));
     }
@@ -196,6 +201,7 @@ pub(crate) struct Glow {
     transmitted: Vec<f32>,
     /// What the drops let pass of each node's light.
     veiled: Vec<Veiled>,
+    veil_room: VeilRoom,
     /// Light of the air among the drops that coarser parts of them would let pass besides, at the
     /// wavelength `brightest`.
     veil_change: f64,
@@ -216,6 +222,7 @@ impl Glow {
             towards_eye: Vec::new(),
             transmitted: dark.clone(),
             veiled: Vec::new(),
+            veil_room: VeilRoom::default(),
             veil_change: 0.0,
             brightest,
             source: dark,
@@ -254,7 +261,11 @@ impl Glow {
         let air_ray = air.ray(ray.origin, ray.direction);
         let planet = air.planet();
         if drops_dim {
-            glow.veil(nodes, transmittance, &mut self.veiled);
+            glow.veil(
+                nodes,
+                transmittance,
+                (&mut self.veil_room, &mut self.veiled),
+            );
         } else {
             self.veiled.clear();
             self.veiled.resize(nodes.nodes.len(), Veiled::by(1.0));

@@ -12,15 +12,6 @@
 
 use crate::gauss_nodes::GaussRule;
 
-/// Parts of a stretch.
-pub(crate) const N_PARTS: usize = 16;
-
-/// Where parts of 0..1 end: part 0 starts at 0, the last ends at 1.
-pub(crate) fn end_of_part(index: usize) -> f64 {
-    let place = index as f64 / N_PARTS as f64;
-    place * place
-}
-
 /// Below this change of depth T is linear: its mean is 1e-9 off.
 const SAME_DEPTH: f64 = 1e-4;
 
@@ -75,40 +66,81 @@ struct Share {
     of_moment: f64,
 }
 
+/// Room to work in.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct VeilRoom {
+    /// Depth and transmittance at the ends of parts.
+    ends: Vec<(f64, f64)>,
+    parts: Vec<Part>,
+    pairs: Vec<Part>,
+}
+
 /// How the transmittances of parts, and of pairs of them, count at the nodes of a rule.
 #[derive(Clone, Debug)]
 pub(crate) struct Veil {
-    of_parts: Vec<[Share; N_PARTS]>,
-    of_pairs: Vec<[Share; N_PARTS / 2]>,
+    n_parts: usize,
+    /// By node, then part.
+    of_parts: Vec<Share>,
+    of_pairs: Vec<Share>,
 }
 
 impl Veil {
-    /// For the nodes of a rule.
-    pub(crate) fn new(rule: &GaussRule) -> Self {
-        let places = || rule.nodes().iter().map(|(place, _)| *place);
+    /// For the nodes of a rule and an even number of parts.
+    pub(crate) fn new(rule: &GaussRule, n_parts: usize) -> Self {
         let n_nodes = rule.nodes().len();
+        let by_node = |n_parts: usize| {
+            let nodes = rule.nodes().iter();
+            nodes
+                .flat_map(|(place, _)| shares(*place, n_nodes, n_parts))
+                .collect()
+        };
         Self {
-            of_parts: places().map(|place| shares(place, n_nodes)).collect(),
-            of_pairs: places().map(|place| shares(place, n_nodes)).collect(),
+            n_parts,
+            of_parts: by_node(n_parts),
+            of_pairs: by_node(n_parts / 2),
         }
     }
 
-    /// Append what the nodes have, from the depths at the ends of the parts.
-    pub(crate) fn over(&self, depths: &[f64; N_PARTS + 1], out: &mut Vec<Veiled>) {
-        let ends = depths.map(|depth| (depth, (-depth).exp()));
-        let parts: [Part; N_PARTS] =
-            std::array::from_fn(|part| Part::between(ends[part], ends[part + 1]));
-        let pairs: [Part; N_PARTS / 2] =
-            std::array::from_fn(|pair| Part::between(ends[2 * pair], ends[2 * pair + 2]));
-        let nodes = self.of_parts.iter().zip(&self.of_pairs);
-        out.extend(nodes.map(|(of_parts, of_pairs)| {
-            let transmittance = sum(of_parts, &parts);
-            Veiled {
-                transmittance,
-                change: transmittance - sum(of_pairs, &pairs),
-            }
-        }));
+    /// Places on 0..1 where the depth is wanted: the ends of the parts.
+    pub(crate) fn places(&self) -> impl Iterator<Item = f64> {
+        let n_parts = self.n_parts;
+        (0..=n_parts).map(move |index| end_of_part(index, n_parts))
     }
+
+    /// Append what the nodes have, from the depths at [`Veil::places`].
+    pub(crate) fn over(
+        &self,
+        depths: impl Iterator<Item = f64>,
+        room: &mut VeilRoom,
+        out: &mut Vec<Veiled>,
+    ) {
+        let VeilRoom { ends, parts, pairs } = room;
+        ends.clear();
+        ends.extend(depths.map(|depth| (depth, (-depth).exp())));
+        parts.clear();
+        parts.extend(ends.windows(2).map(|ends| Part::between(ends[0], ends[1])));
+        pairs.clear();
+        let of_pairs = ends.windows(3).step_by(2);
+        pairs.extend(of_pairs.map(|ends| Part::between(ends[0], ends[2])));
+        let nodes = self.of_parts.chunks(parts.len());
+        out.extend(
+            nodes
+                .zip(self.of_pairs.chunks(pairs.len()))
+                .map(|(of_parts, of_pairs)| {
+                    let transmittance = sum(of_parts, parts);
+                    Veiled {
+                        transmittance,
+                        change: transmittance - sum(of_pairs, pairs),
+                    }
+                }),
+        );
+    }
+}
+
+/// Where a part of 0..1 starts.
+fn end_of_part(index: usize, n_parts: usize) -> f64 {
+    let place = index as f64 / n_parts as f64;
+    place * place
 }
 
 fn sum(shares: &[Share], parts: &[Part]) -> f64 {
@@ -118,21 +150,21 @@ fn sum(shares: &[Share], parts: &[Part]) -> f64 {
         .sum()
 }
 
-/// Shares of N parts at a node of a rule of `n_nodes`. With Legendre polynomials on -1..1
+/// Shares of parts at a node of a rule of `n_nodes`. With Legendre polynomials on -1..1
 /// l_i(x) = w_i sum_k (2k + 1) P_k(x_i) P_k(x),   (2k + 1) int P_k dx = P_(k+1) - P_(k-1).
-fn shares<const N: usize>(place: f64, n_nodes: usize) -> [Share; N] {
+fn shares(place: f64, n_nodes: usize, n_parts: usize) -> impl Iterator<Item = Share> {
     let at_node = legendre(place, n_nodes);
-    let sum = |of_degree: &dyn Fn(usize) -> f64| -> f64 {
-        (0..n_nodes).map(|k| at_node[k] * of_degree(k)).sum()
-    };
-    std::array::from_fn(|part| {
-        let [start, end] = [part, part + 1].map(|index| end_of_part(index * N_PARTS / N));
+    (0..n_parts).map(move |part| {
+        let [start, end] = [part, part + 1].map(|index| end_of_part(index, n_parts));
         let (at_start, at_end) = (legendre(start, n_nodes), legendre(end, n_nodes));
         let integral = |k: usize| {
             let before = |values: &[f64]| if k == 0 { 0.0 } else { values[k - 1] };
             (at_end[k + 1] - before(&at_end)) - (at_start[k + 1] - before(&at_start))
         };
         let change = |k: usize| (2.0 * k as f64 + 1.0) * (at_end[k] - at_start[k]);
+        let sum = |of_degree: &dyn Fn(usize) -> f64| -> f64 {
+            (0..n_nodes).map(|k| at_node[k] * of_degree(k)).sum()
+        };
         Share {
             // Half: 0..1 is half as long as -1..1.
             of_mean: 0.5 * sum(&integral),
@@ -161,9 +193,13 @@ mod tests {
     /// int g T du by a rule of n nodes, and what it changed by, for a depth along the way.
     fn integral(n: usize, g: impl Fn(f64) -> f64, depth: impl Fn(f64) -> f64) -> (f64, f64) {
         let rule = GaussRule::new(NonZeroUsize::new(n).unwrap());
-        let depths = std::array::from_fn(|end| depth(end_of_part(end)));
+        let veil = Veil::new(&rule, 16);
         let mut veiled = Vec::new();
-        Veil::new(&rule).over(&depths, &mut veiled);
+        veil.over(
+            veil.places().map(depth),
+            &mut VeilRoom::default(),
+            &mut veiled,
+        );
         assert_eq!(veiled.len(), n);
         let terms = rule.nodes().iter().zip(&veiled);
         terms.fold((0.0, 0.0), |sum, ((x, weight), veiled)| {
