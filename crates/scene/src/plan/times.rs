@@ -15,8 +15,8 @@
 //!   light of further orders; and what any picture takes. The length of rays in drops is not counted.
 //!
 //! The shares were measured in November 2026 on 31 shipped scenes, as draft and as standard: pictures were
-//! foretold at 0.47 to 1.6 times what they took, tables that take more than a tenth of a second at 0.39 to
-//! 3.9 times (those of Lorenz-Mie too slow), whole runs within a factor of 2 but for 3 of 62.
+//! foretold at 0.54 to 1.6 times what they took, tables that take more than a tenth of a second at 0.41 to
+//! 3.8 times (those of Lorenz-Mie too slow), whole runs within a factor of 2 but for 4 of 62.
 
 use std::collections::BTreeSet;
 
