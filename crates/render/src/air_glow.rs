@@ -45,6 +45,8 @@ pub(crate) struct GlowRange {
     pub(crate) in_front: bool,
     /// Whether air and ground beyond the drops count.
     pub(crate) beyond: bool,
+    /// Whether it is asked where among the drops the view ends ([`GlowNodes::lost_at_m`]).
+    pub(crate) lost: bool,
 }
 
 /// Nodes of a ray in the air.
@@ -55,12 +57,28 @@ pub(crate) struct GlowNodes {
     n_before: usize,
     /// Nodes up to here are in front of the far side of the drops.
     n_in_front: usize,
-    /// Stretches that lie among the drops.
+    /// Stretches with nodes that lie among the drops.
     among: Vec<AirStretch>,
     ground_m: Option<f64>,
     /// Where the march through the drops is to tell their depth: at the parts of each stretch among
     /// them, and at the ground where it is seen.
     pub(crate) probes: Vec<Probe>,
+}
+
+impl GlowNodes {
+    /// Mean distance at which the view loses light to the drops: int s dT / int dT (m); `None` where it
+    /// loses none, or was not asked.
+    pub(crate) fn lost_at_m(&self) -> Option<f64> {
+        let n_grounds = usize::from(self.ground_m.is_some());
+        let n_among = self.probes.len().saturating_sub(n_grounds);
+        let ends = self.probes[..n_among].windows(2).map(|ends| {
+            let [near, far] = [&ends[0], &ends[1]].map(|probe| (-probe.depth).exp());
+            let lost = near - far;
+            (lost, 0.5 * lost * (ends[0].distance_m + ends[1].distance_m))
+        });
+        let (lost, lost_m) = ends.fold((0.0, 0.0), |sum, of| (sum.0 + of.0, sum.1 + of.1));
+        (lost > 0.0).then(|| lost_m / lost)
+    }
 }
 
 /// A Gauss rule and how drops count at its nodes.
@@ -138,16 +156,19 @@ impl AirGlow {
             let end_m = ground_m.map_or(leave_m, |ground_m| ground_m.min(leave_m));
             let end_m = end_m.min(range.surface_m);
             let stretches = |range_m: (f64, f64)| AirStretch::of_range(planet, air_ray, range_m);
-            if let (true, Some((drops_m, _))) = (range.in_front, range.drops_m) {
+            let looks = range.in_front || range.lost;
+            if let (true, Some((drops_m, _))) = (looks, range.drops_m) {
                 let cut = |distance_m: f64| distance_m.clamp(enter_m, end_m.max(enter_m));
-                for stretch in stretches((enter_m, cut(drops_m))) {
+                for stretch in stretches((enter_m, cut(drops_m))).filter(|_| range.in_front) {
                     self.rule(&stretch).gauss.place(&stretch, &mut out.nodes);
                 }
                 out.n_before = out.nodes.len();
                 for stretch in stretches((cut(drops_m), cut(far_side_m))) {
                     let rule = self.rule(&stretch);
-                    rule.gauss.place(&stretch, &mut out.nodes);
-                    out.among.push(stretch);
+                    if range.in_front {
+                        rule.gauss.place(&stretch, &mut out.nodes);
+                        out.among.push(stretch);
+                    }
                     let places = rule.veil.places();
                     out.probes
                         .extend(places.map(|place| Probe::at(stretch.distance_m(place))));

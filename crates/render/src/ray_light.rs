@@ -187,6 +187,7 @@ impl Frame<'_> {
             surface_m: sight.surface_m,
             in_front: self.glows.0,
             beyond: self.glows.1,
+            lost: self.surround.is_some(),
         };
         let glowing = self.glows.1 || (self.glows.0 && drops_m.is_some());
         if let (Some(air), true) = (&self.air, glowing) {
@@ -346,11 +347,8 @@ impl Frame<'_> {
         out.glows = true;
         out.transmitted.fill(1.0);
         if let (Some(air), true) = (&self.air, self.dimmed_by.view) {
-            let middle_m = if out.light > 0.0 {
-                out.light_m / out.light
-            } else {
-                0.5 * (enter_m + leave_m)
-            };
+            // Light that comes from where the view ends, whether the sun shines there or not.
+            let middle_m = out.nodes.lost_at_m().unwrap_or(0.5 * (enter_m + leave_m));
             let lengths = air.to_eye(air.ray(ray.origin, ray.direction), middle_m);
             air.transmit(&lengths, &mut out.transmitted);
         }

@@ -42,6 +42,7 @@ pub(crate) fn mean_surround(air: &Air, at: DVec3, n_wavelengths: usize) -> Vec<f
         surface_m: f64::INFINITY,
         in_front: false,
         beyond: true,
+        lost: false,
     };
     for hemisphere in [-1.0, 1.0] {
         for (cosine, weight) in GaussRule::new(N_COSINES).nodes() {

@@ -24,6 +24,9 @@ use niji_render::Toggle;
 
 const BETA: [f64; 3] = [4e-5, 2e-5, 1e-5];
 
+/// Of air without a color [1/m].
+const EVEN_BETA: f64 = 2e-5;
+
 const DRAFT: Integration = Integration::Adaptive {
     relative_error: 2e-2,
 };
@@ -90,6 +93,38 @@ fn air_among_drops_is_dimmed_by_those_in_front_of_it() {
             assert!(
                 error < 1.5e-5 + told,
                 "{depth}, {wavelength}: {error} of {told}"
+            );
+        }
+    }
+}
+
+#[test]
+fn skylight_from_drops_comes_from_where_the_view_ends() {
+    // Along even drops the mean distance is near + L (1/tau - exp(-tau)/(1 - exp(-tau))).
+    let sun = sun_in_the_south(90.0);
+    let air = air([EVEN_BETA; 3], [EVEN_BETA; 3]);
+    let camera = one_ray(DVec3::new(0.0, 1000.0, 0.0));
+    let table = isotropic(0.1);
+    let (near_m, far_m) = (1000.0, 3000.0);
+    for depth in [0.1, 1.0, 8.0_f64] {
+        let drops = curtain(near_m, far_m, depth / (far_m - near_m));
+        let mut request = request(&camera, sun, &drops, &table);
+        request.air = Some(&air);
+        request.effects = RenderEffects::ALL;
+        request.effects.drop_shadow = Toggle::Off;
+        for in_front in [Toggle::On, Toggle::Off] {
+            request.effects.air_inscatter = in_front;
+            let [dimmed, bare] = [Toggle::On, Toggle::Off].map(|extinction| {
+                request.effects.air_extinction = extinction;
+                rendered(&request).skylit.unwrap()[[1, 0, 0]]
+            });
+            let left = (-depth).exp();
+            let mean_m = near_m + (far_m - near_m) * (1.0 / depth - left / (1.0 - left));
+            let found_m = -f64::from(dimmed / bare).ln() / EVEN_BETA;
+            let error_m = (found_m - mean_m).abs();
+            assert!(
+                error_m < 20.0,
+                "{depth} {in_front:?}: {found_m} of {mean_m}"
             );
         }
     }
