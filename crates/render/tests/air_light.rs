@@ -12,7 +12,6 @@ use niji_dropfield::GridBox;
 use niji_exchange::AtmosphereTable;
 use niji_exchange::DensityLaw;
 use niji_geometry::Camera;
-use niji_geometry::PixelRegion;
 use niji_radiometry::Colorimetry;
 use niji_render::AirPath;
 use niji_render::Integration;
@@ -259,17 +258,12 @@ fn the_part_of_the_air_does_not_depend_on_the_region() {
         errors.filter(|error| **error > 0.0).count()
     };
     assert!(tells(&whole) > 500);
-    let (x, y, width, height) = (11, 9, 17, 7);
-    request.region = PixelRegion {
-        x_px: x,
-        y_px: y,
-        width_px: width as u32,
-        height_px: height as u32,
-    };
+    request.region = OFF_CENTER;
     let part = rendered(&request);
-    let of_whole = s![y..y + height, x..x + width];
+    let (rows, columns) = off_center();
+    let of_whole = s![rows, columns];
     assert_eq!(part.error_parts.air, whole.error_parts.air.slice(of_whole));
     // Beyond the frame, too, there is an error.
     (request.region.x_px, request.region.y_px) = (-29, -15);
-    assert_eq!(tells(&rendered(&request)), (width * height) as usize);
+    assert_eq!(tells(&rendered(&request)), OFF_CENTER.n_pixels() as usize);
 }

@@ -18,7 +18,6 @@ use niji_dropfield::GridBox;
 use niji_dropfield::Interpolation;
 use niji_exchange::ScatteringTable;
 use niji_geometry::Camera;
-use niji_geometry::PixelRegion;
 use niji_render::Integration;
 use niji_render::LitDrops;
 use niji_render::PixelFootprint;
@@ -368,17 +367,12 @@ fn refined_pixels_do_not_depend_on_the_region() {
     request.tolerance_cd_m2 = Some(0.01 * peak(&coarse));
     let whole = rendered(&request);
     assert!(whole.radiance != coarse.radiance);
-    let (x, y, width, height) = (11, 9, 17, 7);
-    request.region = PixelRegion {
-        x_px: x,
-        y_px: y,
-        width_px: width as u32,
-        height_px: height as u32,
-    };
+    request.region = OFF_CENTER;
     let part = rendered(&request);
-    let of_whole = s![.., y..y + height, x..x + width];
+    let (rows, columns) = off_center();
+    let of_whole = s![.., rows.clone(), columns.clone()];
     assert_eq!(part.radiance, whole.radiance.slice(of_whole));
-    let of_whole = s![y..y + height, x..x + width];
+    let of_whole = s![rows, columns];
     for ((name, part), (_, whole)) in part
         .error_parts
         .named()

@@ -1,6 +1,8 @@
 //! Small scenes for the tests of the ray integral.
 #![allow(dead_code, reason = "each test target uses a part of it")]
 
+use std::ops::Range;
+
 use glam::DVec3;
 use ndarray::Array2;
 use ndarray::Array6;
@@ -135,6 +137,23 @@ pub(crate) fn sized_table(
 /// The same in all directions and at all wavelengths [1/sr].
 pub(crate) fn isotropic(value_sr1: f64) -> ScatteringTable {
     table(|_, _| value_sr1)
+}
+
+/// A part of a picture of 40 x 27 pixels or more that touches none of its sides.
+pub(crate) const OFF_CENTER: PixelRegion = PixelRegion {
+    x_px: 11,
+    y_px: 9,
+    width_px: 17,
+    height_px: 7,
+};
+
+/// Its rows and columns in the whole picture.
+pub(crate) fn off_center() -> (Range<i32>, Range<i32>) {
+    let range = |first: i32, n: u32| first..first + n as i32;
+    (
+        range(OFF_CENTER.y_px, OFF_CENTER.height_px),
+        range(OFF_CENTER.x_px, OFF_CENTER.width_px),
+    )
 }
 
 /// Air of constant density up to 100 km over a planet like the Earth.
