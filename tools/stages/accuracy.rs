@@ -26,7 +26,7 @@ const NOT_ESTIMATED: [&str; 3] = ["theory", "air_path", "sky"];
 const FOOTPRINT: &str = "footprint";
 
 /// What to do about each cause of error, by its channel.
-const REMEDIES: [(&str, &str); 5] = [
+const REMEDIES: [(&str, &str); 7] = [
     (
         FOOTPRINT,
         "edges for which 256 rays a pixel are too few: render it larger",
@@ -44,6 +44,14 @@ const REMEDIES: [(&str, &str); 5] = [
         "shadow",
         "the way of sunlight through the drops: a smaller voxel_m in accuracy.sun_path, then smaller \
          voxels of the drops",
+    ),
+    (
+        "air",
+        "the air's light along the rays: a smaller relative_error in accuracy.integration",
+    ),
+    (
+        "angles",
+        "the table's angles: make it with more, by a smaller accuracy.table_relative_error",
     ),
     (
         "sizes",

@@ -1,6 +1,6 @@
 //! The estimated error of a picture by what causes it.
 //!
-//! error = quadrature + sizes + shadow + orders + air + footprint
+//! error = quadrature + angles + sizes + shadow + orders + air + footprint
 //!
 //! The sum of absolute estimates, as if all had one sign: the parts know nothing of each other, and
 //! an estimate should rather be too large than too small.
@@ -12,6 +12,8 @@ use ndarray::Array2;
 pub struct ErrorParts {
     /// The quadrature along the ray.
     pub quadrature: Array2<f32>,
+    /// Linear interpolation between the angles of the scattering table.
+    pub angles: Array2<f32>,
     /// Linear interpolation between the sizes of the scattering table.
     pub sizes: Array2<f32>,
     /// The optical depth of the drops towards the sun.
@@ -30,6 +32,7 @@ impl ErrorParts {
         let plane = || Array2::zeros((height, width));
         Self {
             quadrature: plane(),
+            angles: plane(),
             sizes: plane(),
             shadow: plane(),
             orders: plane(),
@@ -40,9 +43,10 @@ impl ErrorParts {
 
     /// All parts by name.
     #[must_use]
-    pub fn named(&self) -> [(&'static str, &Array2<f32>); 6] {
+    pub fn named(&self) -> [(&'static str, &Array2<f32>); 7] {
         [
             ("quadrature", &self.quadrature),
+            ("angles", &self.angles),
             ("sizes", &self.sizes),
             ("shadow", &self.shadow),
             ("orders", &self.orders),
@@ -56,6 +60,7 @@ impl ErrorParts {
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct RayErrors {
     pub(crate) quadrature: f64,
+    pub(crate) angles: f64,
     pub(crate) sizes: f64,
     pub(crate) shadow: f64,
     pub(crate) orders: f64,
@@ -68,6 +73,7 @@ impl RayErrors {
     pub(crate) fn add(&mut self, share: f64, transmitted: f64, ray: &Self) {
         let of_first_order = share * transmitted;
         self.quadrature += of_first_order * ray.quadrature;
+        self.angles += of_first_order * ray.angles;
         self.sizes += of_first_order * ray.sizes;
         self.shadow += of_first_order * ray.shadow;
         self.orders += share * ray.orders;
@@ -75,9 +81,10 @@ impl RayErrors {
     }
 
     /// All of them, in the order of [`ErrorParts`].
-    pub(crate) fn parts(&self) -> [f64; 5] {
+    pub(crate) fn parts(&self) -> [f64; 6] {
         [
             self.quadrature,
+            self.angles,
             self.sizes,
             self.shadow,
             self.orders,

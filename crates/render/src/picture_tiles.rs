@@ -76,7 +76,7 @@ pub(crate) struct TileMut<'a> {
     pub(crate) surface: Option<ArrayViewMut2<'a, f32>>,
     pub(crate) error: ArrayViewMut2<'a, f32>,
     /// In the order of [`ErrorParts`].
-    pub(crate) error_parts: [ArrayViewMut2<'a, f32>; 6],
+    pub(crate) error_parts: [ArrayViewMut2<'a, f32>; 7],
 }
 
 impl Rendered {
@@ -120,6 +120,7 @@ impl Rendered {
         let mut surface = surface.map(|plane| tiles(plane.view_mut(), rows));
         let mut error = tiles(self.error.view_mut(), rows);
         let mut quadrature = tiles(self.error_parts.quadrature.view_mut(), rows);
+        let mut angles = tiles(self.error_parts.angles.view_mut(), rows);
         let mut sizes = tiles(self.error_parts.sizes.view_mut(), rows);
         let mut shadow = tiles(self.error_parts.shadow.view_mut(), rows);
         let mut orders = tiles(self.error_parts.orders.view_mut(), rows);
@@ -150,6 +151,7 @@ impl Rendered {
                 error: error.next()?,
                 error_parts: [
                     quadrature.next()?,
+                    angles.next()?,
                     sizes.next()?,
                     shadow.next()?,
                     orders.next()?,

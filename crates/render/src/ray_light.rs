@@ -360,6 +360,9 @@ impl Frame<'_> {
     }
 }
 
+/// Rows bend unevenly between two angles.
+const ANGLES_SAFETY: f64 = 1.5;
+
 /// Sums over the slabs of a ray.
 #[derive(Default)]
 struct Sums {
@@ -384,6 +387,7 @@ impl Sums {
         let of_sizes = 0.5 * luminance.kinks * deposits.size_variance;
         let of_pieces = luminance.value * deposits.error.abs();
         self.errors.quadrature += (of_pieces + of_sizes) / deposits.light;
+        self.errors.angles += ANGLES_SAFETY * luminance.off_lines;
         self.errors.sizes += luminance.bend.abs() / 8.0;
     }
 }

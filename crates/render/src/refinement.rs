@@ -7,8 +7,8 @@
 //! `L_n` luminance of the pixel: where luminance is smooth the difference is three times the error
 //! that is left, at a step it is about as large; agreement by chance is not believed. Where 4 x 4 do
 //! not suffice there is an edge: more parts are turned against the pixel, so that a horizon along a row
-//! is met as well as any other. Rays take a finer quadrature. What rays cannot better, the table's sizes
-//! and the sun's depths, leaves them the rest of the tolerance, a quarter of it at least.
+//! is met as well as any other. Rays take a finer quadrature. What rays cannot better, the errors of the
+//! table and of the sun's depths, leaves them the rest of the tolerance, a quarter of it at least.
 //!
 //! Whether a pixel is refined depends on the pixel and its neighbors as they were before any was
 //! refined, so not on tiles or threads.

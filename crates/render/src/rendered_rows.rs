@@ -32,6 +32,7 @@ impl Rendered {
             error: plane(&self.error),
             error_parts: ErrorParts {
                 quadrature: plane(&self.error_parts.quadrature),
+                angles: plane(&self.error_parts.angles),
                 sizes: plane(&self.error_parts.sizes),
                 shadow: plane(&self.error_parts.shadow),
                 orders: plane(&self.error_parts.orders),

@@ -9,7 +9,7 @@
 use std::borrow::Cow;
 use std::sync::OnceLock;
 use std::sync::atomic::AtomicBool;
-use std::sync::atomic::AtomicU32;
+use std::sync::atomic::AtomicU64;
 use std::sync::atomic::Ordering;
 
 use niji_exchange::ScatteringTable;
@@ -20,6 +20,7 @@ use pulp::WithSimd;
 use crate::error::Error;
 use crate::size_axes::SizeAxes;
 use crate::size_axes::SizeBins;
+use crate::size_rows::NodeLuminance;
 use crate::size_rows::RowSource;
 
 /// Rows by size, flattening and angle.
@@ -33,8 +34,9 @@ pub(crate) struct ScatteringRows<'a> {
     /// Spectra of the sizes that a ray has met, [flattening, angle, wavelength] [1/sr].
     sizes: Vec<OnceLock<Vec<f32>>>,
     /// Their luminance in sunlight [cd/m² per unit of light], [flattening, angle, size]: a ray looks at
-    /// many sizes at few angles. Bits of f32; 0 stands for sizes that no ray has met, too.
-    luminance: Vec<AtomicU32>,
+    /// many sizes at few angles. Bits of the value below those of its bend; 0 stands for sizes that no ray
+    /// has met, too.
+    luminance: Vec<AtomicU64>,
     /// Whether all that rays have met is 0 or more, and finite.
     are_sound: AtomicBool,
 }
@@ -50,12 +52,20 @@ pub(crate) struct RayPlace {
     pub(crate) flattening: f64,
 }
 
+/// A node of flattening and angle, the angle fastest.
+#[derive(Clone, Copy, Debug)]
+struct RowTerm {
+    node: usize,
+    weight: f32,
+    /// By how much of its bend the rows between the node and the next angle lie off the straight line.
+    bend_weight: f32,
+}
+
 /// What a ray asks of the rows: nodes of flattening and angle, with weights that sum to 1, and the sizes
 /// that it has light of.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct RowStencil {
-    /// Node of both axes, the angle fastest, and its weight.
-    terms: Vec<(usize, f32)>,
+    terms: Vec<RowTerm>,
     /// The node above the last ray, from which the search for the next one starts.
     near: usize,
     /// Bins that hold light and how much, in ascending order.
@@ -72,6 +82,8 @@ pub(crate) struct SunlitLuminance {
     pub(crate) bend: f64,
     /// The same of the light at each node by itself, signs left out.
     pub(crate) kinks: f64,
+    /// What the rows of all light lie off their straight lines between angles [cd/m²].
+    pub(crate) off_lines: f64,
 }
 
 impl RowStencil {
@@ -101,7 +113,7 @@ impl<'a> ScatteringRows<'a> {
         Self {
             n_wavelengths: table.wavelengths.len(),
             sizes: vec![OnceLock::new(); axes.n_bins()],
-            luminance: std::iter::repeat_with(AtomicU32::default)
+            luminance: std::iter::repeat_with(AtomicU64::default)
                 .take(n_values)
                 .collect(),
             axes,
@@ -134,23 +146,28 @@ impl<'a> ScatteringRows<'a> {
             self.are_sound.fetch_and(rows.is_sound, Ordering::Relaxed);
             let of_size = self.luminance.iter().skip(bin).step_by(self.axes.n_bins());
             for (place, value) in of_size.zip(rows.luminance) {
-                place.store(value.to_bits(), Ordering::Relaxed);
+                place.store(packed(value), Ordering::Relaxed);
             }
             rows.values_sr1
         })
     }
 
-    /// Luminance of a size at weighted nodes of flattening and angle.
+    /// Luminance of a size at weighted nodes of flattening and angle, and how far off the straight lines
+    /// between these it is.
     #[inline]
-    fn luminance_of(&self, bin: usize, terms: &[(usize, f32)]) -> f64 {
-        terms.iter().fold(0.0, |sum, (node, weight)| {
-            let place = &self.luminance[node * self.axes.n_bins() + bin];
+    fn luminance_of(&self, bin: usize, terms: &[RowTerm]) -> (f64, f64) {
+        terms.iter().fold((0.0, 0.0), |(sum, off), term| {
+            let place = &self.luminance[term.node * self.axes.n_bins() + bin];
             let mut bits = place.load(Ordering::Relaxed);
             if bits == 0 {
                 self.size(bin);
                 bits = place.load(Ordering::Relaxed);
             }
-            sum + f64::from(*weight) * f64::from(f32::from_bits(bits))
+            let NodeLuminance { value, bend } = unpacked(bits);
+            (
+                sum + f64::from(term.weight) * f64::from(value),
+                off + f64::from(term.bend_weight) * f64::from(bend),
+            )
         })
     }
 
@@ -180,10 +197,18 @@ impl<'a> ScatteringRows<'a> {
         let (lower, fraction) = linear_place(&self.flattening, above, place.flattening);
         let (n_angles, n_terms) = (self.theta_rad.len(), stencil.terms.len());
         for index in 0..n_terms {
-            let (angle, weight) = stencil.terms[index];
-            let upper = ((lower + 1) * n_angles + angle, weight * fraction);
-            stencil.terms[index] = (lower * n_angles + angle, weight * (1.0 - fraction));
-            stencil.terms.push(upper);
+            let RowTerm {
+                node: angle,
+                weight,
+                bend_weight,
+            } = stencil.terms[index];
+            let of_flattening = |index: usize, share: f32| RowTerm {
+                node: index * n_angles + angle,
+                weight: weight * share,
+                bend_weight: bend_weight * share,
+            };
+            stencil.terms[index] = of_flattening(lower, 1.0 - fraction);
+            stencil.terms.push(of_flattening(lower + 1, fraction));
         }
     }
 
@@ -193,31 +218,45 @@ impl<'a> ScatteringRows<'a> {
         let nodes = &self.theta_rad;
         let low = (place.theta_rad - 0.5 * place.width_rad).max(nodes[0]);
         let high = (place.theta_rad + 0.5 * place.width_rad).min(nodes[nodes.len() - 1]);
+        let node = |node: usize, weight: f32| RowTerm {
+            node,
+            weight,
+            bend_weight: 0.0,
+        };
         if nodes.len() == 1 {
-            stencil.terms.push((0, 1.0));
+            stencil.terms.push(node(0, 1.0));
             return;
         }
         // Too narrow for a mean in f64.
         if high - low <= 1e-12 {
             let above = node_above(nodes, place.theta_rad, &mut stencil.near);
             let (lower, fraction) = linear_place(nodes, above, place.theta_rad);
-            let terms = [(lower, 1.0 - fraction), (lower + 1, fraction)];
-            stencil.terms.extend(terms);
+            let bend_weight = 0.5 * fraction * (1.0 - fraction);
+            stencil.terms.push(RowTerm {
+                bend_weight,
+                ..node(lower, 1.0 - fraction)
+            });
+            stencil.terms.push(node(lower + 1, fraction));
             return;
         }
         let first = node_above(nodes, low, &mut stencil.near).saturating_sub(1);
         let inside = nodes[first..].iter().take_while(|node| **node < high);
         let end = (first + inside.count() + 1).min(nodes.len());
-        stencil.terms.extend((first..end).map(|node| (node, 0.0)));
+        stencil
+            .terms
+            .extend((first..end).map(|index| node(index, 0.0)));
         for lower in first..end - 1 {
             let step = nodes[lower + 1] - nodes[lower];
             let from = ((low - nodes[lower]) / step).clamp(0.0, 1.0);
             let to = ((high - nodes[lower]) / step).clamp(0.0, 1.0);
-            // Integrals of the two hat functions of a step over its covered part.
-            let upper_part = 0.5 * (to * to - from * from) * step / (high - low);
-            let lower_part = (to - from) * step / (high - low) - upper_part;
-            stencil.terms[lower - first].1 += lower_part as f32;
-            stencil.terms[lower - first + 1].1 += upper_part as f32;
+            let share = step / (high - low);
+            // Integrals of the two hat functions of a step over its covered part, and of x (1 - x)/2.
+            let upper_part = 0.5 * (to * to - from * from) * share;
+            let lower_part = (to - from) * share - upper_part;
+            let bend_part = 0.5 * upper_part - (to.powi(3) - from.powi(3)) * share / 6.0;
+            stencil.terms[lower - first].weight += lower_part as f32;
+            stencil.terms[lower - first].bend_weight = bend_part as f32;
+            stencil.terms[lower - first + 1].weight += upper_part as f32;
         }
     }
 
@@ -247,10 +286,12 @@ impl<'a> ScatteringRows<'a> {
         let start = first.saturating_sub(stride);
         luminance.clear();
         luminance.resize(last + stride + 1 - start, 0.0);
-        for (bin, _) in lit.iter() {
-            luminance[bin - start] = self.luminance_of(*bin, terms);
-        }
         let mut of_light = SunlitLuminance::default();
+        for (bin, light) in lit.iter() {
+            let (value, off) = self.luminance_of(*bin, terms);
+            luminance[bin - start] = value;
+            of_light.off_lines += f64::from(*light) * off;
+        }
         for &(bin, light) in lit.iter() {
             let (light, here) = (f64::from(light), luminance[bin - start]);
             of_light.value += light * here;
@@ -258,7 +299,7 @@ impl<'a> ScatteringRows<'a> {
                 let [before, after] = [bin - stride, bin + stride].map(|bin| {
                     let known = &mut luminance[bin - start];
                     if *known == 0.0 {
-                        *known = self.luminance_of(bin, terms);
+                        *known = self.luminance_of(bin, terms).0;
                     }
                     *known
                 });
@@ -313,10 +354,10 @@ impl Shading<'_> {
         let mut sums = [simd.splat_f32s(0.0); N];
         for &(bin, light) in &self.stencil.lit {
             let size = self.rows.size(bin);
-            for &(node, weight) in &self.stencil.terms {
-                let start = node * self.rows.n_wavelengths + first;
+            for term in &self.stencil.terms {
+                let start = term.node * self.rows.n_wavelengths + first;
                 let row = &size[start..start + n_wavelengths];
-                let scale = simd.splat_f32s(light * weight);
+                let scale = simd.splat_f32s(light * term.weight);
                 for (sum, value) in sums.iter_mut().zip(S::as_simd_f32s(row).0) {
                     *sum = simd.add_f32s(*sum, simd.mul_f32s(scale, *value));
                 }
@@ -331,6 +372,19 @@ impl Shading<'_> {
             }
         }
         n_wavelengths
+    }
+}
+
+/// Both numbers in one, to be read and written at once.
+fn packed(luminance: NodeLuminance) -> u64 {
+    u64::from(luminance.bend.to_bits()) << 32 | u64::from(luminance.value.to_bits())
+}
+
+#[inline]
+fn unpacked(bits: u64) -> NodeLuminance {
+    NodeLuminance {
+        value: f32::from_bits(bits as u32),
+        bend: f32::from_bits((bits >> 32) as u32),
     }
 }
 
@@ -406,7 +460,7 @@ mod tests {
         };
         let mut stencil = RowStencil::default();
         rows.stencil(&place, &mut stencil);
-        let sum: f32 = stencil.terms.iter().map(|(_, weight)| weight).sum();
+        let sum: f32 = stencil.terms.iter().map(|term| term.weight).sum();
         assert!((sum - 1.0).abs() < 1e-5);
         let mut bins = SizeBins::new(rows.axes());
         bins.add(rows.axes().place(1.0, 40.0, 1600.0), 2.0);
@@ -444,6 +498,40 @@ mod tests {
                 2.45,
                 0.0
             ));
+        }
+    }
+
+    #[test]
+    fn twice_what_a_parabola_is_off_its_chords_is_told() {
+        let mut table = table(&FLAT);
+        table.theta_rad = (0..=20)
+            .map(|step| 2.0 + 0.05 * f64::from(step) + 0.01 * f64::from(step % 3))
+            .collect();
+        let theta = table.theta_rad.clone();
+        table.values = Array6::from_shape_fn(table.values.dim(), |(.., a)| theta[a].powi(2) as f32);
+        let rows = ScatteringRows::new(Cow::Owned(table), (2.2, 2.7), &[0.0, 1.0, 0.0]);
+        let mut bins = SizeBins::new(rows.axes());
+        bins.add(rows.axes().place(1.0, 29.0, 29.0 * 29.0), 2.0);
+        let mut stencil = RowStencil::default();
+        stencil.set_light(&bins);
+        for theta_rad in [2.3, 2.4, 2.43, 2.6] {
+            for width_rad in [0.0, 1e-3, 0.02, 0.15] {
+                let place = RayPlace {
+                    theta_rad,
+                    width_rad,
+                    flattening: 0.1,
+                };
+                rows.stencil(&place, &mut stencil);
+                let found = rows.luminance(&mut stencil);
+                let mean = 2.0 * (theta_rad.powi(2) + width_rad.powi(2) / 12.0);
+                let off = found.value - mean;
+                // Of values in f32 are second differences and means.
+                assert!(off > -2e-6, "{off}");
+                assert!(
+                    (found.off_lines - 2.0 * off).abs() < 8e-6,
+                    "{off} {found:?}"
+                );
+            }
         }
     }
 

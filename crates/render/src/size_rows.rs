@@ -24,9 +24,17 @@ pub(crate) struct SizeRows {
     /// [flattening, angle, wavelength] [1/sr], and [`BEHIND`] zeros.
     pub(crate) values_sr1: Vec<f32>,
     /// [flattening, angle], luminance in sunlight [cd/m² per unit of light].
-    pub(crate) luminance: Vec<f32>,
+    pub(crate) luminance: Vec<NodeLuminance>,
     /// Whether all values are 0 or more, and finite.
     pub(crate) is_sound: bool,
+}
+
+/// Luminance at an angle and behind it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct NodeLuminance {
+    pub(crate) value: f32,
+    /// Second derivatives here and at the next angle, signs left out, times the square of that step.
+    pub(crate) bend: f32,
 }
 
 /// What sizes are made from.
@@ -80,8 +88,13 @@ impl<'a> RowSource<'a> {
             rows.is_sound &= panel.read(self, (size, flattening));
             let spectra = spectra.chunks_exact_mut(n_wavelengths);
             turn(&panel.values_sr1, n_angles, spectra);
+            let bends = bends(&self.table.theta_rad[self.angles.clone()], &panel.luminance);
+            let nodes = panel.luminance.iter().zip(bends);
             rows.luminance
-                .extend(panel.luminance.iter().map(|sum| *sum as f32));
+                .extend(nodes.map(|(sum, bend)| NodeLuminance {
+                    value: *sum as f32,
+                    bend: bend as f32,
+                }));
         }
         rows
     }
@@ -100,6 +113,28 @@ impl<'a> RowSource<'a> {
             .zip(p_lanes)
             .map(|(s, p)| (&s[self.angles.clone()], &p[self.angles.clone()]))
     }
+}
+
+/// Second derivatives of a function at each node and at the next, signs left out, times the square of the step
+/// between: divided differences over three nodes, exact for parabolas; the outermost nodes have those of their
+/// neighbors. 0 behind the last node.
+fn bends<'a>(nodes: &'a [f64], values: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
+    let slope =
+        |upper: usize| (values[upper] - values[upper - 1]) / (nodes[upper] - nodes[upper - 1]);
+    let second_derivative = move |middle: usize| {
+        if nodes.len() < 3 {
+            return 0.0;
+        }
+        let middle = middle.clamp(1, nodes.len() - 2);
+        2.0 * (slope(middle + 1) - slope(middle)) / (nodes[middle + 1] - nodes[middle - 1])
+    };
+    (0..nodes.len()).map(move |lower| {
+        let Some(upper) = nodes.get(lower + 1) else {
+            return 0.0;
+        };
+        let sum = second_derivative(lower).abs() + second_derivative(lower + 1).abs();
+        sum * (upper - nodes[lower]).powi(2)
+    })
 }
 
 /// Natural light of one size at one flattening.
@@ -200,13 +235,28 @@ mod tests {
                         let found = &rows.values_sr1[start..start + n_wavelengths];
                         assert_eq!(found, expected);
                         let sum: f32 = expected.iter().sum();
-                        assert_eq!(rows.luminance[node], sum);
+                        let of_node = rows.luminance[node];
+                        assert_eq!((of_node.value, of_node.bend), (sum, 0.0));
                     }
                     let n_nodes = n_flattenings * angles.len();
                     assert_eq!(rows.luminance.len(), n_nodes);
                     assert_eq!(rows.values_sr1[n_nodes * n_wavelengths..], [0.0; BEHIND]);
                 }
             }
+        }
+    }
+
+    #[test]
+    fn parabolas_are_bent_evenly_between_uneven_nodes() {
+        let nodes = [2.0, 2.5, 2.75, 3.75, 4.0];
+        let values = nodes.map(|x| 3.0 * x * x - 7.0 * x);
+        // Twice 2 * 3 h².
+        let expected = [3.0, 0.75, 12.0, 0.75, 0.0];
+        assert_eq!(bends(&nodes, &values).collect::<Vec<_>>(), expected);
+        let downwards = values.map(|value| -value);
+        assert_eq!(bends(&nodes, &downwards).collect::<Vec<_>>(), expected);
+        for n in 0..3 {
+            assert!(bends(&nodes[..n], &values[..n]).all(|bend| bend == 0.0));
         }
     }
 

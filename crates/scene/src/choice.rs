@@ -9,8 +9,9 @@
 //! the air, sky and orders of scattering contribute: the levels of these. All of it, times the root of a
 //! pixel's width (edges fill that share of the squares): footprints. `k` of theories and tables depends
 //! on the size of drops: interpolated in the logarithm of the smallest effective radius, held beyond the
-//! calibrated sizes. Otherwise the largest `k` of any calibration scene counts, for an adaptive integral
-//! at least the error it is allowed: how much of that it uses depends on how even the drops are.
+//! calibrated sizes; of a table three times the error counts, as the renderer tells it. Otherwise the
+//! largest `k` of any calibration scene counts, for an adaptive integral at least the error it is
+//! allowed: how much of that it uses depends on how even the drops are.
 //!
 //! The errors of all decisions are added up as if they had one sign, and every combination of levels is
 //! weighed: of those whose sum keeps within half of the tolerance (the other half is for effects left

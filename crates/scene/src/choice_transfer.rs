@@ -14,7 +14,12 @@ use crate::plan::BoundKind;
 use crate::plan::Plan;
 
 /// Decisions whose error depends on the size of the drops.
-const BY_SIZE: [&str; 2] = ["theory", "table_relative_error"];
+const BY_SIZE: [&str; 2] = ["theory", TABLE];
+/// The decision between tables.
+const TABLE: &str = "table_relative_error";
+/// What the renderer's estimate makes of a table's error, whose rows are bent evenly between two angles: it is
+/// the estimate that has to keep a tolerance.
+const TOLD_OVER_TABLE: f64 = 3.0;
 /// The decision whose level may be a tolerance.
 const INTEGRATION: &str = "integration";
 /// The decision whose error depends on the width of a pixel.
@@ -67,7 +72,12 @@ pub(crate) fn carried_error(
         .filter_map(ratio)
         .collect();
     let ratio = if BY_SIZE.contains(&decision.key) {
-        carried(&ratios, plan.work.smallest_radius_um)
+        let told = if decision.key == TABLE {
+            TOLD_OVER_TABLE
+        } else {
+            1.0
+        };
+        carried(&ratios, plan.work.smallest_radius_um).map(|ratio| told * ratio)
     } else {
         let worst = ratios.iter().map(|(_, ratio)| *ratio).reduce(f64::max);
         worst.map(|ratio| ratio.max(allowed_error(decision, levels)))

@@ -105,13 +105,23 @@ pub(crate) fn table(value: impl Fn(usize, f64) -> f64) -> ScatteringTable {
     })
 }
 
-/// A table by a function of radius [um], wavelength index and angle.
+/// A table by a function of radius [um], wavelength index and angle, of ten nodes a degree.
 pub(crate) fn sized_table(
     radii_um: &[f64],
     value: impl Fn(f64, usize, f64) -> f64,
 ) -> ScatteringTable {
-    let theta_rad: Vec<f64> = (0..=1800)
-        .map(|step| (f64::from(step) / 10.0).to_radians())
+    table_of(radii_um, 10.0, value)
+}
+
+/// The same of as many nodes a degree.
+pub(crate) fn table_of(
+    radii_um: &[f64],
+    nodes_per_deg: f64,
+    value: impl Fn(f64, usize, f64) -> f64,
+) -> ScatteringTable {
+    let n_steps = (180.0 * nodes_per_deg).round() as i32;
+    let theta_rad: Vec<f64> = (0..=n_steps)
+        .map(|step| (f64::from(step) / nodes_per_deg).to_radians())
         .collect();
     let values = Array6::from_shape_fn(
         (2, radii_um.len(), 1, 1, 3, theta_rad.len()),
