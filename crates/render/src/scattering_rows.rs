@@ -57,7 +57,7 @@ pub(crate) struct RayPlace {
 struct RowTerm {
     node: usize,
     weight: f32,
-    /// By how much of its bend the rows between the node and the next angle lie off the straight line.
+    /// Part of the bend by which the rows between the node and the next angle lie off the straight line.
     bend_weight: f32,
 }
 
@@ -82,7 +82,8 @@ pub(crate) struct SunlitLuminance {
     pub(crate) bend: f64,
     /// The same of the light at each node by itself, signs left out.
     pub(crate) kinks: f64,
-    /// What the rows of all light lie off their straight lines between angles [cd/m²].
+    /// What the rows of all light lie off their straight lines between angles, signs left out; twice that
+    /// where they bend evenly [cd/m²].
     pub(crate) off_lines: f64,
 }
 
@@ -95,8 +96,8 @@ impl RowStencil {
 }
 
 impl<'a> ScatteringRows<'a> {
-    /// The rows between two angles, one node beyond each; `luminance_weights` turn a spectrum of
-    /// the table's unit into luminance.
+    /// The rows between two angles, two nodes beyond each, so that how rows bend does not depend on the
+    /// range; `luminance_weights` turn a spectrum of the table's unit into luminance.
     pub(crate) fn new(
         table: Cow<'a, ScatteringTable>,
         theta_range_rad: (f64, f64),
@@ -105,9 +106,9 @@ impl<'a> ScatteringRows<'a> {
         let angles = &table.theta_rad;
         let first = angles
             .partition_point(|theta| *theta <= theta_range_rad.0)
-            .saturating_sub(1);
+            .saturating_sub(2);
         let end =
-            (angles.partition_point(|theta| *theta < theta_range_rad.1) + 1).min(angles.len());
+            (angles.partition_point(|theta| *theta < theta_range_rad.1) + 2).min(angles.len());
         let axes = SizeAxes::new(&table.effective_radius_um, &table.effective_variance);
         let n_values = table.flattening.len() * (end - first) * axes.n_bins();
         Self {
@@ -152,8 +153,8 @@ impl<'a> ScatteringRows<'a> {
         })
     }
 
-    /// Luminance of a size at weighted nodes of flattening and angle, and how far off the straight lines
-    /// between these it is.
+    /// Luminance of a size at weighted nodes of flattening and angle, and what it lies off the straight
+    /// lines between them.
     #[inline]
     fn luminance_of(&self, bin: usize, terms: &[RowTerm]) -> (f64, f64) {
         terms.iter().fold((0.0, 0.0), |(sum, off), term| {
@@ -501,37 +502,58 @@ mod tests {
         }
     }
 
-    #[test]
-    fn twice_what_a_parabola_is_off_its_chords_is_told() {
+    /// A table of a function of the angle over uneven steps.
+    fn curved(value: impl Fn(f64) -> f64) -> ScatteringTable {
         let mut table = table(&FLAT);
         table.theta_rad = (0..=20)
             .map(|step| 2.0 + 0.05 * f64::from(step) + 0.01 * f64::from(step % 3))
             .collect();
         let theta = table.theta_rad.clone();
-        table.values = Array6::from_shape_fn(table.values.dim(), |(.., a)| theta[a].powi(2) as f32);
-        let rows = ScatteringRows::new(Cow::Owned(table), (2.2, 2.7), &[0.0, 1.0, 0.0]);
+        table.values = Array6::from_shape_fn(table.values.dim(), |(.., a)| value(theta[a]) as f32);
+        table
+    }
+
+    /// Luminance of twice a unit of light between two sizes.
+    fn seen(rows: &ScatteringRows, theta_rad: f64, width_rad: f64) -> SunlitLuminance {
+        let place = RayPlace {
+            theta_rad,
+            width_rad,
+            flattening: 0.1,
+        };
         let mut bins = SizeBins::new(rows.axes());
         bins.add(rows.axes().place(1.0, 29.0, 29.0 * 29.0), 2.0);
         let mut stencil = RowStencil::default();
         stencil.set_light(&bins);
-        for theta_rad in [2.3, 2.4, 2.43, 2.6] {
-            for width_rad in [0.0, 1e-3, 0.02, 0.15] {
-                let place = RayPlace {
-                    theta_rad,
-                    width_rad,
-                    flattening: 0.1,
-                };
-                rows.stencil(&place, &mut stencil);
-                let found = rows.luminance(&mut stencil);
+        rows.stencil(&place, &mut stencil);
+        rows.luminance(&mut stencil)
+    }
+
+    #[test]
+    fn twice_what_a_parabola_is_off_its_chords_is_told() {
+        let table = Cow::Owned(curved(|theta| theta * theta));
+        let rows = ScatteringRows::new(table, (2.2, 2.7), &[0.0, 1.0, 0.0]);
+        for theta_rad in [2.3, 2.4, 2.43, 2.6_f64] {
+            for width_rad in [0.0, 1e-3, 0.02, 0.15_f64] {
+                let found = seen(&rows, theta_rad, width_rad);
                 let mean = 2.0 * (theta_rad.powi(2) + width_rad.powi(2) / 12.0);
                 let off = found.value - mean;
                 // Of values in f32 are second differences and means.
                 assert!(off > -2e-6, "{off}");
-                assert!(
-                    (found.off_lines - 2.0 * off).abs() < 8e-6,
-                    "{off} {found:?}"
-                );
+                let told = found.off_lines;
+                assert!((told - 2.0 * off).abs() < 8e-6, "{off} {told}");
             }
+        }
+    }
+
+    #[test]
+    fn what_is_told_does_not_depend_on_the_range_of_angles() {
+        let table = curved(|theta| 1.0 + (5.0 * theta).sin());
+        let [narrow, wide] = [(2.31, 2.46), (2.0, 3.0)]
+            .map(|range| ScatteringRows::new(Cow::Borrowed(&table), range, &[0.0, 1.0, 0.0]));
+        for (theta_rad, width_rad) in [(2.31, 0.0), (2.46, 0.0), (2.385, 0.15)] {
+            let [narrow, wide] = [&narrow, &wide].map(|rows| seen(rows, theta_rad, width_rad));
+            assert!(wide.off_lines > 0.0);
+            assert_eq!(narrow.off_lines, wide.off_lines, "{theta_rad}");
         }
     }
 

@@ -115,9 +115,9 @@ impl<'a> RowSource<'a> {
     }
 }
 
-/// Second derivatives of a function at each node and at the next, signs left out, times the square of the step
-/// between: divided differences over three nodes, exact for parabolas; the outermost nodes have those of their
-/// neighbors. 0 behind the last node.
+/// Second derivatives of a function at each node and at the next, signs left out, times the square of the
+/// step between: divided differences over three nodes, exact for parabolas; the outermost nodes have
+/// those of their neighbors. 0 behind the last node.
 fn bends<'a>(nodes: &'a [f64], values: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
     let slope =
         |upper: usize| (values[upper] - values[upper - 1]) / (nodes[upper] - nodes[upper - 1]);

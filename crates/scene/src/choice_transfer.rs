@@ -17,8 +17,8 @@ use crate::plan::Plan;
 const BY_SIZE: [&str; 2] = ["theory", TABLE];
 /// The decision between tables.
 const TABLE: &str = "table_relative_error";
-/// What the renderer's estimate makes of a table's error, whose rows are bent evenly between two angles: it is
-/// the estimate that has to keep a tolerance.
+/// Times a table's error that the renderer's estimate tells, where rows bend evenly between two angles: it
+/// is the estimate that has to keep a tolerance.
 const TOLD_OVER_TABLE: f64 = 3.0;
 /// The decision whose level may be a tolerance.
 const INTEGRATION: &str = "integration";
