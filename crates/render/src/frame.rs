@@ -200,7 +200,7 @@ fn brightest(weights: &[f64]) -> usize {
 /// What diffraction changes in the bows that are seen, where further orders are wanted.
 fn diffraction<'a>(request: &RenderRequest, frame: &Frame<'a>) -> Option<Diffraction<'a>> {
     frame.multiple.as_ref()?;
-    let range_rad = frame.rows.as_ref()?.theta_range_rad();
+    let range_rad = frame.rows.as_ref()?.directions().theta_range_rad();
     let first_order = request.levels.drop_extinction_model;
     Some(Diffraction::new(
         request.table?,

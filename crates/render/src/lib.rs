@@ -100,6 +100,7 @@ mod air_glow;
 mod air_slabs;
 mod cell_cubics;
 mod deposits;
+mod direction_axes;
 mod drop_orders;
 mod effects;
 mod error;

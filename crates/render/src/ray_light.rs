@@ -17,6 +17,7 @@ use crate::air_glow::GlowNodes;
 use crate::air_glow::GlowRange;
 use crate::air_slabs::AirSlabs;
 use crate::deposits::Deposits;
+use crate::direction_axes::RayPlace;
 use crate::drop_orders::DiffractionRoom;
 use crate::error_parts::RayErrors;
 use crate::flattening::flattening_along;
@@ -24,7 +25,6 @@ use crate::frame::Frame;
 use crate::march::March;
 use crate::march::Walk;
 use crate::scattering_angle::scattering_angle_rad;
-use crate::scattering_rows::RayPlace;
 use crate::scattering_rows::RowStencil;
 use crate::scattering_rows::ScatteringRows;
 use crate::size_axes::SizeAxes;
@@ -223,7 +223,8 @@ impl Frame<'_> {
 
     /// Where a ray stands in the scattering table.
     fn place(&self, ray: &Ray, (theta_rad, width_rad): (f64, f64)) -> RayPlace {
-        let are_flat = (self.rows.as_ref()).is_some_and(ScatteringRows::are_of_flat_drops);
+        let rows = self.rows.as_ref();
+        let are_flat = rows.is_some_and(|rows| rows.directions().are_of_flat_drops());
         let flattening = if are_flat {
             flattening_along(ray.direction, self.sun_direction)
         } else {

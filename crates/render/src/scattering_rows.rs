@@ -17,6 +17,9 @@ use pulp::Arch;
 use pulp::Simd;
 use pulp::WithSimd;
 
+use crate::direction_axes::DirectionAxes;
+use crate::direction_axes::RayPlace;
+use crate::direction_axes::RowTerm;
 use crate::error::Error;
 use crate::size_axes::SizeAxes;
 use crate::size_axes::SizeBins;
@@ -27,8 +30,7 @@ use crate::size_rows::RowSource;
 #[derive(Debug)]
 pub(crate) struct ScatteringRows<'a> {
     axes: SizeAxes,
-    theta_rad: Vec<f64>,
-    flattening: Vec<f64>,
+    directions: DirectionAxes,
     source: RowSource<'a>,
     n_wavelengths: usize,
     /// Spectra of the sizes that a ray has met, [flattening, angle, wavelength] [1/sr].
@@ -39,26 +41,6 @@ pub(crate) struct ScatteringRows<'a> {
     luminance: Vec<AtomicU64>,
     /// Whether all that rays have met is 0 or more, and finite.
     are_sound: AtomicBool,
-}
-
-/// Where a ray stands on the table's axes of directions.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct RayPlace {
-    /// Scattering angle of the ray.
-    pub(crate) theta_rad: f64,
-    /// Scattering angles that its pixel spans; 0 for a point.
-    pub(crate) width_rad: f64,
-    /// m; not asked for in a table of spheres.
-    pub(crate) flattening: f64,
-}
-
-/// A node of flattening and angle, the angle fastest.
-#[derive(Clone, Copy, Debug)]
-struct RowTerm {
-    node: usize,
-    weight: f32,
-    /// Part of the bend by which the rows between the node and the next angle lie off the straight line.
-    bend_weight: f32,
 }
 
 /// What a ray asks of the rows: nodes of flattening and angle, with weights that sum to 1, and the sizes
@@ -118,8 +100,7 @@ impl<'a> ScatteringRows<'a> {
                 .take(n_values)
                 .collect(),
             axes,
-            theta_rad: angles[first..end].to_vec(),
-            flattening: table.flattening.clone(),
+            directions: DirectionAxes::new(&angles[first..end], &table.flattening),
             source: RowSource::new(table, first..end, luminance_weights),
             are_sound: AtomicBool::new(true),
         }
@@ -177,88 +158,15 @@ impl<'a> ScatteringRows<'a> {
         &self.axes
     }
 
-    /// The first and the last angle.
-    pub(crate) fn theta_range_rad(&self) -> (f64, f64) {
-        (self.theta_rad[0], self.theta_rad[self.theta_rad.len() - 1])
+    /// The axes of directions.
+    pub(crate) fn directions(&self) -> &DirectionAxes {
+        &self.directions
     }
 
-    /// Whether the rows of a ray depend on its flattening.
-    pub(crate) fn are_of_flat_drops(&self) -> bool {
-        self.flattening.len() > 1
-    }
-
-    /// The rows of a ray: linear in both axes, of the angle the mean over the pixel.
+    /// Take note of where a ray stands.
     pub(crate) fn stencil(&self, place: &RayPlace, stencil: &mut RowStencil) {
-        stencil.terms.clear();
-        self.add_angles(place, stencil);
-        if !self.are_of_flat_drops() {
-            return;
-        }
-        let above = node_above(&self.flattening, place.flattening, &mut 0);
-        let (lower, fraction) = linear_place(&self.flattening, above, place.flattening);
-        let (n_angles, n_terms) = (self.theta_rad.len(), stencil.terms.len());
-        for index in 0..n_terms {
-            let RowTerm {
-                node: angle,
-                weight,
-                bend_weight,
-            } = stencil.terms[index];
-            let of_flattening = |index: usize, share: f32| RowTerm {
-                node: index * n_angles + angle,
-                weight: weight * share,
-                bend_weight: bend_weight * share,
-            };
-            stencil.terms[index] = of_flattening(lower, 1.0 - fraction);
-            stencil.terms.push(of_flattening(lower + 1, fraction));
-        }
-    }
-
-    /// The mean of the linear interpolant over the angles of a pixel, which end where the rows end;
-    /// its value where they are too few for a mean.
-    fn add_angles(&self, place: &RayPlace, stencil: &mut RowStencil) {
-        let nodes = &self.theta_rad;
-        let low = (place.theta_rad - 0.5 * place.width_rad).max(nodes[0]);
-        let high = (place.theta_rad + 0.5 * place.width_rad).min(nodes[nodes.len() - 1]);
-        let node = |node: usize, weight: f32| RowTerm {
-            node,
-            weight,
-            bend_weight: 0.0,
-        };
-        if nodes.len() == 1 {
-            stencil.terms.push(node(0, 1.0));
-            return;
-        }
-        // Too narrow for a mean in f64.
-        if high - low <= 1e-12 {
-            let above = node_above(nodes, place.theta_rad, &mut stencil.near);
-            let (lower, fraction) = linear_place(nodes, above, place.theta_rad);
-            let bend_weight = 0.5 * fraction * (1.0 - fraction);
-            stencil.terms.push(RowTerm {
-                bend_weight,
-                ..node(lower, 1.0 - fraction)
-            });
-            stencil.terms.push(node(lower + 1, fraction));
-            return;
-        }
-        let first = node_above(nodes, low, &mut stencil.near).saturating_sub(1);
-        let inside = nodes[first..].iter().take_while(|node| **node < high);
-        let end = (first + inside.count() + 1).min(nodes.len());
-        stencil
-            .terms
-            .extend((first..end).map(|index| node(index, 0.0)));
-        for lower in first..end - 1 {
-            let step = nodes[lower + 1] - nodes[lower];
-            let from = ((low - nodes[lower]) / step).clamp(0.0, 1.0);
-            let to = ((high - nodes[lower]) / step).clamp(0.0, 1.0);
-            let share = step / (high - low);
-            // Integrals of the two hat functions of a step over its covered part, and of x (1 - x)/2.
-            let upper_part = 0.5 * (to * to - from * from) * share;
-            let lower_part = (to - from) * share - upper_part;
-            let bend_part = 0.5 * upper_part - (to.powi(3) - from.powi(3)) * share / 6.0;
-            stencil.terms[lower - first].weight += lower_part as f32;
-            stencil.terms[lower - first].bend_weight = bend_part as f32;
-            stencil.terms[lower - first + 1].weight += upper_part as f32;
-        }
+        let RowStencil { terms, near, .. } = stencil;
+        self.directions.set_terms(place, near, terms);
     }
 
     /// Set `spectrum` [1/sr] to the rows of the light of a ray, by the widest vectors that the processor
@@ -387,28 +295,6 @@ fn unpacked(bits: u64) -> NodeLuminance {
         value: f32::from_bits(bits as u32),
         bend: f32::from_bits((bits >> 32) as u32),
     }
-}
-
-/// The first node above a value, from `near` on: neighboring rays lie between the same nodes.
-fn node_above(nodes: &[f64], value: f64, near: &mut usize) -> usize {
-    // The last ray may have asked other rows.
-    let mut above = (*near).min(nodes.len());
-    while above < nodes.len() && nodes[above] <= value {
-        above += 1;
-    }
-    while above > 0 && nodes[above - 1] > value {
-        above -= 1;
-    }
-    *near = above;
-    above
-}
-
-/// Lower node and fraction above it on an axis of at least two, with the first node above the value;
-/// the ends hold beyond it.
-fn linear_place(nodes: &[f64], above: usize, value: f64) -> (usize, f32) {
-    let lower = above.saturating_sub(1).min(nodes.len() - 2);
-    let fraction = (value - nodes[lower]) / (nodes[lower + 1] - nodes[lower]);
-    (lower, fraction.clamp(0.0, 1.0) as f32)
 }
 
 #[cfg(test)]
@@ -571,22 +457,9 @@ mod tests {
     }
 
     #[test]
-    fn the_node_above_a_value_does_not_depend_on_where_the_search_starts() {
-        let nodes = [1.0, 2.0, 2.5, 4.0];
-        for value in [0.0, 1.0, 1.5, 2.0, 2.4, 2.5, 3.0, 4.0, 5.0] {
-            let expected = nodes.partition_point(|node| *node <= value);
-            for start in 0..10 {
-                let mut near = start;
-                assert_eq!(node_above(&nodes, value, &mut near), expected);
-                assert_eq!(near, expected);
-            }
-        }
-    }
-
-    #[test]
     fn a_table_of_spheres_does_not_ask_for_flattening() {
         let rows = rows(&SPHERES);
-        assert!(!rows.are_of_flat_drops());
+        assert!(!rows.directions().are_of_flat_drops());
         let found = shaded(&rows, 2.5, 0.02, f64::NAN);
         assert_eq!(found, shaded(&rows, 2.5, 0.02, 0.7));
     }

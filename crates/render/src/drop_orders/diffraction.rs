@@ -34,12 +34,12 @@ use rayon::prelude::*;
 use super::phase::kept_radii;
 use crate::air_slabs::AirSlabs;
 use crate::deposits::Deposits;
+use crate::direction_axes::RayPlace;
 use crate::frame::Frame;
 use crate::levels::DropExtinctionModel;
 use crate::march::March;
 use crate::march::Walk;
 use crate::piece_rule::PieceRule;
-use crate::scattering_rows::RayPlace;
 use crate::scattering_rows::RowStencil;
 use crate::scattering_rows::ScatteringRows;
 
