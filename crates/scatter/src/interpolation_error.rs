@@ -75,8 +75,9 @@ pub(crate) fn theta_error(request: &TableRequest, theta_rad: &[f64]) -> Result<A
     let with_middles: Vec<f64> = (0..=2 * last)
         .map(|index| 0.5 * (theta_rad[index / 2] + theta_rad[index.div_ceil(2)]))
         .collect();
-    let rows = natural_rows(&ends_of(request), &with_middles)?;
-    let error = |row: &Vec<f64>| {
+    let rows = pilot_rows(&ends_of(request), &with_middles, Radii::Ends)?;
+    let error = |row: &PilotRow| {
+        let row = &row.light;
         let middles = (0..last).map(|i| 2 * i + 1);
         let pairs = middles.map(|i| (0.5 * (row[i - 1] + row[i + 1]), row[i]));
         error(pairs, row)
@@ -103,33 +104,24 @@ pub(crate) fn interval_errors(
     let pilot = axis.with_nodes(&ends_of(request), with_middles);
     let n_variances = pilot.effective_variance.len();
     let n_flattenings = pilot.flattening.len();
-    let rows = natural_rows(&pilot, theta_rad)?;
-    let n_inner = match axis {
-        SizeAxis::Radius => n_variances * n_flattenings,
-        SizeAxis::Variance => n_flattenings,
-        SizeAxis::Flattening => 1,
+    let (n_inner, radii) = match axis {
+        SizeAxis::Radius => (n_variances * n_flattenings, Radii::All),
+        SizeAxis::Variance => (n_flattenings, Radii::Ends),
+        SizeAxis::Flattening => (1, Radii::Ends),
     };
-    let is_cell = |row: usize| {
-        let (sizes, exact) = (row / n_flattenings, pilot.theory == Theory::Mie);
-        let (radius, variance) = (sizes / n_variances, sizes % n_variances);
-        exact
-            && is_cell_row(
-                &pilot.effective_radius_um,
-                radius,
-                pilot.effective_variance[variance],
-            )
-    };
+    let rows = pilot_rows(&pilot, theta_rad, radii)?;
     let mut errors = vec![IntervalError::default(); n_intervals];
     let n_group = (2 * n_intervals + 1) * n_inner;
     for first in (0..rows.len()).step_by(n_group) {
         for (interval, worst) in errors.iter_mut().enumerate() {
             for inner in 0..n_inner {
-                let three = [0, 1, 2].map(|node| first + (2 * interval + node) * n_inner + inner);
-                let [left, computed, right] = three.map(|row| &rows[row]);
+                let three =
+                    [0, 1, 2].map(|node| &rows[first + (2 * interval + node) * n_inner + inner]);
+                let [left, computed, right] = three.map(|row| &row.light);
                 let line = left.iter().zip(right).map(|(a, b)| 0.5 * (a + b));
                 let found = error(line.zip(computed.iter().copied()), computed);
                 worst.all = worse(worst.all, found);
-                if !three.into_iter().any(is_cell) {
+                if !three.iter().any(|row| row.is_of_cell) {
                     worst.improvable = worse(worst.improvable, found);
                 }
             }
@@ -138,39 +130,70 @@ pub(crate) fn interval_errors(
     Ok(errors)
 }
 
-/// The request at the ends of its axes and the shortest wavelength.
+/// Which radii of a pilot count.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Radii {
+    All,
+    /// The first and the last, of the request of [`ends_of`].
+    Ends,
+}
+
+/// A row that is compared with others.
+struct PilotRow {
+    /// Natural light by angle.
+    light: Vec<f64>,
+    /// Whether it is the mean over the cell of a radius.
+    is_of_cell: bool,
+}
+
+/// The request at the ends of its axes and the shortest wavelength. The exact solution has the neighbors
+/// of the outer radii too: how wide cells are depends on them.
 fn ends_of<'a>(request: &TableRequest<'a>) -> TableRequest<'a> {
     let first_nm = request.wavelengths.first_nm();
     let one = WavelengthGrid::new(first_nm, request.wavelengths.step_nm(), 1);
+    let n_radii = if request.theory == Theory::Mie { 2 } else { 1 };
     TableRequest {
         wavelengths: one.unwrap_or(request.wavelengths),
-        effective_radius_um: first_and_last(&request.effective_radius_um),
-        effective_variance: first_and_last(&request.effective_variance),
-        flattening: first_and_last(&request.flattening),
+        effective_radius_um: outermost(&request.effective_radius_um, n_radii),
+        effective_variance: outermost(&request.effective_variance, 1),
+        flattening: outermost(&request.flattening, 1),
         ..request.clone()
     }
 }
 
-fn first_and_last(values: &[f64]) -> Vec<f64> {
-    let mut ends = vec![values[0], values[values.len() - 1]];
-    ends.dedup();
-    ends
+/// As many values from both ends, ascending.
+fn outermost(values: &[f64], n: usize) -> Vec<f64> {
+    let is_outer = |index: usize| index < n || index + n >= values.len();
+    let indices = (0..values.len()).filter(|index| is_outer(*index));
+    indices.map(|index| values[index]).collect()
 }
 
-/// Natural light of every row at the angles.
-fn natural_rows(request: &TableRequest, theta_rad: &[f64]) -> Result<Vec<Vec<f64>>, Error> {
+/// Natural light of the rows of some radii at the angles.
+fn pilot_rows(
+    request: &TableRequest,
+    theta_rad: &[f64],
+    radii: Radii,
+) -> Result<Vec<PilotRow>, Error> {
     let values = values_at(request, theta_rad, &|_| {})?;
     let (_, n_radii, n_variances, n_flattenings, _, n_angles) = values.dim();
+    let counts = |radius: &usize| radii == Radii::All || [0, n_radii - 1].contains(radius);
     let mut rows = Vec::new();
-    for index in 0..n_radii * n_variances * n_flattenings {
-        let (sizes, flattening) = (index / n_flattenings, index % n_flattenings);
-        let (radius, variance) = (sizes / n_variances, sizes % n_variances);
-        let at = |j, angle| f64::from(values[[j, radius, variance, flattening, 0, angle]]);
-        rows.push(
-            (0..n_angles)
-                .map(|angle| 0.5 * (at(0, angle) + at(1, angle)))
-                .collect(),
-        );
+    for radius in (0..n_radii).filter(counts) {
+        for (variance, flattening) in
+            (0..n_variances).flat_map(|variance| (0..n_flattenings).map(move |m| (variance, m)))
+        {
+            let at = |j, angle| f64::from(values[[j, radius, variance, flattening, 0, angle]]);
+            let light = (0..n_angles).map(|angle| 0.5 * (at(0, angle) + at(1, angle)));
+            let (radii_um, variance) = (
+                &request.effective_radius_um,
+                request.effective_variance[variance],
+            );
+            rows.push(PilotRow {
+                light: light.collect(),
+                is_of_cell: request.theory == Theory::Mie
+                    && is_cell_row(radii_um, radius, variance),
+            });
+        }
     }
     Ok(rows)
 }

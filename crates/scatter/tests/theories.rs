@@ -12,6 +12,7 @@ use niji_airy::AiryBow;
 use niji_airy::AiryTable;
 use niji_airy::BowDirection;
 use niji_airy::UniformBow;
+use niji_exchange::InterpolationError;
 use niji_exchange::ScatteringTable;
 use niji_radiometry::Micrometers;
 use niji_radiometry::Nanometers;
@@ -283,4 +284,31 @@ fn axes_too_coarse_are_halved_until_the_tolerance_holds() {
         .map(|((a, b), c)| (0.5 * (a + b) - c).powi(2));
     let rms = (off.sum::<f64>() / computed.len() as f64).sqrt() / peak;
     assert!(rms < 5e-3, "{rms}");
+}
+
+#[test]
+fn what_a_range_of_radii_errs_by_is_that_of_its_ends() {
+    let errors_of = |radii: Vec<f64>| {
+        let mut request = request(Theory::Mie, 20.0, 0.1);
+        request.effective_radius_um = radii;
+        request.effective_variance = vec![0.1, 0.2];
+        request.tolerance = 5e-2;
+        let table = adaptive_table(&request, &|_| {}).unwrap();
+        assert_eq!(table.effective_variance, request.effective_variance);
+        table.interpolation_error.unwrap()
+    };
+    // Laws as broad as these are no cells, however far apart the outer radii are.
+    let range = errors_of(radius_axis((20.0, 60.0), 0.1, 5e-2).unwrap());
+    let ends = [20.0, 60.0].map(|radius_um| errors_of(vec![radius_um]));
+    let worst = |of: fn(&InterpolationError) -> f64| of(&ends[0]).max(of(&ends[1]));
+    // One grid of sizes and of angles for all radii: found 0.02 and 0.05.
+    let agree = |found: f64, expected: f64| (found / expected - 1.0).abs() < 0.1;
+    assert!(
+        agree(range.variance.rms, worst(|error| error.variance.rms)),
+        "{range:?} {ends:?}"
+    );
+    assert!(
+        agree(range.theta.rms, worst(|error| error.theta.rms)),
+        "{range:?} {ends:?}"
+    );
 }
