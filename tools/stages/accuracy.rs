@@ -51,7 +51,8 @@ const REMEDIES: [(&str, &str); 7] = [
     ),
     (
         "angles",
-        "the table's angles: make it with more, by a smaller accuracy.table_relative_error",
+        "the table's angles and flattenings: make it with more, by a smaller \
+         accuracy.table_relative_error",
     ),
     (
         "sizes",

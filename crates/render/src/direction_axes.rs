@@ -2,7 +2,7 @@
 //!
 //! A table is interpolated linearly on both:
 //! t(m, theta) = sum_n w_n t_n,  with weights w_n >= 0 that sum to 1,
-//! or has the mean of that over the angles of a pixel. Between two angles h apart it errs by
+//! or has the mean of that over the angles of a pixel. Between two nodes of an axis h apart it errs by
 //! x (1 - x)/2 h² t'' at the fraction x of the way, and by the mean of this.
 
 /// Where a ray stands on the table's axes of directions.
@@ -30,6 +30,8 @@ pub(crate) struct RowTerm {
     pub(crate) weight: f32,
     /// Part of the bend by which the rows between the node and the next angle lie off the straight line.
     pub(crate) bend_weight: f32,
+    /// The same of the node and the next flattening.
+    pub(crate) flattening_bend_weight: f32,
 }
 
 impl DirectionAxes {
@@ -67,13 +69,18 @@ impl DirectionAxes {
                 node: angle,
                 weight,
                 bend_weight,
+                ..
             } = terms[index];
             let of_flattening = |index: usize, share: f32| RowTerm {
                 node: index * n_angles + angle,
                 weight: weight * share,
                 bend_weight: bend_weight * share,
+                flattening_bend_weight: 0.0,
             };
-            terms[index] = of_flattening(lower, 1.0 - fraction);
+            terms[index] = RowTerm {
+                flattening_bend_weight: weight * bend_weight_at(fraction),
+                ..of_flattening(lower, 1.0 - fraction)
+            };
             terms.push(of_flattening(lower + 1, fraction));
         }
     }
@@ -88,6 +95,7 @@ impl DirectionAxes {
             node,
             weight,
             bend_weight: 0.0,
+            flattening_bend_weight: 0.0,
         };
         if nodes.len() == 1 {
             terms.push(node(0, 1.0));
@@ -97,9 +105,8 @@ impl DirectionAxes {
         if high - low <= 1e-12 {
             let above = node_above(nodes, place.theta_rad, near);
             let (lower, fraction) = linear_place(nodes, above, place.theta_rad);
-            let bend_weight = 0.5 * fraction * (1.0 - fraction);
             terms.push(RowTerm {
-                bend_weight,
+                bend_weight: bend_weight_at(fraction),
                 ..node(lower, 1.0 - fraction)
             });
             terms.push(node(lower + 1, fraction));
@@ -123,6 +130,11 @@ impl DirectionAxes {
             terms[lower - first + 1].weight += upper_part as f32;
         }
     }
+}
+
+/// x (1 - x)/2.
+fn bend_weight_at(fraction: f32) -> f32 {
+    0.5 * fraction * (1.0 - fraction)
 }
 
 /// The first node above a value, from `near` on: neighboring rays lie between the same nodes.

@@ -12,9 +12,9 @@ use ndarray::Array2;
 pub struct ErrorParts {
     /// The quadrature along the ray.
     pub quadrature: Array2<f32>,
-    /// Linear interpolation between the angles of the scattering table.
+    /// Linear interpolation between the angles of the scattering table, and between its flattenings.
     pub angles: Array2<f32>,
-    /// Linear interpolation between the sizes of the scattering table.
+    /// Linear interpolation between the radii of the scattering table.
     pub sizes: Array2<f32>,
     /// The optical depth of the drops towards the sun.
     pub shadow: Array2<f32>,

@@ -361,7 +361,7 @@ impl Frame<'_> {
     }
 }
 
-/// Rows bend unevenly between two angles.
+/// Rows bend unevenly between two nodes of an axis.
 const ANGLES_SAFETY: f64 = 1.5;
 
 /// Sums over the slabs of a ray.

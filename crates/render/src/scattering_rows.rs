@@ -9,6 +9,7 @@
 use std::borrow::Cow;
 use std::sync::OnceLock;
 use std::sync::atomic::AtomicBool;
+use std::sync::atomic::AtomicU32;
 use std::sync::atomic::AtomicU64;
 use std::sync::atomic::Ordering;
 
@@ -23,7 +24,6 @@ use crate::direction_axes::RowTerm;
 use crate::error::Error;
 use crate::size_axes::SizeAxes;
 use crate::size_axes::SizeBins;
-use crate::size_rows::NodeLuminance;
 use crate::size_rows::RowSource;
 
 /// Rows by size, flattening and angle.
@@ -39,6 +39,8 @@ pub(crate) struct ScatteringRows<'a> {
     /// many sizes at few angles. Bits of the value below those of its bend; 0 stands for sizes that no ray
     /// has met, too.
     luminance: Vec<AtomicU64>,
+    /// Bits of their bend towards the next flattening, stored before the others; empty for spheres.
+    flattening_bends: Vec<AtomicU32>,
     /// Whether all that rays have met is 0 or more, and finite.
     are_sound: AtomicBool,
 }
@@ -64,8 +66,8 @@ pub(crate) struct SunlitLuminance {
     pub(crate) bend: f64,
     /// The same of the light at each node by itself, signs left out.
     pub(crate) kinks: f64,
-    /// What the rows of all light lie off their straight lines between angles, signs left out; twice that
-    /// where they bend evenly [cd/m²].
+    /// What the rows of all light lie off their straight lines between angles and flattenings, signs left
+    /// out; twice that where they bend evenly [cd/m²].
     pub(crate) off_lines: f64,
 }
 
@@ -93,11 +95,19 @@ impl<'a> ScatteringRows<'a> {
             (angles.partition_point(|theta| *theta < theta_range_rad.1) + 2).min(angles.len());
         let axes = SizeAxes::new(&table.effective_radius_um, &table.effective_variance);
         let n_values = table.flattening.len() * (end - first) * axes.n_bins();
+        let n_flat_values = if table.flattening.len() > 1 {
+            n_values
+        } else {
+            0
+        };
         Self {
             n_wavelengths: table.wavelengths.len(),
             sizes: vec![OnceLock::new(); axes.n_bins()],
             luminance: std::iter::repeat_with(AtomicU64::default)
                 .take(n_values)
+                .collect(),
+            flattening_bends: std::iter::repeat_with(AtomicU32::default)
+                .take(n_flat_values)
                 .collect(),
             axes,
             directions: DirectionAxes::new(&angles[first..end], &table.flattening),
@@ -126,9 +136,13 @@ impl<'a> ScatteringRows<'a> {
         self.sizes[bin].get_or_init(|| {
             let rows = self.source.rows(bin);
             self.are_sound.fetch_and(rows.is_sound, Ordering::Relaxed);
-            let of_size = self.luminance.iter().skip(bin).step_by(self.axes.n_bins());
-            for (place, value) in of_size.zip(rows.luminance) {
-                place.store(packed(value), Ordering::Relaxed);
+            let places = (bin..).step_by(self.axes.n_bins());
+            for (place, node) in places.zip(rows.luminance) {
+                if let Some(bend) = self.flattening_bends.get(place) {
+                    bend.store(node.flattening_bend.to_bits(), Ordering::Relaxed);
+                }
+                // Who sees this sees what was stored before.
+                self.luminance[place].store(packed(node.value, node.bend), Ordering::Release);
             }
             rows.values_sr1
         })
@@ -139,17 +153,20 @@ impl<'a> ScatteringRows<'a> {
     #[inline]
     fn luminance_of(&self, bin: usize, terms: &[RowTerm]) -> (f64, f64) {
         terms.iter().fold((0.0, 0.0), |(sum, off), term| {
-            let place = &self.luminance[term.node * self.axes.n_bins() + bin];
-            let mut bits = place.load(Ordering::Relaxed);
+            let place = term.node * self.axes.n_bins() + bin;
+            let mut bits = self.luminance[place].load(Ordering::Acquire);
             if bits == 0 {
                 self.size(bin);
-                bits = place.load(Ordering::Relaxed);
+                bits = self.luminance[place].load(Ordering::Acquire);
             }
-            let NodeLuminance { value, bend } = unpacked(bits);
-            (
-                sum + f64::from(term.weight) * f64::from(value),
-                off + f64::from(term.bend_weight) * f64::from(bend),
-            )
+            let (value, bend) = unpacked(bits);
+            let mut off = off + f64::from(term.bend_weight) * f64::from(bend);
+            // Never of spheres.
+            if term.flattening_bend_weight > 0.0 {
+                let bend = f32::from_bits(self.flattening_bends[place].load(Ordering::Relaxed));
+                off += f64::from(term.flattening_bend_weight) * f64::from(bend);
+            }
+            (sum + f64::from(term.weight) * f64::from(value), off)
         })
     }
 
@@ -284,17 +301,17 @@ impl Shading<'_> {
     }
 }
 
-/// Both numbers in one, to be read and written at once.
-fn packed(luminance: NodeLuminance) -> u64 {
-    u64::from(luminance.bend.to_bits()) << 32 | u64::from(luminance.value.to_bits())
+/// A value and its bend in one, to be read and written at once.
+fn packed(value: f32, bend: f32) -> u64 {
+    u64::from(bend.to_bits()) << 32 | u64::from(value.to_bits())
 }
 
 #[inline]
-fn unpacked(bits: u64) -> NodeLuminance {
-    NodeLuminance {
-        value: f32::from_bits(bits as u32),
-        bend: f32::from_bits((bits >> 32) as u32),
-    }
+fn unpacked(bits: u64) -> (f32, f32) {
+    (
+        f32::from_bits(bits as u32),
+        f32::from_bits((bits >> 32) as u32),
+    )
 }
 
 #[cfg(test)]
@@ -388,23 +405,29 @@ mod tests {
         }
     }
 
-    /// A table of a function of the angle over uneven steps.
-    fn curved(value: impl Fn(f64) -> f64) -> ScatteringTable {
+    /// A table of a function of angle and flattening over uneven steps.
+    fn curved(value: impl Fn(f64, f64) -> f64) -> ScatteringTable {
         let mut table = table(&FLAT);
         table.theta_rad = (0..=20)
             .map(|step| 2.0 + 0.05 * f64::from(step) + 0.01 * f64::from(step % 3))
             .collect();
         let theta = table.theta_rad.clone();
-        table.values = Array6::from_shape_fn(table.values.dim(), |(.., a)| value(theta[a]) as f32);
+        table.values = Array6::from_shape_fn(table.values.dim(), |(_, _, _, m, _, a)| {
+            value(theta[a], FLAT[m]) as f32
+        });
         table
     }
 
     /// Luminance of twice a unit of light between two sizes.
-    fn seen(rows: &ScatteringRows, theta_rad: f64, width_rad: f64) -> SunlitLuminance {
+    fn seen(
+        rows: &ScatteringRows,
+        (theta_rad, width_rad): (f64, f64),
+        flattening: f64,
+    ) -> SunlitLuminance {
         let place = RayPlace {
             theta_rad,
             width_rad,
-            flattening: 0.1,
+            flattening,
         };
         let mut bins = SizeBins::new(rows.axes());
         bins.add(rows.axes().place(1.0, 29.0, 29.0 * 29.0), 2.0);
@@ -416,28 +439,31 @@ mod tests {
 
     #[test]
     fn twice_what_a_parabola_is_off_its_chords_is_told() {
-        let table = Cow::Owned(curved(|theta| theta * theta));
-        let rows = ScatteringRows::new(table, (2.2, 2.7), &[0.0, 1.0, 0.0]);
-        for theta_rad in [2.3, 2.4, 2.43, 2.6_f64] {
-            for width_rad in [0.0, 1e-3, 0.02, 0.15_f64] {
-                let found = seen(&rows, theta_rad, width_rad);
-                let mean = 2.0 * (theta_rad.powi(2) + width_rad.powi(2) / 12.0);
-                let off = found.value - mean;
-                // Of values in f32 are second differences and means.
-                assert!(off > -2e-6, "{off}");
-                let told = found.off_lines;
-                assert!((told - 2.0 * off).abs() < 8e-6, "{off} {told}");
+        for of_flattening in [0.0, 1.0] {
+            let table = curved(|theta, m| theta * theta + of_flattening * m * m);
+            let rows = ScatteringRows::new(Cow::Owned(table), (2.2, 2.7), &[0.0, 1.0, 0.0]);
+            for (theta_rad, m) in [(2.3, 0.1), (2.4, -0.6), (2.43, 1.0), (2.6_f64, 0.9_f64)] {
+                for width_rad in [0.0, 1e-3, 0.02, 0.15_f64] {
+                    let found = seen(&rows, (theta_rad, width_rad), m);
+                    let of_angles = theta_rad.powi(2) + width_rad.powi(2) / 12.0;
+                    let off = found.value - 2.0 * (of_angles + of_flattening * m * m);
+                    // Of values in f32 are second differences and means.
+                    assert!(off > -2e-6, "{off}");
+                    let told = found.off_lines;
+                    assert!((told - 2.0 * off).abs() < 8e-6, "{off} {told}");
+                }
             }
         }
     }
 
     #[test]
     fn what_is_told_does_not_depend_on_the_range_of_angles() {
-        let table = curved(|theta| 1.0 + (5.0 * theta).sin());
+        let table = curved(|theta, _| 1.0 + (5.0 * theta).sin());
         let [narrow, wide] = [(2.31, 2.46), (2.0, 3.0)]
             .map(|range| ScatteringRows::new(Cow::Borrowed(&table), range, &[0.0, 1.0, 0.0]));
         for (theta_rad, width_rad) in [(2.31, 0.0), (2.46, 0.0), (2.385, 0.15)] {
-            let [narrow, wide] = [&narrow, &wide].map(|rows| seen(rows, theta_rad, width_rad));
+            let [narrow, wide] =
+                [&narrow, &wide].map(|rows| seen(rows, (theta_rad, width_rad), 0.1));
             assert!(wide.off_lines > 0.0);
             assert_eq!(narrow.off_lines, wide.off_lines, "{theta_rad}");
         }

@@ -29,12 +29,14 @@ pub(crate) struct SizeRows {
     pub(crate) is_sound: bool,
 }
 
-/// Luminance at an angle and behind it.
+/// Luminance at an angle and flattening, and behind it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct NodeLuminance {
     pub(crate) value: f32,
     /// Second derivatives here and at the next angle, signs left out, times the square of that step.
     pub(crate) bend: f32,
+    /// The same of the next flattening.
+    pub(crate) flattening_bend: f32,
 }
 
 /// What sizes are made from.
@@ -76,9 +78,10 @@ impl<'a> RowSource<'a> {
         let n_nodes = n_flattenings * n_angles;
         let mut rows = SizeRows {
             values_sr1: vec![0.0; n_nodes * n_wavelengths + BEHIND],
-            luminance: Vec::with_capacity(n_nodes),
+            luminance: Vec::new(),
             is_sound: true,
         };
+        let mut luminance = Vec::with_capacity(n_nodes);
         let mut panel = Panel {
             values_sr1: vec![0.0; n_wavelengths * n_angles],
             luminance: vec![0.0; n_angles],
@@ -88,15 +91,36 @@ impl<'a> RowSource<'a> {
             rows.is_sound &= panel.read(self, (size, flattening));
             let spectra = spectra.chunks_exact_mut(n_wavelengths);
             turn(&panel.values_sr1, n_angles, spectra);
-            let bends = bends(&self.table.theta_rad[self.angles.clone()], &panel.luminance);
-            let nodes = panel.luminance.iter().zip(bends);
-            rows.luminance
-                .extend(nodes.map(|(sum, bend)| NodeLuminance {
-                    value: *sum as f32,
-                    bend: bend as f32,
-                }));
+            luminance.extend_from_slice(&panel.luminance);
         }
+        rows.luminance = self.nodes(&luminance);
         rows
+    }
+
+    /// How luminance bends at the nodes of flattening and angle.
+    fn nodes(&self, luminance: &[f64]) -> Vec<NodeLuminance> {
+        let (angles, n_angles) = (
+            &self.table.theta_rad[self.angles.clone()],
+            self.angles.len(),
+        );
+        let mut nodes: Vec<_> = luminance
+            .chunks(n_angles)
+            .flat_map(|of_angles| of_angles.iter().zip(bends(angles, of_angles)))
+            .map(|(value, bend)| NodeLuminance {
+                value: *value as f32,
+                bend: bend as f32,
+                flattening_bend: 0.0,
+            })
+            .collect();
+        for angle in 0..n_angles {
+            let of_flattenings: Vec<f64> =
+                (luminance.iter().skip(angle).step_by(n_angles).copied()).collect();
+            let nodes = nodes.iter_mut().skip(angle).step_by(n_angles);
+            for (node, bend) in nodes.zip(bends(&self.table.flattening, &of_flattenings)) {
+                node.flattening_bend = bend as f32;
+            }
+        }
+        nodes
     }
 
     /// Values of both polarizations at the wanted angles, wavelength by wavelength.
