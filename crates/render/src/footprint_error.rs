@@ -4,11 +4,12 @@
 //! pixel of side 1 exceeds the value in its middle by d2/24 where luminance is smooth, by up to d4/6
 //! next to a step or on a line thinner than a pixel, by d4/16 at a kink. The estimate is the sum over
 //! both directions of
-//! |d2| / (24 n²) + (2/9) d4² / (|d2| + |d4|) / n^1.5
+//! 1.5 |d2| / (24 n²) + (2/9) d4² / (|d2| + |d4|) / n^1.5
 //! `n` rays along a side: the midpoint rule errs with 1/n², at a step askew to the pixels
 //! with 1/n^1.5. The second term is
 //! half of a step, d4 = 3 d2, and of higher order than the first where luminance is smooth. The
-//! largest of three neighboring d2 stands for the one in the middle, whose sign may just change.
+//! largest of three neighboring d2 stands for the one in the middle, whose sign may just change; a half
+//! is added for what d2 leaves out where luminance bends unevenly.
 //!
 //! A prefiltered pixel has the mean of the table's row, so that its light L = W t errs only by what
 //! the row knows nothing of: the light W that reaches drops, t d2(W)/24 and so on, the product of
@@ -24,6 +25,10 @@ use crate::levels::PixelFootprint;
 
 /// Pixels on every side that an estimate looks at.
 pub(crate) const REACH_PX: u32 = 2;
+
+/// Over what even bends miss. Without it 97 to 99.7 % of the pixels of smooth pictures were covered, with ratios
+/// from 0.8 on.
+const SAFETY: f64 = 1.5;
 
 /// Makes half of a step out of d4² / (d2 + d4) = 9/4 of it.
 const STEP: f64 = 2.0 / 9.0;
@@ -68,7 +73,7 @@ impl Bend {
     /// What n rays along a side miss.
     fn missed_by(self, n: u32) -> f64 {
         let n = f64::from(n);
-        let smooth = self.second / (24.0 * n * n);
+        let smooth = SAFETY * self.second / (24.0 * n * n);
         let both = self.second + self.fourth;
         if both <= 0.0 {
             return 0.0;
