@@ -2,7 +2,8 @@
 //!
 //! The laws of [`crate::radius_axis`] and [`crate::variance_axis`] are where the search begins. What
 //! linear interpolation costs is then measured at every interval, those that miss the tolerance (rms
-//! over the angles, in parts of the row's peak) are halved, and what is left is stated in the table.
+//! over the angles on a side of 90 degrees, in parts of the row's peak there) are halved, and what is left
+//! is stated in the table.
 
 use niji_exchange::AxisError;
 use niji_exchange::InterpolationError;

@@ -7,6 +7,9 @@
 //! of the ripple differs from node to node by 0.025 rms of the peak at 20 µm, 0.005 at 0.1 mm and 0.001
 //! at 0.4 mm radius.
 
+use std::f64::consts::FRAC_PI_2;
+use std::ops::Range;
+
 use crate::error::Error;
 
 /// Steps of the effective radius for each factor e at which a single size is interpolated half way
@@ -107,9 +110,34 @@ pub fn variance_axis((min, max): (f64, f64)) -> Result<Vec<f64>, Error> {
     Ok(axis)
 }
 
+/// The angles on either side of 90 degrees. Each is judged by its own peak: forwards drops send up to a
+/// hundred times the light of a bow.
+pub(crate) fn sides(theta_rad: &[f64]) -> [Range<usize>; 2] {
+    let behind = theta_rad.partition_point(|theta| *theta < FRAC_PI_2);
+    [0..behind, behind..theta_rad.len()]
+}
+
+/// Indices of the angles that linear interpolation of every curve needs to stay within `tolerance`
+/// times that curve's maximum on the same side.
+pub(crate) fn needed_angles(theta_rad: &[f64], curves: &[Vec<f64>], tolerance: f64) -> Vec<usize> {
+    let mut nodes = Vec::new();
+    for side in sides(theta_rad) {
+        if side.is_empty() {
+            continue;
+        }
+        // The step across 90 degrees belongs to the side in front.
+        let reach = side.start..(side.end + 1).min(theta_rad.len());
+        let of_side: Vec<&[f64]> = curves.iter().map(|curve| &curve[reach.clone()]).collect();
+        let needed = needed_nodes(&theta_rad[reach.clone()], &of_side, tolerance);
+        nodes.extend(needed.into_iter().map(|index| reach.start + index));
+    }
+    nodes.dedup();
+    nodes
+}
+
 /// Indices of the nodes that linear interpolation of every curve needs to stay within `tolerance`
 /// times that curve's maximum: intervals are halved until every candidate between their ends fits.
-pub(crate) fn needed_nodes(positions: &[f64], curves: &[Vec<f64>], tolerance: f64) -> Vec<usize> {
+fn needed_nodes(positions: &[f64], curves: &[&[f64]], tolerance: f64) -> Vec<usize> {
     let limits: Vec<f64> = curves
         .iter()
         .map(|curve| tolerance * curve.iter().fold(0.0_f64, |peak, &value| peak.max(value)))
@@ -142,6 +170,34 @@ pub(crate) fn needed_nodes(positions: &[f64], curves: &[Vec<f64>], tolerance: f6
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn light_forwards_does_not_take_angles_from_a_bow() {
+        let theta_rad: Vec<f64> = (0..=1000).map(|step| 0.003 * f64::from(step)).collect();
+        let light = |forwards: f64| {
+            let at = |theta: &f64| {
+                forwards * (-theta * theta).exp() + (-(100.0 * (theta - 2.4).powi(2))).exp()
+            };
+            theta_rad.iter().map(at).collect::<Vec<f64>>()
+        };
+        let nodes = |forwards: f64, range: Range<usize>| {
+            let curve = light(forwards)[range.clone()].to_vec();
+            needed_angles(&theta_rad[range], &[curve], 1e-2)
+        };
+        let [behind, all] = [sides(&theta_rad)[1].clone(), 0..theta_rad.len()];
+        let bow = nodes(100.0, behind.clone());
+        let of_all = nodes(100.0, all);
+        let found = of_all.iter().filter(|index| **index >= behind.start);
+        let found: Vec<usize> = found.map(|index| index - behind.start).collect();
+        assert_eq!(found, bow);
+        assert!(bow.len() > 10, "{bow:?}");
+        assert!(of_all.windows(2).all(|pair| pair[0] < pair[1]) && of_all[0] == 0);
+        // A range on one side, and one that ends with the first angle behind.
+        for range in [0..behind.start, 0..behind.start + 1, 700..701] {
+            let nodes = nodes(1.0, range.clone());
+            assert_eq!(nodes.last(), Some(&(range.len() - 1)));
+        }
+    }
 
     #[test]
     fn axes_hold_their_ends_and_ascend() {
@@ -178,7 +234,7 @@ mod tests {
             .iter()
             .map(|x| (-(x - 6.0).powi(2)).exp())
             .collect();
-        let nodes = needed_nodes(&positions, std::slice::from_ref(&curve), 1e-3);
+        let nodes = needed_nodes(&positions, &[&curve], 1e-3);
         assert!(nodes.len() < 150, "{} nodes", nodes.len());
         assert_eq!((nodes[0], nodes[nodes.len() - 1]), (0, 2000));
         for pair in nodes.windows(2) {

@@ -1,14 +1,17 @@
 //! What linear interpolation between the nodes of a table costs, measured.
 //!
-//! error = rms and maximum over the angles of |linear − computed| / peak of the computed row
-//! in natural light, half way between nodes: in θ and in radius (geometric mean), variance and
+//! error = rms and maximum over the angles of |linear − computed| / peak of the computed row,
+//! the larger of those on either side of 90 degrees, in natural light, half way between nodes: in θ and in radius (geometric mean), variance and
 //! flattening at every interval, at the ends of the other axes and the shortest wavelength, whose bow is
 //! the sharpest. The computed light is that of the same theory, so that errors of the theory do not
 //! enter.
 
+use std::ops::Range;
+
 use niji_exchange::AxisError;
 use niji_radiometry::WavelengthGrid;
 
+use crate::axes::sides;
 use crate::builder::values_at;
 use crate::error::Error;
 use crate::request::TableRequest;
@@ -76,11 +79,11 @@ pub(crate) fn theta_error(request: &TableRequest, theta_rad: &[f64]) -> Result<A
         .map(|index| 0.5 * (theta_rad[index / 2] + theta_rad[index.div_ceil(2)]))
         .collect();
     let rows = pilot_rows(&ends_of(request), &with_middles, Radii::Ends)?;
+    let middles = |range: Range<usize>| range.filter(|index| index % 2 == 1);
     let error = |row: &PilotRow| {
         let row = &row.light;
-        let middles = (0..last).map(|i| 2 * i + 1);
-        let pairs = middles.map(|i| (0.5 * (row[i - 1] + row[i + 1]), row[i]));
-        error(pairs, row)
+        let off = |index: usize| 0.5 * (row[index - 1] + row[index + 1]) - row[index];
+        worse_side(&with_middles, row, |side| middles(side).map(off).collect())
     };
     Ok(rows.iter().map(error).fold(AxisError::default(), worse))
 }
@@ -118,8 +121,8 @@ pub(crate) fn interval_errors(
                 let three =
                     [0, 1, 2].map(|node| &rows[first + (2 * interval + node) * n_inner + inner]);
                 let [left, computed, right] = three.map(|row| &row.light);
-                let line = left.iter().zip(right).map(|(a, b)| 0.5 * (a + b));
-                let found = error(line.zip(computed.iter().copied()), computed);
+                let off = |angle: usize| 0.5 * (left[angle] + right[angle]) - computed[angle];
+                let found = worse_side(theta_rad, computed, |side| side.map(off).collect());
                 worst.all = worse(worst.all, found);
                 if !three.iter().any(|row| row.is_of_cell) {
                     worst.improvable = worse(worst.improvable, found);
@@ -198,19 +201,25 @@ fn pilot_rows(
     Ok(rows)
 }
 
-/// Error of pairs of (linear, computed) over the peak of a row.
-fn error(pairs: impl Iterator<Item = (f64, f64)>, row: &[f64]) -> AxisError {
+/// The larger of the errors on either side, from the differences that `off` makes at some angles of it.
+fn worse_side(theta_rad: &[f64], row: &[f64], off: impl Fn(Range<usize>) -> Vec<f64>) -> AxisError {
+    let of_side = |side: Range<usize>| error(&off(side.clone()), &row[side]);
+    sides(theta_rad)
+        .map(of_side)
+        .into_iter()
+        .fold(AxisError::default(), worse)
+}
+
+/// Error of differences over the peak of a row.
+fn error(off: &[f64], row: &[f64]) -> AxisError {
     let peak = row.iter().fold(0.0_f64, |peak, &value| peak.max(value));
-    if peak <= 0.0 {
+    if peak <= 0.0 || off.is_empty() {
         return AxisError::default();
     }
-    let off = pairs.map(|(line, computed)| (line - computed).abs() / peak);
-    let (n, squares, max) = off.fold((0_usize, 0.0, 0.0_f64), |(n, sum, max), off| {
-        (n + 1, sum + off * off, max.max(off))
-    });
+    let squares: f64 = off.iter().map(|off| (off / peak).powi(2)).sum();
     AxisError {
-        rms: (squares / n.max(1) as f64).sqrt(),
-        max,
+        rms: (squares / off.len() as f64).sqrt(),
+        max: off.iter().fold(0.0, |max, off| max.max((off / peak).abs())),
     }
 }
 

@@ -12,7 +12,7 @@ use std::f64::consts::TAU;
 
 use rayon::prelude::*;
 
-use crate::axes::needed_nodes;
+use crate::axes::needed_angles;
 use crate::bow_light::BowTheory;
 use crate::bow_rows::BowRows;
 use crate::bow_rows::SizeRow;
@@ -51,7 +51,7 @@ pub fn theta_axis(request: &TableRequest) -> Result<Vec<f64>, Error> {
         })
         .collect();
     let curves: Vec<Vec<f64>> = curves.into_iter().flatten().collect();
-    let kept = needed_nodes(&candidates, &curves, request.tolerance);
+    let kept = needed_angles(&candidates, &curves, request.tolerance);
     let angles: Vec<f64> = kept.into_iter().map(|index| candidates[index]).collect();
     if request.is_flattened() {
         let steps = angles.windows(2).map(|pair| pair[1] - pair[0]);

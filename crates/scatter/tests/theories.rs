@@ -312,3 +312,24 @@ fn what_a_range_of_radii_errs_by_is_that_of_its_ends() {
         "{range:?} {ends:?}"
     );
 }
+
+#[test]
+fn the_bow_of_a_table_of_all_angles_keeps_the_tolerance() {
+    let mut bow = request(Theory::Airy, 300.0, 0.1);
+    bow.orders = BAND_ORDERS.to_vec();
+    bow.orders.insert(1, 1);
+    bow.tolerance = 1e-4;
+    let mut all = bow.clone();
+    (all.theta_range_rad, all.tolerance) = ((0.0, PI), 5e-3);
+    let all_angles = adaptive_table(&all, &|_| {}).unwrap();
+    let fine = adaptive_table(&bow, &|_| {}).unwrap();
+    let (forwards, row) = (peak(&row(&all_angles, [0; 3])), row(&fine, [0; 3]));
+    let bow = peak(&row);
+    assert!(forwards > 8.0 * bow, "{forwards} {bow}");
+    for (&theta, light) in fine.theta_rad.iter().zip(&row) {
+        let off = (at(&all_angles, [0; 3], theta) - light).abs() / bow;
+        assert!(off < 6e-3, "{off} at {}", theta.to_degrees());
+    }
+    let told = all_angles.interpolation_error.unwrap().theta.max;
+    assert!((1e-3..6e-3).contains(&told), "{told}");
+}
