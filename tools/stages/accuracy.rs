@@ -80,7 +80,7 @@ impl Reached {
     /// The error in words.
     pub(crate) fn text(&self) -> String {
         format!(
-            "error reached: {:.1e} of {:.1e} allowed ({:.1e} estimated by the renderer, {:.1e} predicted \
+            "error reached: {:.2e} of {:.2e} allowed ({:.1e} estimated by the renderer, {:.1e} predicted \
              of theory, air and sky)",
             self.error, self.allowed, self.estimated, self.predicted
         )
@@ -156,7 +156,7 @@ pub(crate) fn verdict(reached: &Reached) -> Result<(), Failure> {
     }
     let (largest, remedy) = &reached.largest;
     Err(Failure::AccuracyNotReached(format!(
-        "the estimated error of the picture is {error:.1e}, expected at most {allowed:.1e}, half of \
+        "the estimated error of the picture is {error:.2e}, expected at most {allowed:.2e}, half of \
          the tolerance; {largest:.1e} of it comes from {remedy} (the picture was written)"
     )))
 }

@@ -1,10 +1,10 @@
 //! What linear interpolation between the nodes of a table costs, measured.
 //!
-//! error = rms and maximum over the angles of |linear − computed| / peak of the computed row,
-//! the larger of those on either side of 90 degrees, in natural light, half way between nodes: in θ and in radius (geometric mean), variance and
-//! flattening at every interval, at the ends of the other axes and the shortest wavelength, whose bow is
-//! the sharpest. The computed light is that of the same theory, so that errors of the theory do not
-//! enter.
+//! error = rms and maximum over the angles of |linear − computed| / peak of the computed row
+//! in natural light, the larger of those on either side of 90 degrees, half way between nodes: in θ and in
+//! radius (geometric mean), variance and flattening at every interval, at the ends of the other axes and
+//! the shortest wavelength, whose bow is the sharpest. The computed light is that of the same theory, so
+//! that errors of the theory do not enter.
 
 use std::ops::Range;
 
@@ -182,20 +182,18 @@ fn pilot_rows(
     let counts = |radius: &usize| radii == Radii::All || [0, n_radii - 1].contains(radius);
     let mut rows = Vec::new();
     for radius in (0..n_radii).filter(counts) {
-        for (variance, flattening) in
-            (0..n_variances).flat_map(|variance| (0..n_flattenings).map(move |m| (variance, m)))
-        {
-            let at = |j, angle| f64::from(values[[j, radius, variance, flattening, 0, angle]]);
-            let light = (0..n_angles).map(|angle| 0.5 * (at(0, angle) + at(1, angle)));
-            let (radii_um, variance) = (
-                &request.effective_radius_um,
-                request.effective_variance[variance],
-            );
-            rows.push(PilotRow {
-                light: light.collect(),
-                is_of_cell: request.theory == Theory::Mie
-                    && is_cell_row(radii_um, radius, variance),
-            });
+        for variance in 0..n_variances {
+            let law = request.effective_variance[variance];
+            let is_of_cell = request.theory == Theory::Mie
+                && is_cell_row(&request.effective_radius_um, radius, law);
+            for flattening in 0..n_flattenings {
+                let at = |j, angle| f64::from(values[[j, radius, variance, flattening, 0, angle]]);
+                let light = (0..n_angles).map(|angle| 0.5 * (at(0, angle) + at(1, angle)));
+                rows.push(PilotRow {
+                    light: light.collect(),
+                    is_of_cell,
+                });
+            }
         }
     }
     Ok(rows)
