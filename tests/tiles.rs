@@ -265,3 +265,39 @@ fn a_run_that_is_killed_at_any_moment_goes_on_to_the_same_files() {
         .collect();
     assert!(left.is_empty(), "{left:?}");
 }
+
+#[test]
+fn a_run_that_was_killed_between_two_files_writes_them_again() {
+    let world = World::new();
+    let expected = files(&world.run);
+    let run = || niji(&["run", text(&world.scene), "-o", text(&world.run), "-q"]);
+    let remove = |name: &str| fs::remove_file(world.run.join(name)).unwrap();
+    // The image is the last of its three.
+    for missing in [
+        &["image.exr"][..],
+        &["image.exr", "image.rgb.exr"],
+        &["image.png"],
+    ] {
+        for name in missing {
+            remove(name);
+        }
+        assert!(run().status.success(), "without {missing:?}");
+        assert!(files(&world.run) == expected, "without {missing:?}");
+    }
+    // A file that is not its own stays.
+    remove("image.exr");
+    fs::write(world.run.join("image.png"), "a painting").unwrap();
+    assert_eq!(run().status.code(), Some(2));
+    let kept = fs::read(world.run.join("image.png")).unwrap();
+    assert_eq!(kept, b"a painting");
+}
+
+#[test]
+fn an_image_and_its_preview_have_names_of_their_own() {
+    let world = World::new();
+    let found = world.render(&[], "x.png");
+    assert_eq!(found.status.code(), Some(2));
+    let said = String::from_utf8(found.stderr).unwrap();
+    assert!(said.contains("x.png is the name of two outputs"), "{said}");
+    assert!(!world.path("x.png").exists());
+}

@@ -66,6 +66,7 @@ pub(crate) fn execute(command: &MergeCommand, common: &Common) -> Result<(), Fai
     check_complete(&files, first.tile.whole)?;
     let to = &command.output;
     let [plain, preview] = companions(to);
+    output::check_distinct(&[to, &plain, &preview])?;
     for path in [to, &plain, &preview] {
         output::check_free(path, common.manner().existing)?;
     }

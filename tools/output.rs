@@ -63,6 +63,20 @@ pub(crate) fn check_free(path: &Path, existing: Existing) -> Result<(), Failure>
     Ok(())
 }
 
+/// Refuses a name for two outputs.
+///
+/// # Errors
+/// [`Failure::Usage`] for the first that another one has.
+pub(crate) fn check_distinct(paths: &[&Path]) -> Result<(), Failure> {
+    let again = (1..paths.len()).find(|index| paths[..*index].contains(&paths[*index]));
+    again.map_or(Ok(()), |index| {
+        Err(Failure::Usage(format!(
+            "{} is the name of two outputs, expected a name for each: choose another one with -o",
+            paths[index].display()
+        )))
+    })
+}
+
 /// Writes a file as a whole or not at all.
 ///
 /// # Errors

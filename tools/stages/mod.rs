@@ -86,8 +86,13 @@ pub(crate) fn perform(
     let provenance = provenance(request)?;
     let up_to_date = fits(request, &provenance);
     if !up_to_date {
+        output::check_distinct(&request.outputs)?;
         for path in &request.outputs {
-            output::check_free(path, manner.existing)?;
+            // What an interrupted run left is written again.
+            let is_own = stored_provenance(path).as_ref() == Some(&provenance);
+            if !is_own {
+                output::check_free(path, manner.existing)?;
+            }
         }
         make(provenance)?;
     }
