@@ -137,8 +137,8 @@ pub(crate) fn estimated_along_rays(planned: &Planned, picture: &SpectralImage) -
     let error = estimate(picture)?;
     let causes = REMEDIES.iter().map(|(cause, _)| *cause);
     let along = causes.filter(|cause| *cause != FOOTPRINT);
-    let sum: f64 = along.map(|cause| rms(error, cause)).sum();
-    Some(sum / planned.plan.reference_luminance_cd_m2)
+    let squares: f64 = along.map(|cause| rms(error, cause).powi(2)).sum();
+    Some(squares.sqrt() / planned.plan.reference_luminance_cd_m2)
 }
 
 fn estimate(picture: &SpectralImage) -> Option<&Aov> {

@@ -52,6 +52,9 @@ pub(crate) use view_grid::SeenDirections;
 pub(crate) use view_grid::SunAxes;
 use view_grid::ViewGrid;
 
+/// Standard errors that are told. One alone covered 69 to 94 % of the pixels of fog, rain and spray.
+const STANDARD_ERRORS: f64 = 3.0;
+
 /// Light of orders beyond the first, ready for rays.
 pub(crate) struct MultipleLight {
     grid: ViewGrid,
@@ -118,8 +121,8 @@ impl MultipleLight {
         }))
     }
 
-    /// Add to `out` the light of a ray on which the drops let `transmittance` pass; returns its
-    /// standard error in luminance [cd/m²].
+    /// Add to `out` the light of a ray on which the drops let `transmittance` pass; returns what its
+    /// luminance may err by [cd/m²].
     pub(crate) fn add(
         &self,
         direction: DVec3,
@@ -147,6 +150,6 @@ impl MultipleLight {
             // Strata have paths of their own, neighboring directions the same ones.
             error_cd_m2 += variance.sqrt();
         }
-        error_cd_m2
+        STANDARD_ERRORS * error_cd_m2
     }
 }

@@ -1,9 +1,10 @@
 //! The estimated error of a picture by what causes it.
 //!
-//! error = quadrature + angles + sizes + shadow + orders + air + footprint
+//! error² = quadrature² + angles² + sizes² + shadow² + orders² + air² + footprint²
 //!
-//! The sum of absolute estimates, as if all had one sign: the parts know nothing of each other, and
-//! an estimate should rather be too large than too small.
+//! The causes have nothing to do with each other, so that their signs agree as often as not (JCGM 100:2008,
+//! 5.1.2). The plain sum, as if all had one sign, covered hardly more pixels of the shipped scenes and told up
+//! to six tenths more.
 
 use ndarray::Array2;
 
@@ -92,8 +93,14 @@ impl RayErrors {
         ]
     }
 
-    /// Their sum.
-    pub(crate) fn sum(&self) -> f64 {
-        self.parts().iter().sum()
+    /// All of them in one.
+    pub(crate) fn together(&self) -> f64 {
+        together(&self.parts())
     }
+}
+
+/// Root of the sum of the squares of errors whose causes are independent.
+pub(crate) fn together(errors: &[f64]) -> f64 {
+    let squares: f64 = errors.iter().map(|error| error * error).sum();
+    squares.sqrt()
 }

@@ -19,6 +19,7 @@ use ndarray::s;
 use rayon::prelude::*;
 
 use crate::error_parts::ErrorParts;
+use crate::error_parts::together;
 use crate::footprint_error::Glimpse;
 use crate::footprint_error::cross;
 use crate::painter::Painter;
@@ -176,9 +177,9 @@ impl Rendered {
         let pairs = pairs.zip(parts.outer_iter_mut().into_par_iter());
         pairs.zip(rows).for_each(|((errors, parts), y)| {
             for (x, (error, part)) in errors.into_iter().zip(parts).enumerate() {
-                let missed = painter.missed(&cross(glimpses, x, y), painter.footprint) as f32;
-                *part = missed;
-                *error += missed;
+                let missed = painter.missed(&cross(glimpses, x, y), painter.footprint);
+                *part = missed as f32;
+                *error = together(&[f64::from(*error), missed]) as f32;
             }
         });
     }
@@ -199,10 +200,11 @@ impl TileMut<'_> {
     }
 
     /// Add what the footprint misses of a pixel that was just put.
-    pub(crate) fn put_missed(&mut self, (x, y): (usize, usize), missed: f32) {
+    pub(crate) fn put_missed(&mut self, (x, y): (usize, usize), missed: f64) {
         let [.., footprint] = &mut self.error_parts;
-        footprint[[y, x]] = missed;
-        self.error[[y, x]] += missed;
+        footprint[[y, x]] = missed as f32;
+        let error = &mut self.error[[y, x]];
+        *error = together(&[f64::from(*error), missed]) as f32;
     }
 
     /// Everything of a pixel but its spectrum.
@@ -225,7 +227,7 @@ impl TileMut<'_> {
             self.tau_sun[[y, x]] = (pixel.light_tau_sun / pixel.light) as f32;
             self.depth[[y, x]] = (pixel.light_m / pixel.light) as f32;
         }
-        self.error[[y, x]] = pixel.errors.sum() as f32;
+        self.error[[y, x]] = pixel.errors.together() as f32;
         // Zip ends before the footprint's, which rays know nothing of.
         let parts = pixel.errors.parts().map(|part| part as f32);
         for (plane, part) in self.error_parts.iter_mut().zip(parts) {

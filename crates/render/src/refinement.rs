@@ -18,6 +18,7 @@ use std::ops::Range;
 use ndarray::Array2;
 use rayon::prelude::*;
 
+use crate::error_parts::together;
 use crate::footprint::offsets;
 use crate::footprint::turned_offsets;
 use crate::footprint_error::Glimpse;
@@ -90,15 +91,16 @@ impl Painter<'_> {
         brush: &mut Brush,
     ) {
         let parts = tile.error_parts.each_ref();
-        let [quadrature, .., footprint] = parts.map(|part| f64::from(part[[y, x]]));
-        let fixed = f64::from(tile.error[[y, x]]) - quadrature - footprint;
-        if quadrature + footprint <= allowance(finer.tolerance_cd_m2, fixed) {
+        let parts = parts.map(|part| f64::from(part[[y, x]]));
+        let [quadrature, fixed @ .., footprint] = &parts;
+        let of_rays = together(&[*quadrature, *footprint]);
+        if of_rays <= allowance(finer.tolerance_cd_m2, together(fixed)) {
             // What errs here is nothing that rays can better.
             return;
         }
         let mut missed = match self.footprint {
             PixelFootprint::Center | PixelFootprint::Prefiltered => finer.missed_cd_m2,
-            PixelFootprint::Grid { .. } => footprint,
+            PixelFootprint::Grid { .. } => *footprint,
         };
         let mut before = tile.luminance((x, y), &self.xyz_weights);
         let mut is_refined = false;
@@ -111,13 +113,13 @@ impl Painter<'_> {
                 missed = estimate_after(missed, before, luminance, n);
             }
             before = luminance;
-            if missed <= allowance(finer.tolerance_cd_m2, brush.pixel.errors.sum()) {
+            if missed <= allowance(finer.tolerance_cd_m2, brush.pixel.errors.together()) {
                 break;
             }
         }
         if is_refined {
             tile.put((x, y), &brush.pixel);
-            tile.put_missed((x, y), missed as f32);
+            tile.put_missed((x, y), missed);
             for (mut plane, value) in tile.radiance.outer_iter_mut().zip(&brush.pixel.radiance) {
                 plane[[y, x]] = *value;
             }
@@ -201,5 +203,6 @@ fn estimate_after(before: f64, luminance_before: f64, luminance: f64, n: u32) ->
 
 /// What rays may err, where the rest errs by `fixed`.
 fn allowance(tolerance: f64, fixed: f64) -> f64 {
-    (tolerance - fixed).max(LEAST_SHARE * tolerance)
+    let square = tolerance * tolerance - fixed * fixed;
+    square.max(0.0).sqrt().max(LEAST_SHARE * tolerance)
 }
