@@ -174,6 +174,78 @@ fn damaged_files_are_refused_at_every_stage() {
 }
 
 #[test]
+fn what_an_earlier_run_left_damaged_is_neither_kept_nor_called_a_result() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = variant("paper-c-figure-3.toml", folder.path(), &SMALL);
+    let out = folder.path().join("out");
+    let run = ["run", text(&scene), "-o", text(&out), "-q"];
+    niji_ends_with(0, &run);
+    let half = |name: &str| {
+        let bytes = fs::read(out.join(name)).unwrap();
+        bytes[..bytes.len() / 2].to_vec()
+    };
+    for (name, bytes) in [
+        ("scatter.exr", half("scatter.exr")),
+        ("image.exr", half("image.exr")),
+        ("drops.vdb", half("drops.vdb")),
+        ("image.rgb.exr", b"rubbish".to_vec()),
+        ("image.png", b"rubbish".to_vec()),
+    ] {
+        let path = out.join(name);
+        let sound = fs::read(&path).unwrap();
+        fs::write(&path, bytes).unwrap();
+        let found = message(2, &run);
+        for words in [name, "cannot be read", "--force"] {
+            assert!(found.contains(words), "{words} of {name} in {found}");
+        }
+        fs::write(&path, sound).unwrap();
+    }
+    niji_ends_with(0, &run);
+}
+
+#[test]
+fn tables_of_another_scene_are_taken_but_not_in_silence() {
+    let folder = tempfile::tempdir().unwrap();
+    let base = "paper-b-sun-20-inscatter.toml";
+    let out = folder.path().join("out");
+    let scene = variant(base, folder.path(), &SMALL);
+    niji_ends_with(0, &["run", text(&scene), "-o", text(&out), "-q"]);
+    let files = ["drops.vdb", "scatter.exr", "atmosphere.exr"].map(|name| out.join(name));
+    let said = |name: &str, changes: &[(&str, &str)]| {
+        let scene = variant(base, folder.path(), &[&SMALL[..], changes].concat());
+        let image = folder.path().join(name);
+        let arguments = [
+            "render",
+            "--scene",
+            text(&scene),
+            "--drops",
+            text(&files[0]),
+            "--table",
+            text(&files[1]),
+            "--air",
+            text(&files[2]),
+            "-o",
+            text(&image),
+        ];
+        String::from_utf8(niji_ends_with(0, &arguments).stderr).unwrap()
+    };
+    assert!(!said("same.exr", &[]).contains("warning"));
+    let found = said("water.exr", &[("water.temperature_c", "60.0")]);
+    assert!(
+        found.contains("scatter.exr") && found.contains("60"),
+        "{found}"
+    );
+    let found = said("ground.exr", &[("ground.albedo", "0.9")]);
+    for words in ["atmosphere.exr", "[ground]", "0.9"] {
+        assert!(found.contains(words), "{words} in {found}");
+    }
+    let found = said("air.exr", &[("air.rayleigh", "\"bodhaine\"")]);
+    for words in ["atmosphere.exr", "[air]", "bodhaine"] {
+        assert!(found.contains(words), "{words} in {found}");
+    }
+}
+
+#[test]
 fn a_table_without_the_sizes_of_the_drops_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let scene = variant("paper-c-figure-3.toml", folder.path(), &SMALL);

@@ -10,6 +10,7 @@ use std::path::Path;
 use std::path::PathBuf;
 use std::process::Output;
 
+use niji_exchange::SpectralImage;
 use serde_json::Value;
 use support::niji;
 use support::niji_ends_with;
@@ -148,6 +149,54 @@ fn drops_of_another_program_are_read_frame_by_frame() {
     let message = String::from_utf8_lossy(&missing.stderr);
     assert_eq!(missing.status.code(), Some(3), "{message}");
     assert!(message.contains("spray.0008.vdb"), "{message}");
+}
+
+#[test]
+fn what_is_wrong_with_the_last_frame_is_told_before_the_first_is_made() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let path = scene(folder.path(), &SEQUENCE.replace("20.5", "120.0"));
+    let refused = run(&path, &out, &["--frames", "1-5"]);
+    let message = String::from_utf8_lossy(&refused.stderr);
+    assert_eq!(refused.status.code(), Some(3), "{message}");
+    // 19.5 + 100.5/4 k degrees: above 90 from frame 4 on.
+    assert!(message.contains("frame 4: line"), "{message}");
+    assert!(!out.exists());
+}
+
+#[test]
+fn a_camera_turns_over_north_and_its_picture_widens() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let turn = "\n[sequence]
+camera.azimuth_deg = [[1, 350.0], [3, 370.0]]
+camera.width_px = [[1, 24], [3, 26]]
+";
+    report(
+        &scene(folder.path(), turn),
+        &out,
+        &["--frames", "2-3", "--accuracy", "draft"],
+    );
+    let read = |number: u32| {
+        let image = SpectralImage::read_spectral(&out.join(format!("image.{number:04}.exr")));
+        let image = image.unwrap();
+        let [_, _, axis_x, _, _, _, axis_y, _, _, _, axis_z, ..] = image.world_to_camera.unwrap();
+        (image.radiance.dim().2, [axis_x, axis_y, axis_z])
+    };
+    let (width_px, back) = read(2);
+    assert_eq!(width_px, 25);
+    // Halfway it looks north: nothing of its axis points east.
+    assert!(back[0].abs() < 1e-6 && back[2] > 0.9, "{back:?}");
+    assert_eq!(read(3).0, 26);
+    // No picture has half a pixel.
+    let halves = turn.replace("26]", "25]");
+    let refused = run(&scene(folder.path(), &halves), &out, &["--frames", "1-3"]);
+    let message = String::from_utf8_lossy(&refused.stderr);
+    assert_eq!(refused.status.code(), Some(3), "{message}");
+    assert!(
+        message.contains("frame 2: line") && message.contains("whole number"),
+        "{message}"
+    );
 }
 
 #[test]

@@ -47,6 +47,32 @@ fn level<'a>(choice: &'a Value, decision: &str) -> &'a Value {
 }
 
 #[test]
+fn a_tolerance_out_of_reach_is_told_before_it_is_tried() {
+    let folder = tempfile::tempdir().unwrap();
+    let airy = ("accuracy.theory", "\"airy\"");
+    let single = ("effects.multiple_scattering", "\"off\"");
+    let scene = drizzle(folder.path(), &[airy, single]);
+    let out = folder.path().join("out");
+    let run = ["run", text(&scene), "-o", text(&out), "--tolerance", "1e-6"];
+    let said = String::from_utf8(niji_ends_with(5, &run).stderr).unwrap();
+    let (before, _) = said.split_once("\nstage ").unwrap();
+    assert!(
+        before.contains("the tolerance 1e-6 is out of reach"),
+        "{said}"
+    );
+    // What it says can be kept is kept by what was measured, and two thirds of it are not.
+    let (_, kept) = before.split_once("they keep a tolerance of ").unwrap();
+    let kept: f64 = kept.split_whitespace().next().unwrap().parse().unwrap();
+    let plan = |tolerance: f64| {
+        let tolerance = tolerance.to_string();
+        let plan = ["plan", text(&scene), "--tolerance", &tolerance];
+        String::from_utf8(niji_ends_with(0, &plan).stdout).unwrap()
+    };
+    assert!(!plan(kept).contains("out of reach"), "{kept}");
+    assert!(plan(0.67 * kept).contains("out of reach"), "{kept}");
+}
+
+#[test]
 fn the_tolerance_is_kept_against_the_reference() {
     let folder = tempfile::tempdir().unwrap();
     // One order: the reference would take its time over the others.

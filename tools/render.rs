@@ -67,6 +67,7 @@ pub(crate) struct RenderCommand {
 pub(crate) fn execute(command: &RenderCommand, common: &Common) -> Result<(), Failure> {
     let planned = scene_file::load(&command.scene, common)?;
     planned.check_light()?;
+    planned.warn_of_tolerance(common.verbosity());
     let need = |(name, maker), is_needed: bool, given: &Option<PathBuf>| match (is_needed, given) {
         (true, None) => Err(Failure::Usage(format!(
             "this scene needs --{name}, a file that `niji {maker} --scene` writes"
@@ -88,6 +89,8 @@ pub(crate) fn execute(command: &RenderCommand, common: &Common) -> Result<(), Fa
             "this scene needs --depth, a file that `niji depth` writes".to_owned(),
         ));
     }
+    let tables = (table.as_deref(), air.as_deref());
+    stages::other_scene::warn(scene, tables, common.verbosity());
     let inputs = Inputs {
         drops: &command.drops,
         table: table.as_deref(),

@@ -25,6 +25,7 @@ use niji_scene::plan as plan_of;
 use crate::check::ephemeris::TimeAndPlace;
 use crate::cli::Common;
 use crate::failure::Failure;
+use crate::progress::Verbosity;
 use crate::stages;
 use crate::stages::drops::Source;
 
@@ -218,22 +219,31 @@ pub(crate) fn read_with_levels(path: &Path, common: &Common) -> Result<Scene, Fa
     Ok(load(path, common)?.scene)
 }
 
-/// Makes the plan of a frame, whose text stands for that of the file `path`: what it needs is rounded,
-/// so that other frames need the same. What was chosen for a frame before is kept: levels that change
-/// would be seen.
+/// Reads the scene of a frame, whose text stands for that of the file `path`.
 ///
 /// # Errors
-/// As [`load`], and a scene of a photograph.
-pub(crate) fn frame(
-    text: &str,
-    path: &Path,
-    (common, chosen): (&Common, Option<Choice>),
-) -> Result<Planned, Failure> {
+/// As [`read`], and a scene of a photograph.
+pub(crate) fn frame_scene(text: &str, path: &Path, common: &Common) -> Result<Scene, Failure> {
     let scene = parsed(text, path, common)?;
     if scene.photo.is_some() {
         let message = "a photograph is a single frame: its scene has no sequence";
         return Err(Failure::bad_input(path, message));
     }
+    Ok(scene)
+}
+
+/// Makes the plan of a frame, whose text stands for that of the file `path`: what it needs is rounded,
+/// so that other frames need the same. What was chosen for a frame before is kept: levels that change
+/// would be seen.
+///
+/// # Errors
+/// As [`load`] and [`frame_scene`].
+pub(crate) fn frame(
+    text: &str,
+    path: &Path,
+    (common, chosen): (&Common, Option<Choice>),
+) -> Result<Planned, Failure> {
+    let scene = frame_scene(text, path, common)?;
     let asked = Asked {
         chosen,
         ..Asked::of(common)
@@ -296,6 +306,14 @@ impl Planned {
     /// luminance; `None` where no tolerance was asked for.
     pub(crate) fn tolerance_for_rays(&self) -> Option<f64> {
         self.choice.as_ref().and_then(|choice| choice.for_rays)
+    }
+
+    /// Says on standard error that a tolerance is out of reach, before anything runs for it.
+    pub(crate) fn warn_of_tolerance(&self, verbosity: Verbosity) {
+        let warning = self.choice.as_ref().and_then(Choice::out_of_reach);
+        if let (Some(warning), true) = (warning, verbosity > Verbosity::Quiet) {
+            eprintln!("{:>11}  {warning}", "warning");
+        }
     }
 
     /// Refuses a scene that sends no light at all.

@@ -70,15 +70,25 @@ pub(super) fn execute(
     common: &Common,
 ) -> Result<(), Failure> {
     let sequence = sequence(scene_file)?;
+    let numbers = || (range.first..=range.last).step_by(step as usize);
+    // What is wrong with the last frame is told before the first is made.
+    for number in numbers() {
+        let text = sequence.scene_text(number);
+        scene_file::frame_scene(&text, scene_file, common)
+            .map_err(|failure| failure.within(&format!("frame {number}")))?;
+    }
     let verbosity = common.verbosity();
     let (mut frames, mut effects) = (Vec::new(), None);
     let (mut accuracy, mut chosen) = (Ok(()), None);
-    for number in (range.first..=range.last).step_by(step as usize) {
+    for number in numbers() {
         let in_frame = |failure: Failure| failure.within(&format!("frame {number}"));
         let text = sequence.scene_text(number);
         let planned = scene_file::frame(&text, scene_file, (common, chosen.take()));
         let planned = planned.map_err(in_frame)?;
         planned.check_light().map_err(in_frame)?;
+        if frames.is_empty() {
+            planned.warn_of_tolerance(verbosity);
+        }
         if verbosity > Verbosity::Quiet {
             eprintln!("{:>11}  {number}", "frame");
             for warning in &planned.plan.warnings {

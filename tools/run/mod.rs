@@ -54,7 +54,8 @@ pub(crate) struct RunCommand {
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
     /// The frames of a sequence to make: A, or A-B; what changes from frame to frame stands in the
-    /// scene's section [sequence] and in file names with ####. Levels chosen for --tolerance or --budget
+    /// scene's section [sequence] and in file names with ####. Values lie between those given as numbers
+    /// do, angles too: a turn over north is from 350 to 370 degrees. Levels chosen for --tolerance or --budget
     /// are those of the first frame for all: a level that changes would be seen.
     #[arg(long, value_name = "A-B", value_parser = parse_frames)]
     frames: Option<FrameRange>,
@@ -90,6 +91,7 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
     }
     planned.check_light()?;
     let manner = common.manner();
+    planned.warn_of_tolerance(manner.verbosity);
     let Outcome { done, findings } = run_stages(&planned, folder, manner)?;
     let image = folder.join(stages::render::FILE);
     let reached = common

@@ -9,6 +9,7 @@ pub(crate) mod airy;
 pub(crate) mod assembly;
 pub(crate) mod atmosphere;
 pub(crate) mod drops;
+pub(crate) mod other_scene;
 pub(crate) mod photo;
 pub(crate) mod render;
 pub(crate) mod saved_rows;
@@ -91,6 +92,7 @@ pub(crate) fn perform(
             // What an interrupted run left is written again.
             let is_own = stored_provenance(path).as_ref() == Some(&provenance);
             if !is_own {
+                check_readable(path, manner.existing)?;
                 output::check_free(path, manner.existing)?;
             }
         }
@@ -149,17 +151,45 @@ fn hash_once(path: &Path) -> io::Result<String> {
     Ok(hash)
 }
 
-/// Are all outputs there, the main one made for this very request?
+/// Are all outputs there, made for this very request as far as they can tell?
 fn fits(request: &Request, provenance: &Provenance) -> bool {
-    request.outputs.iter().all(|path| path.is_file())
-        && stored_provenance(request.outputs[0]).as_ref() == Some(provenance)
+    let is_own = |path: &Path| stored_provenance(path).as_ref() == Some(provenance);
+    let fits = |path: &Path| path.is_file() && (is_plot(path) || is_own(path));
+    // The main one tells whatever its name is.
+    is_own(request.outputs[0]) && request.outputs.iter().all(|path| fits(path))
+}
+
+/// Is it a drawing, which has no place for a provenance?
+fn is_plot(path: &Path) -> bool {
+    path.extension()
+        .is_some_and(|extension| extension.eq_ignore_ascii_case("svg"))
+}
+
+/// Refuses a file that is to be kept and is none: what a copy or a full disk left of one, say.
+fn check_readable(path: &Path, existing: Existing) -> Result<(), Failure> {
+    if existing == Existing::Replace || !path.is_file() || is_plot(path) {
+        return Ok(());
+    }
+    let Err(message) = provenance_within(path) else {
+        return Ok(());
+    };
+    Err(Failure::Usage(format!(
+        "{} exists already, but cannot be read: {message}; remove it if it was cut short or is no \
+         result, or replace it with --force",
+        path.display()
+    )))
 }
 
 /// The provenance of a VDB, EXR, PNG or JSON file; `None` where it has none or cannot be read.
 pub(crate) fn stored_provenance(path: &Path) -> Option<Provenance> {
+    provenance_within(path).ok().flatten()
+}
+
+/// As [`stored_provenance`], or why the file cannot be read.
+fn provenance_within(path: &Path) -> Result<Option<Provenance>, String> {
     if is_vdb(path) {
         // Without the voxels: a few kilobytes, however large the file is.
-        let header = VdbHeader::read(path).ok()?;
+        let header = VdbHeader::read(path).map_err(|error| error.to_string())?;
         let texts = header
             .metadata
             .iter()
@@ -167,16 +197,25 @@ pub(crate) fn stored_provenance(path: &Path) -> Option<Provenance> {
                 niji_vdb::MetaValue::String(text) => Some((name, text.as_str())),
                 _ => None,
             });
-        return Provenance::from_text_items(texts);
+        return Ok(Provenance::from_text_items(texts));
     }
     if path.extension().is_some_and(|end| end == "json") {
-        let file: JsonFile<serde::de::IgnoredAny> =
-            serde_json::from_str(&std::fs::read_to_string(path).ok()?).ok()?;
+        let text = fs::read_to_string(path).map_err(|error| error.to_string())?;
+        let file: Result<JsonFile<serde::de::IgnoredAny>, _> = serde_json::from_str(&text);
+        let file = file.map_err(|error| error.to_string())?;
         let items = file.provenance.iter();
-        return Provenance::from_text_items(items.map(|(name, text)| (&**name, &**text)));
+        return Ok(Provenance::from_text_items(
+            items.map(|(name, text)| (&**name, &**text)),
+        ));
     }
-    let foreign = || niji_photo::read_picture_provenance(path).ok().flatten();
-    read_provenance(path).ok().flatten().or_else(foreign)
+    let is_png = path
+        .extension()
+        .is_some_and(|end| end.eq_ignore_ascii_case("png"));
+    if !is_png && let Some(own) = read_provenance(path).map_err(|error| error.to_string())? {
+        return Ok(Some(own));
+    }
+    let foreign = niji_photo::read_picture_provenance(path);
+    foreign.map_err(|error| error.to_string())
 }
 
 /// A report on disk.

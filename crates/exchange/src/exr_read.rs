@@ -10,9 +10,11 @@ use std::io::Read;
 use std::io::Seek;
 use std::path::Path;
 
+use exr::block::BlockIndex;
 use exr::block::UncompressedBlock;
 use exr::block::chunk::Chunk;
 use exr::block::chunk::CompressedBlock;
+use exr::block::chunk::TileCoordinates;
 use exr::block::lines::LineIndex;
 use exr::compression::Compression;
 use exr::meta::BlockDescription;
@@ -54,10 +56,10 @@ pub(crate) fn read_parts(path: &Path) -> Result<Vec<Part<'static>>, Error> {
     read_from(BufReader::with_capacity(1 << 18, file), file_bytes)
 }
 
-/// Reads the attributes of the first part and no pixel.
+/// Reads the attributes of the first part, and of pixels no more than tells that none were cut off.
 ///
 /// # Errors
-/// As for [`read_parts`], as far as headers show it.
+/// As for [`read_parts`], as far as headers and the end of each part show it.
 pub(crate) fn read_first_attributes(path: &Path) -> Result<Attributes, Error> {
     let file = File::open(path)?;
     let file_bytes = file.metadata()?.len();
@@ -66,6 +68,8 @@ pub(crate) fn read_first_attributes(path: &Path) -> Result<Attributes, Error> {
     // The reader looks at most one byte ahead.
     let header_bytes = source.stream_position()?.saturating_sub(1);
     check_sizes(&meta_data, header_bytes, file_bytes)?;
+    source.rewind()?;
+    check_ends(source)?;
     Ok(meta_data
         .headers
         .first()
@@ -140,6 +144,19 @@ fn check_sizes(meta_data: &MetaData, header_bytes: u64, file_bytes: u64) -> Resu
             needed_bytes,
             file_bytes,
         });
+    }
+    Ok(())
+}
+
+/// Reads the last block of each part, as it is packed: in a file that was cut short one is not there.
+fn check_ends(source: impl Read + Seek) -> Result<(), Error> {
+    let reader = exr::block::read(source, false)?;
+    let is_last = |meta_data: &MetaData, _: TileCoordinates, block: BlockIndex| {
+        let height = meta_data.headers[block.layer].layer_size.height();
+        block.pixel_position.y() + block.pixel_size.height() == height
+    };
+    for block in reader.filter_chunks(false, is_last)? {
+        block?;
     }
     Ok(())
 }

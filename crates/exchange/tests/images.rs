@@ -17,6 +17,7 @@ use niji_exchange::ImageWindows;
 use niji_exchange::Provenance;
 use niji_exchange::SpectralImage;
 use niji_exchange::contents;
+use niji_exchange::read_provenance;
 use niji_geometry::PixelRegion;
 use niji_radiometry::Colorimetry;
 use niji_radiometry::GamutPolicy;
@@ -105,6 +106,23 @@ fn an_image_comes_back_bit_for_bit_with_wavelengths_aovs_and_camera() {
         bytes,
         "writing again gives the same bytes"
     );
+}
+
+#[test]
+fn an_image_that_was_cut_short_has_no_provenance() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("image.exr");
+    let bytes = spectral_bytes(&image());
+    fs::write(&path, &bytes).unwrap();
+    assert_eq!(read_provenance(&path).unwrap(), Some(image().provenance));
+    // Compressed pixels: their number tells nothing about how long the file has to be.
+    for lost in [1, 100, bytes.len() / 2] {
+        fs::write(&path, &bytes[..bytes.len() - lost]).unwrap();
+        assert!(
+            matches!(read_provenance(&path), Err(Error::Damaged(_))),
+            "{lost}"
+        );
+    }
 }
 
 #[test]

@@ -23,6 +23,7 @@ use serde::Deserialize;
 use serde::Serialize;
 
 use crate::check::Check;
+use crate::check::TURNS_DEG;
 use crate::error::SceneError;
 use crate::sections::Up;
 
@@ -218,7 +219,7 @@ struct CameraSection {
     position_m: Option<[f64; 3]>,
     /// Azimuth of the optical axis, clockwise from north, degrees.
     #[serde(default)]
-    #[schemars(range(min = -360.0, max = 360.0))]
+    #[schemars(range(min = -3600.0, max = 3600.0))]
     azimuth_deg: Option<f64>,
     /// Elevation of the optical axis above the horizon, degrees.
     #[serde(default)]
@@ -227,7 +228,7 @@ struct CameraSection {
     /// Rotation about the optical axis, positive where the right side goes down, degrees: 0 where it is
     /// left out.
     #[serde(default)]
-    #[schemars(range(min = -360.0, max = 360.0))]
+    #[schemars(range(min = -3600.0, max = 3600.0))]
     roll_deg: Option<f64>,
     /// Camera-to-world matrix for column vectors by rows: the position is its last column.
     #[serde(default)]
@@ -386,9 +387,9 @@ pub(crate) fn check(camera: &Camera, check: &Check<'_>) -> Result<(), SceneError
     for coordinate in camera.position_m {
         check.coordinate("camera.position_m", coordinate)?;
     }
-    check.number("camera.azimuth_deg", camera.azimuth_deg, (-360.0, 360.0))?;
+    check.number("camera.azimuth_deg", camera.azimuth_deg, TURNS_DEG)?;
     check.number("camera.elevation_deg", camera.elevation_deg, (-90.0, 90.0))?;
-    check.number("camera.roll_deg", camera.roll_deg, (-360.0, 360.0))?;
+    check.number("camera.roll_deg", camera.roll_deg, TURNS_DEG)?;
     // A panorama shows all directions already.
     let most_overscan_px = match camera.projection {
         Projection::Panorama => 0,

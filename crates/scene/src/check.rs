@@ -26,6 +26,9 @@ use crate::sections::Body;
 /// Farthest that anything may be from the origin, metres; f64 still resolves a nanometre there.
 const MAX_COORDINATE_M: f64 = 1e7;
 
+/// Angles that turn, degrees: ten turns either way, for a sequence that goes on turning.
+pub(crate) const TURNS_DEG: (f64, f64) = (-3600.0, 3600.0);
+
 /// Largest settings of the levels that count something.
 const MAX_STEPS: usize = 1_000_000;
 const MAX_NODES: usize = 256;
@@ -45,7 +48,7 @@ pub(crate) fn scene(scene: &Scene, lines: &BTreeMap<String, usize>) -> Result<()
         return Err(check.out_of_range("format", found, &format!("{FORMAT}, the only format yet")));
     }
     check.number("sun.elevation_deg", scene.sun.elevation_deg, (-90.0, 90.0))?;
-    check.number("sun.azimuth_deg", scene.sun.azimuth_deg, (-360.0, 360.0))?;
+    check.number("sun.azimuth_deg", scene.sun.azimuth_deg, TURNS_DEG)?;
     moon(scene, &check)?;
     camera_section::check(&scene.camera, &check)?;
     spectrum(scene, &check)?;

@@ -47,6 +47,9 @@ pub const SHARE_FOR_LEVELS: f64 = 1.0 - SHARE_FOR_EFFECTS;
 /// estimate asks for them.
 const SHARE_FOR_RAYS: f64 = 0.5;
 
+/// So that two digits of a number are no less than it is.
+const ROUNDED_UP: f64 = 1.05;
+
 /// What the levels are chosen for.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -152,7 +155,46 @@ impl Choice {
             ),
             None => writeln!(text),
         };
+        if let Some(warning) = self.out_of_reach() {
+            let _ = writeln!(text, "  {warning}");
+        }
         text
+    }
+
+    /// Says that no levels are predicted to keep the tolerance, and which tolerance they would keep;
+    /// `None` where they keep it, and for a budget.
+    pub fn out_of_reach(&self) -> Option<String> {
+        let Goal::Tolerance(tolerance) = self.goal else {
+            return None;
+        };
+        let (error, allowed) = (self.predicted_error, SHARE_FOR_LEVELS * tolerance);
+        if error <= allowed {
+            return None;
+        }
+        let kept = ROUNDED_UP * self.least_tolerance();
+        // No larger one can be asked for.
+        let kept = if kept <= 1.0 {
+            format!("; they keep a tolerance of {kept:.1e}")
+        } else {
+            String::new()
+        };
+        Some(format!(
+            "the tolerance {tolerance:e} is out of reach: the most accurate levels are predicted to err by \
+             {error:.1e}, expected at most {allowed:.1e}, half of it{kept}"
+        ))
+    }
+
+    /// The tolerance that these levels keep: what the rays of a pixel err by shrinks with it.
+    fn least_tolerance(&self) -> f64 {
+        let shrinks =
+            |it: &ChosenLevel| it.decision == PIXEL_FOOTPRINT && it.origin == Origin::Chosen;
+        let share = if self.levels.iter().any(shrinks) {
+            SHARE_FOR_LEVELS * (1.0 - SHARE_FOR_RAYS)
+        } else {
+            SHARE_FOR_LEVELS
+        };
+        let fixed = self.levels.iter().filter(|it| !shrinks(it));
+        fixed.filter_map(|it| it.error).sum::<f64>() / share
     }
 }
 

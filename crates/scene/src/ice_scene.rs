@@ -23,6 +23,7 @@ use crate::air::Air;
 use crate::camera_section;
 use crate::camera_section::Camera;
 use crate::check::Check;
+use crate::check::TURNS_DEG;
 use crate::document;
 use crate::error::SceneError;
 use crate::level_names;
@@ -297,8 +298,8 @@ impl IceScene {
             (
                 "sun.azimuth_deg",
                 self.sun.azimuth_deg,
-                [-360.0, 360.0],
-                "-360 to 360",
+                TURNS_DEG.into(),
+                "-3600 to 3600",
             ),
             ("sky.irradiance_share", share, [0.0, 1e3], "0 to 1000"),
             (

@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use crate::camera_section::Projection;
 use crate::check::Check;
+use crate::check::TURNS_DEG;
 use crate::error::SceneError;
 use crate::scene::Scene;
 use crate::sections::Up;
@@ -50,7 +51,7 @@ pub struct OccluderMesh {
     pub scale: f64,
     /// Turn about the vertical, clockwise seen from above, degrees.
     #[serde(default)]
-    #[schemars(range(min = -360.0, max = 360.0))]
+    #[schemars(range(min = -3600.0, max = 3600.0))]
     pub turn_deg: f64,
     /// Where the origin of the file lies, metres: x east, y up, z south.
     #[serde(default)]
@@ -122,7 +123,7 @@ pub(crate) fn check(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> 
             return refused(&key("file"), "empty", "a path");
         }
         check.positive(&key("scale"), mesh.scale)?;
-        check.number(&key("turn_deg"), mesh.turn_deg, (-360.0, 360.0))?;
+        check.number(&key("turn_deg"), mesh.turn_deg, TURNS_DEG)?;
         for coordinate in mesh.position_m {
             check.coordinate(&key("position_m"), coordinate)?;
         }

@@ -28,7 +28,7 @@ pub struct Sun {
     #[schemars(range(min = -90.0, max = 90.0))]
     pub elevation_deg: f64,
     /// Azimuth, clockwise from north, degrees.
-    #[schemars(range(min = -360.0, max = 360.0))]
+    #[schemars(range(min = -3600.0, max = 3600.0))]
     pub azimuth_deg: f64,
 }
 

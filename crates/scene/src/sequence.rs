@@ -11,6 +11,11 @@
 //! camera.position_m = [[1, [0.0, 1.6, 0.0]], [240, [0.0, 1.6, -50.0]]]
 //! ```
 //!
+//! Values are numbers and lie between those of the keys, angles too: a turn over north is written from
+//! 350 to 370 degrees, for from 350 to 10 leads back over south. A key whose values, the scene's among
+//! them, are all written as whole numbers has a whole number wherever one lies there: so `camera.width_px`
+//! or a seed can be a key; a frame in which it is none is refused.
+//!
 //! Besides, `####` in the name of a file of `[drops]` or `[occluders]` is the frame, with zeros in front
 //! up to the number of `#`: drops and depths that another program made for every frame.
 //!
@@ -31,6 +36,8 @@ use crate::error::suggest;
 
 /// Name of the section.
 const SECTION: &str = "sequence";
+/// Says how the scene is read, so that no frame can have another.
+const VERSION: &str = "format";
 /// Sections whose texts may name a file for every frame.
 const SECTIONS_WITH_FILES: [&str; 2] = ["drops", "occluders"];
 /// Stands for a digit of the frame.
@@ -57,7 +64,9 @@ enum Change {
 /// A number, or a list of numbers or lists.
 #[derive(Debug, Clone, PartialEq)]
 enum Number {
-    One(f64),
+    /// As it is written, without a point.
+    Whole(i64),
+    Real(f64),
     Many(Vec<Number>),
 }
 
@@ -82,7 +91,7 @@ impl Sequence {
         let (mut numbers, mut changes) = (BTreeMap::new(), Vec::new());
         for (section, value) in root.get_ref() {
             let name = section.get_ref();
-            if name != SECTION {
+            if name != SECTION && name != VERSION {
                 collect_numbers(value, name, &mut numbers);
             }
             if SECTIONS_WITH_FILES.contains(&name.as_ref()) {
@@ -145,8 +154,10 @@ fn collect_numbers(value: &Spanned<DeValue>, path: &str, found: &mut BTreeMap<St
 
 fn number(value: &DeValue) -> Option<Number> {
     match value {
-        DeValue::Integer(number) => number.as_str().parse().ok().map(Number::One),
-        DeValue::Float(number) => number.as_str().parse().ok().map(Number::One),
+        DeValue::Integer(number) => i64::from_str_radix(number.as_str(), number.radix())
+            .ok()
+            .map(Number::Whole),
+        DeValue::Float(number) => number.as_str().parse().ok().map(Number::Real),
         DeValue::Array(items) if !items.is_empty() => {
             let numbers = items.iter().map(|item| number(item.get_ref()));
             numbers.collect::<Option<_>>().map(Number::Many)
@@ -263,6 +274,12 @@ impl Tracks {
             }
             keys.push((frame, value));
         }
+        if !like.is_whole() || keys.iter().any(|(_, value)| !value.is_whole()) {
+            keys = keys
+                .into_iter()
+                .map(|(frame, value)| (frame, value.into_real()))
+                .collect();
+        }
         Ok(keys)
     }
 
@@ -281,9 +298,8 @@ impl Tracks {
 impl Number {
     fn of(value: &Value) -> Option<Self> {
         match value {
-            // Frames and coordinates: far below 2^53.
-            Value::Integer(number) => Some(Self::One(*number as f64)),
-            Value::Float(number) if number.is_finite() => Some(Self::One(*number)),
+            Value::Integer(number) => Some(Self::Whole(*number)),
+            Value::Float(number) if number.is_finite() => Some(Self::Real(*number)),
             Value::Array(items) => {
                 let items = items.iter().map(Self::of);
                 items.collect::<Option<_>>().map(Self::Many)
@@ -296,37 +312,75 @@ impl Number {
         }
     }
 
+    fn is_whole(&self) -> bool {
+        match self {
+            Self::Whole(_) => true,
+            Self::Real(_) => false,
+            Self::Many(items) => items.iter().all(Self::is_whole),
+        }
+    }
+
+    fn into_real(self) -> Self {
+        match self {
+            // Coordinates and angles: far below 2^53.
+            Self::Whole(number) => Self::Real(number as f64),
+            Self::Real(number) => Self::Real(number),
+            Self::Many(items) => Self::Many(items.into_iter().map(Self::into_real).collect()),
+        }
+    }
+
     fn is_like(&self, other: &Self) -> bool {
         match (self, other) {
-            (Self::One(_), Self::One(_)) => true,
+            (Self::Whole(_) | Self::Real(_), Self::Whole(_) | Self::Real(_)) => true,
             (Self::Many(one), Self::Many(other)) => {
                 let mut pairs = one.iter().zip(other);
                 one.len() == other.len() && pairs.all(|(one, other)| one.is_like(other))
             }
-            (Self::One(_), Self::Many(_)) | (Self::Many(_), Self::One(_)) => false,
+            (Self::Whole(_) | Self::Real(_), Self::Many(_))
+            | (Self::Many(_), Self::Whole(_) | Self::Real(_)) => false,
         }
     }
 
-    fn mix(&self, other: &Self, t: f64) -> Self {
+    /// The value `done` of `all` frames on the way to another.
+    fn mix(&self, other: &Self, (done, all): (u32, u32)) -> Self {
         match (self, other) {
-            (Self::One(a), Self::One(b)) => Self::One((1.0 - t) * a + t * b),
-            (Self::Many(a), Self::Many(b)) => {
-                Self::Many(a.iter().zip(b).map(|(a, b)| a.mix(b, t)).collect())
+            (Self::Whole(a), Self::Whole(b)) => whole_between((*a, *b), (done, all)),
+            (Self::Real(a), Self::Real(b)) => {
+                let t = f64::from(done) / f64::from(all);
+                Self::Real((1.0 - t) * a + t * b)
             }
-            // Of one form: they were checked.
-            (Self::One(_), Self::Many(_)) | (Self::Many(_), Self::One(_)) => self.clone(),
+            (Self::Many(a), Self::Many(b)) => {
+                let pairs = a.iter().zip(b);
+                Self::Many(pairs.map(|(a, b)| a.mix(b, (done, all))).collect())
+            }
+            // Of one form, and all whole or none: they were checked.
+            (Self::Whole(_), Self::Real(_) | Self::Many(_))
+            | (Self::Real(_), Self::Whole(_) | Self::Many(_))
+            | (Self::Many(_), Self::Whole(_) | Self::Real(_)) => self.clone(),
         }
     }
 
     fn to_toml(&self) -> String {
         match self {
+            Self::Whole(number) => number.to_string(),
             // The shortest decimals that read back exactly, with a point or an exponent.
-            Self::One(number) => format!("{number:?}"),
+            Self::Real(number) => format!("{number:?}"),
             Self::Many(items) => {
                 let items: Vec<String> = items.iter().map(Self::to_toml).collect();
                 format!("[{}]", items.join(", "))
             }
         }
+    }
+}
+
+/// Between whole numbers, whole where a whole number lies there: in integers, for a sum of fractions
+/// misses 2 by its last digit.
+fn whole_between((a, b): (i64, i64), (done, all): (u32, u32)) -> Number {
+    let way = (i128::from(b) - i128::from(a)) * i128::from(done);
+    let (passed, rest) = (way / i128::from(all), way % i128::from(all));
+    match i64::try_from(i128::from(a) + passed) {
+        Ok(number) if rest == 0 => Number::Whole(number),
+        Ok(_) | Err(_) => Number::Real(a as f64 + way as f64 / f64::from(all)),
     }
 }
 
@@ -339,8 +393,7 @@ fn at(keys: &[(u32, Number)], frame: u32) -> Number {
     let (before, value) = &keys[after - 1];
     match keys.get(after) {
         Some((next, next_value)) if frame > *before => {
-            let t = f64::from(frame - before) / f64::from(next - before);
-            value.mix(next_value, t)
+            value.mix(next_value, (frame - before, next - before))
         }
         Some(_) | None => value.clone(),
     }

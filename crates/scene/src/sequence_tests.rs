@@ -53,6 +53,30 @@ fn values_are_linear_between_keys_exact_at_them_and_stay_outside() {
     );
 }
 
+/// The scene with a picture of whole pixels that widens.
+fn widening(keys: &str) -> Sequence {
+    let (scene, _) = SCENE.split_once("[sequence]").unwrap();
+    let scene = scene.replace("[camera]", "[camera]\nwidth_px = 64");
+    sequence(&format!("{scene}[sequence]\ncamera.width_px = {keys}\n"))
+}
+
+#[test]
+fn between_whole_numbers_lie_whole_numbers() {
+    let widths = widening("[[1, 1], [240, 240]]");
+    for number in 1..=240 {
+        let table: toml::Table = widths.scene_text(number).parse().unwrap();
+        let expected = toml::Value::Integer(number.into());
+        assert_eq!(table["camera"]["width_px"], expected, "{number}");
+    }
+    // Where none lies between them, and where one is written with a point, it is a number as before.
+    let halves = widening("[[1, 64], [3, 65]]");
+    assert!(halves.scene_text(2).contains("width_px = 64.5\n"));
+    let real = widening("[[1, 64], [3, 66.0]]");
+    assert!(real.scene_text(2).contains("width_px = 65.0\n"));
+    let extremes = widening("[[0, -9223372036854775808], [2, 9223372036854775806]]");
+    assert!(extremes.scene_text(1).contains("width_px = -1\n"));
+}
+
 #[test]
 fn what_does_not_change_and_every_line_stays() {
     let text = sequence(SCENE).scene_text(15);
@@ -95,6 +119,11 @@ fn a_key_that_the_scene_does_not_have_gets_a_suggestion() {
     let expected =
         "line 14: unknown key `sun.elevaton_deg` in [sequence], did you mean `sun.elevation_deg`?";
     assert!(message.starts_with(expected), "{message}");
+    // The format is the scene's, not a frame's.
+    let message = refusal("format = [[1, 1]]");
+    assert!(message.contains("unknown key `format`"), "{message}");
+    let (_, allowed) = message.split_once("allowed here: ").unwrap();
+    assert!(!allowed.contains("format"), "{message}");
     // Of a text nothing lies between.
     assert!(refusal("drops.file = [[1, 2.0]]").contains("unknown key `drops.file`"));
 }

@@ -71,7 +71,7 @@ pub struct SunSection {
     elevation_deg: Option<f64>,
     /// Azimuth, clockwise from north, degrees.
     #[serde(default)]
-    #[schemars(range(min = -360.0, max = 360.0))]
+    #[schemars(range(min = -3600.0, max = 3600.0))]
     azimuth_deg: Option<f64>,
     /// Date and time with its zone, in quotes, as 2026-06-21T18:30:00+02:00: in the place of elevation
     /// and azimuth.

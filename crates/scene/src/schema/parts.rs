@@ -121,7 +121,7 @@ impl JsonSchema for Tracks {
         json_schema!({
             "type": "object",
             "additionalProperties": { "anyOf": [inner, {
-                "description": "Pairs of a frame and a value like that of the scene, frames in ascending order.",
+                "description": "Pairs of a frame and a value like that of the scene, frames in ascending order; between them values are interpolated as numbers, so that a turn over north is from 350 to 370 degrees.",
                 "type": "array",
                 "minItems": 1,
                 "items": {
