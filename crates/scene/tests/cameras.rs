@@ -255,7 +255,7 @@ fn meshes_stand_among_the_occluders() {
     for (right, wrong, found) in [
         ("scale = 0.01", "scale = 0.0", "scale"),
         ("scale = 0.01", "scale = -1.0", "scale"),
-        ("turn_deg = 30.0", "turn_deg = 1e3", "turn_deg"),
+        ("turn_deg = 30.0", "turn_deg = 1e4", "turn_deg"),
         ("scale = 0.01", "scal = 0.01", "did you mean `scale`"),
         ("-90.0]", "-1e9]", "position_m"),
         ("\"rock.stl\"", "\" \"", "file"),
