@@ -244,6 +244,9 @@ fn picture(
         (niji_render::Error::SurfaceShape { .. }, Some(depth)) => {
             Failure::bad_input(&depth.path, error)
         }
+        (niji_render::Error::Memory { .. }, _) => {
+            Failure::Failed(format!("{error} (`niji render --tiles` or `--region`)"))
+        }
         (_, _) => Failure::bad_input(inputs.table.unwrap_or(inputs.drops), error),
     })
 }

@@ -109,7 +109,7 @@ pub enum Error {
         n_vertices: usize,
     },
     /// No triangle, or none with three different corners.
-    #[error("found a mesh without a triangle, expected a closed surface")]
+    #[error("found a mesh without a triangle, expected at least one")]
     EmptyMesh,
     /// A surface with a hole, or with triangles that contradict each other about what is outside.
     #[error(

@@ -26,24 +26,26 @@ pub fn read_mesh(path: &Path) -> Result<TriangleMesh, Error> {
         path: path.to_owned(),
         message,
     };
-    let soup = match extension.to_ascii_lowercase().as_str() {
-        "obj" => read_obj(path),
-        "gltf" | "glb" => read_gltf(path),
-        "stl" => read_stl(path),
+    let opened = || File::open(path).map_err(|error| damaged(error.to_string()));
+    let (format, soup) = match extension.to_ascii_lowercase().as_str() {
+        "obj" => ("OBJ", read_obj(opened()?)),
+        "gltf" | "glb" => ("glTF", opened().map(|_| read_gltf(path))?),
+        "stl" => ("STL", read_stl(opened()?)),
         _ => {
             let path = path.to_owned();
             return Err(Error::MeshFormat { path });
         }
     };
-    let (corners, triangles) = soup.map_err(damaged)?;
+    let (corners, triangles) =
+        soup.map_err(|message| damaged(format!("cannot be read as {format}: {message}")))?;
     TriangleMesh::new(&corners, &triangles)
 }
 
 /// Corners, and triples of their indices; or what is wrong.
 type Soup = Result<(Vec<DVec3>, Vec<[u32; 3]>), String>;
 
-fn read_obj(path: &Path) -> Soup {
-    let mut reader = BufReader::new(File::open(path).map_err(|error| error.to_string())?);
+fn read_obj(file: File) -> Soup {
+    let mut reader = BufReader::new(file);
     let options = tobj::LoadOptions {
         triangulate: true,
         single_index: false,
@@ -69,8 +71,8 @@ fn shifted(indices: &[u32], first: u32) -> [u32; 3] {
     [0, 1, 2].map(|corner| first.saturating_add(indices[corner]))
 }
 
-fn read_stl(path: &Path) -> Soup {
-    let mut reader = BufReader::new(File::open(path).map_err(|error| error.to_string())?);
+fn read_stl(file: File) -> Soup {
+    let mut reader = BufReader::new(file);
     let facets = stl_io::create_stl_reader(&mut reader).map_err(|error| error.to_string())?;
     let mut corners = Vec::new();
     for facet in facets {
@@ -249,6 +251,8 @@ mod tests {
             in_folder(&files, read_mesh),
             Err(Error::VertexIndex { index: 7, .. })
         ));
+        let cut = in_folder(&[("a.stl", &stl()[..300])], read_mesh).unwrap_err();
+        assert!(cut.to_string().contains("cannot be read as STL"), "{cut}");
         let missing = read_mesh(&PathBuf::from("no-such-file.obj"));
         assert!(matches!(missing, Err(Error::MeshFile { .. })));
         let other = read_mesh(&PathBuf::from("cube.ply")).unwrap_err();

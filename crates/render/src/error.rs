@@ -9,6 +9,17 @@ pub enum Error {
     /// The region has no pixels or lies too far away.
     #[error("{0}")]
     Region(niji_geometry::Error),
+    /// The picture does not fit into memory.
+    #[error(
+        "a picture of {} x {} pixels needs {:.1} GB, which cannot be had: render fewer \
+         pixels, or a part of them at a time", size_px.0, size_px.1, *bytes as f64 / 1e9
+    )]
+    Memory {
+        /// Width and height of the region.
+        size_px: (u32, u32),
+        /// What its arrays take.
+        bytes: u64,
+    },
     /// The direction towards the sun is not a unit vector.
     #[error("found a sun direction {found:?}, expected a unit vector towards the sun")]
     SunDirection {

@@ -8,6 +8,9 @@
 
 use ndarray::Array2;
 
+/// Number of causes.
+pub(crate) const N_PARTS: usize = 7;
+
 /// Estimated absolute errors of luminance by cause [cd/m²].
 #[derive(Clone, Debug, PartialEq)]
 pub struct ErrorParts {
@@ -44,7 +47,7 @@ impl ErrorParts {
 
     /// All parts by name.
     #[must_use]
-    pub fn named(&self) -> [(&'static str, &Array2<f32>); 7] {
+    pub fn named(&self) -> [(&'static str, &Array2<f32>); N_PARTS] {
         [
             ("quadrature", &self.quadrature),
             ("angles", &self.angles),

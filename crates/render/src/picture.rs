@@ -44,6 +44,7 @@ pub fn render_in_steps(
     next_rows: &mut dyn FnMut(&Rendered, u32) -> u32,
 ) -> Result<Rendered, Error> {
     request.check()?;
+    request.check_memory()?;
     let colorimetry = Colorimetry::new(&request.wavelengths);
     let frame = frame(request, &colorimetry)?;
     let to_vector = |[x, y, z]: &[f64; 3]| Vec4::new(*x as f32, *y as f32, *z as f32, 0.0);

@@ -19,6 +19,7 @@ use ndarray::s;
 use rayon::prelude::*;
 
 use crate::error_parts::ErrorParts;
+use crate::error_parts::N_PARTS;
 use crate::error_parts::together;
 use crate::footprint_error::Glimpse;
 use crate::footprint_error::cross;
@@ -77,7 +78,7 @@ pub(crate) struct TileMut<'a> {
     pub(crate) surface: Option<ArrayViewMut2<'a, f32>>,
     pub(crate) error: ArrayViewMut2<'a, f32>,
     /// In the order of [`ErrorParts`].
-    pub(crate) error_parts: [ArrayViewMut2<'a, f32>; 7],
+    pub(crate) error_parts: [ArrayViewMut2<'a, f32>; N_PARTS],
 }
 
 impl Rendered {

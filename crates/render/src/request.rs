@@ -11,6 +11,8 @@ use crate::air::MAX_CONSTITUENTS;
 use crate::effects::RenderEffects;
 use crate::error::Error;
 use crate::error::Wavelengths;
+use crate::error_parts::N_PARTS;
+use crate::footprint_error::Glimpse;
 use crate::levels::AirPath;
 use crate::levels::DropOrders;
 use crate::levels::Integration;
@@ -145,6 +147,31 @@ impl RenderRequest<'_> {
             self.check_diffuse_light()?;
         }
         Ok(())
+    }
+
+    /// Ask for the memory of the picture before a ray is followed: a refusal later would end the program.
+    pub(crate) fn check_memory(&self) -> Result<(), Error> {
+        let bytes = self
+            .region
+            .n_pixels()
+            .saturating_mul(self.bytes_per_pixel());
+        let mut asked: Vec<u8> = Vec::new();
+        let answer = asked.try_reserve_exact(usize::try_from(bytes).unwrap_or(usize::MAX));
+        // Else a compiler may leave the question out.
+        std::hint::black_box(&asked);
+        let size_px = (self.region.width_px, self.region.height_px);
+        answer.map_err(|_| Error::Memory { size_px, bytes })
+    }
+
+    /// What all arrays of the picture, and the glimpses that its error is estimated from, take.
+    pub(crate) fn bytes_per_pixel(&self) -> u64 {
+        let n_optional = |on: bool| usize::from(on);
+        let n_xyz =
+            3 + n_optional(self.wanted_orders().is_some()) + n_optional(self.wants_skylit_drops());
+        // Transmittance, optical depth and distance, the error and its parts, and surfaces.
+        let n_single = 3 + 1 + N_PARTS + n_optional(self.surfaces.is_some());
+        let n_planes = self.wavelengths.len() + 3 * n_xyz + n_single;
+        (n_planes * size_of::<f32>() + size_of::<Glimpse>()) as u64
     }
 
     /// Orders beyond the first need a table, and the extinction and shadow that feed them.

@@ -263,6 +263,25 @@ fn a_region_without_pixels_is_refused() {
 }
 
 #[test]
+fn a_picture_larger_than_any_memory_is_refused_before_a_ray_is_followed() {
+    let world = World::new();
+    with_each_request(&world, |whole| {
+        let side_px = 1 << 24;
+        let huge = RenderRequest {
+            region: region(0, 0, side_px, side_px),
+            ..*whole
+        };
+        let Err(Error::Memory { size_px, bytes }) = render(&huge, &|_| ()) else {
+            panic!("expected a refusal");
+        };
+        assert_eq!(size_px, (side_px, side_px));
+        // Layers beside the spectrum, 4 bytes a pixel each.
+        let n_layers = whole.wavelengths.len() as u64 + 20;
+        assert!(bytes >= 4 * n_layers * u64::from(side_px) * u64::from(side_px));
+    });
+}
+
+#[test]
 fn steps_do_not_change_a_bit_and_their_finished_rows_stay() {
     let world = World::new();
     with_each_request(&world, |whole| {

@@ -25,7 +25,7 @@ pub enum Error {
     #[error(
         "found a table of {gib:.0} GiB ({radii} radii x {variances} variances x {flattenings} \
          flattenings x {wavelengths} wavelengths x {angles} angles), expected at most \
-         {limit_gib} GiB: allow a larger error, or leave flattened drops out"
+         {limit_gib} GiB: allow a larger error, or ask for fewer wavelengths, sizes or flattenings"
     )]
     TooLarge {
         /// Size of the table.

@@ -283,7 +283,7 @@ impl TryFrom<[[f64; 4]; 4]> for Matrix {
         // Which axis is up does not decide whether it turns and moves.
         match CameraPose::from_matrix(matrix, UpAxis::Y) {
             Ok(_) => Ok(Self(matrix)),
-            Err(error) => Err(format!("a matrix that only turns and moves: {error}")),
+            Err(error) => Err(error.to_string()),
         }
     }
 }
@@ -340,7 +340,7 @@ impl CameraSection {
                 Ok((pose.position().to_array(), angles_deg))
             }
             _ => Err(
-                "either position_m, azimuth_deg and elevation_deg, or matrix and matrix_up \
+                "expected either position_m, azimuth_deg and elevation_deg, or matrix and matrix_up \
                       = \"y\" or \"z\""
                     .to_owned(),
             ),
@@ -352,13 +352,13 @@ impl CameraSection {
         let projection = self.projection.name();
         if self.image_circle_deg.is_some() && self.projection.fisheye().is_none() {
             return Err(format!(
-                "image_circle_deg for a fisheye only, not a {projection}"
+                "expected image_circle_deg for a fisheye only, found a {projection}"
             ));
         }
         match (self.projection, self.horizontal_fov_deg, focal, sensor) {
             (Projection::Panorama, None, None, None) => Ok(()),
             (Projection::Panorama, _, _, _) => {
-                Err("a panorama without a lens: it shows all directions".to_owned())
+                Err("expected a panorama without a lens: it shows all directions".to_owned())
             }
             (_, Some(_), None, None) | (_, None, Some(_), Some(_)) => Ok(()),
             (
@@ -366,9 +366,10 @@ impl CameraSection {
                 _,
                 _,
                 _,
-            ) => {
-                Err("either horizontal_fov_deg, or focal_length_mm and sensor_width_mm".to_owned())
-            }
+            ) => Err(
+                "expected either horizontal_fov_deg, or focal_length_mm and sensor_width_mm"
+                    .to_owned(),
+            ),
         }
     }
 }
@@ -390,13 +391,6 @@ pub(crate) fn check(camera: &Camera, check: &Check<'_>) -> Result<(), SceneError
     check.number("camera.azimuth_deg", camera.azimuth_deg, TURNS_DEG)?;
     check.number("camera.elevation_deg", camera.elevation_deg, (-90.0, 90.0))?;
     check.number("camera.roll_deg", camera.roll_deg, TURNS_DEG)?;
-    // A panorama shows all directions already.
-    let most_overscan_px = match camera.projection {
-        Projection::Panorama => 0,
-        Projection::Pinhole | Projection::FisheyeEquidistant | Projection::FisheyeEquisolid => {
-            MAX_OVERSCAN_PX
-        }
-    };
     let widest_deg = if camera.projection.is_pinhole() {
         175.0
     } else {
@@ -428,13 +422,13 @@ pub(crate) fn check(camera: &Camera, check: &Check<'_>) -> Result<(), SceneError
     }
     check.count("camera.width_px", &camera.width_px, (1, MAX_SIDE_PX))?;
     check.count("camera.height_px", &camera.height_px, (1, MAX_SIDE_PX))?;
-    check.count(
-        "camera.overscan_px",
-        &camera.overscan_px,
-        (0, most_overscan_px),
-    )?;
-    let refused = |error: niji_geometry::Error| {
-        check.out_of_range("camera", "refused".to_string(), &error.to_string())
-    };
-    camera.camera().map(|_| ()).map_err(refused)
+    let overscan = ("camera.overscan_px", camera.overscan_px);
+    check.count(overscan.0, &overscan.1, (0, MAX_OVERSCAN_PX))?;
+    if camera.projection == Projection::Panorama && overscan.1 > 0 {
+        let expected = "0 for a panorama: it shows all directions already";
+        return Err(check.out_of_range(overscan.0, overscan.1.to_string(), expected));
+    }
+    let made = camera.camera();
+    made.map(|_| ())
+        .map_err(|error| check.refused("camera", &error))
 }

@@ -95,6 +95,14 @@ impl Check<'_> {
         }
     }
 
+    pub(crate) fn refused(&self, key: &str, reason: &dyn std::fmt::Display) -> SceneError {
+        SceneError::Refused {
+            line: self.line(key),
+            key: key.to_string(),
+            reason: reason.to_string(),
+        }
+    }
+
     pub(crate) fn number(
         &self,
         key: &str,
@@ -394,11 +402,9 @@ fn air(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {
     ] {
         found.map_or(Ok(()), |found| check.number(key, found, range))?;
     }
-    let refused = |error: &dyn std::fmt::Display| {
-        check.out_of_range("air", "refused".to_string(), &error.to_string())
-    };
-    let grid = scene.spectrum.grid().map_err(|error| refused(&error))?;
+    let grid = scene.spectrum.grid();
+    let grid = grid.map_err(|error| check.refused("air", &error))?;
     air.model(grid, scene.ground.albedo, &scene.sun)
         .map(|_| ())
-        .map_err(|error| refused(&error))
+        .map_err(|error| check.refused("air", &error))
 }

@@ -76,6 +76,16 @@ pub enum SceneError {
         /// The allowed range.
         expected: String,
     },
+    /// Values that are sound one by one but cannot be meant together.
+    #[error("line {line}: `{key}` cannot be used: {reason}")]
+    Refused {
+        /// Line of the value or of its section.
+        line: usize,
+        /// Full path of the key.
+        key: String,
+        /// What was found or expected.
+        reason: String,
+    },
     /// Drops that cannot be laid out.
     #[error("line {line}: [drops]: {message}")]
     Drops {
@@ -102,6 +112,7 @@ impl SceneError {
             | Self::MissingKey { line, .. }
             | Self::WrongType { line, .. }
             | Self::OutOfRange { line, .. }
+            | Self::Refused { line, .. }
             | Self::Drops { line, .. } => Some(*line),
             Self::Json { .. } => None,
         }

@@ -230,36 +230,24 @@ impl IceScene {
     }
 
     fn check(&self, lines: &BTreeMap<String, usize>) -> Result<(), SceneError> {
-        let refused = |key: &str, found: String, expected: &dyn std::fmt::Display| {
-            let section = key.split('.').next().unwrap_or(key);
-            let line = lines.get(key).or_else(|| lines.get(section));
-            SceneError::OutOfRange {
-                line: line.copied().unwrap_or(1),
-                key: key.to_owned(),
-                found,
-                expected: expected.to_string(),
-            }
-        };
+        let check = Check { lines };
         if self.format != FORMAT {
             let found = self.format.to_string();
-            return Err(refused(
-                "format",
-                found,
-                &format!("{FORMAT}, the only format yet"),
-            ));
+            let expected = format!("{FORMAT}, the only format yet");
+            return Err(check.out_of_range("format", found, &expected));
         }
-        self.check_numbers()
-            .map_err(|(key, found, expected)| refused(key, found.to_string(), &expected))?;
-        let as_found = || "refused".to_owned();
-        camera_section::check(&self.camera, &Check { lines })?;
+        self.check_numbers().map_err(|(key, found, expected)| {
+            check.out_of_range(key, found.to_string(), expected)
+        })?;
+        camera_section::check(&self.camera, &check)?;
         self.camera
             .pinhole()
-            .map_err(|error| refused("camera", as_found(), &error))?;
+            .map_err(|error| check.refused("camera", &error))?;
         let grid = self.spectrum.grid();
-        let grid = grid.map_err(|error| refused("spectrum", as_found(), &error))?;
+        let grid = grid.map_err(|error| check.refused("spectrum", &error))?;
         if let Some(air) = &self.air {
             air.model(grid, self.ground_albedo(), &self.sun)
-                .map_err(|error| refused("air", as_found(), &error))?;
+                .map_err(|error| check.refused("air", &error))?;
         }
         self.check_ice().map_err(|error| match error {
             niji_ice::Error::Parameter {
@@ -270,9 +258,9 @@ impl IceScene {
                 let ending = format!(".{parameter}");
                 let key = lines.keys().find(|key| key.ends_with(&ending));
                 let key = key.map_or_else(|| format!("ice{ending}"), Clone::clone);
-                refused(&key, found.to_string(), &expected)
+                check.out_of_range(&key, found.to_string(), expected)
             }
-            other => refused("ice", as_found(), &other),
+            other => check.refused("ice", &other),
         })
     }
 

@@ -182,8 +182,10 @@ fn cameras_that_contradict_themselves_are_refused() {
         (with("horizontal_fov_deg = 60.0", ""), "either position_m"),
     ] {
         let error = refused(&text);
-        assert!(error.to_string().contains(why), "{error}");
-        assert_eq!(error.line(), Some(7), "the line of [camera]: {error}");
+        let said = error.to_string();
+        assert!(said.contains("`camera` cannot be used: expected"), "{said}");
+        assert!(said.contains(why), "{said}");
+        assert_eq!(error.line(), Some(7), "the line of [camera]: {said}");
     }
     for (lens, key) in [
         (

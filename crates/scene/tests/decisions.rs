@@ -177,6 +177,20 @@ fn a_sun_that_nothing_receives_is_dark() {
 }
 
 #[test]
+fn a_camera_under_the_ground_is_warned_of_where_there_is_air() {
+    let warned = |text: &str, height_m: f64| {
+        let mut scene = scene(text);
+        scene.camera.position_m[1] = height_m;
+        let warnings = planned(&scene).warnings;
+        warnings
+            .iter()
+            .any(|warning| warning.contains("below the ground"))
+    };
+    assert!(warned(RAIN_CELL, -50.0) && !warned(RAIN_CELL, 0.0));
+    assert!(!warned(FIGURE_3, -50.0), "a vacuum has no ground");
+}
+
+#[test]
 fn a_camera_that_looks_away_needs_no_scattering_table() {
     let mut scene = scene(FIGURE_3);
     scene.camera.azimuth_deg = 180.0;

@@ -28,6 +28,7 @@ enum Kind {
     MissingKey { key: String },
     WrongType { found: String, expected: String },
     OutOfRange { found: String, expected: String },
+    Refused { reason: String },
 }
 
 impl Fault {
@@ -129,6 +130,11 @@ impl Fault {
                 found,
                 expected,
             },
+            Kind::Refused { reason } => SceneError::Refused {
+                line,
+                key: path,
+                reason,
+            },
         }
     }
 }
@@ -143,7 +149,9 @@ impl std::error::Error for Fault {}
 
 impl serde::de::Error for Fault {
     fn custom<T: fmt::Display>(message: T) -> Self {
-        Self::out_of_range("refused".to_string(), &message.to_string())
+        Self::new(Kind::Refused {
+            reason: message.to_string(),
+        })
     }
 
     fn invalid_type(found: Unexpected<'_>, expected: &dyn Expected) -> Self {

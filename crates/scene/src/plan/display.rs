@@ -84,7 +84,7 @@ fn in_words(stage: Stage, estimate: &Estimate) -> String {
     let seconds = estimate
         .seconds
         .map_or_else(|| "? s".to_string(), |s| format!("{} s", brief(s)));
-    let bytes = |count: Option<u64>| count.map_or_else(|| "?".to_string(), mebibytes);
+    let bytes = |count: Option<u64>| count.map_or_else(|| "?".to_string(), in_bytes);
     // Pictures are compressed.
     let at_most = if stage == Stage::Render { "<= " } else { "" };
     format!(
@@ -94,6 +94,12 @@ fn in_words(stage: Stage, estimate: &Estimate) -> String {
     )
 }
 
-fn mebibytes(count: u64) -> String {
-    format!("{} MiB", brief(count as f64 / (1u64 << 20) as f64))
+fn in_bytes(count: u64) -> String {
+    let mebibytes = count as f64 / (1u64 << 20) as f64;
+    let gibibytes = mebibytes / 1024.0;
+    if gibibytes < 10.0 {
+        format!("{} MiB", brief(mebibytes))
+    } else {
+        format!("{} GiB", brief(gibibytes))
+    }
 }

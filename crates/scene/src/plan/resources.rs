@@ -71,8 +71,8 @@ const VOLUME_NODE_BYTES: f64 = 32.0;
 const BRICK_NODE_BYTES: f64 = 20.0 * 729.0 / 512.0;
 
 /// Planes of a picture besides the spectrum: RGB, both bows and the light of the air in XYZ,
-/// transmittance, the sun's optical depth, distance, the error and its five parts.
-const PLANES: f64 = 3.0 + 9.0 + 3.0 + 6.0;
+/// transmittance, the sun's optical depth, distance, the error and its seven parts.
+const PLANES: f64 = 3.0 + 9.0 + 3.0 + 8.0;
 
 /// Memory and file of a stage, bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -22,6 +22,14 @@ pub(super) fn warnings(
                 .to_string(),
         );
     }
+    let height_m = scene.camera.position_m[1];
+    if height_m < 0.0 && [Effect::Sky, Effect::AirInscatter].into_iter().any(is_on) {
+        warnings.push(format!(
+            "the camera is {} m below the ground, which is at y = 0: the air and the sky that it sees \
+             mean nothing",
+            brief(-height_m)
+        ));
+    }
     warnings.extend(of_large_effects(scene, effects));
     warnings
 }
