@@ -177,6 +177,17 @@ fn a_sun_that_nothing_receives_is_dark() {
 }
 
 #[test]
+fn drops_thinner_than_a_voxel_are_warned_of() {
+    let warned = |voxel_m: &str| {
+        let text = FIGURE_3.replace("voxel_m = 5.0", voxel_m);
+        let warnings = planned(&scene(&text)).warnings;
+        warnings.iter().any(|it| it.contains("less than a voxel"))
+    };
+    assert!(warned("voxel_m = 160.0"));
+    assert!(!warned("voxel_m = 150.0"));
+}
+
+#[test]
 fn a_camera_under_the_ground_is_warned_of_where_there_is_air() {
     let warned = |text: &str, height_m: f64| {
         let mut scene = scene(text);

@@ -22,6 +22,7 @@ pub(super) fn warnings(
                 .to_string(),
         );
     }
+    warnings.extend(of_thin_drops(scene));
     let height_m = scene.camera.position_m[1];
     if height_m < 0.0 && [Effect::Sky, Effect::AirInscatter].into_iter().any(is_on) {
         warnings.push(format!(
@@ -32,6 +33,20 @@ pub(super) fn warnings(
     }
     warnings.extend(of_large_effects(scene, effects));
     warnings
+}
+
+/// A box that is thinner than a voxel.
+fn of_thin_drops(scene: &Scene) -> Option<String> {
+    let grid = scene.drops.shape()?.grid();
+    let thickness_m = (grid.max - grid.min).min_element();
+    (thickness_m < grid.voxel_m).then(|| {
+        format!(
+            "the drops fill {} m, less than a voxel of {} m: they will stand over two voxels, as many \
+             in all but thinner",
+            brief(thickness_m),
+            brief(grid.voxel_m)
+        )
+    })
 }
 
 /// What of the bows is seen.
