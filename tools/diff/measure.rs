@@ -147,13 +147,41 @@ pub(super) fn same_names(
     if missing.is_empty() && extra.is_empty() {
         return Ok(());
     }
-    let list = |names: &[String]| match names {
-        [] => "none".to_owned(),
-        names => names.join(", "),
-    };
+    let sides = [("reference", missing), ("other", extra)];
+    let differing = sides.iter().filter(|(_, names)| !names.is_empty());
+    let differing: Vec<String> = differing
+        .map(|(side, names)| format!("only the {side} has {}", names.join(", ")))
+        .collect();
     Err(Failure::ComparisonFailed(format!(
-        "the files have different {kind}: only the reference has {}, only the other has {}",
-        list(&missing),
-        list(&extra)
+        "the files have different {kind}: {}",
+        differing.join(", ")
     )))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::same_names;
+
+    #[test]
+    fn only_the_file_that_has_more_is_told() {
+        let names =
+            |names: &[&str]| -> Vec<String> { names.iter().map(ToString::to_string).collect() };
+        let (both, one) = (names(&["spectral", "error"]), names(&["error"]));
+        assert!(same_names("parts", &both, &both).is_ok());
+        let message = |reference: &[String], found: &[String]| {
+            same_names("parts", reference, found)
+                .unwrap_err()
+                .to_string()
+        };
+        let found = message(&both, &one);
+        assert!(
+            found.ends_with("parts: only the reference has spectral"),
+            "{found}"
+        );
+        let found = message(&one, &both);
+        assert!(
+            found.ends_with("parts: only the other has spectral"),
+            "{found}"
+        );
+    }
 }

@@ -21,6 +21,7 @@ use niji_geometry::PixelRegion;
 use niji_radiometry::Colorimetry;
 use niji_radiometry::WavelengthGrid;
 use niji_radiometry::solar_irradiance;
+use niji_render::Input;
 use niji_render::LitDrops;
 use niji_render::RenderEffects;
 use niji_render::RenderRequest;
@@ -238,17 +239,29 @@ fn picture(
     };
     let image = saved_rows::render(&work, target.path, Saving::STANDARD);
     bar.finish_and_clear();
-    // What contradicts here are the files: a table without the angles or sizes that the drops need,
-    // or a depth map of another shape.
-    image.map_err(|error| match (&error, &inputs.surfaces.depth) {
-        (niji_render::Error::SurfaceShape { .. }, Some(depth)) => {
+    image.map_err(|error| refusal(&error, inputs))
+}
+
+/// A picture that was refused, said of the file that contradicts the scene.
+fn refusal(error: &niji_render::Error, inputs: Inputs) -> Failure {
+    let of_table = |path: Option<&Path>, maker: &str| {
+        let path = path.unwrap_or(inputs.drops);
+        let anew = format!("make it anew with `niji {maker}` for this scene and accuracy");
+        Failure::bad_input(path, format!("{error}: {anew}"))
+    };
+    match (error.input(), error, &inputs.surfaces.depth) {
+        (Some(Input::ScatteringTable), _, _) => of_table(inputs.table, "scatter"),
+        (Some(Input::AtmosphereTable | Input::DiffuseLight), _, _) => {
+            of_table(inputs.air, "atmosphere")
+        }
+        (None, niji_render::Error::SurfaceShape { .. }, Some(depth)) => {
             Failure::bad_input(&depth.path, error)
         }
-        (niji_render::Error::Memory { .. }, _) => {
+        (None, niji_render::Error::Memory { .. }, _) => {
             Failure::Failed(format!("{error} (`niji render --tiles` or `--region`)"))
         }
-        (_, _) => Failure::bad_input(inputs.table.unwrap_or(inputs.drops), error),
-    })
+        (None, _, _) => Failure::bad_input(inputs.table.unwrap_or(inputs.drops), error),
+    }
 }
 
 /// What was rendered of a region, as an image with a provenance.

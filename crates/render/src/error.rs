@@ -83,7 +83,7 @@ pub enum Error {
     #[error("the {input} has wavelengths {found}, expected those of the picture, {expected}")]
     Wavelengths {
         /// Which input.
-        input: &'static str,
+        input: Input,
         /// Its wavelengths.
         found: Wavelengths,
         /// The picture's.
@@ -95,7 +95,7 @@ pub enum Error {
         /// The effect.
         effect: &'static str,
         /// What it needs.
-        input: &'static str,
+        input: Input,
     },
     /// Rays see the drops at scattering angles that the table does not hold.
     #[error(
@@ -160,10 +160,58 @@ pub enum Error {
     #[error("the {input} cannot be used: {reason}")]
     BadTable {
         /// Which table.
-        input: &'static str,
+        input: Input,
         /// What is wrong.
         reason: &'static str,
     },
+}
+
+impl Error {
+    /// Which of the tables is at fault; `None` if it is anything else.
+    #[must_use]
+    pub fn input(&self) -> Option<Input> {
+        match self {
+            Self::Wavelengths { input, .. }
+            | Self::MissingInput { input, .. }
+            | Self::BadTable { input, .. } => Some(*input),
+            Self::AngleRange { .. } | Self::FlatteningRange { .. } | Self::SizeRange { .. } => {
+                Some(Input::ScatteringTable)
+            }
+            Self::Region(_)
+            | Self::Memory { .. }
+            | Self::SunDirection { .. }
+            | Self::ShadowOfAnotherSun { .. }
+            | Self::NoShadow
+            | Self::OrdersWithout { .. }
+            | Self::Level { .. }
+            | Self::SunVolumeTooLarge { .. }
+            | Self::SunIrradiance { .. }
+            | Self::SurfaceDistance { .. }
+            | Self::NoSurfaces
+            | Self::SurfaceShape { .. } => None,
+        }
+    }
+}
+
+/// What a picture is made from beside its drops.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Input {
+    /// How drops scatter.
+    ScatteringTable,
+    /// The air.
+    AtmosphereTable,
+    /// Light that the air scatters more than once, a part of its table.
+    DiffuseLight,
+}
+
+impl std::fmt::Display for Input {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter.write_str(match self {
+            Self::ScatteringTable => "scattering table",
+            Self::AtmosphereTable => "atmosphere table",
+            Self::DiffuseLight => "diffuse light in the atmosphere table",
+        })
+    }
 }
 
 /// A wavelength grid as an error shows it.

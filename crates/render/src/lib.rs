@@ -141,6 +141,7 @@ mod veil;
 pub use effects::RenderEffects;
 pub use effects::Toggle;
 pub use error::Error;
+pub use error::Input;
 pub use error::Wavelengths;
 pub use error_parts::ErrorParts;
 pub use flattening::flattening_along;

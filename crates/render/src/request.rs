@@ -10,6 +10,7 @@ use niji_radiometry::WavelengthGrid;
 use crate::air::MAX_CONSTITUENTS;
 use crate::effects::RenderEffects;
 use crate::error::Error;
+use crate::error::Input;
 use crate::error::Wavelengths;
 use crate::error_parts::N_PARTS;
 use crate::footprint_error::Glimpse;
@@ -128,7 +129,7 @@ impl RenderRequest<'_> {
         self.check_orders()?;
         if self.wants_bow() {
             let effect = "a bow";
-            let input = "scattering table";
+            let input = Input::ScatteringTable;
             self.check_table(self.table.ok_or(Error::MissingInput { effect, input })?)?;
         }
         let effects = &self.effects;
@@ -139,7 +140,7 @@ impl RenderRequest<'_> {
             (self.wants_sky(), "the sky"),
         ] {
             if on {
-                let input = "atmosphere table";
+                let input = Input::AtmosphereTable;
                 self.check_air(self.air.ok_or(Error::MissingInput { effect, input })?)?;
             }
         }
@@ -205,7 +206,7 @@ impl RenderRequest<'_> {
                 return Err(Error::OrdersWithout { without });
             }
         }
-        let (effect, input) = ("multiple scattering", "scattering table");
+        let (effect, input) = ("multiple scattering", Input::ScatteringTable);
         self.check_table(self.table.ok_or(Error::MissingInput { effect, input })?)
     }
 
@@ -215,14 +216,11 @@ impl RenderRequest<'_> {
             SkyModel::None | SkyModel::SingleScattering => return Ok(()),
             SkyModel::MultipleScattering => (),
         }
-        let (Some(air), input) = (self.air, "atmosphere table") else {
+        let (Some(air), input) = (self.air, Input::AtmosphereTable) else {
             return Ok(());
         };
         let Some(light) = &air.diffuse else {
-            let (effect, input) = (
-                "multiple scattering by the air",
-                "diffuse light in the atmosphere table",
-            );
+            let (effect, input) = ("multiple scattering by the air", Input::DiffuseLight);
             return Err(Error::MissingInput { effect, input });
         };
         if light.is_sound(air.constituents.len(), self.wavelengths.len()) {
@@ -316,7 +314,7 @@ impl RenderRequest<'_> {
         }
     }
 
-    fn check_wavelengths(&self, input: &'static str, found: WavelengthGrid) -> Result<(), Error> {
+    fn check_wavelengths(&self, input: Input, found: WavelengthGrid) -> Result<(), Error> {
         if found == self.wavelengths {
             return Ok(());
         }
@@ -329,7 +327,7 @@ impl RenderRequest<'_> {
     }
 
     fn check_table(&self, table: &ScatteringTable) -> Result<(), Error> {
-        let input = "scattering table";
+        let input = Input::ScatteringTable;
         self.check_wavelengths(input, table.wavelengths)?;
         let (radii, variances) = (&table.effective_radius_um, &table.effective_variance);
         let shape = (
@@ -372,7 +370,7 @@ impl RenderRequest<'_> {
     }
 
     fn check_air(&self, air: &AtmosphereTable) -> Result<(), Error> {
-        let input = "atmosphere table";
+        let input = Input::AtmosphereTable;
         self.check_wavelengths(input, air.wavelengths)?;
         let bad = |reason| Err(Error::BadTable { input, reason });
         let n = self.wavelengths.len();

@@ -22,6 +22,7 @@ use crate::direction_axes::DirectionAxes;
 use crate::direction_axes::RayPlace;
 use crate::direction_axes::RowTerm;
 use crate::error::Error;
+use crate::error::Input;
 use crate::size_axes::SizeAxes;
 use crate::size_axes::SizeBins;
 use crate::size_rows::RowSource;
@@ -125,7 +126,7 @@ impl<'a> ScatteringRows<'a> {
             return Ok(());
         }
         Err(Error::BadTable {
-            input: "scattering table",
+            input: Input::ScatteringTable,
             reason: "a value is negative or not finite",
         })
     }

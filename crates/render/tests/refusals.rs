@@ -10,6 +10,7 @@ use niji_dropfield::GridBox;
 use niji_radiometry::WavelengthGrid;
 use niji_render::AirPath;
 use niji_render::Error;
+use niji_render::Input;
 use niji_render::Integration;
 use niji_render::LitDrops;
 use niji_render::PixelFootprint;
@@ -56,7 +57,7 @@ fn wavelengths_must_agree() {
     assert!(matches!(
         found,
         Error::Wavelengths {
-            input: "scattering table",
+            input: Input::ScatteringTable,
             ..
         }
     ));
@@ -145,7 +146,7 @@ fn inputs_of_effects_must_be_there() {
     assert!(matches!(
         no_table,
         Error::MissingInput {
-            input: "scattering table",
+            input: Input::ScatteringTable,
             ..
         }
     ));
@@ -159,7 +160,7 @@ fn inputs_of_effects_must_be_there() {
         assert!(matches!(
             found,
             Error::MissingInput {
-                input: "atmosphere table",
+                input: Input::AtmosphereTable,
                 ..
             }
         ));
