@@ -10,6 +10,7 @@ use niji_scene::FromVdb;
 use niji_scene::canonical_json;
 use niji_vdb::Compression;
 use niji_vdb::Grid;
+use niji_vdb::GridHeader;
 use niji_vdb::LEVEL_SET;
 use niji_vdb::Tree;
 use niji_vdb::VdbFile;
@@ -116,17 +117,20 @@ pub(crate) fn make(
 /// A missing or damaged file, or one that holds no drops of ours; then the message says how to make
 /// some of what it holds.
 pub(crate) fn read(path: &Path) -> Result<DropVolume, Failure> {
-    let file = VdbFile::read(path).map_err(|error| bad_vdb(path, &error))?;
+    let is_read = |grid: &GridHeader| DropVolume::reads_grid(&grid.name);
+    let file = VdbFile::read_grids(path, is_read).map_err(|error| bad_vdb(path, &error))?;
     DropVolume::from_vdb(&file).map_err(|error| match error {
-        niji_dropfield::Error::MissingGrid { ref expected, .. } => {
-            Failure::bad_input(path, no_drops(path, &file, expected))
-        }
+        niji_dropfield::Error::MissingGrid { ref expected, .. } => no_drops(path, expected),
         _ => Failure::bad_input(path, with_causes(&error)),
     })
 }
 
 /// What a file holds instead of drops, and the command that makes drops of it.
-fn no_drops(path: &Path, file: &VdbFile, expected: &str) -> String {
+fn no_drops(path: &Path, expected: &str) -> Failure {
+    let file = match VdbFile::read(path) {
+        Ok(file) => file,
+        Err(error) => return bad_vdb(path, &error),
+    };
     let names: Vec<&str> = file.grids.iter().map(|grid| grid.name.as_str()).collect();
     let scalar: Vec<&str> = file
         .grids
@@ -139,7 +143,7 @@ fn no_drops(path: &Path, file: &VdbFile, expected: &str) -> String {
         _ if scalar.contains(&"density") => "density",
         _ => "NAME",
     };
-    format!(
+    let message = format!(
         "no drops in it: expected a grid {expected}, found {}; to make drops of a density grid: \
          niji drops from-vdb {} --grid {} --density-means optical-depth --scale 1 \
          --effective-radius-um 100 -o drops.vdb",
@@ -150,7 +154,8 @@ fn no_drops(path: &Path, file: &VdbFile, expected: &str) -> String {
         },
         quoted(path),
         quoted(Path::new(choice))
-    )
+    );
+    Failure::bad_input(path, message)
 }
 
 fn name(grid: &Grid) -> &str {

@@ -213,6 +213,25 @@ fn lattices_that_do_not_fit_are_refused() {
 }
 
 #[test]
+fn grids_for_display_are_not_read() {
+    for volume in [rain(), rain_and_mist()] {
+        let mut file = volume.to_vdb(&[]).unwrap();
+        let (read, unread): (Vec<_>, Vec<_>) = file
+            .grids
+            .drain(..)
+            .partition(|grid| DropVolume::reads_grid(&grid.name));
+        assert!(!unread.is_empty());
+        for grid in &unread {
+            let quantity = grid.name.rsplit('_').next();
+            assert_eq!(quantity, Some("density"), "{}", grid.name);
+            assert!(!grid.name.ends_with("number_density"), "{}", grid.name);
+        }
+        file.grids = read;
+        assert_eq!(DropVolume::from_vdb(&file).unwrap(), volume);
+    }
+}
+
+#[test]
 fn roundoff_between_lattices_is_accepted() {
     let mut file = rain().to_vdb(&[]).unwrap();
     let nearly = file.grids[1].transform.translation() + 1e-12;

@@ -120,6 +120,14 @@ impl DropVolume {
         Ok(file)
     }
 
+    /// Whether a grid of that name is read from a file; the others are for display, or not ours.
+    #[must_use]
+    pub fn reads_grid(name: &str) -> bool {
+        [NUMBER_DENSITY, EFFECTIVE_RADIUS, EFFECTIVE_VARIANCE]
+            .iter()
+            .any(|quantity| name.ends_with(quantity.name))
+    }
+
     /// The volume that a file holds: a mode for every grid `number_density`, with or without a
     /// prefix. Voxels without drops are dropped; constant regions are filled out.
     ///
