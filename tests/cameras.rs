@@ -51,7 +51,7 @@ fn the_whole_circle_of_the_shipped_scene_stands_where_its_table_has_it() {
     let scene = Scene::from_toml(&fs::read_to_string(&file).unwrap()).unwrap();
     let image = SpectralImage::read_spectral(&run.join("image.exr")).unwrap();
     let table = TableFile::read(&run.join("scatter.exr")).unwrap();
-    let table = ScatteringTable::from_file(&table).unwrap();
+    let table = ScatteringTable::from_file(table).unwrap();
     // Each quarter of the circle by itself, so that a circle that is no circle shows.
     for [right, low] in [[false, false], [true, false], [false, true], [true, true]] {
         let quarter = |x: usize, y: usize| [x >= 240, y >= 240] == [right, low];

@@ -208,9 +208,10 @@ fn picture(
     let usage = |error: &dyn std::fmt::Display| Failure::Usage(error.to_string());
     let camera = settings.camera.camera().map_err(|error| usage(&error))?;
     let wavelengths = settings.spectrum.grid().map_err(|error| usage(&error))?;
+    // First, as nothing takes more memory than drops beside their bricks.
+    let drops = lit_drops(settings, inputs.drops)?;
     let table: Option<ScatteringTable> = inputs.table.map(stages::scatter::read).transpose()?;
     let air: Option<AtmosphereTable> = inputs.air.map(stages::atmosphere::read).transpose()?;
-    let drops = lit_drops(settings, inputs.drops)?;
     let surfaces = inputs.surfaces.read(settings.camera)?;
     let sun_irradiance = settings.sun.irradiance(&wavelengths);
     let bar = progress::bar("render", target.region.n_pixels(), verbosity);
@@ -323,10 +324,11 @@ pub(crate) fn white_luminance_cd_m2(wavelengths: &WavelengthGrid) -> f64 {
 fn lit_drops(settings: &Settings, path: &Path) -> Result<LitDrops, Failure> {
     let volume = stages::drops::read(path)?;
     let interpolation: Interpolation = settings.levels.interpolation;
+    // A mode is given back as soon as its bricks stand.
     let bricks = volume
         .modes
-        .iter()
-        .map(|mode| Bricks::build(mode, interpolation));
+        .into_iter()
+        .map(|mode| Bricks::build(&mode, interpolation));
     let bricks = bricks.collect::<Result<Vec<_>, _>>();
     let bricks = bricks.map_err(|error| Failure::bad_input(path, error))?;
     let sun_path = if settings.render_effects.drop_shadow.is_on() {

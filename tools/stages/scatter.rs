@@ -128,5 +128,5 @@ fn warn_of_small_drops(need: &ScatteringNeed, verbosity: Verbosity) {
 /// A missing or damaged file, or one that holds something else.
 pub(crate) fn read(path: &Path) -> Result<ScatteringTable, Failure> {
     let file = TableFile::read(path).map_err(|error| Failure::bad_input(path, error))?;
-    ScatteringTable::from_file(&file).map_err(|error| Failure::bad_input(path, error))
+    ScatteringTable::from_file(file).map_err(|error| Failure::bad_input(path, error))
 }

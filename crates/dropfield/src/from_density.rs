@@ -257,7 +257,7 @@ fn converted<T: Value>(
     let leaf = |leaf: &Leaf<T>| Leaf {
         origin: leaf.origin,
         mask: leaf.mask,
-        values: Box::new(leaf.values.map(&to_f32)),
+        values: leaf.values.map(&to_f32),
     };
     let tile = |tile: &Tile<T>| Tile {
         origin: tile.origin,

@@ -176,6 +176,15 @@ pub enum Error {
     Png(String),
 }
 
+impl Error {
+    pub(crate) fn missing(kind: &'static str, name: &str) -> Self {
+        Self::Missing {
+            kind,
+            name: name.to_owned(),
+        }
+    }
+}
+
 impl From<exr::error::Error> for Error {
     fn from(error: exr::error::Error) -> Self {
         match error {

@@ -52,16 +52,9 @@ impl<'a> Part<'a> {
 
     /// Takes a channel out of the part.
     pub(crate) fn take(&mut self, name: &str) -> Result<Array2<f32>, Error> {
-        let missing = || Error::Missing {
-            kind: "channel",
-            name: name.to_owned(),
-        };
         let index = self.channels.iter().position(|channel| channel.0 == name);
-        Ok(self
-            .channels
-            .swap_remove(index.ok_or_else(missing)?)
-            .1
-            .into_owned())
+        let index = index.ok_or_else(|| Error::missing("channel", name))?;
+        Ok(self.channels.swap_remove(index).1.into_owned())
     }
 
     pub(crate) fn text(&self, name: &str) -> Result<&str, Error> {

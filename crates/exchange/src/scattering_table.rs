@@ -189,12 +189,12 @@ impl ScatteringTable {
     /// # Errors
     /// A table of another quantity, a missing axis, channel or attribute, sizes or wavelengths that
     /// disagree, or values that are negative or not finite.
-    pub fn from_file(file: &TableFile) -> Result<Self, Error> {
+    pub fn from_file(file: TableFile) -> Result<Self, Error> {
         file.expect_quantity(QUANTITY)?;
-        let part = file.part(QUANTITY)?;
+        let mut part = file.into_part(QUANTITY)?;
         let n_axes = (1 + part.row_axes.len()).clamp(N_AXES_OF_SPHERES, AXES.len());
         part.expect_axes(&AXES[..n_axes])?;
-        let (radii, variances) = (&part.row_axes[0].values, &part.row_axes[1].values);
+        let [radii, variances] = [0, 1].map(|index| part.row_axes[index].values.clone());
         check_range(&part.column_axis, (0.0, MAX_THETA_RAD))?;
         check_range(&part.row_axes[0], (0.0, f64::INFINITY))?;
         check_range(&part.row_axes[1], (0.0, MAX_EFFECTIVE_VARIANCE))?;
@@ -205,7 +205,7 @@ impl ScatteringTable {
             }
             None => vec![0.0],
         };
-        let wavelengths = wavelengths(part)?;
+        let wavelengths = wavelengths(&part)?;
         let n_theta = part.column_axis.values.len();
         let n_rows = (radii.len(), variances.len(), flattening.len());
         let mut values =
@@ -213,10 +213,11 @@ impl ScatteringTable {
         for (polarization, prefix) in POLARIZATIONS.into_iter().enumerate() {
             for (index, wavelength) in wavelengths.centers().enumerate() {
                 let name = format!("{prefix}.{}", short_name(wavelength));
-                let channel = part.channel(&name)?;
-                check_values(&name, channel)?;
+                // Given back once it is copied: a large table would stand in memory twice.
+                let channel = part.take(&name)?;
+                check_values(&name, &channel)?;
                 let target = values.slice_mut(s![polarization, .., .., .., index, ..]);
-                for (target, &value) in target.into_iter().zip(channel) {
+                for (target, value) in target.into_iter().zip(channel) {
                     *target = value;
                 }
             }
@@ -226,15 +227,15 @@ impl ScatteringTable {
             orders: part.text("niji:orders")?.to_owned(),
             wavelengths,
             theta_rad: part.column_axis.values.clone(),
-            effective_radius_um: radii.clone(),
-            effective_variance: variances.clone(),
+            effective_radius_um: radii,
+            effective_variance: variances,
             flattening,
             values,
             sun_disc_diameter_rad: part.number("niji:sunDiscDiameterRad")?,
             split_theta_rad: part.number("niji:splitThetaRad")?,
             forward_fraction_left_out: part.number("niji:forwardFractionLeftOut")?,
             temperature_c: part.number("niji:waterTemperatureC")?,
-            interpolation_error: InterpolationError::read(part)?,
+            interpolation_error: InterpolationError::read(&part)?,
         })
     }
 }

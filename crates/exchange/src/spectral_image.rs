@@ -196,10 +196,7 @@ impl SpectralImage {
     /// finite.
     pub fn read_spectral(path: &Path) -> Result<Self, Error> {
         let mut parts = exr_read::read_parts(path)?.into_iter();
-        let missing = || Error::Missing {
-            kind: "part",
-            name: SPECTRAL_PART.to_owned(),
-        };
+        let missing = || Error::missing("part", SPECTRAL_PART);
         let mut main = parts.next().ok_or_else(missing)?;
         let (wavelengths, radiance) = radiance(&mut main)?;
         let (_, height, width) = radiance.dim();
@@ -350,10 +347,7 @@ fn radiance(main: &mut Part) -> Result<(WavelengthGrid, Array3<f32>), Error> {
     let mut names: Vec<(f64, String)> = names.collect();
     if names.is_empty() {
         let name = format!("{STOKES_0}WAVELENGTHnm");
-        return Err(Error::Missing {
-            kind: "channel",
-            name,
-        });
+        return Err(Error::missing("channel", &name));
     }
     // By number: as text, 1000 comes before 380.
     names.sort_by(|a, b| a.0.total_cmp(&b.0));

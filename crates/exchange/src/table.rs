@@ -117,12 +117,18 @@ impl TablePart {
     /// # Errors
     /// If the table has no such channel.
     pub fn channel(&self, name: &str) -> Result<&Array2<f32>, Error> {
-        let channel = self.channels.iter().find(|channel| channel.name == name);
-        let missing = || Error::Missing {
-            kind: "channel",
-            name: name.to_owned(),
-        };
-        channel.map(|channel| &channel.values).ok_or_else(missing)
+        let mut channels = self.channels.iter();
+        let channel = channels.find(|channel| channel.name == name);
+        let channel = channel.ok_or_else(|| Error::missing("channel", name))?;
+        Ok(&channel.values)
+    }
+
+    /// Takes a channel out of the table.
+    pub(crate) fn take(&mut self, name: &str) -> Result<Array2<f32>, Error> {
+        let mut channels = self.channels.iter();
+        let index = channels.position(|channel| channel.name == name);
+        let index = index.ok_or_else(|| Error::missing("channel", name))?;
+        Ok(self.channels.swap_remove(index).values)
     }
 
     /// A number of the header.
@@ -152,14 +158,9 @@ impl TablePart {
     /// # Errors
     /// If the table has no such axis.
     pub fn row_axis(&self, name: &str) -> Result<&Axis, Error> {
-        let missing = || Error::Missing {
-            kind: "axis",
-            name: name.to_owned(),
-        };
-        self.row_axes
-            .iter()
-            .find(|axis| axis.name == name)
-            .ok_or_else(missing)
+        let mut axes = self.row_axes.iter();
+        let axis = axes.find(|axis| axis.name == name);
+        axis.ok_or_else(|| Error::missing("axis", name))
     }
 
     /// Refuses a table whose axes are others than these, given as name and unit: the column axis
@@ -174,11 +175,7 @@ impl TablePart {
             .collect();
         for (index, &(name, unit)) in expected.iter().enumerate() {
             let axis = axes.get(index).filter(|axis| axis.name == name);
-            let missing = || Error::Missing {
-                kind: "axis",
-                name: name.to_owned(),
-            };
-            let axis = axis.ok_or_else(missing)?;
+            let axis = axis.ok_or_else(|| Error::missing("axis", name))?;
             if axis.unit != unit {
                 let (axis, found) = (name.to_owned(), axis.unit.clone());
                 return Err(Error::Unit {
@@ -304,10 +301,7 @@ impl TableFile {
 
     fn from_parts(parts: Vec<Part>) -> Result<Self, Error> {
         let Some(first) = parts.first() else {
-            return Err(Error::Missing {
-                kind: "part",
-                name: "table".to_owned(),
-            });
+            return Err(Error::missing("part", "table"));
         };
         let quantity = first.text(QUANTITY)?.to_owned();
         let provenance =
@@ -342,14 +336,16 @@ impl TableFile {
     /// # Errors
     /// If the file has no such part.
     pub fn part(&self, name: &str) -> Result<&TablePart, Error> {
-        let missing = || Error::Missing {
-            kind: "part",
-            name: name.to_owned(),
-        };
-        self.parts
-            .iter()
-            .find(|part| part.name == name)
-            .ok_or_else(missing)
+        let mut parts = self.parts.iter();
+        let part = parts.find(|part| part.name == name);
+        part.ok_or_else(|| Error::missing("part", name))
+    }
+
+    /// A part by its name, without the others.
+    pub(crate) fn into_part(self, name: &str) -> Result<TablePart, Error> {
+        let mut parts = self.parts.into_iter();
+        let part = parts.find(|part| part.name == name);
+        part.ok_or_else(|| Error::missing("part", name))
     }
 }
 

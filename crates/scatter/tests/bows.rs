@@ -331,11 +331,11 @@ fn tables_survive_their_file() {
         .write(&mut file)
         .unwrap();
     let read = TableFile::read(&path).unwrap();
-    assert_eq!(ScatteringTable::from_file(&read).unwrap(), table);
     assert!(
         matches!(airy_from_file(&read), Err(Error::AiryTable(_))),
         "another quantity"
     );
+    assert_eq!(ScatteringTable::from_file(read).unwrap(), table);
 
     let airy = AiryTable::compute();
     let mut file = std::fs::File::create(&path).unwrap();
@@ -344,5 +344,5 @@ fn tables_survive_their_file() {
         .unwrap();
     let back = airy_from_file(&TableFile::read(&path).unwrap()).unwrap();
     assert_eq!(back.z, airy.z);
-    assert!(ScatteringTable::from_file(&TableFile::read(&path).unwrap()).is_err());
+    assert!(ScatteringTable::from_file(TableFile::read(&path).unwrap()).is_err());
 }

@@ -110,29 +110,34 @@ impl TreeReader {
             let window = input.window(BATCH_BYTES)?;
             let cut = self.cut_leaves::<T>(window, places);
             let Some(n_bytes) = cut.last().map(|piece| piece.end) else {
-                leaves.push(leaf(&mut self.decoder, input, first, background)?);
+                let mut leaf = Leaf::new(first.origin, background);
+                decode_leaf(&mut self.decoder, input, first, background, &mut leaf)?;
+                leaves.push(leaf);
                 places = &places[1..];
                 continue;
             };
             let (batch, rest) = places.split_at(cut.len());
-            let tasks = cut
-                .par_chunks(LEAVES_PER_TASK)
+            let n_before = leaves.len();
+            let empty = |place: &LeafPlace| Leaf::new(place.origin, background);
+            leaves.par_extend(batch.par_iter().map(empty));
+            let tasks = leaves[n_before..]
+                .par_chunks_mut(LEAVES_PER_TASK)
+                .zip(cut.par_chunks(LEAVES_PER_TASK))
                 .zip(batch.par_chunks(LEAVES_PER_TASK));
-            let decoded = tasks.map(|(pieces, places)| {
+            let decoded = tasks.map(|((leaves, pieces), places)| {
                 let mut decoder = self.decoder.another();
-                let decode = |(piece, place): (&Range<usize>, &LeafPlace)| {
+                for ((leaf, piece), place) in leaves.iter_mut().zip(pieces).zip(places) {
                     let mut source = Piece {
                         bytes: &window[piece.clone()],
                         position: position + piece.start as u64,
                     };
-                    leaf(&mut decoder, &mut source, place, background)
-                };
-                let decoded = pieces.iter().zip(places).map(decode);
-                decoded.collect::<Result<Vec<_>, Error>>()
+                    decode_leaf(&mut decoder, &mut source, place, background, leaf)?;
+                }
+                Ok(())
             });
             // Looked at in their order, so that of several errors the first is told.
-            for task in decoded.collect::<Vec<_>>() {
-                leaves.extend(task?);
+            for task in decoded.collect::<Vec<Result<(), Error>>>() {
+                task?;
             }
             input.consume(n_bytes);
             places = rest;
@@ -226,21 +231,19 @@ impl TreeReader {
     }
 }
 
-/// Read the values of a leaf.
-fn leaf<T: Value>(
+/// Read the values of a leaf that holds the background.
+fn decode_leaf<T: Value>(
     decoder: &mut Decoder,
     source: &mut impl Source,
     place: &LeafPlace,
     background: T,
-) -> Result<Leaf<T>, Error> {
+    leaf: &mut Leaf<T>,
+) -> Result<(), Error> {
     const WHAT: &str = "a leaf";
-    let mut mask = [0; 8];
-    source.mask(&mut mask, WHAT)?;
-    if mask != place.mask {
+    source.mask(&mut leaf.mask, WHAT)?;
+    if leaf.mask != place.mask {
         return Err(source.damaged(format!("the two masks of leaf {:?} differ", place.origin)));
     }
-    let mut leaf = Leaf::new(place.origin, background);
-    leaf.mask = mask;
     if T::IS_BOOL {
         // Leaves of bool grids repeat their origin and hold their values as bits.
         source.coordinates(WHAT)?;
@@ -250,9 +253,9 @@ fn leaf<T: Value>(
             leaf.values[index] = T::decode(&[(bits[index >> 6] >> (index & 63) & 1) as u8]);
         }
     } else {
-        decoder.block(source, &mask, background, leaf.values.as_mut_slice())?;
+        decoder.block(source, &leaf.mask, background, &mut leaf.values)?;
     }
-    Ok(leaf)
+    Ok(())
 }
 
 impl<T: Value> Parts<T> {

@@ -26,19 +26,19 @@ pub struct Leaf<T = f32> {
     /// Which voxels are active: bit `index & 63` of word `index >> 6`.
     pub mask: [u64; 8],
     /// Values of all voxels, active or not, at `index = x << 6 | y << 3 | z`.
-    pub values: Box<[T; LEAF_VOXELS]>,
+    pub values: [T; LEAF_VOXELS],
 }
 
 impl<T: Value> Leaf<T> {
     /// Bytes that a leaf takes in memory.
-    pub(crate) const MEMORY: u64 = (size_of::<Self>() + LEAF_VOXELS * size_of::<T>()) as u64;
+    pub(crate) const MEMORY: u64 = size_of::<Self>() as u64;
 
     /// A leaf without active voxels.
     pub fn new(origin: [i32; 3], background: T) -> Self {
         Self {
             origin,
             mask: [0; 8],
-            values: Box::new([background; LEAF_VOXELS]),
+            values: [background; LEAF_VOXELS],
         }
     }
 
@@ -228,8 +228,8 @@ impl<T: Value> SparseTree<T> {
         mut leaves: Vec<Leaf<T>>,
         mut tiles: Vec<Tile<T>>,
     ) -> Result<Self, Error> {
-        // In place: a stable sort would need memory beside the leaves.
-        leaves.sort_unstable_by_key(|leaf| tree_order(leaf.origin));
+        // By their places, so that every leaf moves once, and none if they are in order.
+        leaves.sort_by_cached_key(|leaf| tree_order(leaf.origin));
         // Of tiles that start at the same voxel the largest comes first, so that it covers the next.
         tiles.sort_unstable_by_key(|tile| (tree_order(tile.origin), std::cmp::Reverse(tile.level)));
         let tree = Self {
