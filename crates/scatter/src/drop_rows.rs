@@ -2,7 +2,7 @@
 //! summed over sizes.
 //!
 //! t̄(θ; r_e, v_e, m) = Σ_i w_i ⟨Σ_parts t_part(θ' − m e(r_i) k_part; r_i)⟩ over the disc around θ
-//! with the weights of [`crate::size_average`] and the shifts of [`crate::flattening`].
+//! with the weights of [`crate::size_average`] and the shifts of [`crate::moebius_shift`].
 //!
 //! Blocks of drops are independent and are added in one order, so that a table does not depend on the
 //! number of threads, and no more than a block of rows a thread is held at once.
@@ -17,12 +17,12 @@ use rayon::prelude::*;
 use crate::angle_grids::AngleGrid;
 use crate::angle_grids::AngleGrids;
 use crate::angle_grids::Extent;
+use crate::axis_ratio::eccentricity;
 use crate::bow_light::Bin;
 use crate::drop_theory::DropTheory;
 use crate::drop_theory::Part;
 use crate::drop_theory::Setting;
 use crate::error::Error;
-use crate::flattening::eccentricity;
 use crate::request::TableRequest;
 use crate::size_average::SizeNode;
 use crate::size_average::SizeSampling;

@@ -24,7 +24,7 @@ use crate::bow_light::Bin;
 use crate::bow_light::BowTheory;
 use crate::bow_light::Order;
 use crate::error::Error;
-use crate::flattening::scattering_angle_shift;
+use crate::moebius_shift::scattering_angle_shift;
 
 /// Orders with the two bows one sees.
 const BOWS: [u32; 2] = [2, 3];
@@ -41,7 +41,7 @@ pub(crate) struct Setting<'a> {
 
 /// Light of one drop at the angles of a grid, (dσ/dΩ)/(π a²) in 1/sr for both polarisations.
 pub(crate) struct Part {
-    /// dθ/d(m e) in radians, see [`crate::flattening`].
+    /// dθ/d(m e) in radians, see [`crate::moebius_shift`].
     pub(crate) shift_rad: f64,
     pub(crate) light: Vec<[f64; 2]>,
 }
