@@ -99,10 +99,31 @@ impl BowShift {
 
     /// Δθ in radians of drops of an eccentricity e, where the squares T² and B² are `t2` and `b2`.
     pub fn shift_rad(&self, eccentricity: f64, t2: f64, b2: f64) -> f64 {
+        let first = self.first_rad * (t2 - b2);
+        eccentricity * (first + eccentricity * self.second_order(t2, b2))
+    }
+
+    /// ∂Δθ/∂T² and ∂Δθ/∂B², where N² gives way.
+    pub(crate) fn slopes(&self, eccentricity: f64, t2: f64, b2: f64) -> [f64; 2] {
         let n2 = 1.0 - t2 - b2;
         let [a, c, f, g] = self.second_rad;
-        let second = a * (t2 * t2 + b2 * b2) + c * t2 * b2 + n2 * (f * t2 + g * b2);
-        eccentricity * (self.first_rad * (t2 - b2) + eccentricity * second)
+        let by_n2 = f * t2 + g * b2;
+        let by_t2 = 2.0 * a * t2 + c * b2 + f * n2 - by_n2;
+        let by_b2 = 2.0 * a * b2 + c * t2 + g * n2 - by_n2;
+        let k = self.first_rad;
+        [k + eccentricity * by_t2, eccentricity * by_b2 - k].map(|slope| eccentricity * slope)
+    }
+
+    /// ∂Δθ/∂e.
+    pub(crate) fn eccentricity_slope(&self, eccentricity: f64, t2: f64, b2: f64) -> f64 {
+        self.first_rad * (t2 - b2) + 2.0 * eccentricity * self.second_order(t2, b2)
+    }
+
+    /// The factor of e².
+    fn second_order(&self, t2: f64, b2: f64) -> f64 {
+        let n2 = 1.0 - t2 - b2;
+        let [a, c, f, g] = self.second_rad;
+        a * (t2 * t2 + b2 * b2) + c * t2 * b2 + n2 * (f * t2 + g * b2)
     }
 }
 

@@ -13,6 +13,16 @@ pub enum Error {
         /// What was expected.
         expected: &'static str,
     },
+    /// A parameter of the drops' motion outside its range.
+    #[error("{parameter} = {found}, expected {expected}")]
+    Parameter {
+        /// Name of the parameter, with its unit.
+        parameter: &'static str,
+        /// What was found.
+        found: f64,
+        /// What was expected.
+        expected: &'static str,
+    },
     /// No order that takes part, one twice or one beyond 7.
     #[error(
         "found orders {found:?}, expected some of 0 to 7, 2 primary and 3 secondary bow, each once"
