@@ -43,6 +43,9 @@ pub enum Error {
         /// Scattering angles.
         angles: usize,
     },
+    /// Water of which nobody measured the index.
+    #[error(transparent)]
+    Water(niji_radiometry::Error),
     /// A drop that the exact theory refuses.
     #[error("{0}")]
     Drop(String),

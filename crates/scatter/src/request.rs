@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use niji_airy::AiryTable;
+use niji_radiometry::Water;
 use niji_radiometry::WavelengthGrid;
 
 use crate::error::Error;
@@ -39,8 +40,8 @@ pub struct TableRequest<'a> {
     pub flattening: Vec<f64>,
     /// Diameter of the sun's disc in radians; 0 for a point.
     pub sun_disc_diameter_rad: f64,
-    /// Temperature of the water in degrees Celsius.
-    pub temperature_c: f64,
+    /// What the drops are made of.
+    pub water: Water,
     /// Airy's integral in advance; `None` computes every value.
     pub airy_table: Option<&'a AiryTable>,
 }
@@ -130,6 +131,7 @@ impl TableRequest<'_> {
             let found = format!("{} rad", self.sun_disc_diameter_rad);
             return Err(axis("sun disc", found, "0 to 0.1 rad"));
         }
+        self.water.check().map_err(Error::Water)?;
         let is_new = |(index, p): (usize, &u32)| !self.orders[..index].contains(p);
         let sound_orders = !self.orders_in().is_empty()
             && self.orders.iter().all(|p| *p <= HIGHEST_ORDER)
