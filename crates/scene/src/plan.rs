@@ -83,6 +83,9 @@ pub enum PlanError {
         /// The file, or the shape.
         file: String,
     },
+    /// Drops that cannot be laid out.
+    #[error("[drops]")]
+    Drops(#[from] niji_droplets::Error),
     /// The camera of a scene that was not read from a file.
     #[error("camera")]
     Camera(#[from] niji_geometry::Error),
@@ -160,7 +163,7 @@ pub struct Plan {
 /// Plans a scene. Pure: equal arguments give equal plans.
 ///
 /// # Errors
-/// If figures of a drop file are missing or the volume is empty, or parts of a scene that was not
+/// If figures of a drop file are missing or the volume is empty, drops cannot be laid out, or parts of a scene that was not
 /// read from a file are out of range.
 pub fn plan(scene: &Scene, inputs: &PlanInputs<'_>) -> Result<Plan, PlanError> {
     let situation = Situation::new(scene, inputs)?;

@@ -212,6 +212,10 @@ fn summary(scene: &Scene, inputs: &PlanInputs<'_>) -> Result<DropSummary, PlanEr
         Drops::FromVdb(density) => density.file.clone(),
         Drops::File(drops) => drops.file.clone(),
     };
+    if let (None, Some(shape)) = (&summary, scene.drops.shape()) {
+        // Laid out in vain: it says why.
+        shape.volume()?;
+    }
     summary.ok_or_else(|| PlanError::NoDrops { file: file() })
 }
 
