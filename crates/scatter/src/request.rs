@@ -68,7 +68,10 @@ impl TableRequest<'_> {
     }
 
     /// Refuses a table of so many angles that would be too large.
-    pub(crate) fn check_size(&self, n_angles: usize) -> Result<(), Error> {
+    ///
+    /// # Errors
+    /// [`Error::TooLarge`].
+    pub fn check_size(&self, n_angles: usize) -> Result<(), Error> {
         let (radii, variances) = (
             self.effective_radius_um.len(),
             self.effective_variance.len(),
@@ -91,7 +94,12 @@ impl TableRequest<'_> {
         })
     }
 
-    pub(crate) fn check(&self) -> Result<(), Error> {
+    /// Refuses what no table can be made of.
+    ///
+    /// # Errors
+    /// An axis that is empty, not ascending or outside its range, orders that take no part, or water of
+    /// which nobody measured the index.
+    pub fn check(&self) -> Result<(), Error> {
         let radii = &self.effective_radius_um;
         let sound_radius = |radius: &f64| *radius > 0.0 && radius.is_finite();
         if !(is_ascending(radii) && radii.iter().all(sound_radius)) {

@@ -152,6 +152,9 @@ pub struct Plan {
     pub levels: Levels,
     /// The scattering table that is needed; `None` where no bow is in view.
     pub scattering: Option<ScatteringNeed>,
+    /// Why the stage would refuse to make that table.
+    #[serde(skip)]
+    pub table_refused: Option<niji_scatter::Error>,
     /// The stages to run, in order.
     pub stages: Vec<StagePlan>,
     /// What its times and errors scale with.
@@ -204,6 +207,7 @@ pub fn plan(scene: &Scene, inputs: &PlanInputs<'_>) -> Result<Plan, PlanError> {
     let scattering = stages::scattering_need(scene, (&situation, &curves), &on)?;
     let with_angles = |need| (need, resources::n_angles(need, &situation));
     let table_need = scattering.as_ref().map(with_angles);
+    let table_refused = table_need.and_then(|need| resources::refusal(need, &situation));
     let work = Work::new(scene, &situation, (table_need, &on));
     let levels = levels_used(situation.levels, &on, scattering.as_ref());
     let seconds = |stage| work.seconds(stage, &levels, inputs.measured);
@@ -220,6 +224,7 @@ pub fn plan(scene: &Scene, inputs: &PlanInputs<'_>) -> Result<Plan, PlanError> {
         left_out,
         levels,
         scattering,
+        table_refused,
         stages,
         work,
     })
