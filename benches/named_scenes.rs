@@ -33,6 +33,7 @@ use niji_geometry::PinholeCamera;
 use niji_geometry::PinholeRequest;
 use niji_geometry::PixelRegion;
 use niji_radiometry::Radians;
+use niji_radiometry::Water;
 use niji_radiometry::WavelengthGrid;
 use niji_radiometry::solar_irradiance;
 use niji_render::AirPath;
@@ -259,7 +260,7 @@ impl Scene {
             effective_variance: variance_axis(self.variances).expect("the variances are sound"),
             flattening: vec![0.0],
             sun_disc_diameter_rad: 0.533_f64.to_radians(),
-            temperature_c: 15.0,
+            water: Water::pure(15.0),
             airy_table: Some(&airy),
         };
         scattering_table(&request, &|_| ()).expect("the request is sound")

@@ -78,10 +78,9 @@ fn large_drops_have_their_bows_near_descartes_rays() {
     let nested = text.unwrap().contains("[drops.uniform]");
     let (scene, image) = render("paper-c-figure-3.toml", &[if nested { size } else { flat }]);
     let green = everywhere(&scene, &image, 560.0);
-    let index = niji_radiometry::water_refractive_index(
-        niji_radiometry::Nanometers(560.0),
-        scene.water.temperature_c,
-    );
+    let index = scene
+        .water()
+        .refractive_index(niji_radiometry::Nanometers(560.0));
     let descartes = 180.0
         - niji_airy::rainbow_ray(index, 2)
             .unwrap()

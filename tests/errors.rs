@@ -236,6 +236,11 @@ fn tables_of_another_scene_are_taken_but_not_in_silence() {
         found.contains("scatter.exr") && found.contains("60"),
         "{found}"
     );
+    let found = said("salt.exr", &[("water.salinity_per_mille", "35.0")]);
+    assert!(
+        found.contains("scatter.exr") && found.contains("35 per mille of salt"),
+        "{found}"
+    );
     let found = said("ground.exr", &[("ground.albedo", "0.9")]);
     for words in ["atmosphere.exr", "[ground]", "0.9"] {
         assert!(found.contains(words), "{words} in {found}");

@@ -33,6 +33,7 @@ use crate::stages::Request;
 use crate::stages::perform;
 use crate::stages::render::white_luminance_cd_m2;
 use crate::theory_name::TheoryName;
+use crate::water_flags::WaterFlags;
 
 /// Interpolation error of the table behind the picture, over the peak of the bow.
 const RELATIVE_ERROR: f64 = 1e-3;
@@ -72,14 +73,9 @@ pub(crate) struct LeeCommand {
     /// Diameter of the sun's disc; 0 for a point.
     #[arg(long, value_name = "DEG", default_value_t = 0.533)]
     sun_disc_deg: f64,
-    /// Temperature of the water.
-    #[arg(
-        long,
-        value_name = "C",
-        default_value_t = 20.0,
-        allow_negative_numbers = true
-    )]
-    temperature_c: f64,
+    /// The water.
+    #[command(flatten)]
+    water: WaterFlags,
     /// The spectral EXR to write; a PNG and an SVG with axes of the same name are written beside it.
     #[arg(short, long, value_name = "EXR")]
     output: PathBuf,
@@ -245,7 +241,7 @@ fn diagram(command: &LeeCommand) -> Result<Diagram, Failure> {
             effective_variance: vec![command.effective_variance],
             flattening: vec![0.0],
             sun_disc_diameter_rad: command.sun_disc_deg.to_radians(),
-            temperature_c: command.temperature_c,
+            water: command.water.water()?,
         },
         wavelengths: spectrum(&command.spectrum)?,
         angles_rad,

@@ -38,6 +38,7 @@ mod sun;
 mod sweep;
 mod theory_name;
 mod timed_run;
+mod water_flags;
 
 use std::ffi::OsString;
 use std::process::ExitCode;

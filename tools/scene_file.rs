@@ -316,6 +316,15 @@ impl Planned {
         }
     }
 
+    /// Refuses a scene whose scattering table the stage would refuse, in the same words.
+    ///
+    /// # Errors
+    /// [`Failure::Usage`] if the table cannot be made, for one because it is too large.
+    pub(crate) fn check_table(&self) -> Result<(), Failure> {
+        let refused = self.plan.table_refused.as_ref();
+        refused.map_or(Ok(()), |error| Err(Failure::Usage(error.to_string())))
+    }
+
     /// Refuses a scene that sends no light at all.
     ///
     /// # Errors

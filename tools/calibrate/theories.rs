@@ -7,6 +7,7 @@
 
 use std::time::Instant;
 
+use niji_radiometry::Water;
 use niji_radiometry::WavelengthGrid;
 use niji_scatter::Theory;
 use niji_scene::ScatteringNeed;
@@ -72,7 +73,7 @@ pub(super) fn rows(date: &str, verbosity: Verbosity) -> Result<Vec<TheoryRow>, F
                 effective_variance: vec![effective_variance],
                 flattening: vec![0.0],
                 sun_disc_diameter_rad: f64::to_radians(SUN_DISC_DEG),
-                temperature_c: 20.0,
+                water: Water::pure(20.0),
             };
             let debye = Theory::Debye {
                 max_order: MAX_ORDER,

@@ -37,8 +37,8 @@ use super::Source;
 use super::ephemeris::TimeAndPlace;
 use crate::failure::Failure;
 use crate::sun::bow_edges::Bow;
+use crate::sun::bow_edges::BowEdge;
 use crate::sun::bow_edges::Edge;
-use crate::sun::bow_edges::edge_angle;
 
 /// What all checks of one call share.
 struct Case<'a> {
@@ -67,7 +67,12 @@ pub(super) fn findings(command: &CheckCommand) -> Result<Vec<Finding>, Failure> 
             "expected finite angles of the sun".to_owned(),
         ));
     }
-    let bow_angle = edge_angle(command.bow, Edge::Red);
+    let red = BowEdge {
+        bow: command.bow,
+        edge: Edge::Red,
+        water: command.water.water()?,
+    };
+    let bow_angle = red.angle();
     let path = bow_path(&camera, -sun, bow_angle);
     let case = Case {
         command,

@@ -24,9 +24,11 @@ use crate::stages::Manner;
 use crate::stages::Request;
 use crate::stages::perform;
 use crate::sun::bow_edges::Bow;
+use crate::sun::bow_edges::TEMPERATURE_C;
 use crate::sun::camera_flags::CameraFlags;
 use crate::sun::report;
 use crate::sun::report::FindingText;
+use crate::water_flags::WaterFlags;
 
 /// Say what nature would not do in a photograph with a bow.
 ///
@@ -34,7 +36,9 @@ use crate::sun::report::FindingText;
 /// stand on standard output, each with a reason and a suggestion; an error among them ends with exit
 /// code 4.
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:
+#[command(
+    mut_arg("temperature_c", |flag| flag.default_value(TEMPERATURE_C)),
+    after_help = "Examples:
   niji check data/photos/pavilion.jpg --fov-deg 60 --sun-elevation-deg 28 \\
       --sun-azimuth-deg 180 --cloud-cover 0.4
   niji check photo.jpg --sun-elevation-deg 12 --sun-azimuth-deg 95 \\
@@ -54,6 +58,9 @@ pub(crate) struct CheckCommand {
     /// Which bow is wanted.
     #[arg(long, value_enum, default_value_t = Bow::Primary)]
     bow: Bow,
+    /// The water of the drops.
+    #[command(flatten)]
+    water: WaterFlags,
     /// Time of exposure on the camera's clock [default: by EXIF].
     #[arg(long, value_name = "YYYY-MM-DDThh:mm:ss", value_parser = time)]
     time: Option<[u32; 6]>,
@@ -192,6 +199,7 @@ fn settings(command: &CheckCommand) -> String {
         "camera": command.camera,
         "sun_deg": [command.sun_elevation_deg, command.sun_azimuth_deg, command.sun_error_deg],
         "bow": format!("{:?}", command.bow),
+        "water": command.water,
         "time": command.time,
         "utc_offset_h": command.utc_offset_h,
         "place_deg": command.place_deg,

@@ -86,6 +86,7 @@ pub(super) fn execute(
         let planned = scene_file::frame(&text, scene_file, (common, chosen.take()));
         let planned = planned.map_err(in_frame)?;
         planned.check_light().map_err(in_frame)?;
+        planned.check_table().map_err(in_frame)?;
         if frames.is_empty() {
             planned.warn_of_tolerance(verbosity);
         }

@@ -90,6 +90,7 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
         )));
     }
     planned.check_light()?;
+    planned.check_table()?;
     let manner = common.manner();
     planned.warn_of_tolerance(manner.verbosity);
     let Outcome { done, findings } = run_stages(&planned, folder, manner)?;

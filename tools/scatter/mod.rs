@@ -23,6 +23,7 @@ use crate::scatter::export::Format;
 use crate::scene_file;
 use crate::stages;
 use crate::theory_name::TheoryName;
+use crate::water_flags::WaterFlags;
 
 /// Tabulate how drops scatter (EXR).
 ///
@@ -87,14 +88,9 @@ pub(crate) struct ScatterCommand {
     /// Diameter of the sun's disc; 0 for a point.
     #[arg(long, value_name = "DEG", default_value_t = 0.533)]
     sun_disc_deg: f64,
-    /// Temperature of the water.
-    #[arg(
-        long,
-        value_name = "C",
-        default_value_t = 20.0,
-        allow_negative_numbers = true
-    )]
-    temperature_c: f64,
+    /// The water.
+    #[command(flatten)]
+    water: WaterFlags,
     /// Draw intensity against angle.
     #[arg(long, value_name = "SVG")]
     plot: Option<PathBuf>,
@@ -205,7 +201,7 @@ fn of_flags(command: &ScatterCommand) -> Result<(ScatteringNeed, WavelengthGrid)
             .map_err(|error| Failure::Usage(format!("--flattening: {error}")))?,
         effective_variance: variance_axis(variances).map_err(|error| usage(&error))?,
         sun_disc_diameter_rad: command.sun_disc_deg.to_radians(),
-        temperature_c: command.temperature_c,
+        water: command.water.water()?,
     };
     Ok((need, wavelengths))
 }

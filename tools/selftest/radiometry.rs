@@ -4,11 +4,11 @@ use niji_radiometry::GamutPolicy;
 use niji_radiometry::Nanometers;
 use niji_radiometry::RgbPrimaries;
 use niji_radiometry::TabulatedSpectrum;
+use niji_radiometry::Water;
 use niji_radiometry::ice_refractive_index;
 use niji_radiometry::into_gamut;
 use niji_radiometry::srgb_decode;
 use niji_radiometry::srgb_encode;
-use niji_radiometry::water_refractive_index;
 use niji_radiometry::xy_chromaticity;
 
 use crate::selftest::hard_case::HardCase;
@@ -42,7 +42,7 @@ pub(crate) const CASES: &[HardCase] = &[
         error: srgb_round_trip,
     },
     HardCase {
-        claim: "supercooled, boiling, ultraviolet and infrared water refracts",
+        claim: "supercooled, boiling, salt, ultraviolet and infrared water refracts",
         measure: "indices outside of 1.3 to 1.4",
         allowed: 0.0,
         error: ends_of_the_spectrum,
@@ -100,9 +100,12 @@ fn srgb_round_trip() -> f64 {
 fn ends_of_the_spectrum() -> f64 {
     let wavelengths = [300.0, 550.0, 1000.0].map(Nanometers);
     violations(wavelengths.into_iter().flat_map(|wavelength| {
-        let water = [-20.0, 0.0, 100.0].map(|t| water_refractive_index(wavelength, t));
+        let water = [-20.0, 0.0, 100.0].map(Water::pure);
+        let salt = [0.0, 30.0].map(Water::of_the_sea);
         let (ice, absorption) = ice_refractive_index(wavelength);
-        let indices = water.into_iter().chain([ice, 1.35 + absorption]);
+        let indices = water.into_iter().chain(salt);
+        let indices = indices.map(|water| water.refractive_index(wavelength));
+        let indices = indices.chain([ice, 1.35 + absorption]);
         indices.map(|n| (1.3..1.4).contains(&n)).collect::<Vec<_>>()
     }))
 }

@@ -4,6 +4,7 @@
 use std::f64::consts::PI;
 
 use niji_exchange::ScatteringTable;
+use niji_radiometry::Water;
 use niji_radiometry::WavelengthGrid;
 use niji_scatter::TableRequest;
 use niji_scatter::Theory;
@@ -62,7 +63,7 @@ fn request(theory: Theory, radius_um: f64, effective_variance: f64) -> TableRequ
         effective_variance: vec![effective_variance],
         flattening: vec![0.0],
         sun_disc_diameter_rad: DISC_RAD,
-        temperature_c: 20.0,
+        water: Water::pure(20.0),
         airy_table: None,
     }
 }

@@ -5,6 +5,7 @@
 
 use std::path::Path;
 
+use niji_radiometry::Water;
 use niji_scene::Scene;
 use serde_json::Value;
 
@@ -12,8 +13,9 @@ use crate::progress::Verbosity;
 use crate::stages;
 use crate::stages::stored_provenance;
 
-/// Water in settings of a scattering table.
+/// Water in settings of a scattering table; salt stands there only if there is any.
 const TEMPERATURE: &str = "temperature_c";
+const SALINITY: &str = "salinity_per_mille";
 /// What settings of the air hold by index, and where a scene has it.
 const PARTS_OF_AIR: [(usize, &str); 3] = [(0, "[air]"), (1, "[ground]"), (3, "[sun]")];
 
@@ -33,16 +35,20 @@ pub(crate) fn warn(
     }
 }
 
-/// A scattering table of water of another temperature.
+/// A scattering table of other water.
 fn other_water(scene: &Scene, path: &Path) -> Option<String> {
     let settings = settings(path, "niji scatter")?;
-    let found = settings.get(0)?.get(TEMPERATURE)?.as_f64()?;
-    let expected = scene.water.temperature_c;
+    let need = settings.get(0)?;
+    let found = Water {
+        temperature_c: need.get(TEMPERATURE)?.as_f64()?,
+        salinity_per_mille: need.get(SALINITY).and_then(Value::as_f64).unwrap_or(0.0),
+    };
+    let expected = scene.water();
     // Both were read from decimals.
     (found != expected).then(|| {
         format!(
-            "{}: made of water at {found} degrees Celsius, the scene has {expected} in [water]: the \
-             bow stands elsewhere; make it anew with niji scatter --scene",
+            "{}: made of water at {found}, the scene has {expected} in [water]: the bow stands \
+             elsewhere; make it anew with niji scatter --scene",
             path.display()
         )
     })

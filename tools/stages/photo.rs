@@ -8,6 +8,7 @@ use std::path::PathBuf;
 
 use clap::Parser;
 use niji_photo::Finding;
+use niji_radiometry::Water;
 use niji_scene::Along;
 use niji_scene::Camera;
 use niji_scene::Photo;
@@ -30,6 +31,7 @@ use crate::stages::Done;
 use crate::stages::Manner;
 use crate::stages::surfaces::Surfaces;
 use crate::sun;
+use crate::water_flags;
 
 /// Names of the files in the folder of a run.
 const DEPTH: &str = "depth.exr";
@@ -48,12 +50,16 @@ const FOGS: [&str; 1] = ["fog-bank"];
 /// # Errors
 /// A photograph that cannot be read, or picks that no sun explains.
 pub(crate) fn with_picked_sun(text: String, scene_file: &Path) -> Result<String, Failure> {
-    let Some((photo, camera)) = picked_sun(&text) else {
+    let Some(picked) = picked_sun(&text) else {
         return Ok(text);
     };
     let mut arguments = vec!["sun".to_owned()];
-    arguments.extend(picture_and_camera(&photo, &camera, scene_file));
-    arguments.extend(picks(&photo));
+    arguments.extend(picture_and_camera(
+        &picked.photo,
+        &picked.camera,
+        scene_file,
+    ));
+    arguments.extend(picks(&picked.photo, picked.water));
     let Command::Sun(command) = parse(&arguments)? else {
         return Ok(text);
     };
@@ -88,7 +94,7 @@ pub(crate) fn arguments(planned: &Planned, stage: Stage, folder: &Path) -> Optio
         }
         Stage::Sun => {
             arguments.extend(camera());
-            arguments.extend(picks(photo));
+            arguments.extend(picks(photo, planned.scene.water()));
             arguments.push(format!("--preview={}", inside(SUN_PREVIEW)));
             arguments.extend(output(SUN));
         }
@@ -185,7 +191,7 @@ fn distances(photo: &Photo, planned: &Planned) -> Vec<String> {
     map.collect()
 }
 
-fn picks(photo: &Photo) -> Vec<String> {
+fn picks(photo: &Photo, water: Water) -> Vec<String> {
     let edge = match photo.edge {
         PickedColor::Red => "red",
         PickedColor::Middle => "middle",
@@ -195,6 +201,7 @@ fn picks(photo: &Photo) -> Vec<String> {
     picks
         .map(|[x, y]| format!("--pick={x},{y}"))
         .chain([bow(photo), format!("--edge={edge}")])
+        .chain(water_flags::arguments(water))
         .collect()
 }
 
@@ -222,6 +229,7 @@ fn circumstances(photo: &Photo, planned: &Planned, inside: &dyn Fn(&str) -> Stri
         format!("--drops={drops}"),
         format!("--image={}", inside(stages::render::FILE)),
     ];
+    arguments.extend(water_flags::arguments(planned.scene.water()));
     if let Some((nearest_m, _)) = planned.plan.view.distance_m {
         arguments.push(format!("--depth={}", inside(DEPTH)));
         arguments.push(format!("--drops-distance-m={nearest_m}"));

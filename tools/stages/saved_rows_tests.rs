@@ -19,6 +19,7 @@ use niji_geometry::Camera;
 use niji_geometry::PinholeCamera;
 use niji_geometry::PinholeRequest;
 use niji_radiometry::Radians;
+use niji_radiometry::Water;
 use niji_radiometry::WavelengthGrid;
 use niji_render::AirPath;
 use niji_render::DropExtinctionModel;
@@ -97,7 +98,7 @@ impl World {
                 sun_disc_diameter_rad: 0.0,
                 split_theta_rad: 2.0,
                 forward_fraction_left_out: 0.0,
-                temperature_c: 20.0,
+                water: Water::pure(20.0),
                 interpolation_error: None,
             },
         }

@@ -34,12 +34,14 @@ use crate::stages::Manner;
 use crate::stages::Request;
 use crate::stages::perform;
 use crate::sun::bow_edges::Bow;
+use crate::sun::bow_edges::BowEdge;
 use crate::sun::bow_edges::EDGE_ERROR_DEG;
 use crate::sun::bow_edges::Edge;
-use crate::sun::bow_edges::picked_edge;
+use crate::sun::bow_edges::TEMPERATURE_C;
 use crate::sun::camera_flags::Camera;
 use crate::sun::camera_flags::CameraFlags;
 use crate::sun::camera_flags::point;
+use crate::water_flags::WaterFlags;
 
 /// Colors of the drawn bows, linear: the best one, the others, the picks.
 const BEST: [f32; 3] = [1.0, 1.0, 1.0];
@@ -51,7 +53,9 @@ const PICK: [f32; 3] = [1.0, 0.0, 0.0];
 /// All fits are listed, mirror solutions too, each with standard errors. Pixels count from the top
 /// left corner of the upright picture. Results on standard output, `--json` for scripts.
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:
+#[command(
+    mut_arg("temperature_c", |flag| flag.default_value(TEMPERATURE_C)),
+    after_help = "Examples:
   niji sun data/photos/pavilion.jpg --fov-deg 60 --pick 119,113 --pick 320,72 --pick 521,113
   niji sun photo.jpg --pick 412,900 --pick 1800,300 --pick 3100,880 --edge red --preview bow.png")]
 pub(crate) struct SunCommand {
@@ -66,6 +70,9 @@ pub(crate) struct SunCommand {
     /// Which color edge of it was picked.
     #[arg(long, value_enum, default_value_t = Edge::Red)]
     edge: Edge,
+    /// The water of the drops.
+    #[command(flatten)]
+    water: WaterFlags,
     /// The bow angle in degrees, instead of that of the edge for large drops.
     #[arg(long, value_name = "DEG")]
     bow_angle_deg: Option<f64>,
@@ -223,6 +230,7 @@ fn settings(command: &SunCommand) -> String {
         "bow_angle_error_deg": command.bow_angle_error_deg,
         "no_prior": command.no_prior,
         "noise_px": command.noise_px,
+        "water": command.water,
     })
     .to_string()
 }
@@ -239,11 +247,12 @@ fn edge(command: &SunCommand) -> Result<PickedEdge, Failure> {
              above 0; --no-prior assumes none"
         )));
     }
-    Ok(picked_edge(
-        command.bow,
-        command.edge,
-        (angle_deg, error_deg),
-    ))
+    let edge = BowEdge {
+        bow: command.bow,
+        edge: command.edge,
+        water: command.water.water()?,
+    };
+    Ok(edge.picked((angle_deg, error_deg)))
 }
 
 fn published(command: &SunCommand, step_deg: f64, common: &Common) -> Result<(), Failure> {

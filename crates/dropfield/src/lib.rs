@@ -57,6 +57,7 @@ pub use grid_box::GridBox;
 pub use grid_box::NODE_LIMIT;
 pub use mode::DropLeaf;
 pub use mode::DropMode;
+pub use mode::LARGEST_NUMBER_M3;
 pub use mode::LEAF_DIM;
 pub use mode::LEAF_NODES;
 pub use segments::Segment;

@@ -257,7 +257,8 @@ pub(crate) const EXPECT_VARIANCE: &str = "an effective variance in 0..0.5";
 
 /// The bound on radii (m) keeps every f32 moment of up to 1e15 drops finite.
 pub(crate) const LARGEST_RADIUS_M: f32 = 0.1;
-const LARGEST_NUMBER_M3: f32 = 1e15;
+/// Most drops of a node (1/m³).
+pub const LARGEST_NUMBER_M3: f32 = 1e15;
 
 /// Whether a number density can be used.
 pub(crate) fn sound_number(value: f32) -> bool {

@@ -2,6 +2,8 @@
 
 use std::ops::RangeInclusive;
 
+use niji_dropfield::LARGEST_NUMBER_M3;
+
 /// Every failure of this crate.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -69,6 +71,12 @@ pub(crate) fn require_not_negative(parameter: &'static str, found: f64) -> Resul
         found,
         "a finite number not below 0",
     )
+}
+
+/// Accept a number of drops per cubic metre that a volume can hold.
+pub(crate) fn require_number_density(parameter: &'static str, found: f64) -> Result<(), Error> {
+    let expected = "0 to 1e15 drops per cubic metre";
+    require_in(0.0..=LARGEST_NUMBER_M3.into(), parameter, found, expected)
 }
 
 /// Accept a number within a range.

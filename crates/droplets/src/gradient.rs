@@ -25,7 +25,7 @@ use serde::Deserialize;
 use serde::Serialize;
 
 use crate::Error;
-use crate::error::require_not_negative;
+use crate::error::require_number_density;
 
 /// Square metres in a square micrometre.
 const M2_PER_UM2: f64 = 1e-12;
@@ -92,8 +92,8 @@ impl Gradient {
         for radius in [self.radius_at_min_um, self.radius_at_max_um] {
             GammaSizes::new(Micrometers(radius), self.effective_variance)?;
         }
-        require_not_negative("number_density_at_min_m3", self.number_density_at_min_m3)?;
-        require_not_negative("number_density_at_max_m3", self.number_density_at_max_m3)?;
+        require_number_density("number_density_at_min_m3", self.number_density_at_min_m3)?;
+        require_number_density("number_density_at_max_m3", self.number_density_at_max_m3)?;
         self.grid().n_nodes()?;
         Ok(())
     }

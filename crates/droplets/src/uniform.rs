@@ -19,7 +19,7 @@ use serde::Deserialize;
 use serde::Serialize;
 
 use crate::Error;
-use crate::error::require_not_negative;
+use crate::error::require_number_density;
 
 /// A box of air with one size law and one number density.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -51,7 +51,7 @@ impl Uniform {
         match (self.law.natural_number_density_m3(), self.number_density_m3) {
             (None, None) => return Err(Error::NumberDensityMissing { law }),
             (Some(_), Some(_)) => return Err(Error::NumberDensityFixed { law }),
-            (None, Some(density)) => require_not_negative("number_density_m3", density)?,
+            (None, Some(density)) => require_number_density("number_density_m3", density)?,
             (Some(_), None) => {}
         }
         self.grid().n_nodes()?;

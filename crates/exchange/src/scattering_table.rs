@@ -12,6 +12,7 @@ use std::f64::consts::PI;
 use ndarray::Array2;
 use ndarray::Array6;
 use ndarray::s;
+use niji_radiometry::Water;
 use niji_radiometry::WavelengthGrid;
 
 use crate::attributes::AttributeValue;
@@ -43,6 +44,9 @@ const N_AXES_OF_SPHERES: usize = 3;
 /// Said in every header, because this is where people err.
 const ANGLE_CONVENTION: &str = "scattering angle between the directions of travel before and after: \
                                 0 = forward, pi = backward; bow angle = pi - theta";
+/// The water: its temperature, and its salt where there is any.
+const TEMPERATURE: &str = "niji:waterTemperatureC";
+const SALINITY: &str = "niji:waterSalinityPerMille";
 /// pi, give or take the rounding of 180 degrees.
 const MAX_THETA_RAD: f64 = PI + 1e-12;
 /// Gamma distributions of the area exist below this.
@@ -79,8 +83,8 @@ pub struct ScatteringTable {
     pub split_theta_rad: f64,
     /// Part of the scattered light that lies in the forward lobe left out, from 0 to 1.
     pub forward_fraction_left_out: f64,
-    /// Temperature of the water in degrees Celsius.
-    pub temperature_c: f64,
+    /// What the drops are made of.
+    pub water: Water,
     /// What linear interpolation along each axis costs, if that was measured.
     pub interpolation_error: Option<InterpolationError>,
 }
@@ -171,9 +175,10 @@ impl ScatteringTable {
                 "niji:forwardFractionLeftOut",
                 number(self.forward_fraction_left_out),
             ),
-            ("niji:waterTemperatureC", number(self.temperature_c)),
+            (TEMPERATURE, number(self.water.temperature_c)),
         ]
         .into_iter()
+        .chain(self.salinity())
         .map(|(name, value)| (name.to_owned(), value))
         .chain(wavelength_names::describe(&self.wavelengths))
         .chain(
@@ -182,6 +187,12 @@ impl ScatteringTable {
                 .flat_map(InterpolationError::attributes),
         )
         .collect()
+    }
+
+    /// Said where there is salt; a table that says nothing is of pure water.
+    fn salinity(&self) -> Option<(&'static str, AttributeValue)> {
+        let salinity = self.water.salinity_per_mille;
+        (salinity > 0.0).then_some((SALINITY, AttributeValue::Number(salinity)))
     }
 
     /// Reads the table from a file.
@@ -234,7 +245,7 @@ impl ScatteringTable {
             sun_disc_diameter_rad: part.number("niji:sunDiscDiameterRad")?,
             split_theta_rad: part.number("niji:splitThetaRad")?,
             forward_fraction_left_out: part.number("niji:forwardFractionLeftOut")?,
-            temperature_c: part.number("niji:waterTemperatureC")?,
+            water: water(&part)?,
             interpolation_error: InterpolationError::read(&part)?,
         })
     }
@@ -243,6 +254,17 @@ impl ScatteringTable {
 fn axis(index: usize, values: &[f64]) -> Axis {
     let (name, unit) = AXES[index];
     Axis::new(name, unit, values.to_vec())
+}
+
+fn water(part: &TablePart) -> Result<Water, Error> {
+    let pure = Water::pure(part.number(TEMPERATURE)?);
+    if !part.attributes.contains_key(SALINITY) {
+        return Ok(pure);
+    }
+    Ok(Water {
+        salinity_per_mille: part.number(SALINITY)?,
+        ..pure
+    })
 }
 
 fn wavelengths(part: &TablePart) -> Result<WavelengthGrid, Error> {

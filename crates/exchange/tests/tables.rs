@@ -22,6 +22,7 @@ use niji_exchange::TableFile;
 use niji_exchange::TablePart;
 use niji_exchange::contents;
 use niji_exchange::read_provenance;
+use niji_radiometry::Water;
 use niji_radiometry::WavelengthGrid;
 
 fn provenance() -> Provenance {
@@ -96,7 +97,7 @@ fn scattering_table() -> ScatteringTable {
         sun_disc_diameter_rad: 0.533_f64.to_radians(),
         split_theta_rad: 2.2,
         forward_fraction_left_out: 0.5,
-        temperature_c: 20.0,
+        water: Water::pure(20.0),
         interpolation_error: Some(InterpolationError {
             theta: AxisError {
                 rms: 1.25e-4,
@@ -127,6 +128,34 @@ fn changed(change: impl Fn(&mut TableFile)) -> Result<TableFile, Error> {
     let mut cursor = Cursor::new(Vec::new());
     file.write(&mut cursor)?;
     read(&cursor.into_inner())
+}
+
+#[test]
+fn salt_stands_in_the_header_where_there_is_any() {
+    let file = |water| {
+        let table = ScatteringTable {
+            water,
+            ..scattering_table()
+        };
+        table.to_file(provenance())
+    };
+    let names = |file: &TableFile| -> Vec<String> {
+        let names = file.parts[0].attributes.keys();
+        names
+            .filter(|name| name.contains("Water") || name.contains("water"))
+            .cloned()
+            .collect()
+    };
+    let (pure, sea) = (file(Water::pure(15.0)), file(Water::of_the_sea(15.0)));
+    assert_eq!(names(&pure), ["niji:waterTemperatureC"]);
+    assert_eq!(
+        names(&sea),
+        ["niji:waterSalinityPerMille", "niji:waterTemperatureC"]
+    );
+    for (file, water) in [(pure, Water::pure(15.0)), (sea, Water::of_the_sea(15.0))] {
+        let found = ScatteringTable::from_file(read(&bytes(&file)).unwrap()).unwrap();
+        assert_eq!(found.water, water);
+    }
 }
 
 #[test]

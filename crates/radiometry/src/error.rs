@@ -1,6 +1,8 @@
-//! What can be wrong with a wavelength grid or a tabulated spectrum.
+//! What can be wrong with a wavelength grid, a tabulated spectrum or water.
 
-/// Bad input to a wavelength grid or a tabulated spectrum.
+use crate::water::Water;
+
+/// Bad input to a wavelength grid, a tabulated spectrum or water.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -69,6 +71,15 @@ pub enum Error {
         column: String,
         /// What the cell holds.
         text: String,
+    },
+    /// Water of which nobody measured the index.
+    #[error(
+        "found water at {found}, expected -20 to 100 degrees Celsius without salt, 0 to 30 degrees \
+         Celsius with 0 to 40 per mille"
+    )]
+    Water {
+        /// The water that was found.
+        found: Water,
     },
     /// The text is not a CSV table.
     #[error("damaged CSV table: {message}")]

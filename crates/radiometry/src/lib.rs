@@ -25,6 +25,7 @@ mod solar_irradiance;
 mod tabulated_spectrum;
 mod units;
 mod warren_brandt;
+mod water;
 mod wavelength_grid;
 
 pub use crate::ciddor::air_refractive_index;
@@ -49,4 +50,5 @@ pub use crate::units::Micrometers;
 pub use crate::units::Nanometers;
 pub use crate::units::Radians;
 pub use crate::warren_brandt::ice_refractive_index;
+pub use crate::water::Water;
 pub use crate::wavelength_grid::WavelengthGrid;

@@ -6,13 +6,14 @@
 //! [QF95] Quan and Fry, Applied Optics 34, 3477-3480 (1995), eq. 3.
 
 use crate::units::Nanometers;
+use crate::water::Water;
 
 /// Refractive index of sea water relative to air (QF95, eq. 3).
 ///
 /// ```
 /// use niji_radiometry::{Nanometers, sea_water_refractive_index, water_refractive_index};
 ///
-/// // Salt makes the bow of spray 0.8 degrees smaller: its index is higher by 0.0065.
+/// // Salt makes the bow of spray 0.9 degrees smaller: its index is higher by 0.0065.
 /// let yellow = Nanometers(589.3);
 /// let sea = sea_water_refractive_index(yellow, 20.0, 35.0);
 /// assert!((sea - water_refractive_index(yellow, 20.0) - 0.0065).abs() < 3e-4);
@@ -30,6 +31,12 @@ pub fn sea_water_refractive_index(
         + 1.1455e6 / lambda.powi(3)
 }
 
+/// What the salt alone adds to the index: the terms in S of eq. 3, exactly 0 without salt.
+pub(crate) fn index_of_salt(wavelength: Nanometers, water: Water) -> f64 {
+    let (t, s) = (water.temperature_c, water.salinity_per_mille);
+    (1.779e-4 - 1.05e-6 * t + 1.6e-8 * t * t) * s + 0.01155 * s / wavelength.0
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -40,6 +47,20 @@ mod tests {
         let n = |salinity| sea_water_refractive_index(Nanometers(550.0), 20.0, salinity);
         assert!((n(0.0) - 1.334338).abs() <= 5e-7, "{}", n(0.0));
         assert!((n(35.0) - 1.340789).abs() <= 5e-7, "{}", n(35.0));
+    }
+
+    #[test]
+    fn salt_is_all_that_tells_sea_water_from_fresh() {
+        for (temperature_c, salinity_per_mille) in [(0.0, 35.0), (15.0, 10.0), (30.0, 40.0)] {
+            let n =
+                |salinity| sea_water_refractive_index(Nanometers(450.0), temperature_c, salinity);
+            let water = Water {
+                temperature_c,
+                salinity_per_mille,
+            };
+            let salt = index_of_salt(Nanometers(450.0), water);
+            assert!((n(salinity_per_mille) - n(0.0) - salt).abs() < 1e-15);
+        }
     }
 
     #[test]

@@ -22,6 +22,7 @@ use niji_geometry::PinholeCamera;
 use niji_geometry::PinholeRequest;
 use niji_geometry::PixelRegion;
 use niji_radiometry::Radians;
+use niji_radiometry::Water;
 use niji_radiometry::WavelengthGrid;
 use niji_render::AirPath;
 use niji_render::DropExtinctionModel;
@@ -101,7 +102,7 @@ fn table(n_sizes: usize, n_wavelengths: usize) -> ScatteringTable {
         sun_disc_diameter_rad: 0.0093,
         split_theta_rad: 130_f64.to_radians(),
         forward_fraction_left_out: 0.5,
-        temperature_c: 20.0,
+        water: Water::pure(20.0),
         interpolation_error: None,
     }
 }

@@ -21,7 +21,7 @@
 //! use niji_dropfield::{Bricks, DropMode, Drops, GridBox, Interpolation};
 //! use niji_exchange::ScatteringTable;
 //! use niji_geometry::{PinholeCamera, PinholeRequest, PixelRegion};
-//! use niji_radiometry::{Radians, WavelengthGrid};
+//! use niji_radiometry::{Radians, Water, WavelengthGrid};
 //! use niji_render::{
 //!     AirPath, DropExtinctionModel, DropOrders, Integration, LitDrops, PixelFootprint,
 //!     RenderEffects, RenderLevels, RenderRequest, SkyModel, SunPath, render,
@@ -50,7 +50,7 @@
 //!     sun_disc_diameter_rad: 0.0,
 //!     split_theta_rad: 2.3,
 //!     forward_fraction_left_out: 0.0,
-//!     temperature_c: 15.0,
+//!     water: Water::pure(15.0),
 //!     interpolation_error: None,
 //! };
 //! let camera = PinholeCamera::new(PinholeRequest {

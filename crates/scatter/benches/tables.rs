@@ -8,6 +8,7 @@
 
 use std::f64::consts::PI;
 
+use niji_radiometry::Water;
 use niji_radiometry::WavelengthGrid;
 use niji_scatter::TableRequest;
 use niji_scatter::Theory;
@@ -33,7 +34,7 @@ fn request(theory: Theory) -> TableRequest<'static> {
         effective_variance: vec![0.02],
         flattening: vec![0.0],
         sun_disc_diameter_rad: 0.533 * PI / 180.0,
-        temperature_c: 20.0,
+        water: Water::pure(20.0),
         airy_table: None,
     }
 }

@@ -7,6 +7,7 @@
 use std::io::Write;
 
 use niji_radiometry::Colorimetry;
+use niji_radiometry::Water;
 use niji_radiometry::WavelengthGrid;
 use niji_radiometry::solar_irradiance;
 use niji_radiometry::xyz_to_linear_rec709;
@@ -29,7 +30,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             effective_variance: vec![0.01],
             flattening: vec![0.0],
             sun_disc_diameter_rad: 0.0093,
-            temperature_c: 15.0,
+            water: Water::pure(15.0),
             airy_table: None,
         },
         &|_| (),

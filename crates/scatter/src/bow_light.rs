@@ -15,7 +15,6 @@ use niji_airy::PublishedGeometricBow;
 use niji_airy::UniformBow;
 use niji_radiometry::Nanometers;
 use niji_radiometry::Radians;
-use niji_radiometry::water_refractive_index;
 
 use crate::error::Error;
 use crate::mean_square::MeanSquare;
@@ -64,7 +63,7 @@ impl Bin {
         Self {
             center,
             width: Nanometers(request.wavelengths.step_nm()),
-            index: water_refractive_index(center, request.temperature_c),
+            index: request.water.refractive_index(center),
         }
     }
 }

@@ -8,7 +8,7 @@ use ndarray::Axis;
 use niji_airy::rainbow_ray;
 use niji_exchange::ScatteringTable;
 use niji_radiometry::Nanometers;
-use niji_radiometry::water_refractive_index;
+use niji_radiometry::Water;
 use rayon::prelude::*;
 
 use crate::bow_light::Bin;
@@ -197,20 +197,20 @@ fn described(request: &TableRequest, theta_rad: Vec<f64>, values: Array6<f32>) -
         flattening: request.flattening.clone(),
         values,
         sun_disc_diameter_rad: request.sun_disc_diameter_rad,
-        split_theta_rad: split_theta_rad(request.temperature_c),
+        split_theta_rad: split_theta_rad(request.water),
         forward_fraction_left_out: if holds_diffraction {
             0.0
         } else {
             DIFFRACTED_FRACTION
         },
-        temperature_c: request.temperature_c,
+        water: request.water,
         interpolation_error: None,
     }
 }
 
 /// The middle of Alexander's band in green light.
-fn split_theta_rad(temperature_c: f64) -> f64 {
-    let index = water_refractive_index(SPLIT_WAVELENGTH, temperature_c);
+fn split_theta_rad(water: Water) -> f64 {
+    let index = water.refractive_index(SPLIT_WAVELENGTH);
     let theta_rad = |p| rainbow_ray(index, p).map_or(0.75 * PI, |ray| ray.theta_rad());
     0.5 * (theta_rad(2) + theta_rad(3))
 }

@@ -35,7 +35,10 @@ pub enum Error {
     #[error(
         "found a table of {gib:.0} GiB ({radii} radii x {variances} variances x {flattenings} \
          flattenings x {wavelengths} wavelengths x {angles} angles), expected at most \
-         {limit_gib} GiB: allow a larger error, or ask for fewer wavelengths, sizes or flattenings"
+         {limit_gib} GiB: allow a larger error (table_relative_error in [accuracy], --relative-error), \
+         fewer wavelengths ([spectrum], --spectrum), a narrower range of sizes ([drops], \
+         --effective-radius-um, --effective-variance) or spheres (drop_flattening = \"off\" in \
+         [effects], --flattening 0)"
     )]
     TooLarge {
         /// Size of the table.
@@ -53,6 +56,9 @@ pub enum Error {
         /// Scattering angles.
         angles: usize,
     },
+    /// Water of which nobody measured the index.
+    #[error(transparent)]
+    Water(niji_radiometry::Error),
     /// A drop that the exact theory refuses.
     #[error("{0}")]
     Drop(String),

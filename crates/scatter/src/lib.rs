@@ -5,6 +5,7 @@
 //! the tolerance. The result is a `ScatteringTable` of `niji-exchange`, which the renderer reads.
 //!
 //! ```
+//! use niji_radiometry::Water;
 //! use niji_radiometry::WavelengthGrid;
 //! use niji_scatter::{TableRequest, Theory, scattering_table};
 //!
@@ -18,7 +19,7 @@
 //!     effective_variance: vec![0.0],
 //!     flattening: vec![0.0],
 //!     sun_disc_diameter_rad: 0.0093,
-//!     temperature_c: 15.0,
+//!     water: Water::pure(15.0),
 //!     airy_table: None,
 //! };
 //! let table = scattering_table(&request, &|_| ())?;

@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use niji_airy::AiryTable;
+use niji_radiometry::Water;
 use niji_radiometry::WavelengthGrid;
 
 use crate::error::Error;
@@ -39,8 +40,8 @@ pub struct TableRequest<'a> {
     pub flattening: Vec<f64>,
     /// Diameter of the sun's disc in radians; 0 for a point.
     pub sun_disc_diameter_rad: f64,
-    /// Temperature of the water in degrees Celsius.
-    pub temperature_c: f64,
+    /// What the drops are made of.
+    pub water: Water,
     /// Airy's integral in advance; `None` computes every value.
     pub airy_table: Option<&'a AiryTable>,
 }
@@ -67,7 +68,10 @@ impl TableRequest<'_> {
     }
 
     /// Refuses a table of so many angles that would be too large.
-    pub(crate) fn check_size(&self, n_angles: usize) -> Result<(), Error> {
+    ///
+    /// # Errors
+    /// [`Error::TooLarge`].
+    pub fn check_size(&self, n_angles: usize) -> Result<(), Error> {
         let (radii, variances) = (
             self.effective_radius_um.len(),
             self.effective_variance.len(),
@@ -90,7 +94,12 @@ impl TableRequest<'_> {
         })
     }
 
-    pub(crate) fn check(&self) -> Result<(), Error> {
+    /// Refuses what no table can be made of.
+    ///
+    /// # Errors
+    /// An axis that is empty, not ascending or outside its range, orders that take no part, or water of
+    /// which nobody measured the index.
+    pub fn check(&self) -> Result<(), Error> {
         let radii = &self.effective_radius_um;
         let sound_radius = |radius: &f64| *radius > 0.0 && radius.is_finite();
         if !(is_ascending(radii) && radii.iter().all(sound_radius)) {
@@ -130,6 +139,7 @@ impl TableRequest<'_> {
             let found = format!("{} rad", self.sun_disc_diameter_rad);
             return Err(axis("sun disc", found, "0 to 0.1 rad"));
         }
+        self.water.check().map_err(Error::Water)?;
         let is_new = |(index, p): (usize, &u32)| !self.orders[..index].contains(p);
         let sound_orders = !self.orders_in().is_empty()
             && self.orders.iter().all(|p| *p <= HIGHEST_ORDER)

@@ -16,6 +16,7 @@ use niji_exchange::TableFile;
 use niji_radiometry::Micrometers;
 use niji_radiometry::Nanometers;
 use niji_radiometry::Radians;
+use niji_radiometry::Water;
 use niji_radiometry::WavelengthGrid;
 use niji_radiometry::water_refractive_index;
 use niji_scatter::Error;
@@ -41,7 +42,7 @@ fn request(theory: Theory, radii_um: &[f64]) -> TableRequest<'static> {
         effective_variance: vec![0.0],
         flattening: vec![0.0],
         sun_disc_diameter_rad: SUN_DISC_DEG.to_radians(),
-        temperature_c: 20.0,
+        water: Water::pure(20.0),
         airy_table: None,
     }
 }

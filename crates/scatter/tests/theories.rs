@@ -17,6 +17,7 @@ use niji_exchange::ScatteringTable;
 use niji_radiometry::Micrometers;
 use niji_radiometry::Nanometers;
 use niji_radiometry::Radians;
+use niji_radiometry::Water;
 use niji_radiometry::WavelengthGrid;
 use niji_radiometry::water_refractive_index;
 use niji_scatter::TableRequest;
@@ -42,7 +43,7 @@ fn request(theory: Theory, radius_um: f64, effective_variance: f64) -> TableRequ
         effective_variance: vec![effective_variance],
         flattening: vec![0.0],
         sun_disc_diameter_rad: DISC_RAD,
-        temperature_c: 20.0,
+        water: Water::pure(20.0),
         airy_table: None,
     }
 }

@@ -53,11 +53,8 @@ pub(crate) fn scene(scene: &Scene, lines: &BTreeMap<String, usize>) -> Result<()
     camera_section::check(&scene.camera, &check)?;
     spectrum(scene, &check)?;
     drops(scene, &check)?;
-    check.number(
-        "water.temperature_c",
-        scene.water.temperature_c,
-        (-20.0, 100.0),
-    )?;
+    let water = scene.water().check();
+    water.map_err(|error| check.refused("water", &error))?;
     check.number("ground.albedo", scene.ground.albedo, (0.0, 1.0))?;
     check.number(
         "picture.exposure_ev",

@@ -89,6 +89,7 @@ pub use photo::Photo;
 pub use photo::PhotoExposure;
 pub use photo::PickedBow;
 pub use photo::PickedColor;
+pub use photo::PickedSun;
 pub use photo::picked_sun;
 pub use photo::with_sun;
 pub use plan::Bound;

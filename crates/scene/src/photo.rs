@@ -5,6 +5,7 @@ use serde::Deserialize;
 use serde::Serialize;
 
 use crate::camera_section::Camera;
+use crate::sections::Water;
 
 /// The section `[photo]`: the camera of the scene is the one that took the picture.
 ///
@@ -82,16 +83,37 @@ pub enum PhotoExposure {
     Camera,
 }
 
-/// The photograph and the camera of a scene file whose sun follows from picks; `None` for any other
-/// text, even one that is no scene.
-pub fn picked_sun(text: &str) -> Option<(Photo, Camera)> {
+/// What the sun of a scene follows from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PickedSun {
+    /// The photograph, with its picks.
+    pub photo: Photo,
+    /// The eye.
+    pub camera: Camera,
+    /// What the drops are made of.
+    pub water: niji_radiometry::Water,
+}
+
+/// What a scene file says whose sun follows from picks; `None` for any other text, even one that is no
+/// scene.
+pub fn picked_sun(text: &str) -> Option<PickedSun> {
     let mut scene: toml::Table = text.parse().ok()?;
     if scene.contains_key("sun") {
         return None;
     }
     let photo: Photo = scene.remove("photo")?.try_into().ok()?;
     let camera: Camera = scene.remove("camera")?.try_into().ok()?;
-    (!photo.picks_px.is_empty()).then_some((photo, camera))
+    let water: Water = match scene.remove("water") {
+        Some(water) => water.try_into().ok()?,
+        None => Water::default(),
+    };
+    let shape = scene.get("drops").and_then(|drops| drops.get("shape"));
+    let shape = shape.and_then(toml::Value::as_str).unwrap_or_default();
+    (!photo.picks_px.is_empty()).then(|| PickedSun {
+        photo,
+        camera,
+        water: water.of(shape),
+    })
 }
 
 /// A scene file with a sun; the lines of everything else stay.
@@ -124,7 +146,15 @@ picks_px = [[10.0, 20.0], [32.0, 8.0], [54, 20]]
 
     #[test]
     fn a_sun_by_picks_becomes_a_section() {
-        let (photo, camera) = picked_sun(SCENE).unwrap();
+        let PickedSun {
+            photo,
+            camera,
+            water,
+        } = picked_sun(SCENE).unwrap();
+        assert_eq!(water, niji_radiometry::Water::pure(15.0));
+        let spray = SCENE.replace("file = \"drops.vdb\"", "shape = \"sea-spray\"");
+        let spray = picked_sun(&(spray + "[water]\ntemperature_c = 10.0\n")).unwrap();
+        assert_eq!(spray.water, niji_radiometry::Water::of_the_sea(10.0));
         assert_eq!(photo.picks_px[2], [54.0, 20.0]);
         assert_eq!(camera.width_px, 64);
         let text = with_sun(SCENE, 0.1 + 0.2, 180.0);

@@ -83,6 +83,9 @@ pub enum PlanError {
         /// The file, or the shape.
         file: String,
     },
+    /// Drops that cannot be laid out.
+    #[error("[drops]")]
+    Drops(#[from] niji_droplets::Error),
     /// The camera of a scene that was not read from a file.
     #[error("camera")]
     Camera(#[from] niji_geometry::Error),
@@ -149,6 +152,9 @@ pub struct Plan {
     pub levels: Levels,
     /// The scattering table that is needed; `None` where no bow is in view.
     pub scattering: Option<ScatteringNeed>,
+    /// Why the stage would refuse to make that table.
+    #[serde(skip)]
+    pub table_refused: Option<niji_scatter::Error>,
     /// The stages to run, in order.
     pub stages: Vec<StagePlan>,
     /// What its times and errors scale with.
@@ -160,7 +166,7 @@ pub struct Plan {
 /// Plans a scene. Pure: equal arguments give equal plans.
 ///
 /// # Errors
-/// If figures of a drop file are missing or the volume is empty, or parts of a scene that was not
+/// If figures of a drop file are missing or the volume is empty, drops cannot be laid out, or parts of a scene that was not
 /// read from a file are out of range.
 pub fn plan(scene: &Scene, inputs: &PlanInputs<'_>) -> Result<Plan, PlanError> {
     let situation = Situation::new(scene, inputs)?;
@@ -201,6 +207,7 @@ pub fn plan(scene: &Scene, inputs: &PlanInputs<'_>) -> Result<Plan, PlanError> {
     let scattering = stages::scattering_need(scene, (&situation, &curves), &on)?;
     let with_angles = |need| (need, resources::n_angles(need, &situation));
     let table_need = scattering.as_ref().map(with_angles);
+    let table_refused = table_need.and_then(|need| resources::refusal(need, &situation));
     let work = Work::new(scene, &situation, (table_need, &on));
     let levels = levels_used(situation.levels, &on, scattering.as_ref());
     let seconds = |stage| work.seconds(stage, &levels, inputs.measured);
@@ -217,6 +224,7 @@ pub fn plan(scene: &Scene, inputs: &PlanInputs<'_>) -> Result<Plan, PlanError> {
         left_out,
         levels,
         scattering,
+        table_refused,
         stages,
         work,
     })

@@ -175,6 +175,12 @@ impl Scene {
         self.accuracy.scattering_orders()
     }
 
+    /// What the drops are made of: the sea's water in its spray, pure water in all other drops, unless
+    /// the section `[water]` says something else.
+    pub fn water(&self) -> niji_radiometry::Water {
+        self.water.of(self.drops.name())
+    }
+
     /// All values, those left out in the file included, as JSON whose bytes depend on nothing but
     /// the values: sorted keys, no white space, shortest decimals that read back exactly.
     pub fn canonical_json(&self) -> String {

@@ -13,6 +13,9 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
 
+/// Name of the shape that is made of the sea's water, [`niji_droplets::SeaSpray`].
+const SEA_SPRAY: &str = "sea-spray";
+
 /// The section `[sun]`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -144,17 +147,37 @@ impl Default for Spectrum {
 
 /// The section `[water]`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 pub struct Water {
-    /// Temperature, degrees Celsius: 15 where the section is left out.
+    /// Temperature, degrees Celsius, of salt water 0 to 30: 15 where it is left out.
     #[schemars(range(min = -20.0, max = 100.0))]
     pub temperature_c: f64,
+    /// Salinity, per mille: where it is left out 35 in the shape `sea-spray`, 0 in all others.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0, max = 40.0))]
+    pub salinity_per_mille: Option<f64>,
 }
 
 impl Default for Water {
     fn default() -> Self {
         Self {
             temperature_c: 15.0,
+            salinity_per_mille: None,
+        }
+    }
+}
+
+impl Water {
+    /// The water of drops of a name.
+    pub(crate) fn of(self, drops: &str) -> niji_radiometry::Water {
+        let usual = if drops == SEA_SPRAY {
+            niji_radiometry::Water::of_the_sea(self.temperature_c)
+        } else {
+            niji_radiometry::Water::pure(self.temperature_c)
+        };
+        niji_radiometry::Water {
+            salinity_per_mille: self.salinity_per_mille.unwrap_or(usual.salinity_per_mille),
+            ..usual
         }
     }
 }

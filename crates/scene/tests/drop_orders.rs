@@ -20,6 +20,7 @@ use niji_geometry::PinholeCamera;
 use niji_geometry::PinholeRequest;
 use niji_geometry::PixelRegion;
 use niji_radiometry::Radians;
+use niji_radiometry::Water;
 use niji_radiometry::WavelengthGrid;
 use niji_render::DropExtinctionModel;
 use niji_render::DropOrders;
@@ -104,7 +105,7 @@ fn table(grid: WavelengthGrid) -> ScatteringTable {
         effective_variance: vec![0.0],
         flattening: vec![0.0],
         sun_disc_diameter_rad: 0.533_f64.to_radians(),
-        temperature_c: 20.0,
+        water: Water::pure(20.0),
         airy_table: Some(&AiryTable::compute()),
     };
     scattering_table(&request, &|_| ()).unwrap()

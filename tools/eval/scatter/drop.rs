@@ -9,11 +9,11 @@ use niji_mie::RefractiveIndex;
 use niji_mie::Sphere;
 use niji_radiometry::Micrometers;
 use niji_radiometry::Nanometers;
-use niji_radiometry::water_refractive_index;
 use niji_sizes::gamma_area_quadrature;
 
 use crate::cli::numbers;
 use crate::failure::Failure;
+use crate::water_flags::WaterFlags;
 
 /// Sizes of a law: resolves 6 periods of the fringes in a standard deviation to 1e-7.
 const N_SIZES: usize = 256;
@@ -36,14 +36,9 @@ pub(super) struct DropArguments {
     /// Effective variance of a gamma law of sizes; 0 for one drop.
     #[arg(long, value_name = "V", default_value_t = 0.0)]
     effective_variance: f64,
-    /// Temperature of the water, where no index is given.
-    #[arg(
-        long,
-        value_name = "C",
-        default_value_t = 20.0,
-        allow_negative_numbers = true
-    )]
-    temperature_c: f64,
+    /// The water, where no index is given.
+    #[command(flatten)]
+    water: WaterFlags,
     /// Scattering angles, 0 = forward.
     #[arg(long, value_name = "A,B,…")]
     angles_deg: Option<String>,
@@ -110,8 +105,8 @@ impl DropArguments {
                     "found {nm} nm, expected 300 to 1000 nm"
                 )));
             }
-            let n = || water_refractive_index(Nanometers(nm), self.temperature_c);
-            let index = given.unwrap_or_else(|| RefractiveIndex { n: n(), k: 0.0 });
+            let n = self.water.water()?.refractive_index(Nanometers(nm));
+            let index = given.unwrap_or(RefractiveIndex { n, k: 0.0 });
             return Ok((TAU * radius_um / (1e-3 * nm), index));
         }
         match (self.x, given) {

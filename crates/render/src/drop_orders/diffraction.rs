@@ -189,7 +189,7 @@ fn with(table: &ScatteringTable, radii_um: Vec<f64>, values: Array6<f32>) -> Sca
         sun_disc_diameter_rad: table.sun_disc_diameter_rad,
         split_theta_rad: table.split_theta_rad,
         forward_fraction_left_out: table.forward_fraction_left_out,
-        temperature_c: table.temperature_c,
+        water: table.water,
         interpolation_error: None,
     }
 }

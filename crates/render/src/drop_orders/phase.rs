@@ -266,6 +266,7 @@ impl CellPoints {
 #[cfg(test)]
 mod tests {
     use ndarray::Array6;
+    use niji_radiometry::Water;
     use niji_radiometry::WavelengthGrid;
 
     use super::*;
@@ -290,7 +291,7 @@ mod tests {
             sun_disc_diameter_rad: 0.0,
             split_theta_rad: 2.2,
             forward_fraction_left_out: 0.5,
-            temperature_c: 20.0,
+            water: Water::pure(20.0),
             interpolation_error: None,
         }
     }

@@ -18,7 +18,7 @@ use niji_airy::rainbow_ray;
 use niji_radiometry::Micrometers;
 use niji_radiometry::Nanometers;
 use niji_radiometry::Radians;
-use niji_radiometry::water_refractive_index;
+use niji_radiometry::Water;
 use niji_scatter::Theory;
 
 use super::curve::Curve;
@@ -49,7 +49,7 @@ pub(super) struct LightRequest<'a> {
     /// (effective radius (um), effective variance) of each row.
     pub(super) sizes: &'a [(f64, f64)],
     pub(super) theta_rad: (f64, f64),
-    pub(super) temperature_c: f64,
+    pub(super) water: Water,
     pub(super) airy: &'a AiryTable,
 }
 
@@ -237,7 +237,7 @@ fn rows(
     angles: &[Radians],
 ) -> Vec<Vec<f64>> {
     let wavelength = line.wavelength;
-    let index = water_refractive_index(wavelength, request.temperature_c);
+    let index = request.water.refractive_index(wavelength);
     let Some(light) = OrderLight::new(request, line, index) else {
         return vec![vec![0.0; angles.len()]; laws.len()];
     };

@@ -12,7 +12,6 @@ use niji_radiometry::Colorimetry;
 use niji_radiometry::Nanometers;
 use niji_radiometry::WavelengthGrid;
 use niji_radiometry::solar_irradiance;
-use niji_radiometry::water_refractive_index;
 
 use crate::accuracy::Levels;
 use crate::drops::Drops;
@@ -78,7 +77,7 @@ impl Situation {
         let blocks = view::blocks(&camera, scene.camera.region()?, sun, &extent);
         let sun_depth = sun_depth(&drops, sun);
         let bow = |order| {
-            let index = water_refractive_index(SPLIT_WAVELENGTH, scene.water.temperature_c);
+            let index = scene.water().refractive_index(SPLIT_WAVELENGTH);
             rainbow_ray(index, order).map_or(0.0, |ray| ray.theta_rad())
         };
         // What a gray card in the sun looks like is what that is worth at other exposures.
@@ -146,7 +145,7 @@ impl Situation {
                 .theta_deg
                 .map(|(a, b)| (a.to_radians(), b.to_radians())),
             split_rad: 0.5 * (self.bows_rad.0 + self.bows_rad.1),
-            temperature_c: scene.water.temperature_c,
+            water: scene.water(),
         })
     }
 
@@ -213,6 +212,10 @@ fn summary(scene: &Scene, inputs: &PlanInputs<'_>) -> Result<DropSummary, PlanEr
         Drops::FromVdb(density) => density.file.clone(),
         Drops::File(drops) => drops.file.clone(),
     };
+    if let (None, Some(shape)) = (&summary, scene.drops.shape()) {
+        // Laid out in vain: it says why.
+        shape.volume()?;
+    }
     summary.ok_or_else(|| PlanError::NoDrops { file: file() })
 }
 

@@ -8,7 +8,7 @@
 use niji_airy::GeometricOrder;
 use niji_radiometry::Nanometers;
 use niji_radiometry::Radians;
-use niji_radiometry::water_refractive_index;
+use niji_radiometry::Water;
 
 /// All of them.
 const ORDERS: [u32; 6] = [0, 1, 4, 5, 6, 7];
@@ -26,8 +26,8 @@ const STEP_RAD: f64 = 0.25 * std::f64::consts::PI / 180.0;
 const NEGLIGIBLE: f64 = 0.01;
 
 /// The orders that matter somewhere between two scattering angles.
-pub(super) fn orders_seen((low_rad, high_rad): (f64, f64), temperature_c: f64) -> Vec<u32> {
-    let index = water_refractive_index(WAVELENGTH, temperature_c);
+pub(super) fn orders_seen((low_rad, high_rad): (f64, f64), water: Water) -> Vec<u32> {
+    let index = water.refractive_index(WAVELENGTH);
     let orders: Vec<(u32, GeometricOrder)> = ORDERS
         .into_iter()
         .filter_map(|order| Some((order, GeometricOrder::new(index, order)?)))
@@ -56,8 +56,10 @@ pub(super) fn orders_seen((low_rad, high_rad): (f64, f64), temperature_c: f64) -
 mod tests {
     use super::*;
 
+    const WATER: Water = Water::pure(15.0);
+
     fn seen(low_deg: f64, high_deg: f64) -> Vec<u32> {
-        orders_seen((low_deg.to_radians(), high_deg.to_radians()), 15.0)
+        orders_seen((low_deg.to_radians(), high_deg.to_radians()), WATER)
     }
 
     #[test]
@@ -71,7 +73,7 @@ mod tests {
 
     #[test]
     fn each_order_is_seen_at_its_bow() {
-        let index = water_refractive_index(WAVELENGTH, 15.0);
+        let index = WATER.refractive_index(WAVELENGTH);
         for order in [6, 7] {
             let bow = niji_airy::rainbow_ray(index, order).unwrap();
             let bow_deg = bow.theta_rad().to_degrees();

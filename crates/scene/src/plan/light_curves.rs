@@ -12,6 +12,7 @@ use std::cell::OnceCell;
 use std::collections::BTreeSet;
 
 use niji_airy::AiryTable;
+use niji_radiometry::Water;
 use niji_scatter::Theory;
 
 use crate::effect::Effect;
@@ -89,7 +90,7 @@ pub(super) struct CurvesRequest<'a> {
     pub(super) flattening: (f64, f64),
     /// Where light counts as the primary bow's from, rad.
     pub(super) split_rad: f64,
-    pub(super) temperature_c: f64,
+    pub(super) water: Water,
 }
 
 /// Both bows in flat drops, by m.
@@ -112,7 +113,7 @@ impl<'a> LightCurves<'a> {
     pub(super) fn new(request: CurvesRequest<'a>) -> Self {
         let higher_orders = request
             .theta_rad
-            .map(|range| orders_seen(range, request.temperature_c))
+            .map(|range| orders_seen(range, request.water))
             .unwrap_or_default();
         Self {
             request,
@@ -173,7 +174,7 @@ impl<'a> LightCurves<'a> {
             lines: self.request.lines,
             sizes: &self.sizes(variant),
             theta_rad: self.angles_rad()?,
-            temperature_c: self.request.temperature_c,
+            water: self.request.water,
             airy: self.airy.get_or_init(AiryTable::compute),
         }))
     }

@@ -164,8 +164,18 @@ pub(super) fn n_angles(need: &ScatteringNeed, situation: &Situation) -> usize {
     let step_nm = grid.step_nm() * n_steps[0] / n_steps[1];
     let judged = WavelengthGrid::new(grid.first_nm(), step_nm, n_judged).unwrap_or(grid);
     let angles = theta_axis(&need.request(judged, None));
-    // The stage will say what is wrong with a need without angles.
+    // What is wrong with a need without angles is said by its refusal.
     angles.map_or(0, |angles| angles.len())
+}
+
+/// What the stage would say of the table before it computes any light; `None` if it makes it.
+pub(super) fn refusal(
+    (need, n_angles): (&ScatteringNeed, usize),
+    situation: &Situation,
+) -> Option<niji_scatter::Error> {
+    let request = need.request(situation.grid, None);
+    let sound = request.check().and_then(|()| request.check_size(n_angles));
+    sound.err()
 }
 
 /// Of the picture with all its layers; its file is compressed, and smaller.

@@ -20,7 +20,7 @@ use niji_mie::ScatteringAngles;
 use niji_mie::Sphere;
 use niji_radiometry::Micrometers;
 use niji_radiometry::Radians;
-use niji_radiometry::water_refractive_index;
+use niji_radiometry::Water;
 use niji_scatter::Theory;
 use niji_sizes::gamma_area_quadrature;
 
@@ -86,7 +86,7 @@ pub(super) fn held(theory: Theory, on: &BTreeSet<Effect>) -> Vec<Effect> {
 pub(super) fn exact_glory(
     (radius_um, variance): (f64, f64),
     line: &Line,
-    temperature_c: f64,
+    water: Water,
     theta_rad: &[f64],
 ) -> Vec<f64> {
     let mut light = vec![0.0; theta_rad.len()];
@@ -104,7 +104,7 @@ pub(super) fn exact_glory(
     if radius_um > LARGEST_GLORY_UM || largest_um <= 0.0 {
         return light;
     }
-    let index = water_refractive_index(line.wavelength, temperature_c);
+    let index = water.refractive_index(line.wavelength);
     let coarse = coarse_angles((*low, *high), TAU * 1e3 * largest_um / line.wavelength.0);
     let Ok(angles) = ScatteringAngles::new(&coarse) else {
         return light;
@@ -154,6 +154,8 @@ mod tests {
 
     use super::*;
 
+    const WATER: Water = Water::pure(15.0);
+
     fn line() -> Line {
         Line {
             index: 0,
@@ -166,7 +168,7 @@ mod tests {
     #[test]
     fn the_first_ring_of_the_glory_is_the_largest_of_the_bessel_function_of_order_two() {
         let theta: Vec<f64> = (0..=200).map(|i| PI - 1e-3 * f64::from(200 - i)).collect();
-        let light = exact_glory((10.0, 0.01), &line(), 15.0, &theta);
+        let light = exact_glory((10.0, 0.01), &line(), WATER, &theta);
         let ring = (0..190).filter(|i| (1.2..3.0).contains(&(PI - theta[*i]).to_degrees()));
         let brightest = ring.max_by(|a, b| light[*a].total_cmp(&light[*b])).unwrap();
         // van de Hulst (1957), section 13.3: J2(u) is largest at u = 3.054.
@@ -181,9 +183,9 @@ mod tests {
     #[test]
     fn drops_of_rain_have_no_glory_that_the_sun_does_not_blur() {
         let theta = [PI - 0.1, PI - 0.01, PI];
-        assert_eq!(exact_glory((300.0, 0.1), &line(), 15.0, &theta), [0.0; 3]);
+        assert_eq!(exact_glory((300.0, 0.1), &line(), WATER, &theta), [0.0; 3]);
         assert_eq!(
-            exact_glory((10.0, 0.1), &line(), 15.0, &[1.0, 2.0]),
+            exact_glory((10.0, 0.1), &line(), WATER, &[1.0, 2.0]),
             [0.0; 2]
         );
     }
@@ -191,7 +193,7 @@ mod tests {
     #[test]
     fn diffraction_is_that_of_the_exact_light_near_the_sun() {
         let (radius_um, line) = (20.0, line());
-        let index = water_refractive_index(line.wavelength, 15.0);
+        let index = WATER.refractive_index(line.wavelength);
         let theta = [0.0, 1.0_f64.to_radians(), 2.0_f64.to_radians()];
         let angles = ScatteringAngles::new(&theta.map(Radians)).unwrap();
         let law = gamma_area_quadrature(Micrometers(radius_um), 0.1, 64).unwrap();

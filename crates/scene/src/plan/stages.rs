@@ -6,6 +6,7 @@ use std::f64::consts::PI;
 use niji_airy::AiryTable;
 use niji_droplets::Shape;
 use niji_exchange::AtmosphereTable;
+use niji_radiometry::Water;
 use niji_radiometry::WavelengthGrid;
 use niji_scatter::TableRequest;
 use niji_scatter::Theory;
@@ -112,8 +113,9 @@ pub struct ScatteringNeed {
     pub flattening: Vec<f64>,
     /// Diameter of the sun's disc, rad; 0 for a point.
     pub sun_disc_diameter_rad: f64,
-    /// Temperature of the water, degrees Celsius.
-    pub temperature_c: f64,
+    /// What the drops are made of.
+    #[serde(flatten)]
+    pub water: Water,
 }
 
 impl ScatteringNeed {
@@ -138,7 +140,7 @@ impl ScatteringNeed {
             effective_variance: self.effective_variance.clone(),
             flattening: self.flattening.clone(),
             sun_disc_diameter_rad: self.sun_disc_diameter_rad,
-            temperature_c: self.temperature_c,
+            water: self.water,
             airy_table,
         }
     }
@@ -192,7 +194,7 @@ pub(super) fn scattering_need(
         } else {
             0.0
         },
-        temperature_c: scene.water.temperature_c,
+        water: scene.water(),
     }))
 }
 

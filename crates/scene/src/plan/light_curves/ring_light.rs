@@ -122,9 +122,9 @@ impl LightCurves<'_> {
                 return [BowLight::empty(), BowLight::empty()];
             };
             let sizes = self.sizes(variant);
-            let (lines, temperature_c) = (self.request.lines, self.request.temperature_c);
+            let (lines, water) = (self.request.lines, self.request.water);
             let glory = BowLight::of_rows(range, (&sizes, lines), |size, line, theta_rad| {
-                exact_glory(size, line, temperature_c, theta_rad)
+                exact_glory(size, line, water, theta_rad)
             });
             let corona = BowLight::of_rows(range, (&sizes, lines), |size, line, theta_rad| {
                 let light = |theta: &f64| {
