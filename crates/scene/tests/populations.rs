@@ -136,7 +136,7 @@ fn what_is_wrong_is_told_with_its_entry_and_line() {
         (
             "box_max_m = [200.0, 200.0, -100.0]",
             "box_max_m = [200.0, -2.0, -100.0]",
-            "drops[1]: no lattice",
+            "drops[1]: drop volume: no lattice",
         ),
     ] {
         let error = refused(right, wrong);
