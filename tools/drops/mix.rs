@@ -1,5 +1,6 @@
 //! `niji drops mix`: drop volumes become one, in which the drops of all are there together.
 
+use std::ffi::OsStr;
 use std::path::Path;
 use std::path::PathBuf;
 
@@ -40,21 +41,16 @@ impl MixCommand {
 fn named(text: &str) -> Result<(String, Part), Failure> {
     let is_name = |part: &str| !part.contains(std::path::is_separator);
     let given = text.split_once('=').filter(|(name, _)| is_name(name));
-    let (name, path) = match given {
-        Some((name, path)) => (name.to_owned(), path),
-        None => {
-            let stem = Path::new(text).file_stem().unwrap_or_default();
-            (stem.to_string_lossy().into_owned(), text)
-        }
-    };
+    let of_file = || Path::new(text).file_stem().and_then(OsStr::to_str);
+    let (name, path) = given.unwrap_or_else(|| (of_file().unwrap_or_default(), text));
     let population = Population {
-        name: Some(name.clone()),
+        name: Some(name.to_owned()),
         source: DropSource::File(DropFile {
             file: path.to_owned(),
         }),
     };
     match population.name_fault() {
-        None => Ok((name, Part::Volume(PathBuf::from(path)))),
+        None => Ok((name.to_owned(), Part::Volume(PathBuf::from(path)))),
         Some(expected) => Err(Failure::Usage(format!(
             "the name of the drops of {path} is {name:?}, expected {expected}: say it as NAME={path}"
         ))),
