@@ -13,7 +13,7 @@ use niji_exchange::SpectralImage;
 use niji_geometry::Aabb;
 use niji_radiometry::Colorimetry;
 use niji_radiometry::solar_irradiance;
-use niji_scene::Drops;
+use niji_scene::DropSource;
 use niji_scene::Scene;
 use niji_vdb::Compression;
 use niji_vdb::FOG_VOLUME;
@@ -426,7 +426,10 @@ fn smoke_of_another_program_becomes_a_bow() {
                     density_means = \"optical-depth\"\nscale = 1\neffective_radius_um = 100";
     let scene = scene_with("from-vdb.toml", from_vdb);
     let (scene, image) = run_scene(&scene, &out);
-    assert!(matches!(scene.drops, Drops::FromVdb(_)));
+    assert!(matches!(
+        scene.drops.populations()[0].source,
+        DropSource::FromVdb(_)
+    ));
     assert!(fs::read(&drops).unwrap() == fs::read(out.join("drops.vdb")).unwrap());
     let bow = image
         .aovs

@@ -27,6 +27,7 @@ use crate::cli::Common;
 use crate::failure::Failure;
 use crate::progress::Verbosity;
 use crate::stages;
+use crate::stages::drops::Part;
 use crate::stages::drops::Source;
 
 /// What was measured by `niji calibrate`, as it was when the program was built.
@@ -132,18 +133,11 @@ fn planned_with(
     let folder = path.parent().unwrap_or(Path::new(""));
     let drop_file = scene.drops.file().map(|file| folder.join(file));
     let drop_source = Source::of(&scene.drops, folder);
-    let volume = match (&drop_file, &drop_source) {
-        (Some(file), _) => Some(stages::drops::read(file)?),
-        (None, Some(density @ Source::Density(..))) => Some(density.volume()?),
-        (None, Some(Source::Shape(_)) | None) => None,
-    };
-    let drops = match scene.drops.shape() {
-        // Once for all plans.
-        Some(shape) => DropSummary::of_shape(&shape),
-        None => volume
-            .as_ref()
-            .and_then(DropSummary::of_volume)
-            .map(of_file),
+    // Once for all plans.
+    let drops = match (&drop_file, &drop_source) {
+        (_, Some(source)) => source.summary(of_file)?,
+        (Some(file), None) => Source::only(Part::Volume(file.clone())).summary(of_file)?,
+        (None, None) => None,
     };
     let measured = measured_levels(asked.calibration.as_deref())?;
     let inputs = PlanInputs {

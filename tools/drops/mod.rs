@@ -1,5 +1,6 @@
-//! `niji drops`: a shape, from flags or from a scene, becomes a drop volume.
+//! `niji drops`: a shape, from flags or from a scene, becomes a drop volume, and several become one.
 
+mod mix;
 mod shape_command;
 mod shape_examples;
 
@@ -7,6 +8,7 @@ use std::path::Path;
 use std::path::PathBuf;
 
 use clap::Args;
+use clap::Subcommand;
 use niji_vdb::Compression;
 
 use crate::cli::Common;
@@ -15,6 +17,7 @@ use crate::scene_file;
 use crate::stages;
 use crate::stages::drops::Source;
 
+use mix::MixCommand;
 use shape_command::ShapeCommand;
 
 /// Place in the help of what follows the flags of a shape.
@@ -33,6 +36,7 @@ const AFTER_SHAPE: usize = 100;
       --center-xz-m 0,-500 --base-y-m 0 --top-y-m 800 --voxel-m 20 -o rain.vdb
   niji drops from-vdb smoke.vdb --grid density --density-means water --scale 0.3 \\
       --effective-radius-um 200 -o drops.vdb
+  niji drops mix drizzle=small.vdb shower.vdb -o rain.vdb
   niji drops --scene data/scenes/paper-c-figure-4.toml -o drops.vdb")]
 pub(crate) struct DropsCommand {
     /// The scene whose section [drops] is meant, instead of a shape.
@@ -45,7 +49,15 @@ pub(crate) struct DropsCommand {
     #[arg(long, global = true, display_order = AFTER_SHAPE)]
     zip: bool,
     #[command(subcommand)]
-    shape: Option<ShapeCommand>,
+    what: Option<DropsSubcommand>,
+}
+
+/// What the drops are made from.
+#[derive(Clone, Debug, Subcommand)]
+enum DropsSubcommand {
+    #[command(flatten)]
+    Shape(ShapeCommand),
+    Mix(MixCommand),
 }
 
 /// Runs the stage.
@@ -53,7 +65,7 @@ pub(crate) struct DropsCommand {
 /// # Errors
 /// As [`stages::drops::make`]; neither or both of a shape and a scene.
 pub(crate) fn execute(command: &DropsCommand, common: &Common) -> Result<(), Failure> {
-    let source = match (&command.shape, &command.scene) {
+    let source = match (&command.what, &command.scene) {
         (Some(_), Some(_)) => {
             return Err(Failure::Usage(
                 "found a shape and --scene, expected one of them".to_owned(),
@@ -65,7 +77,8 @@ pub(crate) fn execute(command: &DropsCommand, common: &Common) -> Result<(), Fai
                 shape_command::names()
             )));
         }
-        (Some(shape), None) => shape.source()?,
+        (Some(DropsSubcommand::Shape(shape)), None) => shape.source()?,
+        (Some(DropsSubcommand::Mix(mix)), None) => mix.source()?,
         (None, Some(path)) => {
             let scene = scene_file::read(path, common)?;
             let is_file = || {

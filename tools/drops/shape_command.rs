@@ -8,7 +8,7 @@ use clap::FromArgMatches;
 use clap::Subcommand;
 use clap::error::ErrorKind;
 use niji_droplets::Shape;
-use niji_scene::Drops;
+use niji_scene::DropSource;
 use niji_scene::FromVdb;
 use serde_json::json;
 
@@ -18,6 +18,7 @@ use crate::scene_file::with_causes;
 use crate::schema_flags;
 use crate::schema_flags::Flags;
 use crate::schema_flags::Variant;
+use crate::stages::drops::Part;
 use crate::stages::drops::Source;
 
 /// A shape and its flags, as they were given.
@@ -35,15 +36,14 @@ impl ShapeCommand {
     /// A flag that is missing, belongs to another variant or is out of range.
     pub(super) fn source(&self) -> Result<Source, Failure> {
         let value = self.flags.value(&self.matches)?;
-        let drops: Drops = schema_flags::read(json!({ &self.name: value }))?;
+        let drops: DropSource = schema_flags::read(json!({ &self.name: value }))?;
         let checked = match &drops {
-            Drops::Shape(shape) => shape.validate(),
-            Drops::FromVdb(density) => density.import().validate().map_err(Into::into),
-            Drops::File(_) => Ok(()),
+            DropSource::Shape(shape) => shape.validate(),
+            DropSource::FromVdb(density) => density.import().validate().map_err(Into::into),
+            DropSource::File(_) => Ok(()),
         };
         checked.map_err(|error| self.refused(&error))?;
-        let nothing = || Failure::Usage(format!("{} makes no drops", self.name));
-        Source::of(&drops, Path::new("")).ok_or_else(nothing)
+        Ok(Source::only(Part::of(&drops, Path::new(""))))
     }
 
     /// What a library says of a parameter, of the flag instead.

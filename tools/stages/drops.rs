@@ -1,10 +1,13 @@
-//! The stage `drops`: a shape, or a density grid of another program, becomes a drop volume.
+//! The stage `drops`: a shape, or a density grid of another program, becomes a drop volume; several of
+//! them, and volumes that exist already, become one.
 
 use std::path::Path;
 use std::path::PathBuf;
 
 use niji_dropfield::DropVolume;
 use niji_droplets::Shape;
+use niji_scene::DropSource;
+use niji_scene::DropSummary;
 use niji_scene::Drops;
 use niji_scene::FromVdb;
 use niji_scene::canonical_json;
@@ -28,32 +31,120 @@ use crate::stages::perform;
 /// Name of the file in the folder of a run.
 pub(crate) const FILE: &str = "drops.vdb";
 
-/// What a drop volume is made from.
+/// What a drop volume is made from: each part with what its modes are called before their own names,
+/// nothing where it is the only one and has no name.
 #[derive(Clone, Debug)]
-pub(crate) enum Source {
+pub(crate) struct Source {
+    parts: Vec<(String, Part)>,
+}
+
+/// Drops that are laid out together.
+#[derive(Clone, Debug)]
+pub(crate) enum Part {
     /// A few numbers.
     Shape(Shape),
     /// A density grid; its path as the program opens it.
     Density(PathBuf, FromVdb),
+    /// A drop volume that exists already.
+    Volume(PathBuf),
 }
 
 impl Source {
-    /// What a section `[drops]` says whose files lie in `folder`; `None` if the volume is there.
+    /// Several parts, each under a name.
+    pub(crate) fn new(parts: Vec<(String, Part)>) -> Self {
+        Self { parts }
+    }
+
+    /// A part by itself.
+    pub(crate) fn only(part: Part) -> Self {
+        Self::new(vec![(String::new(), part)])
+    }
+
+    /// What the drops of a scene are made from whose files lie in `folder`; `None` if the volume is
+    /// there.
     pub(crate) fn of(drops: &Drops, folder: &Path) -> Option<Self> {
-        match drops {
-            Drops::Shape(shape) => Some(Self::Shape(*shape)),
-            Drops::FromVdb(density) => {
-                Some(Self::Density(folder.join(&density.file), density.clone()))
-            }
-            Drops::File(_) => None,
+        if drops.file().is_some() {
+            return None;
         }
+        let populations = drops.populations().iter();
+        let parts = populations.map(|it| Part::of(&it.source, folder));
+        Some(Self::new(
+            drops.mode_names().into_iter().zip(parts).collect(),
+        ))
+    }
+
+    /// What a plan needs to know of the volume; files are read. What is found in one goes through
+    /// `of_file`.
+    ///
+    /// # Errors
+    /// As [`Source::volume`].
+    pub(crate) fn summary(
+        &self,
+        of_file: impl Fn(DropSummary) -> DropSummary,
+    ) -> Result<Option<DropSummary>, Failure> {
+        let summary = |part: &Part| match part {
+            Part::Shape(shape) => Ok(DropSummary::of_shape(shape)),
+            Part::Density(..) | Part::Volume(_) => {
+                Ok(DropSummary::of_volume(&part.volume()?).map(&of_file))
+            }
+        };
+        let parts = self.parts.iter().map(|(_, part)| summary(part));
+        let parts: Vec<Option<DropSummary>> = parts.collect::<Result<_, Failure>>()?;
+        Ok(DropSummary::joined(parts.into_iter().flatten()))
     }
 
     /// The volume itself.
     ///
     /// # Errors
     /// A shape that cannot be; a file that is missing, damaged or has no such grid.
-    pub(crate) fn volume(&self) -> Result<DropVolume, Failure> {
+    fn volume(&self) -> Result<DropVolume, Failure> {
+        let parts = self.parts.iter();
+        let volumes = parts.map(|(name, part)| Ok((name.clone(), part.volume()?)));
+        Ok(DropVolume::joined(
+            volumes.collect::<Result<Vec<_>, Failure>>()?,
+        ))
+    }
+
+    /// What the volume depends on besides its input files.
+    fn settings(&self, compression: Compression) -> String {
+        let is_zipped = compression == Compression::Zip;
+        match self.parts.as_slice() {
+            // A part by itself is told as before there were several.
+            [(name, Part::Shape(shape))] if name.is_empty() => canonical_json(&(shape, is_zipped)),
+            [(name, Part::Density(_, density))] if name.is_empty() => {
+                canonical_json(&(&density.grid, density.import(), is_zipped))
+            }
+            parts => {
+                let settings = parts.iter().map(|(name, part)| (name, part.settings()));
+                canonical_json(&(settings.collect::<Vec<_>>(), is_zipped))
+            }
+        }
+    }
+
+    /// Roles of the input files with their paths.
+    fn inputs(&self) -> Vec<(String, &Path)> {
+        let files = self.parts.iter().filter_map(|(name, part)| {
+            let (role, path) = part.file()?;
+            Some((format!("{role} {name}").trim_end().to_owned(), path))
+        });
+        files.collect()
+    }
+}
+
+impl Part {
+    /// Drops of a scene whose files lie in `folder`.
+    pub(crate) fn of(drops: &DropSource, folder: &Path) -> Self {
+        match drops {
+            DropSource::Shape(shape) => Self::Shape(*shape),
+            DropSource::FromVdb(density) => {
+                Self::Density(folder.join(&density.file), density.clone())
+            }
+            DropSource::File(drops) => Self::Volume(folder.join(&drops.file)),
+        }
+    }
+
+    /// As [`Source::volume`].
+    fn volume(&self) -> Result<DropVolume, Failure> {
         match self {
             Self::Shape(shape) => {
                 let volume = shape.volume();
@@ -64,17 +155,25 @@ impl Source {
                 let volume = DropVolume::from_density(&file, &density.grid, &density.import());
                 volume.map_err(|error| Failure::bad_input(path, with_causes(&error)))
             }
+            Self::Volume(path) => read(path),
         }
     }
 
-    /// What the volume depends on besides its input file.
-    fn settings(&self, compression: Compression) -> String {
-        let is_zipped = compression == Compression::Zip;
+    /// The role of its input file, and its path.
+    fn file(&self) -> Option<(&'static str, &Path)> {
         match self {
-            Self::Shape(shape) => canonical_json(&(shape, is_zipped)),
-            Self::Density(_, density) => {
-                canonical_json(&(&density.grid, density.import(), is_zipped))
-            }
+            Self::Shape(_) => None,
+            Self::Density(path, _) => Some(("density", path)),
+            Self::Volume(path) => Some(("drops", path)),
+        }
+    }
+
+    /// What it depends on besides its input file.
+    fn settings(&self) -> String {
+        match self {
+            Self::Shape(shape) => canonical_json(shape),
+            Self::Density(_, density) => canonical_json(&(&density.grid, density.import())),
+            Self::Volume(_) => String::new(),
         }
     }
 }
@@ -89,20 +188,23 @@ pub(crate) fn make(
     to: &Path,
     manner: Manner,
 ) -> Result<Done, Failure> {
-    let inputs = match source {
-        Source::Shape(_) => Vec::new(),
-        Source::Density(path, _) => vec![("density", path.as_path())],
-    };
+    let inputs = source.inputs();
     let request = Request {
         stage: "drops",
         settings: source.settings(compression),
-        inputs,
+        inputs: inputs
+            .iter()
+            .map(|(role, path)| (role.as_str(), *path))
+            .collect(),
         outputs: vec![to],
     };
     perform(&request, manner, |provenance| {
         let volume = source.volume()?;
         let file = volume.to_vdb(&provenance.to_text_items());
-        let file = file.map_err(|error| Failure::Failed(error.to_string()))?;
+        let file = file.map_err(|error| match error {
+            niji_dropfield::Error::BadModeName { .. } => Failure::Usage(error.to_string()),
+            _ => Failure::Failed(error.to_string()),
+        })?;
         output::write_file(to, |writer| file.write(writer, compression))?;
         if manner.verbosity > Verbosity::Quiet {
             print_summary(volume);

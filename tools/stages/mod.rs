@@ -69,7 +69,7 @@ pub(crate) struct Request<'a> {
     /// Effective settings as canonical JSON.
     pub(crate) settings: String,
     /// Input files by role.
-    pub(crate) inputs: Vec<(&'static str, &'a Path)>,
+    pub(crate) inputs: Vec<(&'a str, &'a Path)>,
     /// Output files; the first carries the provenance and is written last.
     pub(crate) outputs: Vec<&'a Path>,
 }

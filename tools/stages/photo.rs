@@ -214,10 +214,15 @@ fn bow(photo: &Photo) -> String {
 
 fn circumstances(photo: &Photo, planned: &Planned, inside: &dyn Fn(&str) -> String) -> Vec<String> {
     let sun = &planned.scene.sun;
-    let shape = planned.scene.drops.name();
-    let drops = if SPRAYS.contains(&shape) {
+    let populations = planned.scene.drops.populations();
+    let are_all = |kind: &[&str]| {
+        populations
+            .iter()
+            .all(|it| kind.contains(&it.source.name()))
+    };
+    let drops = if are_all(&SPRAYS) {
         "spray"
-    } else if FOGS.contains(&shape) {
+    } else if are_all(&FOGS) {
         "fog"
     } else {
         "rain"

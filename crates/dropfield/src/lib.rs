@@ -64,4 +64,5 @@ pub use segments::Segment;
 pub use segments::Segments;
 pub use summary::VolumeSummary;
 pub use volume::DropVolume;
+pub use volume::mode_name_fault;
 pub use warning::Warning;

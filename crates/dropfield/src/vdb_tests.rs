@@ -119,7 +119,7 @@ fn mode_names_that_collide_are_refused() {
         modes: vec![one.clone(), one.clone()],
     };
     assert!(matches!(twice.to_vdb(&[]), Err(Error::BadModeName { .. })));
-    for name in ["rain_", "two words"] {
+    for name in ["rain_", "two words", "number", "a_number"] {
         let volume = DropVolume {
             modes: vec![named(name, one.clone())],
         };

@@ -85,6 +85,33 @@ pub struct DropVolume {
 }
 
 impl DropVolume {
+    /// Several volumes as one: their modes side by side, each behind the name of its volume.
+    ///
+    /// ```
+    /// use glam::DVec3;
+    /// use niji_dropfield::{DropMode, DropVolume, Drops, GridBox};
+    ///
+    /// let grid = GridBox { min: DVec3::ZERO, max: DVec3::ONE, voxel_m: 1.0 };
+    /// let mode = |name: &str| DropMode::from_fn(name, &grid, |_| Drops::NONE);
+    /// let volume = |name: &str| mode(name).map(|mode| DropVolume { modes: vec![mode] });
+    ///
+    /// let parts = [("rain".to_owned(), volume("")?), ("fall".to_owned(), volume("mist")?)];
+    /// let names = DropVolume::joined(parts).modes.into_iter().map(|mode| mode.name);
+    /// assert_eq!(names.collect::<Vec<_>>(), ["rain", "fall_mist"]);
+    /// # Ok::<(), niji_dropfield::Error>(())
+    /// ```
+    #[must_use]
+    pub fn joined(volumes: impl IntoIterator<Item = (String, Self)>) -> Self {
+        let mut modes = Vec::new();
+        for (name, volume) in volumes {
+            for mut mode in volume.modes {
+                mode.name = joined_name(&name, &mode.name);
+                modes.push(mode);
+            }
+        }
+        Self { modes }
+    }
+
     /// The volume as grids. `metadata` goes to the file as a whole.
     ///
     /// # Errors
@@ -140,17 +167,14 @@ impl DropVolume {
     fn check_names(&self) -> Result<(), Error> {
         let mut seen = BTreeSet::new();
         for mode in &self.modes {
-            let reason = if !seen.insert(&mode.name) {
-                "is there twice"
-            } else if mode.name.ends_with('_') || mode.name.contains(char::is_whitespace) {
-                "ends with an underscore or holds white space"
-            } else {
-                continue;
-            };
-            return Err(Error::BadModeName {
-                name: mode.name.clone(),
-                reason,
-            });
+            let fault = mode_name_fault(&mode.name);
+            let twice = (!seen.insert(&mode.name)).then_some("is there twice");
+            if let Some(reason) = twice.or(fault) {
+                return Err(Error::BadModeName {
+                    name: mode.name.clone(),
+                    reason,
+                });
+            }
         }
         Ok(())
     }
@@ -194,12 +218,29 @@ impl DropVolume {
     }
 }
 
+/// Why the grids of a mode could not be told from those of another; `None` where they can. A mode
+/// `number` would have a grid `number_density` for display, which is that of a mode without a name.
+#[must_use]
+pub fn mode_name_fault(name: &str) -> Option<&'static str> {
+    if name.ends_with('_') || name.contains(char::is_whitespace) {
+        Some("ends with an underscore or holds white space")
+    } else if name == "number" || name.ends_with("_number") {
+        Some("ends with `number`, so that its grid for display would be read as drops")
+    } else {
+        None
+    }
+}
+
 /// Name of a mode's grid.
 pub(crate) fn grid_name(mode: &str, quantity: &Quantity) -> String {
-    if mode.is_empty() {
-        quantity.name.to_owned()
-    } else {
-        format!("{mode}_{}", quantity.name)
+    joined_name(mode, quantity.name)
+}
+
+/// A name behind another, if there are both.
+fn joined_name(first: &str, second: &str) -> String {
+    match (first, second) {
+        ("", only) | (only, "") => only.to_owned(),
+        (first, second) => format!("{first}_{second}"),
     }
 }
 

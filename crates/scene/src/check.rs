@@ -13,7 +13,9 @@ use niji_scatter::Theory;
 use crate::accuracy::Accuracy;
 use crate::camera_section;
 use crate::camera_section::Projection;
-use crate::drops::Drops;
+use crate::document::section_of;
+use crate::drops::DropSource;
+use crate::drops::Population;
 use crate::effect::Effect;
 use crate::effect::Switch;
 use crate::error::SceneError;
@@ -164,24 +166,51 @@ fn spectrum(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {
     spectrum.grid().map(|_| ()).map_err(refused)
 }
 
+/// Every population, and that their names differ.
 fn drops(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {
+    let populations = scene.drops.populations();
+    let names = scene.drops.mode_names();
+    for (index, each) in populations.iter().enumerate() {
+        let mut entry = format!("drops[{index}]");
+        if populations.len() == 1 && !check.lines.contains_key(&entry) {
+            entry.truncate("drops".len());
+        }
+        let wrong_name = |expected: &str| {
+            let found = format!("{:?}", names[index]);
+            Err(check.out_of_range(&format!("{entry}.name"), found, expected))
+        };
+        if let Some(expected) = each.name_fault() {
+            return wrong_name(expected);
+        }
+        if names[..index].contains(&names[index]) {
+            return wrong_name("another name than that of the drops before");
+        }
+        population(each, &entry, check)?;
+    }
+    Ok(())
+}
+
+/// A population at an entry, `drops` or `drops[1]`.
+fn population(population: &Population, entry: &str, check: &Check<'_>) -> Result<(), SceneError> {
     let named = |file: &str| {
-        let missing = || check.out_of_range("drops.file", "empty".to_string(), "a path");
+        let key = format!("{entry}.file");
+        let missing = || check.out_of_range(&key, "empty".to_string(), "a path");
         (!file.trim().is_empty()).then_some(()).ok_or_else(missing)
     };
-    match &scene.drops {
-        Drops::Shape(shape) => shape.validate().map_err(|error| drops_error(&error, check)),
-        Drops::File(drops) => named(&drops.file),
-        Drops::FromVdb(density) => {
+    let refused = |error| drops_error(&error, entry, check);
+    match &population.source {
+        DropSource::Shape(shape) => shape.validate().map_err(refused),
+        DropSource::File(drops) => named(&drops.file),
+        DropSource::FromVdb(density) => {
             named(&density.file)?;
             let import = density.import().validate();
-            import.map_err(|error| drops_error(&error.into(), check))
+            import.map_err(|error| refused(error.into()))
         }
     }
 }
 
 /// A shape's own error at the line of the key that it names.
-fn drops_error(error: &niji_droplets::Error, check: &Check<'_>) -> SceneError {
+fn drops_error(error: &niji_droplets::Error, entry: &str, check: &Check<'_>) -> SceneError {
     let named = match error {
         niji_droplets::Error::Parameter {
             parameter,
@@ -201,12 +230,12 @@ fn drops_error(error: &niji_droplets::Error, check: &Check<'_>) -> SceneError {
         _ => None,
     };
     if let Some((parameter, found, expected)) = named {
-        let ending = format!(".{parameter}");
+        let (beginning, ending) = (format!("{entry}."), format!(".{parameter}"));
         let key = check
             .lines
             .keys()
-            .find(|key| key.starts_with("drops.") && key.ends_with(&ending));
-        let key = key.cloned().unwrap_or_else(|| format!("drops{ending}"));
+            .find(|key| key.starts_with(&beginning) && key.ends_with(&ending));
+        let key = key.cloned().unwrap_or_else(|| format!("{entry}{ending}"));
         return check.out_of_range(&key, found, expected);
     }
     let mut message = error.to_string();
@@ -216,7 +245,8 @@ fn drops_error(error: &niji_droplets::Error, check: &Check<'_>) -> SceneError {
         source = inner.source();
     }
     SceneError::Drops {
-        line: check.line("drops"),
+        line: check.line(entry),
+        section: section_of(entry),
         message,
     }
 }

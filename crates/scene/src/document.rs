@@ -1,14 +1,15 @@
 //! Strict reading of TOML into plain serde types, with the line of whatever is wrong.
 //!
 //! A serde deserializer over the parsed document that differs from the one of the `toml` crate in
-//! three ways:
+//! four ways:
 //! 1. a key that a struct does not have is an error at every depth, with its line, a suggestion
 //!    and the list of the keys that it does have;
 //! 2. an enum whose variants carry settings is written as a table with a naming key (`shape` for
 //!    drop shapes, `level` for accuracy levels): the name is read first and the rest of the table
 //!    goes to that variant alone, so that serde's tagged enums with their buffered, line-less
-//!    content are not needed;
-//! 3. every message says what was found and what was expected in the words of a scene file.
+//!    content are not needed; other keys of whoever holds such a choice may stand in the same table;
+//! 3. drops are a table, or a list of tables;
+//! 4. every message says what was found and what was expected in the words of a scene file.
 
 mod fault;
 mod named;
@@ -22,6 +23,7 @@ use toml::Spanned;
 use toml::de::DeTable;
 use toml::de::DeValue;
 
+use crate::drops::DROPS;
 use crate::error::SceneError;
 
 use fault::Fault;
@@ -31,6 +33,8 @@ use named::UnitName;
 pub(crate) use named::naming;
 use table::Entries;
 use table::Items;
+use table::Only;
+use table::WithChoice;
 
 /// A parsed value together with every line that a later check of its content may have to name.
 pub(crate) struct Document<T> {
@@ -50,6 +54,7 @@ pub(crate) fn parse<T: DeserializeOwned>(text: &str) -> Result<Document<T>, Scen
     collect_lines(&root, "", &source, &mut lines);
     let node = Node {
         value: &root,
+        elsewhere: &[],
         place: Place {
             source: &source,
             path: String::new(),
@@ -68,7 +73,9 @@ fn collect_lines(
 ) {
     if let DeValue::Array(items) = value.get_ref() {
         for (index, item) in items.iter().enumerate() {
-            collect_lines(item, &format!("{path}[{index}]"), source, lines);
+            let path = format!("{path}[{index}]");
+            lines.insert(path.clone(), source.line(item.span().start));
+            collect_lines(item, &path, source, lines);
         }
     }
     let DeValue::Table(table) = value.get_ref() else {
@@ -125,16 +132,18 @@ struct Place<'a> {
     line: usize,
 }
 
-impl Place<'_> {
-    /// The section as a reader would call it.
-    fn section(&self) -> String {
-        if self.path.is_empty() {
-            "the top level".to_string()
-        } else {
-            format!("[{}]", self.path)
-        }
+/// A section as a reader would call it: `[sun]`, or one of a list, as `drops[1]`.
+pub(crate) fn section_of(path: &str) -> String {
+    if path.is_empty() {
+        "the top level".to_string()
+    } else if path.ends_with(']') {
+        path.to_string()
+    } else {
+        format!("[{path}]")
     }
+}
 
+impl Place<'_> {
     /// Gives an error that does not know its place yet this one.
     fn locate<T>(&self, result: Result<T, Fault>) -> Result<T, Fault> {
         result.map_err(|fault| fault.located(self))
@@ -144,6 +153,8 @@ impl Place<'_> {
 /// One value of the document.
 struct Node<'a> {
     value: &'a Spanned<DeValue<'a>>,
+    /// Keys of a table that belong to whoever holds this value.
+    elsewhere: &'static [&'static str],
     place: Place<'a>,
 }
 
@@ -167,12 +178,13 @@ impl Node<'_> {
                 "no date of its own: dates stand in quotes",
             )),
             DeValue::Array(array) => visitor.visit_seq(Items::new(array, &self.place)),
-            DeValue::Table(table) => visitor.visit_map(Entries::new(table, None, &self.place)),
+            DeValue::Table(table) => visitor.visit_map(Entries::new(table, &[], &self.place)),
         }
     }
 
     fn visit_struct<'de, V: Visitor<'de>>(
         self,
+        struct_name: &str,
         fields: &'static [&'static str],
         visitor: V,
     ) -> Result<V::Value, Fault> {
@@ -180,8 +192,18 @@ impl Node<'_> {
             let found = fault::describe(self.value.get_ref());
             return Err(Fault::wrong_type(found, "a table of keys"));
         };
-        table::check_keys(table, None, fields, &self.place)?;
-        visitor.visit_map(Entries::new(table, None, &self.place))
+        let Some((choice, own)) = named::choice_within(struct_name) else {
+            table::check_keys(table, &[], fields, &self.place)?;
+            return visitor.visit_map(Entries::new(table, &[], &self.place));
+        };
+        let keys = table.keys().map(|key| &**key.get_ref());
+        let of_choice: Vec<&str> = keys.filter(|key| !own.contains(key)).collect();
+        let entries = Entries::new(table, &of_choice, &self.place);
+        let node = Node {
+            elsewhere: own,
+            ..self
+        };
+        visitor.visit_map(WithChoice::new(entries, choice, node))
     }
 
     fn visit_named<'de, V: Visitor<'de>>(
@@ -196,7 +218,8 @@ impl Node<'_> {
                 visitor.visit_enum(UnitName::new(name))
             }
             DeValue::Table(table) => {
-                visitor.visit_enum(NamedTable::read(table, enum_name, names, &self.place)?)
+                let named = NamedTable::read(table, enum_name, names, &self.place)?;
+                visitor.visit_enum(named.without(self.elsewhere))
             }
             DeValue::Integer(_)
             | DeValue::Float(_)
@@ -227,20 +250,27 @@ impl<'de> serde::Deserializer<'de> for Node<'_> {
 
     fn deserialize_newtype_struct<V: Visitor<'de>>(
         self,
-        _name: &'static str,
+        name: &'static str,
         visitor: V,
     ) -> Result<V::Value, Fault> {
-        visitor.visit_newtype_struct(self)
+        let place = self.place.clone();
+        match self.value.get_ref() {
+            DeValue::Array(list) if name == DROPS => {
+                place.locate(visitor.visit_seq(Items::new(list, &place)))
+            }
+            _ if name == DROPS => place.locate(visitor.visit_seq(Only::new(self))),
+            _ => visitor.visit_newtype_struct(self),
+        }
     }
 
     fn deserialize_struct<V: Visitor<'de>>(
         self,
-        _name: &'static str,
+        name: &'static str,
         fields: &'static [&'static str],
         visitor: V,
     ) -> Result<V::Value, Fault> {
         let place = self.place.clone();
-        place.locate(self.visit_struct(fields, visitor))
+        place.locate(self.visit_struct(name, fields, visitor))
     }
 
     fn deserialize_enum<V: Visitor<'de>>(

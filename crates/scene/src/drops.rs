@@ -1,6 +1,8 @@
-//! The section `[drops]`: a shape with its keys, a density grid of another program, or a file.
+//! The section `[drops]`: a shape with its keys, a density grid of another program, or a file; or,
+//! as `[[drops]]`, several of them in one air.
 
 mod names;
+mod populations;
 
 use std::fmt;
 
@@ -18,16 +20,20 @@ use serde::de::VariantAccess;
 use serde::de::Visitor;
 use serde::de::value::EnumAccessDeserializer;
 
+pub(crate) use populations::DROPS;
+pub use populations::Drops;
+pub use populations::Population;
+
 /// Name of [`FromVdb`] among the shapes.
 pub(crate) const FROM_VDB: &str = "from-vdb";
 
 /// Name of [`DropFile`]; scene files say it by the key `file` alone.
 pub(crate) const FILE: &str = "file";
 
-/// Where the drops are and how large they are.
+/// Where drops are and how large they are.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Drops {
+pub enum DropSource {
     /// A density grid that another program made.
     FromVdb(FromVdb),
     /// A drop volume that exists already.
@@ -75,28 +81,12 @@ pub struct DropFile {
     pub file: String,
 }
 
-impl Drops {
+impl DropSource {
     /// The shape to lay out; `None` if the drops come from a file.
     pub fn shape(&self) -> Option<Shape> {
         match self {
             Self::Shape(shape) => Some(*shape),
             Self::FromVdb(_) | Self::File(_) => None,
-        }
-    }
-
-    /// The density grid to make drops of; `None` for anything else.
-    pub fn from_vdb(&self) -> Option<&FromVdb> {
-        match self {
-            Self::FromVdb(density) => Some(density),
-            Self::Shape(_) | Self::File(_) => None,
-        }
-    }
-
-    /// The drop volume to read, relative to the scene file; `None` if it has to be made.
-    pub fn file(&self) -> Option<&str> {
-        match self {
-            Self::File(drops) => Some(&drops.file),
-            Self::Shape(_) | Self::FromVdb(_) => None,
         }
     }
 
@@ -124,29 +114,29 @@ impl FromVdb {
 
 /// By hand, so that shapes keep their own names beside `from-vdb` and `file`: serde's untagged
 /// variants buffer their content and lose the line of what is wrong in it.
-impl<'de> Deserialize<'de> for Drops {
+impl<'de> Deserialize<'de> for DropSource {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_enum("Drops", names::all(), DropsVisitor)
+        deserializer.deserialize_enum("DropSource", names::all(), SourceVisitor)
     }
 }
 
-struct DropsVisitor;
+struct SourceVisitor;
 
-impl<'de> Visitor<'de> for DropsVisitor {
-    type Value = Drops;
+impl<'de> Visitor<'de> for SourceVisitor {
+    type Value = DropSource;
 
     fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.write_str("a shape or a file")
     }
 
-    fn visit_enum<A: EnumAccess<'de>>(self, data: A) -> Result<Drops, A::Error> {
+    fn visit_enum<A: EnumAccess<'de>>(self, data: A) -> Result<DropSource, A::Error> {
         let (name, content) = data.variant::<String>()?;
         match name.as_str() {
-            FROM_VDB => content.newtype_variant().map(Drops::FromVdb),
-            FILE => content.newtype_variant().map(Drops::File),
+            FROM_VDB => content.newtype_variant().map(DropSource::FromVdb),
+            FILE => content.newtype_variant().map(DropSource::File),
             _ => {
                 let shape = EnumAccessDeserializer::new(NamedContent { name, content });
-                Shape::deserialize(shape).map(Drops::Shape)
+                Shape::deserialize(shape).map(DropSource::Shape)
             }
         }
     }

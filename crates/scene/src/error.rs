@@ -87,10 +87,12 @@ pub enum SceneError {
         reason: String,
     },
     /// Drops that cannot be laid out.
-    #[error("line {line}: [drops]: {message}")]
+    #[error("line {line}: {section}: {message}")]
     Drops {
         /// Line at which the section begins.
         line: usize,
+        /// The section, `[drops]`, or one of several, as `drops[1]`.
+        section: String,
         /// What the shape says.
         message: String,
     },

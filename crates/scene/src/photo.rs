@@ -107,12 +107,22 @@ pub fn picked_sun(text: &str) -> Option<PickedSun> {
         Some(water) => water.try_into().ok()?,
         None => Water::default(),
     };
-    let shape = scene.get("drops").and_then(|drops| drops.get("shape"));
-    let shape = shape.and_then(toml::Value::as_str).unwrap_or_default();
+    let drops = scene
+        .get("drops")
+        .into_iter()
+        .flat_map(|drops| match drops {
+            toml::Value::Array(entries) => entries.as_slice(),
+            one => std::slice::from_ref(one),
+        });
+    let shapes = drops.map(|drops| {
+        let shape = drops.get("shape").and_then(toml::Value::as_str);
+        shape.unwrap_or_default()
+    });
+    let shapes: Vec<&str> = shapes.collect();
     (!photo.picks_px.is_empty()).then(|| PickedSun {
         photo,
         camera,
-        water: water.of(shape),
+        water: water.of(shapes),
     })
 }
 

@@ -178,7 +178,7 @@ impl Scene {
     /// What the drops are made of: the sea's water in its spray, pure water in all other drops, unless
     /// the section `[water]` says something else.
     pub fn water(&self) -> niji_radiometry::Water {
-        self.water.of(self.drops.name())
+        self.water.of(self.drops.populations().iter().map(|it| it.source.name()))
     }
 
     /// All values, those left out in the file included, as JSON whose bytes depend on nothing but

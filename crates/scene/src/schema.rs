@@ -4,8 +4,8 @@
 //! left out, and ranges, which stand beside the fields. Three things of a scene file are none of JSON's
 //! and are put right here: a variant with settings is a table that says its name by a key
 //! ([`crate::document`] holds the rule), TOML has no null, and the drops are a shape of another crate
-//! or a file. What only holds between keys, such as a highest corner above the lowest, is left to
-//! the reader.
+//! or a file, or a list of such. What only holds between keys, such as a highest corner above the
+//! lowest, is left to the reader.
 
 mod named;
 mod parts;
@@ -32,6 +32,7 @@ pub(crate) use parts::Tracks;
 #[must_use]
 pub fn scene_schema() -> Value {
     let mut schema = schema::<Scene<SunSection>>("Niji scene");
+    parts::named_populations(&mut schema);
     parts::sun_or_picks(&mut schema);
     schema
 }

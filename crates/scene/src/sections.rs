@@ -168,9 +168,10 @@ impl Default for Water {
 }
 
 impl Water {
-    /// The water of drops of a name.
-    pub(crate) fn of(self, drops: &str) -> niji_radiometry::Water {
-        let usual = if drops == SEA_SPRAY {
+    /// The water of drops of these kinds, of the sea if all of them are its spray.
+    pub(crate) fn of<'a>(self, kinds: impl IntoIterator<Item = &'a str>) -> niji_radiometry::Water {
+        let mut kinds = kinds.into_iter().peekable();
+        let usual = if kinds.peek().is_some() && kinds.all(|kind| kind == SEA_SPRAY) {
             niji_radiometry::Water::of_the_sea(self.temperature_c)
         } else {
             niji_radiometry::Water::pure(self.temperature_c)

@@ -16,6 +16,9 @@
 //! them, are all written as whole numbers has a whole number wherever one lies there: so `camera.width_px`
 //! or a seed can be a key; a frame in which it is none is refused.
 //!
+//! A table of a list has the key of its name, and where it has none that of its place, counted from 0:
+//! `drops.fine.voxel_m`, `drops.1.voxel_m`.
+//!
 //! Besides, `####` in the name of a file of `[drops]` or `[occluders]` is the frame, with zeros in front
 //! up to the number of `#`: drops and depths that another program made for every frame.
 //!
@@ -141,14 +144,38 @@ impl Sequence {
 
 /// The numbers of a scene by their full path.
 fn collect_numbers(value: &Spanned<DeValue>, path: &str, found: &mut BTreeMap<String, Found>) {
-    if let DeValue::Table(table) = value.get_ref() {
-        for (key, child) in table {
-            collect_numbers(child, &format!("{path}.{}", key.get_ref()), found);
-        }
-    } else if let Some(number) = number(value.get_ref()) {
+    for (key, child) in children(value) {
+        collect_numbers(child, &format!("{path}.{key}"), found);
+    }
+    if let Some(number) = number(value.get_ref()) {
         let place = value.span();
         let value = number;
         found.insert(path.to_owned(), Found { place, value });
+    }
+}
+
+/// What stands in a table, or in a list of tables, by its key.
+fn children<'a>(value: &'a Spanned<DeValue<'a>>) -> Vec<(String, &'a Spanned<DeValue<'a>>)> {
+    match value.get_ref() {
+        DeValue::Table(table) => {
+            let entries = table.iter();
+            let entries = entries.map(|(key, child)| (key.get_ref().to_string(), child));
+            entries.collect()
+        }
+        DeValue::Array(items) => {
+            let items = items.iter().enumerate();
+            let tables = items.filter_map(|(place, item)| {
+                let table = item.get_ref().as_table()?;
+                let name = table.get("name").and_then(|name| name.get_ref().as_str());
+                Some((name.map_or(place.to_string(), str::to_owned), item))
+            });
+            tables.collect()
+        }
+        DeValue::String(_)
+        | DeValue::Integer(_)
+        | DeValue::Float(_)
+        | DeValue::Boolean(_)
+        | DeValue::Datetime(_) => Vec::new(),
     }
 }
 
@@ -172,21 +199,11 @@ fn number(value: &DeValue) -> Option<Number> {
 
 /// The texts with a place for the frame.
 fn collect_files(value: &Spanned<DeValue>, changes: &mut Vec<(Range<usize>, Change)>) {
-    match value.get_ref() {
-        DeValue::Table(table) => {
-            for child in table.values() {
-                collect_files(child, changes);
-            }
-        }
-        DeValue::String(text) if text.contains(DIGIT) => {
-            changes.push((value.span(), Change::File(text.to_string())));
-        }
-        DeValue::String(_)
-        | DeValue::Integer(_)
-        | DeValue::Float(_)
-        | DeValue::Boolean(_)
-        | DeValue::Datetime(_)
-        | DeValue::Array(_) => (),
+    for (_, child) in children(value) {
+        collect_files(child, changes);
+    }
+    if let Some(text) = value.get_ref().as_str().filter(|text| text.contains(DIGIT)) {
+        changes.push((value.span(), Change::File(text.to_owned())));
     }
 }
 

@@ -99,6 +99,21 @@ fn digits_of_the_frame_stand_in_names_of_files() {
 }
 
 #[test]
+fn tables_of_a_list_are_meant_by_their_name_or_place() {
+    let scene = "format = 1\n[[drops]]\nvoxel_m = 1.0\n[[drops]]\nname = \"fine\"\nvoxel_m = 2.0\n\
+                 file = \"a.##.vdb\"\n[sequence]\n";
+    let keys = "drops.0.voxel_m = [[1, 4.0]]\ndrops.fine.voxel_m = [[1, 5.0], [3, 7.0]]\n";
+    let frame = sequence(&format!("{scene}{keys}")).scene_text(2);
+    let expected = "[[drops]]\nvoxel_m = 4.0\n[[drops]]\nname = \"fine\"\nvoxel_m = 6.0\n\
+                    file = \"a.02.vdb\"\n";
+    assert!(frame.contains(expected), "{frame}");
+    // One key for one number.
+    let twice = Sequence::from_toml(&format!("{scene}drops.1.voxel_m = [[1, 4.0]]"));
+    let message = twice.unwrap_err().to_string();
+    assert!(message.contains("drops.fine.voxel_m"), "{message}");
+}
+
+#[test]
 fn a_scene_in_which_nothing_changes_is_no_sequence() {
     let (scene, _) = SCENE.split_once("[sequence]").unwrap();
     let still = scene.replace('#', "0");

@@ -142,6 +142,7 @@ fn with(document: &Value, path: &str, value: Value) -> Value {
 fn wrong_scenes_are_refused_by_schema_and_reader() {
     let rain = "scenes/rain-shaft-5-mm-h.toml";
     let berg = "scenes/ice-iceberg-rainbow.toml";
+    let twinned = "scenes/twinned-bow.toml";
     for (scene, path, value) in [
         // Misspelt, at three depths.
         (rain, "/drop", json!({})),
@@ -159,6 +160,14 @@ fn wrong_scenes_are_refused_by_schema_and_reader() {
         (rain, "/drops/voxel_m", json!(-1.0)),
         (rain, "/sun/elevation_deg", json!(91.0)),
         (berg, "/ice/shape/length_m", json!(-5.0)),
+        // Of several drops.
+        (twinned, "/drops", json!([])),
+        (twinned, "/drops/1/voxel_m", json!(-1.0)),
+        (twinned, "/drops/1/name", json!(2)),
+        (twinned, "/drops/1/name", json!("")),
+        (twinned, "/drops/0/source", json!("file")),
+        (twinned, "/drops/0/shape", Value::Null),
+        (twinned, "/drops/0", json!("rain.vdb")),
         // Missing.
         (rain, "/sun", Value::Null),
         (rain, "/drops/voxel_m", Value::Null),
@@ -234,6 +243,11 @@ fn scenes_with_everything() -> Vec<Value> {
         boxed(json!({ "shape": "uniform", "law": { "marshall-palmer-dbz": { "reflectivity_dbz": 30.0 } } })),
         with(&rain, "/drops", json!({ "shape": "from-vdb", "file": "cloud.vdb",
             "density_means": "water", "scale": 0.3, "effective_radius_um": 10.0, "effective_variance": 0.1 })),
+        with(&rain, "/drops", json!([
+            { "name": "small", "shape": "uniform", "box_min_m": [-10.0, 0.0, -40.0],
+              "box_max_m": [10.0, 20.0, -20.0], "voxel_m": 2.0, "number_density_m3": 9.0,
+              "law": { "monodisperse": { "radius_um": 100.0 } } },
+            { "file": "drops.vdb" }])),
         with(&rain, "/sun", json!({ "body": "moon", "phase_angle_deg": 20.0,
             "elevation_deg": 20.0, "azimuth_deg": 0.0 })),
         with(&rain, "/sun", json!({ "date_time": "2026-06-21T18:30:00+02:00",

@@ -3,7 +3,6 @@
 #![allow(clippy::unwrap_used, reason = "tests stop at what they did not expect")]
 
 use niji_droplets::Shape;
-use niji_scene::Drops;
 use niji_scene::Effect;
 use niji_scene::Preset;
 use niji_scene::Scene;
@@ -67,7 +66,7 @@ fn a_sound_scene_is_read_as_written() {
     let scene = Scene::from_toml(SCENE).unwrap();
     assert_eq!((scene.sun.azimuth_deg, scene.camera.height_px), (180.0, 48));
     assert!(
-        matches!(scene.drops, Drops::Shape(Shape::Gradient(gradient)) if gradient.radius_at_max_um == 10.0)
+        matches!(scene.drops.shape(), Some(Shape::Gradient(gradient)) if gradient.radius_at_max_um == 10.0)
     );
     assert_eq!(scene.accuracy.preset, Preset::Draft);
     assert_eq!(scene.effects.of(Effect::DropShadow), Switch::Off);

@@ -10,6 +10,7 @@ use crate::error::SceneError;
 use crate::error::suggest;
 
 use super::Place;
+use super::section_of;
 
 /// What went wrong, with its place as soon as that is known.
 #[derive(Debug)]
@@ -82,7 +83,7 @@ impl Fault {
         if !self.is_located {
             self.line = place.line;
             self.path.clone_from(&place.path);
-            self.section = place.section();
+            self.section = section_of(&place.path);
             self.is_located = true;
         }
         self

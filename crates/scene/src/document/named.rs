@@ -27,10 +27,16 @@ pub(crate) enum Naming {
 /// Parts of drop shapes nest; the drops themselves and the levels of accuracy have a naming key.
 pub(crate) fn naming(enum_name: &str) -> Naming {
     match enum_name {
-        "Drops" | "IceShape" => Naming::Key("shape"),
+        "DropSource" | "IceShape" => Naming::Key("shape"),
         "SizeLaw" | "Footprint" => Naming::OnlyKey,
         _ => Naming::Key("level"),
     }
+}
+
+/// The field of a struct that is a choice whose keys stand beside those of the other fields, as
+/// `{ name = "fine", shape = "uniform", … }`, and these other fields.
+pub(super) fn choice_within(struct_name: &str) -> Option<(&'static str, &'static [&'static str])> {
+    (struct_name == "Population").then_some(("source", &["name"]))
 }
 
 pub(super) fn check_name(found: &str, names: &[&str]) -> Result<(), Fault> {
@@ -106,7 +112,8 @@ impl<'de> VariantAccess<'de> for UnitName<'_> {
 /// A variant with its settings.
 pub(super) struct NamedTable<'a> {
     name: &'a str,
-    naming_key: Option<&'static str>,
+    /// The naming key, and keys that belong to whoever holds the choice.
+    elsewhere: Vec<&'static str>,
     table: &'a DeTable<'a>,
     place: Place<'a>,
 }
@@ -125,12 +132,18 @@ impl<'a> NamedTable<'a> {
         }
     }
 
+    /// Leaves keys to whoever holds the choice.
+    pub(super) fn without(mut self, elsewhere: &[&'static str]) -> Self {
+        self.elsewhere.extend(elsewhere);
+        self
+    }
+
     fn read_only_key(
         table: &'a DeTable<'a>,
         names: &[&'static str],
         place: &Place<'a>,
     ) -> Result<Self, Fault> {
-        table::check_keys(table, None, names, place)?;
+        table::check_keys(table, &[], names, place)?;
         let mut entries = table.iter();
         let (Some((key, value)), None) = (entries.next(), entries.next()) else {
             let expected = format!("exactly one of {}", names.join(", "));
@@ -152,7 +165,7 @@ impl<'a> NamedTable<'a> {
         };
         Ok(Self {
             name: key.get_ref(),
-            naming_key: None,
+            elsewhere: Vec::new(),
             table,
             place,
         })
@@ -169,7 +182,7 @@ impl<'a> NamedTable<'a> {
         if table.get(key).is_none() && key == "shape" && table.get("file").is_some() {
             return Ok(Self {
                 name: "file",
-                naming_key: None,
+                elsewhere: Vec::new(),
                 table,
                 place,
             });
@@ -195,7 +208,7 @@ impl<'a> NamedTable<'a> {
         name_place.locate(check_name(name, &choices))?;
         Ok(Self {
             name,
-            naming_key: Some(key),
+            elsewhere: vec![key],
             table,
             place,
         })
@@ -234,7 +247,7 @@ impl<'de> VariantAccess<'de> for NamedTable<'_> {
     type Error = Fault;
 
     fn unit_variant(self) -> Result<(), Fault> {
-        table::check_keys(self.table, self.naming_key, &[], &self.place)
+        table::check_keys(self.table, &self.elsewhere, &[], &self.place)
     }
 
     fn newtype_variant_seed<T: DeserializeSeed<'de>>(self, seed: T) -> Result<T::Value, Fault> {
@@ -253,9 +266,9 @@ impl<'de> VariantAccess<'de> for NamedTable<'_> {
         fields: &'static [&'static str],
         visitor: V,
     ) -> Result<V::Value, Fault> {
-        table::check_keys(self.table, self.naming_key, fields, &self.place)?;
+        table::check_keys(self.table, &self.elsewhere, fields, &self.place)?;
         let place = self.place.clone();
-        place.locate(visitor.visit_map(Entries::new(self.table, self.naming_key, &self.place)))
+        place.locate(visitor.visit_map(Entries::new(self.table, &self.elsewhere, &self.place)))
     }
 }
 
@@ -265,7 +278,7 @@ impl<'de> serde::Deserializer<'de> for NamedTable<'_> {
 
     fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Fault> {
         let place = self.place.clone();
-        place.locate(visitor.visit_map(Entries::new(self.table, self.naming_key, &self.place)))
+        place.locate(visitor.visit_map(Entries::new(self.table, &self.elsewhere, &self.place)))
     }
 
     fn deserialize_struct<V: Visitor<'de>>(

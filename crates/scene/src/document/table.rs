@@ -17,14 +17,15 @@ use super::join;
 use super::named;
 use super::named::UnitName;
 
-/// Refuses the first key, in the order of the file, that is neither in `fields` nor the naming key.
+/// Refuses the first key, in the order of the file, that is neither in `fields` nor among those that
+/// are read elsewhere.
 pub(super) fn check_keys(
     table: &DeTable<'_>,
-    naming_key: Option<&str>,
+    elsewhere: &[&str],
     fields: &[&str],
     place: &Place<'_>,
 ) -> Result<(), Fault> {
-    let is_known = |key: &str| naming_key == Some(key) || fields.contains(&key);
+    let is_known = |key: &str| elsewhere.contains(&key) || fields.contains(&key);
     let first_unknown = table
         .keys()
         .filter(|key| !is_known(key.get_ref()))
@@ -32,7 +33,7 @@ pub(super) fn check_keys(
     let Some(key) = first_unknown else {
         return Ok(());
     };
-    let allowed = naming_key
+    let allowed = elsewhere
         .iter()
         .chain(fields)
         .map(ToString::to_string)
@@ -44,7 +45,7 @@ pub(super) fn check_keys(
     Err(Fault::unknown_key(key.get_ref(), allowed).located(&key_place))
 }
 
-/// Entries of a table, without the key that named it.
+/// Entries of a table, without the keys that are read elsewhere.
 pub(super) struct Entries<'a> {
     rest: Vec<(&'a Spanned<DeString<'a>>, &'a Spanned<DeValue<'a>>)>,
     next_value: Option<Node<'a>>,
@@ -52,10 +53,10 @@ pub(super) struct Entries<'a> {
 }
 
 impl<'a> Entries<'a> {
-    pub(super) fn new(table: &'a DeTable<'a>, naming_key: Option<&str>, place: &Place<'a>) -> Self {
+    pub(super) fn new(table: &'a DeTable<'a>, elsewhere: &[&str], place: &Place<'a>) -> Self {
         let mut rest: Vec<_> = table
             .iter()
-            .filter(|(key, _)| naming_key != Some(key.get_ref()))
+            .filter(|(key, _)| !elsewhere.contains(&&**key.get_ref()))
             .collect();
         // The file's order, last first, so that the first mistake in the file is reported.
         rest.sort_by_key(|(key, _)| std::cmp::Reverse(key.span().start));
@@ -85,6 +86,7 @@ impl<'de> MapAccess<'de> for Entries<'_> {
         };
         self.next_value = Some(Node {
             value,
+            elsewhere: &[],
             place: Place {
                 source: self.place.source,
                 path,
@@ -140,9 +142,68 @@ impl<'de> SeqAccess<'de> for Items<'_> {
         let line = source.line(value.span().start);
         seed.deserialize(Node {
             value,
+            elsewhere: &[],
             place: Place { source, path, line },
         })
         .map(Some)
+    }
+}
+
+/// A value in place of a list of one.
+pub(super) struct Only<'a>(Option<Node<'a>>);
+
+impl<'a> Only<'a> {
+    pub(super) fn new(node: Node<'a>) -> Self {
+        Self(Some(node))
+    }
+}
+
+impl<'de> SeqAccess<'de> for Only<'_> {
+    type Error = Fault;
+
+    fn next_element_seed<T: DeserializeSeed<'de>>(
+        &mut self,
+        seed: T,
+    ) -> Result<Option<T::Value>, Fault> {
+        self.0.take().map(|node| seed.deserialize(node)).transpose()
+    }
+}
+
+/// Entries of a struct in whose table the keys of a choice stand too.
+pub(super) struct WithChoice<'a> {
+    own: Entries<'a>,
+    choice: Option<(&'static str, Node<'a>)>,
+}
+
+impl<'a> WithChoice<'a> {
+    /// `own` are the entries besides those of the choice, which the field `name` holds.
+    pub(super) fn new(own: Entries<'a>, name: &'static str, choice: Node<'a>) -> Self {
+        let choice = Some((name, choice));
+        Self { own, choice }
+    }
+}
+
+impl<'de> MapAccess<'de> for WithChoice<'_> {
+    type Error = Fault;
+
+    fn next_key_seed<K: DeserializeSeed<'de>>(
+        &mut self,
+        seed: K,
+    ) -> Result<Option<K::Value>, Fault> {
+        match &self.choice {
+            Some((name, choice)) if self.own.rest.is_empty() => {
+                let place = choice.place.clone();
+                seed.deserialize(Key { name, place }).map(Some)
+            }
+            Some(_) | None => self.own.next_key_seed(seed),
+        }
+    }
+
+    fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, Fault> {
+        match self.choice.take_if(|_| self.own.next_value.is_none()) {
+            Some((_, choice)) => seed.deserialize(choice),
+            None => self.own.next_value_seed(seed),
+        }
     }
 }
 

@@ -11,7 +11,7 @@ use serde::de::Visitor;
 use super::FILE;
 use super::FROM_VDB;
 
-/// All names of [`super::Drops`].
+/// All names of [`super::DropSource`].
 pub(super) fn all() -> &'static [&'static str] {
     static ALL: LazyLock<Vec<&'static str>> = LazyLock::new(|| {
         let shapes = match Shape::deserialize(Asking) {

@@ -12,7 +12,7 @@ use niji_dropfield::DropMode;
 use niji_dropfield::DropVolume;
 
 /// Bytes of the file's header, and of a grid's with its metadata.
-const FILE_BYTES: u64 = 800;
+pub(super) const FILE_BYTES: u64 = 800;
 const GRID_BYTES: u64 = 700;
 
 /// Bits of a voxel's place within a leaf, a node of leaves, and a node of those.
@@ -26,13 +26,17 @@ const BYTES: [u64; 4] = [4, 129, 1025, 8201];
 /// The leaves of a grid by place, each with a bit for every voxel that has drops.
 type Leaves = BTreeMap<[i32; 3], [u64; 8]>;
 
-/// Of a volume.
+/// Of a volume: modes on one lattice are shown together, those on several each by itself.
 pub(super) fn bytes_of_volume(volume: &DropVolume) -> u64 {
+    let lattice = |mode: &DropMode| (mode.voxel_m(), mode.origin_m());
+    let mut neighbors = volume.modes.windows(2);
+    let share_lattice = neighbors.all(|pair| lattice(&pair[0]) == lattice(&pair[1]));
     let mut shown = Leaves::new();
     let mut bytes = FILE_BYTES;
     for mode in &volume.modes {
         let (leaves, has_variance) = leaves(mode);
-        bytes += n_grids(has_variance) * bytes_of_grid(counts(&leaves));
+        let n_grids = n_grids(has_variance) + u64::from(!share_lattice);
+        bytes += n_grids * bytes_of_grid(counts(&leaves));
         for (place, mask) in leaves {
             let all = shown.entry(place).or_default();
             for (all, word) in all.iter_mut().zip(mask) {
@@ -40,7 +44,8 @@ pub(super) fn bytes_of_volume(volume: &DropVolume) -> u64 {
             }
         }
     }
-    bytes + bytes_of_grid(counts(&shown))
+    let of_shown = bytes_of_grid(counts(&shown));
+    bytes + if share_lattice { of_shown } else { 0 }
 }
 
 /// The leaves of a mode, and whether its drops differ in size.

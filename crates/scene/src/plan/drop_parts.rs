@@ -34,6 +34,18 @@ pub struct DropPart {
     pub within: Vec<DropPart>,
 }
 
+impl DropPart {
+    /// The same box of a mode that stands after so many others.
+    pub(super) fn with_mode_after(self, n_modes: usize) -> Self {
+        let within = self.within.into_iter();
+        Self {
+            mode: self.mode + n_modes,
+            within: within.map(|part| part.with_mode_after(n_modes)).collect(),
+            ..self
+        }
+    }
+}
+
 /// Small boxes of the nodes of a mode, by place.
 struct Lattice {
     /// First and last node with drops.

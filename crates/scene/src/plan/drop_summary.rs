@@ -5,15 +5,16 @@ use std::collections::HashMap;
 use glam::DVec3;
 use niji_dropfield::DropMode;
 use niji_dropfield::DropVolume;
-use niji_dropfield::Drops;
 use niji_droplets::Shape;
 use niji_geometry::Aabb;
+
+use crate::drops::Drops;
 
 use super::drop_file;
 use super::drop_parts::DropPart;
 use super::drop_parts::parts;
 
-/// Figures of a drop volume, of a shape before it is laid out or of a file after it was read.
+/// Figures of drops: of shapes before they are laid out, or of files after they were read.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DropSummary {
     /// Lowest corner of the box outside of which there are no drops (m).
@@ -24,7 +25,8 @@ pub struct DropSummary {
     pub voxel_m: f64,
     /// Nodes with drops, at most.
     pub n_nodes: u64,
-    /// Size of its VDB file, bytes; of a shape that was not laid out at most.
+    /// Size of its VDB file, bytes; of a shape that was not laid out at most, of drops that were joined
+    /// about.
     pub file_bytes: u64,
     /// Largest extinction without diffraction (1/m).
     pub max_extinction_m1_q1: f64,
@@ -60,6 +62,53 @@ impl DropSummary {
             file_bytes: found.file_bytes,
             ..whole
         })
+    }
+
+    /// Figures of drops that are shapes; `None` if any of them is none, or if all are without drops.
+    pub fn of_shapes(drops: &Drops) -> Option<Self> {
+        let shapes = drops.populations().iter().map(|it| it.source.shape());
+        let shapes: Vec<Shape> = shapes.collect::<Option<_>>()?;
+        Self::joined(shapes.iter().filter_map(Self::of_shape))
+    }
+
+    /// Figures of several drops in one air; `None` of none.
+    pub fn joined(summaries: impl IntoIterator<Item = Self>) -> Option<Self> {
+        let summaries: Vec<Self> = summaries.into_iter().collect();
+        // In each place are those whose boxes meet there.
+        let together = |one: &Self| -> f64 {
+            let others = summaries.iter().filter(|other| one.meets(other));
+            others.map(|other| other.max_extinction_m1_q1).sum()
+        };
+        let max_extinction_m1_q1 = summaries.iter().map(together).fold(0.0, f64::max);
+        let whole = summaries.into_iter().reduce(Self::beside)?;
+        Some(Self {
+            max_extinction_m1_q1,
+            ..whole
+        })
+    }
+
+    /// Whether the boxes of both have a place in common.
+    fn meets(&self, other: &Self) -> bool {
+        self.min_m.cmple(other.max_m).all() && other.min_m.cmple(self.max_m).all()
+    }
+
+    /// With others beside them, whose modes are numbered after one's own.
+    fn beside(self, other: Self) -> Self {
+        let wider = |a: (f64, f64), b: (f64, f64)| (a.0.min(b.0), a.1.max(b.1));
+        let n_modes = self.parts.iter().map(|part| part.mode + 1).max();
+        let others = other.parts.into_iter();
+        let others = others.map(|part| part.with_mode_after(n_modes.unwrap_or(0)));
+        Self {
+            min_m: self.min_m.min(other.min_m),
+            max_m: self.max_m.max(other.max_m),
+            voxel_m: self.voxel_m.min(other.voxel_m),
+            n_nodes: self.n_nodes + other.n_nodes,
+            file_bytes: self.file_bytes + other.file_bytes - drop_file::FILE_BYTES,
+            max_extinction_m1_q1: self.max_extinction_m1_q1 + other.max_extinction_m1_q1,
+            effective_radius_um: wider(self.effective_radius_um, other.effective_radius_um),
+            effective_variance: wider(self.effective_variance, other.effective_variance),
+            parts: self.parts.into_iter().chain(others).collect(),
+        }
     }
 
     /// What a shape knows of itself before it is laid out. Its range of effective variances is handed
@@ -191,7 +240,7 @@ impl Sizes {
         variance: 0.0,
     };
 
-    fn with(self, drops: Drops) -> Self {
+    fn with(self, drops: niji_dropfield::Drops) -> Self {
         let radius_um = 1e6 * f64::from(drops.effective_radius_m);
         Self {
             radius_um: (

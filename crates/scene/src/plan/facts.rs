@@ -14,7 +14,7 @@ use niji_radiometry::WavelengthGrid;
 use niji_radiometry::solar_irradiance;
 
 use crate::accuracy::Levels;
-use crate::drops::Drops;
+use crate::drops::DropSource;
 use crate::effect::Effect;
 use crate::scene::Scene;
 
@@ -205,18 +205,26 @@ impl Situation {
 }
 
 fn summary(scene: &Scene, inputs: &PlanInputs<'_>) -> Result<DropSummary, PlanError> {
-    let of_shape = || DropSummary::of_shape(&scene.drops.shape()?);
-    let summary = inputs.drops.clone().or_else(of_shape);
-    let file = || match &scene.drops {
-        Drops::Shape(shape) => format!("of the shape {}", shape.name()),
-        Drops::FromVdb(density) => density.file.clone(),
-        Drops::File(drops) => drops.file.clone(),
+    let of_shapes = || DropSummary::of_shapes(&scene.drops);
+    let summary = inputs.drops.clone().or_else(of_shapes);
+    let file = |source: &DropSource| match source {
+        DropSource::Shape(shape) => format!("of the shape {}", shape.name()),
+        DropSource::FromVdb(density) => density.file.clone(),
+        DropSource::File(drops) => drops.file.clone(),
     };
-    if let (None, Some(shape)) = (&summary, scene.drops.shape()) {
-        // Laid out in vain: it says why.
-        shape.volume()?;
+    if summary.is_none() {
+        let shapes = scene.drops.populations().iter();
+        for shape in shapes.filter_map(|population| population.source.shape()) {
+            // Laid out in vain: it says why.
+            shape.volume()?;
+        }
     }
-    summary.ok_or_else(|| PlanError::NoDrops { file: file() })
+    summary.ok_or_else(|| {
+        let populations = scene.drops.populations().iter();
+        let files: Vec<String> = populations.map(|it| file(&it.source)).collect();
+        let file = files.join(" and ");
+        PlanError::NoDrops { file }
+    })
 }
 
 /// Representative wavelengths with their weights, and the sun's illuminance (lx).

@@ -14,6 +14,7 @@ use niji_scatter::radius_axis;
 use niji_scatter::variance_axis;
 use serde::Serialize;
 
+use crate::drops::DropSource;
 use crate::effect::Effect;
 use crate::scene::Scene;
 
@@ -291,13 +292,15 @@ pub(super) fn stages(
     }
     let drops = &situation.drops;
     if scene.drops.file().is_none() {
+        let sources = || scene.drops.populations().iter().map(|it| &it.source);
+        let names: Vec<&str> = sources().map(DropSource::name).collect();
         let makes = format!(
             "{} voxels of {} m ({})",
             drops.n_nodes,
             drops.voxel_m,
-            scene.drops.name()
+            names.join(", ")
         );
-        let is_fountain = matches!(scene.drops.shape(), Some(Shape::Fountain(_)));
+        let is_fountain = sources().any(|it| matches!(it, DropSource::Shape(Shape::Fountain(_))));
         add(
             Stage::Drops,
             makes,

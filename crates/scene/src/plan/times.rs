@@ -29,6 +29,7 @@ use crate::accuracy::Preset;
 use crate::choice_levels::DECISIONS;
 use crate::choice_levels::Decision;
 use crate::choice_transfer::carried;
+use crate::drops::Drops;
 use crate::effect::Effect;
 use crate::measured::MeasuredLevel;
 use crate::measured::MeasuredLevels;
@@ -118,7 +119,7 @@ impl Work {
             voxel_m: drops.voxel_m,
             pixel_deg: camera.pixel_angle().0.to_degrees(),
             smallest_radius_um: drops.effective_radius_um.0,
-            nodes: nodes_of_even_rain(drops.n_nodes as f64, scene.drops.shape().as_ref()),
+            nodes: nodes_of_even_rain(drops.n_nodes as f64, &scene.drops),
             table_lines: need.map_or(0.0, |(need, _)| n_wavelengths * lines_of_wavelength(need)),
             further_numbers: need.map_or(0.0, |(need, n_angles)| {
                 2.0 * n_wavelengths * n_angles as f64 * (need.n_rows() as f64 - 1.0)
@@ -254,13 +255,14 @@ fn lines_of_wavelength(need: &ScatteringNeed) -> f64 {
         * further(&need.flattening, FURTHER_FLATTENING)
 }
 
-/// Nodes of even rain that take as long as those of a shape: a fountain's drops are followed, the
-/// laws of spray are evaluated at every node.
-fn nodes_of_even_rain(nodes: f64, shape: Option<&Shape>) -> f64 {
-    match shape {
-        Some(Shape::Fountain(_)) => nodes + 2e6,
-        Some(Shape::SeaSpray(_)) => 12.0 * nodes,
-        Some(Shape::Waterfall(_)) => 5.0 * nodes,
+/// Nodes of even rain that take as long as those of drops: a fountain's drops are followed, the laws of
+/// spray are evaluated at every node. Of several populations all nodes count as the slowest.
+fn nodes_of_even_rain(nodes: f64, drops: &Drops) -> f64 {
+    let shapes = drops.populations().iter().map(|it| it.source.shape());
+    let rates = shapes.map(|shape| match shape {
+        Some(Shape::Fountain(_)) => (1.0, 2e6),
+        Some(Shape::SeaSpray(_)) => (12.0, 0.0),
+        Some(Shape::Waterfall(_)) => (5.0, 0.0),
         Some(
             Shape::Uniform(_)
             | Shape::Gradient(_)
@@ -268,6 +270,10 @@ fn nodes_of_even_rain(nodes: f64, shape: Option<&Shape>) -> f64 {
             | Shape::FogBank(_)
             | Shape::RainCell(_),
         )
-        | None => nodes,
-    }
+        | None => (1.0, 0.0),
+    });
+    let (slowest, followed) = rates.fold((1.0_f64, 0.0), |(a, b), (rate, more)| {
+        (a.max(rate), b + more)
+    });
+    slowest * nodes + followed
 }

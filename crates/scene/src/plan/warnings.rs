@@ -1,5 +1,6 @@
 //! What a person should know before running a scene.
 
+use crate::drops::Population;
 use crate::effect::Effect;
 use crate::effect::Switch;
 use crate::scene::Scene;
@@ -35,18 +36,28 @@ pub(super) fn warnings(
     warnings
 }
 
-/// A box that is thinner than a voxel.
-fn of_thin_drops(scene: &Scene) -> Option<String> {
-    let grid = scene.drops.shape()?.grid();
-    let thickness_m = (grid.max - grid.min).min_element();
-    (thickness_m < grid.voxel_m).then(|| {
-        format!(
-            "the drops fill {} m, less than a voxel of {} m: they will stand over two voxels, as many \
-             in all but thinner",
-            brief(thickness_m),
-            brief(grid.voxel_m)
-        )
-    })
+/// Boxes that are thinner than a voxel.
+fn of_thin_drops(scene: &Scene) -> Vec<String> {
+    let names = scene.drops.mode_names();
+    let warning = |(population, name): (&Population, String)| {
+        let grid = population.source.shape()?.grid();
+        let thickness_m = (grid.max - grid.min).min_element();
+        let whose = if name.is_empty() {
+            name
+        } else {
+            format!(" {name}")
+        };
+        (thickness_m < grid.voxel_m).then(|| {
+            format!(
+                "the drops{whose} fill {} m, less than a voxel of {} m: they will stand over two \
+                 voxels, as many in all but thinner",
+                brief(thickness_m),
+                brief(grid.voxel_m)
+            )
+        })
+    };
+    let populations = scene.drops.populations().iter().zip(names);
+    populations.filter_map(warning).collect()
 }
 
 /// What of the bows is seen.

@@ -12,6 +12,7 @@ use serde_json::Value;
 use serde_json::json;
 
 use crate::drops::DropFile;
+use crate::drops::DropSource;
 use crate::drops::Drops;
 use crate::drops::FILE;
 use crate::drops::FROM_VDB;
@@ -22,9 +23,9 @@ use crate::effect::Switch;
 use crate::sequence::LAST_FRAME;
 
 /// The variants of the shapes beside our own, each as `{ name: settings }`.
-impl JsonSchema for Drops {
+impl JsonSchema for DropSource {
     fn schema_name() -> Cow<'static, str> {
-        "Drops".into()
+        "DropSource".into()
     }
 
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
@@ -56,6 +57,40 @@ impl JsonSchema for Drops {
         drops.insert("description".to_owned(), description.into());
         drops
     }
+}
+
+/// One table, or a list of them.
+impl JsonSchema for Drops {
+    fn schema_name() -> Cow<'static, str> {
+        "Drops".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let one = generator.subschema_for::<DropSource>();
+        json_schema!({
+            "description": "The drops: one table, or a list of tables whose drops are there together.",
+            "type": ["object", "array"],
+            "if": { "type": "object" },
+            "then": one,
+            "items": one,
+            "minItems": 1,
+        })
+    }
+}
+
+/// Lets each population of drops have a name beside the keys of what it is.
+pub(super) fn named_populations(scene: &mut Value) {
+    let drops = &mut scene["$defs"]["DropSource"];
+    let name = json!({
+        "description": "What the grids of these drops begin with in the drop volume: nothing where they \
+                        are the only ones, else what they are and their place.",
+        "type": "string",
+        "minLength": 1,
+    });
+    for branch in drops["allOf"].as_array_mut().into_iter().flatten() {
+        branch["then"]["properties"]["name"] = name.clone();
+    }
+    drops["properties"]["name"] = name;
 }
 
 /// A key for every effect.
