@@ -50,11 +50,12 @@ use niji_render::SkyModel;
 use niji_render::SunPath;
 use niji_render::Toggle;
 use niji_render::render;
+use niji_scatter::SizeRows;
 use niji_scatter::TableRequest;
 use niji_scatter::Theory;
-use niji_scatter::radius_axis;
 use niji_scatter::scattering_table;
-use niji_scatter::variance_axis;
+use niji_sizes::radius_axis;
+use niji_sizes::variance_axis;
 use nix::sys::resource::UsageWho;
 use nix::sys::resource::getrusage;
 use nix::sys::time::TimeValLike;
@@ -258,7 +259,8 @@ impl Scene {
             wavelengths: wavelengths.expect("the wavelengths are sound"),
             effective_radius_um: radii.expect("the radii are sound"),
             effective_variance: variance_axis(self.variances).expect("the variances are sound"),
-            flattening: vec![0.0],
+            rows: SizeRows::Laws,
+            motion: None,
             sun_disc_diameter_rad: 0.533_f64.to_radians(),
             water: Water::pure(15.0),
             airy_table: Some(&airy),

@@ -4,12 +4,11 @@
     niji scatter ... -o table.exr
     python examples/read_table.py table.exr
 
-A scattering table is an EXR image: one column per scattering angle, one row per effective radius,
-effective variance and flattening (the last runs fastest; a table of spheres has no flattening), one
-channel per polarization and wavelength: `s.560nm` perpendicular and `p.560nm` parallel to the
-scattering plane. Values are (dsigma/dOmega) / (pi <r^2>) in 1/sr. The axes stand in the header as
-text. Flattening runs from -1 to 1: how far, and which way, the flat shape of large drops moves the
-bow, 1 being the most for drops of that size.
+A scattering table is an EXR image: one column per scattering angle, one row per effective radius and
+effective variance (the last runs fastest), one channel per polarization and wavelength: `s.560nm`
+perpendicular and `p.560nm` parallel to the scattering plane. Values are (dsigma/dOmega) / (pi <r^2>) in
+1/sr. The axes stand in the header as text. Rows of single sizes (niji:rowUse is sums) add up to any size
+law. Tables for flattened drops hold the light of each bow once more, in parts called moved.2 and moved.3.
 """
 
 import sys
@@ -31,19 +30,13 @@ def axis(name):
 theta_deg = np.degrees(axis("theta"))
 radii, variances = axis("effective_radius"), axis("effective_variance")
 names = ["theta", "effective_radius", "effective_variance"]
-if "niji:axis.flattening" in header:
-    names.append("flattening")
-    flattening = axis("flattening")
-else:
-    flattening = np.zeros(1)
-
 print(f"theory {header['niji:theory']}, orders {header['niji:orders']}")
 for name in names:
     values, unit = axis(name), header[f"niji:unit.{name}"]
     print(f"{name}: {len(values)} values, {values[0]:g} to {values[-1]:g} {unit}")
 
 # Natural light is half the sum of both polarizations.
-natural = ((s + p) / 2).reshape(len(radii), len(variances), len(flattening), len(theta_deg))
+natural = ((s + p) / 2).reshape(len(radii), len(variances), len(theta_deg))
 
 # The primary bow lies behind the split, at larger scattering angles; the secondary in front of it.
 split_deg = np.degrees(header["niji:splitThetaRad"][0])
@@ -52,11 +45,10 @@ primary = np.where(theta_deg >= split_deg, natural, 0.0)
 print(f"peak of the primary bow at {WAVELENGTH_NM} nm:")
 for i, radius in enumerate(radii):
     for j, variance in enumerate(variances):
-        for k, m in enumerate(flattening):
-            peak = np.argmax(primary[i, j, k])
-            print(
-                f"  r_e = {radius:g} um, v_e = {variance:g}, flattening {m:g}: "
-                f"theta = {theta_deg[peak]:.2f} deg, "
-                f"{180 - theta_deg[peak]:.2f} deg from the antisolar point, "
-                f"{primary[i, j, k, peak]:.4g} / sr"
-            )
+        peak = np.argmax(primary[i, j])
+        print(
+            f"  r_e = {radius:g} um, v_e = {variance:g}: "
+            f"theta = {theta_deg[peak]:.2f} deg, "
+            f"{180 - theta_deg[peak]:.2f} deg from the antisolar point, "
+            f"{primary[i, j, peak]:.4g} / sr"
+        )

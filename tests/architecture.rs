@@ -19,7 +19,7 @@ const ARROWS: [(&str, &[&str]); 15] = [
     ("droplets", &["dropfield", "sizes"]),
     ("scatter", &["airy", "mie", "sizes", "exchange"]),
     ("atmosphere", &["geometry", "exchange"]),
-    ("render", &["dropfield", "geometry", "exchange"]),
+    ("render", &["dropfield", "geometry", "exchange", "sizes"]),
     ("photo", &["geometry", "exchange"]),
     ("ice", &["geometry"]),
     (

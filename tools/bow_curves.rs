@@ -62,10 +62,6 @@ impl BowCurves {
     pub(crate) fn of(table: &ScatteringTable, size: [usize; 2], angles_rad: Vec<f64>) -> Self {
         let n_wavelengths = table.wavelengths.len();
         let mut values_sr1 = Array2::zeros((angles_rad.len(), n_wavelengths));
-        let sphere = table
-            .flattening
-            .partition_point(|&flattening| flattening < 0.0)
-            .min(table.flattening.len() - 1);
         for (&angle, mut row) in angles_rad.iter().zip(values_sr1.rows_mut()) {
             let nodes = &table.theta_rad;
             let upper = nodes
@@ -75,9 +71,8 @@ impl BowCurves {
             let part = ((angle - low) / (high - low)).clamp(0.0, 1.0);
             for (wavelength, value) in row.iter_mut().enumerate() {
                 let natural = |node: usize| {
-                    let polarized = |j| {
-                        f64::from(table.values[[j, size[0], size[1], sphere, wavelength, node]])
-                    };
+                    let polarized =
+                        |j| f64::from(table.values[[j, size[0], size[1], wavelength, node]]);
                     0.5 * (polarized(0) + polarized(1))
                 };
                 *value = natural(upper - 1) * (1.0 - part) + natural(upper) * part;

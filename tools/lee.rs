@@ -16,6 +16,7 @@ use niji_exchange::ImageWindows;
 use niji_exchange::SpectralImage;
 use niji_radiometry::WavelengthGrid;
 use niji_radiometry::solar_irradiance;
+use niji_scatter::SizeRows;
 use niji_scatter::Theory;
 use niji_scene::ScatteringNeed;
 use niji_scene::canonical_json;
@@ -239,7 +240,8 @@ fn diagram(command: &LeeCommand) -> Result<Diagram, Failure> {
             relative_error: RELATIVE_ERROR,
             effective_radius_um: radii.collect(),
             effective_variance: vec![command.effective_variance],
-            flattening: vec![0.0],
+            rows: SizeRows::Laws,
+            motion: None,
             sun_disc_diameter_rad: command.sun_disc_deg.to_radians(),
             water: command.water.water()?,
         },

@@ -9,6 +9,7 @@ use std::time::Instant;
 
 use niji_radiometry::Water;
 use niji_radiometry::WavelengthGrid;
+use niji_scatter::SizeRows;
 use niji_scatter::Theory;
 use niji_scene::ScatteringNeed;
 use serde::Serialize;
@@ -71,7 +72,8 @@ pub(super) fn rows(date: &str, verbosity: Verbosity) -> Result<Vec<TheoryRow>, F
                 relative_error: TABLE_ERROR,
                 effective_radius_um: vec![radius_um],
                 effective_variance: vec![effective_variance],
-                flattening: vec![0.0],
+                rows: SizeRows::Laws,
+                motion: None,
                 sun_disc_diameter_rad: f64::to_radians(SUN_DISC_DEG),
                 water: Water::pure(20.0),
             };

@@ -32,6 +32,7 @@ use niji_scatter::Theory;
 use niji_scene::Accuracy;
 use niji_scene::Plan;
 use niji_scene::Preset;
+use niji_scene::ScatteringNeed;
 use niji_scene::Scene;
 use niji_scene::Spectrum;
 use niji_scene::exact_theory;
@@ -215,9 +216,7 @@ fn is_exact(theory: Theory) -> bool {
 /// Rows of the scattering table that take time of their own: those that differ in variance alone share
 /// their drops.
 fn n_rows(plan: &Plan) -> usize {
-    plan.scattering.as_ref().map_or(0, |need| {
-        need.effective_radius_um.len() * need.flattening.len()
-    })
+    plan.scattering.as_ref().map_or(0, ScatteringNeed::n_rows)
 }
 
 /// Runs a plan: its picture and its time in s.

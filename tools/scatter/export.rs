@@ -47,25 +47,21 @@ fn write_csv(table: &ScatteringTable, path: &Path) -> Result<(), Failure> {
     output::write_file(path, |writer| {
         writeln!(
             writer,
-            "theta_deg,wavelength_nm,effective_radius_um,effective_variance,flattening,s_sr1,p_sr1"
+            "theta_deg,wavelength_nm,effective_radius_um,effective_variance,s_sr1,p_sr1"
         )?;
         for (radius, radius_um) in table.effective_radius_um.iter().enumerate() {
             for (variance, effective_variance) in table.effective_variance.iter().enumerate() {
-                for (flattening, m) in table.flattening.iter().enumerate() {
-                    for (wavelength, center) in table.wavelengths.centers().enumerate() {
-                        for (angle, theta_rad) in table.theta_rad.iter().enumerate() {
-                            let at = |j| {
-                                table.values[[j, radius, variance, flattening, wavelength, angle]]
-                            };
-                            writeln!(
-                                writer,
-                                "{:.6},{},{radius_um},{effective_variance},{m},{:e},{:e}",
-                                theta_rad.to_degrees(),
-                                center.0,
-                                at(0),
-                                at(1)
-                            )?;
-                        }
+                for (wavelength, center) in table.wavelengths.centers().enumerate() {
+                    for (angle, theta_rad) in table.theta_rad.iter().enumerate() {
+                        let at = |j| table.values[[j, radius, variance, wavelength, angle]];
+                        writeln!(
+                            writer,
+                            "{:.6},{},{radius_um},{effective_variance},{:e},{:e}",
+                            theta_rad.to_degrees(),
+                            center.0,
+                            at(0),
+                            at(1)
+                        )?;
                     }
                 }
             }
@@ -75,8 +71,7 @@ fn write_csv(table: &ScatteringTable, path: &Path) -> Result<(), Failure> {
 }
 
 fn write_mitsuba(table: &ScatteringTable, path: &Path) -> Result<(), Failure> {
-    let n_rows =
-        table.effective_radius_um.len() * table.effective_variance.len() * table.flattening.len();
+    let n_rows = table.effective_radius_um.len() * table.effective_variance.len();
     if n_rows > 1 {
         return Err(Failure::Usage(format!(
             "found a table of {n_rows} drop sizes, expected one: a tabphase holds one phase \

@@ -9,10 +9,12 @@ use std::path::PathBuf;
 use clap::Args;
 use niji_exchange::ScatteringTable;
 use niji_radiometry::WavelengthGrid;
+use niji_scatter::DropMotion;
+use niji_scatter::SizeRows;
 use niji_scatter::Theory;
-use niji_scatter::radius_axis;
-use niji_scatter::variance_axis;
 use niji_scene::ScatteringNeed;
+use niji_sizes::radius_axis;
+use niji_sizes::variance_axis;
 
 use crate::cli::Common;
 use crate::cli::numbers;
@@ -35,6 +37,7 @@ use crate::water_flags::WaterFlags;
   niji scatter --scene scene.toml --airy airy.exr -o scatter.exr
   niji scatter --theory mie --effective-radius-um 10 --effective-variance 0.1 -o fog.exr
   niji scatter --theory uniform --effective-radius-um 100,1000 --theta-deg 120,180 -o rain.exr
+  niji scatter --theory uniform --radii-um 20,3000 --flattened --theta-deg 100,180 -o any-rain.exr
   niji scatter --compare airy,uniform,mie --effective-radius-um 8 --plot fogbow.svg
   niji scatter --table rain.exr --plot rain.svg
   niji scatter --theory mie --effective-radius-um 100 --export csv -o phase.csv
@@ -45,10 +48,10 @@ peak_shift_deg,seconds against the most accurate theory of the list; color diffe
 --export mitsuba: one tabphase for each wavelength, with the albedo that undoes its normalisation.")]
 pub(crate) struct ScatterCommand {
     /// The scene whose plan says what is needed.
-    #[arg(long, value_name = "TOML", conflicts_with_all = ["theory", "effective_radius_um"])]
+    #[arg(long, value_name = "TOML", conflicts_with_all = ["theory", "effective_radius_um", "radii_um"])]
     scene: Option<PathBuf>,
     /// A finished table to plot or export, instead of making one.
-    #[arg(long, value_name = "EXR", conflicts_with_all = ["scene", "theory", "effective_radius_um"])]
+    #[arg(long, value_name = "EXR", conflicts_with_all = ["scene", "theory", "effective_radius_um", "radii_um"])]
     table: Option<PathBuf>,
     /// The table of f(z), for airy and airy-published; without it every value is computed.
     #[arg(long, value_name = "EXR")]
@@ -63,19 +66,17 @@ pub(crate) struct ScatterCommand {
     #[arg(long, value_name = "P,P")]
     orders: Option<String>,
     /// Effective radius, or the smallest and largest of a range.
-    #[arg(long, value_name = "UM[,UM]", required_unless_present_any = ["scene", "table"])]
+    #[arg(long, value_name = "UM[,UM]", required_unless_present_any = ["scene", "table", "radii_um"])]
     effective_radius_um: Option<String>,
     /// Effective variance, or the smallest and largest of a range.
     #[arg(long, value_name = "V[,V]", default_value = "0")]
     effective_variance: String,
-    /// Nodes of the flattening of large drops, ascending within -1 to 1, 0 for spheres.
-    #[arg(
-        long,
-        value_name = "M,M",
-        default_value = "0",
-        allow_hyphen_values = true
-    )]
-    flattening: String,
+    /// Single radii of a range in place of --effective-radius-um: a table that serves any law of such drops.
+    #[arg(long, value_name = "UM,UM", conflicts_with_all = ["effective_radius_um", "effective_variance"])]
+    radii_um: Option<String>,
+    /// Keep apart what flattening moves, so that the table serves flattened drops too.
+    #[arg(long)]
+    flattened: bool,
     /// Smallest and largest scattering angle, 0 = forward [default: 0,180; 120,160 for --compare].
     #[arg(long, value_name = "DEG,DEG")]
     theta_deg: Option<String>,
@@ -180,30 +181,45 @@ fn of_scene(
 }
 
 fn of_flags(command: &ScatterCommand) -> Result<(ScatteringNeed, WavelengthGrid), Failure> {
-    let usage = |error: &dyn std::fmt::Display| Failure::Usage(error.to_string());
-    let radii = range(
-        "effective-radius-um",
-        command.effective_radius_um.as_deref().unwrap_or(""),
-    )?;
-    let variances = range("effective-variance", &command.effective_variance)?;
     let theta_deg = command.theta_deg.as_deref().unwrap_or(ALL_ANGLES_DEG);
     let theta_deg = range("theta-deg", theta_deg)?;
     let wavelengths = spectrum(&command.spectrum)?;
     let orders = orders(command.orders.as_deref().unwrap_or(BOWS))?;
+    let sizes = sizes(command)?;
     let need = ScatteringNeed {
         theory: command.theory.map_or(Theory::Airy, Theory::from),
         orders,
         theta_range_rad: (theta_deg.0.to_radians(), theta_deg.1.to_radians()),
         relative_error: command.relative_error,
-        effective_radius_um: radius_axis(radii, variances.0, command.relative_error)
-            .map_err(|error| usage(&error))?,
-        flattening: numbers(&command.flattening)
-            .map_err(|error| Failure::Usage(format!("--flattening: {error}")))?,
-        effective_variance: variance_axis(variances).map_err(|error| usage(&error))?,
+        effective_radius_um: sizes.0,
+        effective_variance: sizes.1,
+        rows: sizes.2,
+        motion: command.flattened.then(DropMotion::default),
         sun_disc_diameter_rad: command.sun_disc_deg.to_radians(),
         water: command.water.water()?,
     };
     Ok((need, wavelengths))
+}
+
+/// Radii, variances and what the rows stand for.
+fn sizes(command: &ScatterCommand) -> Result<(Vec<f64>, Vec<f64>, SizeRows), Failure> {
+    let usage = |error: niji_sizes::Error| Failure::Usage(error.to_string());
+    let error = command.relative_error;
+    if let Some(radii) = &command.radii_um {
+        let radii = range("radii-um", radii)?;
+        let radii = radius_axis(radii, 0.0, error).map_err(usage)?;
+        let rows = SizeRows::Bins {
+            ln_step: 0.0,
+            narrowest_variance: 0.0,
+        };
+        return Ok((radii, vec![0.0], rows));
+    }
+    let radii = command.effective_radius_um.as_deref().unwrap_or("");
+    let radii = range("effective-radius-um", radii)?;
+    let variances = range("effective-variance", &command.effective_variance)?;
+    let radii = radius_axis(radii, variances.0, error).map_err(usage)?;
+    let variances = variance_axis(variances).map_err(usage)?;
+    Ok((radii, variances, SizeRows::Laws))
 }
 
 /// First wavelength, step and number.

@@ -6,6 +6,7 @@ use std::f64::consts::PI;
 use niji_exchange::ScatteringTable;
 use niji_radiometry::Water;
 use niji_radiometry::WavelengthGrid;
+use niji_scatter::SizeRows;
 use niji_scatter::TableRequest;
 use niji_scatter::Theory;
 use niji_scatter::adaptive_table;
@@ -61,7 +62,8 @@ fn request(theory: Theory, radius_um: f64, effective_variance: f64) -> TableRequ
         wavelengths: WavelengthGrid::new(560.0, 10.0, 1).expect("one wavelength of light"),
         effective_radius_um: vec![radius_um],
         effective_variance: vec![effective_variance],
-        flattening: vec![0.0],
+        rows: SizeRows::Laws,
+        motion: None,
         sun_disc_diameter_rad: DISC_RAD,
         water: Water::pure(20.0),
         airy_table: None,
@@ -74,7 +76,7 @@ fn table(request: &TableRequest) -> ScatteringTable {
 
 /// Natural light of the only row.
 fn row(table: &ScatteringTable) -> Vec<f64> {
-    let at = |j, angle| f64::from(table.values[[j, 0, 0, 0, 0, angle]]);
+    let at = |j, angle| f64::from(table.values[[j, 0, 0, 0, angle]]);
     let angles = 0..table.theta_rad.len();
     angles
         .map(|angle| 0.5 * (at(0, angle) + at(1, angle)))
@@ -156,7 +158,7 @@ fn beyond_the_largest_drop() -> f64 {
 fn table_without_end() -> f64 {
     let huge = TableRequest {
         effective_radius_um: (1..=20_000).map(|i| 0.1 * f64::from(i)).collect(),
-        flattening: (-100..=100).map(|i| 0.01 * f64::from(i)).collect(),
+        wavelengths: WavelengthGrid::new(310.0, 0.3, 2000).expect("a sound grid"),
         ..request(Theory::Uniform, 100.0, 0.0)
     };
     violations([adaptive_table(&huge, &|_| ()).is_err()])
@@ -176,12 +178,20 @@ fn impossible_requests() -> f64 {
     });
     let orders = [vec![], vec![8], vec![2, 2]];
     let orders = orders.map(|orders| TableRequest { orders, ..sound() });
-    let flattenings = [vec![], vec![0.5, -0.5], vec![-1.1, 0.0], vec![f64::NAN]];
-    let flattenings = flattenings.map(|flattening| TableRequest {
-        flattening,
-        ..sound()
-    });
+    let bins = |ln_step| SizeRows::Bins {
+        ln_step,
+        narrowest_variance: 0.1,
+    };
     let others = [
+        TableRequest {
+            rows: bins(f64::NAN),
+            ..sound()
+        },
+        TableRequest {
+            rows: bins(0.02),
+            effective_variance: vec![0.1],
+            ..sound()
+        },
         TableRequest {
             effective_variance: vec![0.5],
             ..sound()
@@ -196,6 +206,6 @@ fn impossible_requests() -> f64 {
         },
     ];
     let requests = radii.into_iter().chain(ranges).chain(orders);
-    let requests = requests.chain(flattenings).chain(others);
+    let requests = requests.chain(others);
     violations(requests.map(|request| scattering_table(&request, &|_| ()).is_err()))
 }

@@ -5,7 +5,7 @@ use std::sync::Mutex;
 
 use glam::DVec3;
 use ndarray::Array2;
-use ndarray::Array6;
+use ndarray::Array5;
 use niji_dropfield::Bricks;
 use niji_dropfield::DropMode;
 use niji_dropfield::Drops;
@@ -14,6 +14,7 @@ use niji_dropfield::Interpolation;
 use niji_exchange::Aov;
 use niji_exchange::Attributes;
 use niji_exchange::ImageWindows;
+use niji_exchange::RowUse;
 use niji_exchange::ScatteringTable;
 use niji_geometry::Camera;
 use niji_geometry::PinholeCamera;
@@ -78,10 +79,9 @@ impl World {
             height_px: HEIGHT,
         });
         let theta_rad: Vec<f64> = (0..=180).map(|deg| f64::from(deg).to_radians()).collect();
-        let values =
-            |(_, _, _, _, wavelength, angle): (usize, usize, usize, usize, usize, usize)| {
-                (1.0 + wavelength as f32) * (1.0 + angle as f32)
-            };
+        let values = |(_, _, _, wavelength, angle): (usize, usize, usize, usize, usize)| {
+            (1.0 + wavelength as f32) * (1.0 + angle as f32)
+        };
         Self {
             folder: tempfile::tempdir().unwrap(),
             camera: camera.unwrap().into(),
@@ -90,11 +90,13 @@ impl World {
                 theory: "test".into(),
                 orders: "all".into(),
                 wavelengths: WavelengthGrid::new(500.0, 50.0, 2).unwrap(),
-                values: Array6::from_shape_fn((2, 1, 1, 1, 2, theta_rad.len()), values),
+                values: Array5::from_shape_fn((2, 1, 1, 2, theta_rad.len()), values),
                 theta_rad,
                 effective_radius_um: vec![100.0],
                 effective_variance: vec![0.0],
-                flattening: vec![0.0],
+                moved: None,
+                row_use: RowUse::Laws,
+                relative_error: 5e-3,
                 sun_disc_diameter_rad: 0.0,
                 split_theta_rad: 2.0,
                 forward_fraction_left_out: 0.0,

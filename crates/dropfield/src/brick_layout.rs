@@ -9,6 +9,7 @@ use crate::DropMode;
 use crate::Drops;
 use crate::Error;
 use crate::Interpolation;
+use crate::SizeRange;
 use crate::bricks::BRICK_DIM;
 use crate::bricks::BRICK_NODES;
 use crate::bricks::MOST_CELLS;
@@ -150,6 +151,49 @@ pub(crate) fn m2_range(interpolation: Interpolation, lanes: &[Vec4]) -> (f32, f3
 
 /// A bit for each cell of a brick: a word for x, in it bit 8 y + z.
 pub(crate) type CellMask = [u64; BRICK_DIM as usize];
+
+/// Which drops a brick has; `None` if it has none.
+pub(crate) fn brick_sizes(interpolation: Interpolation, lanes: &[Vec4]) -> Option<SizeRange> {
+    let node = |lanes: &Vec4| match interpolation {
+        Interpolation::RadiusDensity => {
+            (lanes.x > 0.0).then(|| SizeRange::of(f64::from(lanes.x), f64::from(lanes.z)))
+        }
+        Interpolation::Moments => {
+            let moments = AreaMoments {
+                m2: lanes.x,
+                m3: lanes.y,
+                m4: lanes.z,
+            };
+            let radius_um = f64::from(moments.effective_radius_um());
+            let variance = f64::from(moments.effective_variance());
+            (radius_um > 0.0).then(|| SizeRange::of(radius_um, variance))
+        }
+    };
+    let nodes: Vec<Option<SizeRange>> = lanes.iter().map(node).collect();
+    let union = |a: SizeRange, b| a.union(b);
+    let of_nodes = nodes.iter().copied().flatten().reduce(union)?;
+    if interpolation == Interpolation::RadiusDensity {
+        return Some(of_nodes);
+    }
+    let corners = [0, STRIDE_X].map(|x| [0, STRIDE_Y].map(|y| [x + y, x + y + 1]));
+    let cells = (0..NODES_PER_BRICK).filter(|node| {
+        let place = [
+            node / STRIDE_X,
+            node / STRIDE_Y % BRICK_NODES,
+            node % BRICK_NODES,
+        ];
+        place.iter().all(|coordinate| coordinate + 1 < BRICK_NODES)
+    });
+    let of_cell = |cell: usize| {
+        let corners = corners.as_flattened().as_flattened().iter();
+        let nodes = corners.filter_map(|corner| nodes[cell + corner]);
+        nodes.reduce(union).map(SizeRange::with_mixtures)
+    };
+    cells
+        .filter_map(of_cell)
+        .reduce(union)
+        .map(|of_cells| of_cells.union(of_nodes))
+}
 
 /// The cells of a brick at whose corners there are no drops.
 pub(crate) fn cells_without_drops(lanes: &[Vec4]) -> CellMask {

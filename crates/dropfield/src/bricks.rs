@@ -34,9 +34,11 @@ use crate::DropMode;
 use crate::Error;
 use crate::NODE_LIMIT;
 use crate::Segments;
+use crate::SizeRange;
 use crate::area_moments::M2_PER_UM2;
 use crate::brick_layout::CellMask;
 use crate::brick_layout::Lattice;
+use crate::brick_layout::brick_sizes;
 use crate::brick_layout::cells_without_drops;
 use crate::brick_layout::fill_brick;
 use crate::brick_layout::m2_range;
@@ -45,7 +47,6 @@ use crate::brick_layout::occupied;
 use crate::coarse_cells::CoarseErrors;
 use crate::coarse_cells::NO_DROPS;
 use crate::coarse_cells::TOO_COARSE;
-use crate::summary::wider;
 
 /// Cells along an edge of a brick.
 pub(crate) const BRICK_DIM: i32 = 8;
@@ -220,23 +221,11 @@ impl Bricks {
         M2_PER_UM2 * std::f64::consts::PI * f64::from(m2)
     }
 
-    /// Smallest and largest effective radius of the nodes (um); `None` if there are no drops.
-    pub fn effective_radius_um(&self) -> Option<(f64, f64)> {
-        let radius_um = |lanes: &Vec4| match self.interpolation {
-            Interpolation::RadiusDensity => lanes.x,
-            Interpolation::Moments => AreaMoments {
-                m2: lanes.x,
-                m3: lanes.y,
-                m4: lanes.z,
-            }
-            .effective_radius_um(),
-        };
-        self.nodes
-            .par_iter()
-            .map(radius_um)
-            .filter(|radius_um| *radius_um > 0.0)
-            .map(|radius_um| (f64::from(radius_um), f64::from(radius_um)))
-            .reduce_with(wider)
+    /// Which drops there are; `None` if there are none.
+    pub fn size_range(&self) -> Option<SizeRange> {
+        let bricks = self.nodes.par_chunks(NODES_PER_BRICK);
+        let of_brick = |lanes: &[Vec4]| brick_sizes(self.interpolation, lanes);
+        bricks.filter_map(of_brick).reduce_with(SizeRange::union)
     }
 
     /// The field at a point; zero outside the bricks.

@@ -242,3 +242,27 @@ fn bricks_that_would_not_fit_are_refused() {
         assert!(matches!(result, Err(Error::TooManyNodes { .. })));
     }
 }
+
+#[test]
+fn the_sizes_of_bricks_are_those_of_their_nodes_and_of_mixtures_between_neighbors() {
+    // Radii grow by a tenth from node to node along x, over more than a brick.
+    let drops = |position: DVec3| Drops {
+        number_density_m3: 1e6,
+        effective_radius_m: 1e-4 * 1.1_f32.powf(0.5 * (position.x + 6.0) as f32),
+        effective_variance: 0.02,
+    };
+    let mode = DropMode::from_fn("", &grid(), drops).unwrap();
+    let found = Bricks::build(&mode, Interpolation::Moments).unwrap();
+    let sizes = found.size_range().unwrap();
+    let (low, high) = sizes.effective_radius_um;
+    assert!((low / 100.0 - 1.0).abs() < 1e-5 && (high / 555.99 - 1.0).abs() < 1e-4);
+    // 1.02 times 2.1²/(4 times 1.1), less 1.
+    let (narrow, broad) = sizes.effective_variance;
+    assert!(
+        (narrow - 0.02).abs() < 1e-5 && (broad - 0.022_318).abs() < 1e-5,
+        "{broad}"
+    );
+    let own = Bricks::build(&mode, Interpolation::RadiusDensity).unwrap();
+    let (narrow, broad) = own.size_range().unwrap().effective_variance;
+    assert!((narrow - 0.02).abs() < 1e-6 && (broad - 0.02).abs() < 1e-6);
+}

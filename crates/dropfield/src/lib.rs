@@ -37,6 +37,7 @@ mod grid_box;
 mod mode;
 mod read_vdb;
 mod segments;
+mod size_range;
 mod summary;
 #[cfg(test)]
 mod test_volumes;
@@ -62,6 +63,8 @@ pub use mode::LEAF_DIM;
 pub use mode::LEAF_NODES;
 pub use segments::Segment;
 pub use segments::Segments;
+pub use size_range::SizeRange;
+pub use size_range::mixture_variance;
 pub use summary::VolumeSummary;
 pub use volume::DropVolume;
 pub use volume::mode_name_fault;

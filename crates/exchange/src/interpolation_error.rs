@@ -23,8 +23,6 @@ pub struct InterpolationError {
     pub radius: AxisError,
     /// Along the effective variance.
     pub variance: AxisError,
-    /// Along the flattening.
-    pub flattening: AxisError,
 }
 
 /// Attributes: error of which axis, and how it was taken.
@@ -34,12 +32,11 @@ fn name(axis: &str, measure: &str) -> String {
 
 impl InterpolationError {
     /// The axes by name.
-    pub fn axes(&self) -> [(&'static str, AxisError); 4] {
+    pub fn axes(&self) -> [(&'static str, AxisError); 3] {
         [
             ("theta", self.theta),
             ("effective_radius", self.radius),
             ("effective_variance", self.variance),
-            ("flattening", self.flattening),
         ]
     }
 
@@ -62,12 +59,11 @@ impl InterpolationError {
                 max: part.number(&name(axis, "max"))?,
             })
         };
-        let [theta, radius, variance, flattening] = Self::default().axes().map(|(axis, _)| axis);
+        let [theta, radius, variance] = Self::default().axes().map(|(axis, _)| axis);
         Ok(Some(Self {
             theta: of_axis(theta)?,
             radius: of_axis(radius)?,
             variance: of_axis(variance)?,
-            flattening: of_axis(flattening)?,
         }))
     }
 }

@@ -10,7 +10,8 @@
 use std::f64::consts::PI;
 
 use ndarray::Array2;
-use ndarray::Array6;
+use ndarray::Array4;
+use ndarray::Array5;
 use ndarray::s;
 use niji_radiometry::Water;
 use niji_radiometry::WavelengthGrid;
@@ -19,6 +20,7 @@ use crate::attributes::AttributeValue;
 use crate::attributes::Attributes;
 use crate::error::Error;
 use crate::interpolation_error::InterpolationError;
+use crate::moved_bows::MovedBows;
 use crate::provenance::Provenance;
 use crate::table::Axis;
 use crate::table::Channel;
@@ -33,14 +35,11 @@ const QUANTITY: &str = "scattering";
 /// Prefixes of the channels of the two polarisations.
 const POLARIZATIONS: [&str; 2] = ["s", "p"];
 /// Columns and rows with their units.
-const AXES: [(&str, &str); 4] = [
+const AXES: [(&str, &str); 3] = [
     ("theta", "rad"),
     ("effective_radius", "um"),
     ("effective_variance", "-"),
-    ("flattening", "-"),
 ];
-/// Axes of a table of spheres: it has no flattening.
-const N_AXES_OF_SPHERES: usize = 3;
 /// Said in every header, because this is where people err.
 const ANGLE_CONVENTION: &str = "scattering angle between the directions of travel before and after: \
                                 0 = forward, pi = backward; bow angle = pi - theta";
@@ -55,6 +54,25 @@ const MAX_EFFECTIVE_VARIANCE: f64 = 0.5;
 const NORM: &str = "(dsigma/dOmega) / (pi <r^2>) in 1/sr for each polarization; natural light = \
                     (s + p) / 2; p11 (mean over the sphere 1) = 4 pi (s + p) / 2 / Q_sca; never \
                     renormalised";
+
+/// What the rows of a table are for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RowUse {
+    /// Each is a law of its effective radius and variance.
+    Laws,
+    /// Each is a single size, and any law is a sum over them.
+    Sums,
+}
+
+impl RowUse {
+    /// As the header says it.
+    fn name(self) -> &'static str {
+        match self {
+            Self::Laws => "laws",
+            Self::Sums => "sums",
+        }
+    }
+}
 
 /// A scattering table.
 #[derive(Clone, Debug, PartialEq)]
@@ -71,12 +89,16 @@ pub struct ScatteringTable {
     pub effective_radius_um: Vec<f64>,
     /// Effective variances, ascending.
     pub effective_variance: Vec<f64>,
-    /// How far, and which way, the flattening of large drops moves the bow: ascending within -1 to 1
-    /// where 1 is the most for drops of that size, 0 what a sphere does; `[0.0]` for spheres.
-    pub flattening: Vec<f64>,
+    /// What the rows are for.
+    pub row_use: RowUse,
     /// Values in 1/sr by polarisation (0 = s, 1 = p), effective radius, effective variance,
-    /// flattening, wavelength and scattering angle.
-    pub values: Array6<f32>,
+    /// wavelength and scattering angle.
+    pub values: Array5<f32>,
+    /// What of the values moves where drops are flattened; `None` for spheres. Rows are of single sizes
+    /// then: the only effective variance is 0.
+    pub moved: Option<MovedBows>,
+    /// Error of interpolation that it was made for, in parts of the peak of the bow.
+    pub relative_error: f64,
     /// Diameter of the sun's disc that the table is averaged over, in radians; 0 for a point.
     pub sun_disc_diameter_rad: f64,
     /// Scattering angle between the secondary bow (smaller) and the primary (larger), in radians.
@@ -103,56 +125,40 @@ impl ScatteringTable {
             shape,
             "values have the shape of the axes"
         );
-        let (_, n_radii, n_variances, n_flattenings, _, n_theta) = shape;
-        let n_rows = n_radii * n_variances * n_flattenings;
-        let mut channels = Vec::with_capacity(2 * self.wavelengths.len());
-        for (polarization, prefix) in POLARIZATIONS.into_iter().enumerate() {
-            for (index, wavelength) in self.wavelengths.centers().enumerate() {
-                let values = self.values.slice(s![polarization, .., .., .., index, ..]);
-                let flat: Vec<f32> = values.iter().copied().collect();
-                let values = Array2::from_shape_vec((n_rows, n_theta), flat)
-                    .expect("rows are the product of their axes");
-                let name = format!("{prefix}.{}", short_name(wavelength));
-                channels.push(Channel { name, values });
-            }
-        }
+        let (_, n_radii, n_variances, _, n_theta) = shape;
+        let channels = channels(&self.wavelengths, |polarization, index| {
+            let values = self.values.slice(s![polarization, .., .., index, ..]);
+            let flat: Vec<f32> = values.iter().copied().collect();
+            Array2::from_shape_vec((n_radii * n_variances, n_theta), flat)
+                .expect("rows are the product of their axes")
+        });
         let part = TablePart {
             name: QUANTITY.to_owned(),
             column_axis: axis(0, &self.theta_rad),
-            row_axes: self.row_axes(),
+            row_axes: vec![
+                axis(1, &self.effective_radius_um),
+                axis(2, &self.effective_variance),
+            ],
             channels,
             attributes: self.attributes(),
         };
+        let moved = self
+            .moved
+            .iter()
+            .flat_map(|moved| moved.parts(&part, &self.wavelengths));
+        let moved: Vec<TablePart> = moved.collect();
         TableFile {
             quantity: QUANTITY.to_owned(),
-            parts: vec![part],
+            parts: [part].into_iter().chain(moved).collect(),
             provenance,
         }
     }
 
-    fn row_axes(&self) -> Vec<Axis> {
-        let mut axes = vec![
-            axis(1, &self.effective_radius_um),
-            axis(2, &self.effective_variance),
-        ];
-        if !self.is_of_spheres() {
-            axes.push(axis(3, &self.flattening));
-        }
-        axes
-    }
-
-    /// Is there nothing but spheres in it?
-    fn is_of_spheres(&self) -> bool {
-        // Compared with a value that was stored.
-        self.flattening == [0.0]
-    }
-
-    fn shape(&self) -> (usize, usize, usize, usize, usize, usize) {
+    fn shape(&self) -> (usize, usize, usize, usize, usize) {
         (
             2,
             self.effective_radius_um.len(),
             self.effective_variance.len(),
-            self.flattening.len(),
             self.wavelengths.len(),
             self.theta_rad.len(),
         )
@@ -175,6 +181,8 @@ impl ScatteringTable {
                 "niji:forwardFractionLeftOut",
                 number(self.forward_fraction_left_out),
             ),
+            ("niji:relativeError", number(self.relative_error)),
+            ("niji:rowUse", text(self.row_use.name())),
             (TEMPERATURE, number(self.water.temperature_c)),
         ]
         .into_iter()
@@ -202,37 +210,24 @@ impl ScatteringTable {
     /// disagree, or values that are negative or not finite.
     pub fn from_file(file: TableFile) -> Result<Self, Error> {
         file.expect_quantity(QUANTITY)?;
-        let mut part = file.into_part(QUANTITY)?;
-        let n_axes = (1 + part.row_axes.len()).clamp(N_AXES_OF_SPHERES, AXES.len());
-        part.expect_axes(&AXES[..n_axes])?;
+        let (mut part, others) = file.into_part(QUANTITY)?;
+        part.expect_axes(&AXES)?;
         let [radii, variances] = [0, 1].map(|index| part.row_axes[index].values.clone());
         check_range(&part.column_axis, (0.0, MAX_THETA_RAD))?;
         check_range(&part.row_axes[0], (0.0, f64::INFINITY))?;
         check_range(&part.row_axes[1], (0.0, MAX_EFFECTIVE_VARIANCE))?;
-        let flattening = match part.row_axes.get(2) {
-            Some(axis) => {
-                check_range(axis, (-1.0, 1.0))?;
-                axis.values.clone()
-            }
-            None => vec![0.0],
-        };
         let wavelengths = wavelengths(&part)?;
-        let n_theta = part.column_axis.values.len();
-        let n_rows = (radii.len(), variances.len(), flattening.len());
-        let mut values =
-            Array6::zeros((2, n_rows.0, n_rows.1, n_rows.2, wavelengths.len(), n_theta));
-        for (polarization, prefix) in POLARIZATIONS.into_iter().enumerate() {
-            for (index, wavelength) in wavelengths.centers().enumerate() {
-                let name = format!("{prefix}.{}", short_name(wavelength));
-                // Given back once it is copied: a large table would stand in memory twice.
-                let channel = part.take(&name)?;
-                check_values(&name, &channel)?;
-                let target = values.slice_mut(s![polarization, .., .., .., index, ..]);
-                for (target, value) in target.into_iter().zip(channel) {
-                    *target = value;
-                }
-            }
-        }
+        let moved = MovedBows::take(others, &part, &wavelengths)?;
+        let values = take_values(&mut part, &wavelengths)?;
+        let (_, _, n_wavelengths, n_theta) = values.dim();
+        let shape = (2, radii.len(), variances.len(), n_wavelengths, n_theta);
+        let n_rows = values.dim().1;
+        let values = values.into_shape_with_order(shape);
+        let values = values.map_err(|_| Error::Shape {
+            what: format!("rows of {}", part.name),
+            found: n_rows,
+            expected: radii.len() * variances.len(),
+        })?;
         Ok(Self {
             theory: part.text("niji:theory")?.to_owned(),
             orders: part.text("niji:orders")?.to_owned(),
@@ -240,8 +235,10 @@ impl ScatteringTable {
             theta_rad: part.column_axis.values.clone(),
             effective_radius_um: radii,
             effective_variance: variances,
-            flattening,
             values,
+            moved,
+            row_use: row_use(&part)?,
+            relative_error: part.number("niji:relativeError")?,
             sun_disc_diameter_rad: part.number("niji:sunDiscDiameterRad")?,
             split_theta_rad: part.number("niji:splitThetaRad")?,
             forward_fraction_left_out: part.number("niji:forwardFractionLeftOut")?,
@@ -249,6 +246,52 @@ impl ScatteringTable {
             interpolation_error: InterpolationError::read(&part)?,
         })
     }
+}
+
+fn row_use(part: &TablePart) -> Result<RowUse, Error> {
+    let name = part.text("niji:rowUse")?;
+    let known = [RowUse::Laws, RowUse::Sums]
+        .into_iter()
+        .find(|row_use| row_use.name() == name);
+    known.ok_or_else(|| Error::missing("attribute", "niji:rowUse of laws or sums"))
+}
+
+/// Channels of both polarizations by wavelength, from rows by polarization and wavelength.
+pub(crate) fn channels(
+    wavelengths: &WavelengthGrid,
+    rows: impl Fn(usize, usize) -> Array2<f32>,
+) -> Vec<Channel> {
+    let mut channels = Vec::with_capacity(2 * wavelengths.len());
+    for (polarization, prefix) in POLARIZATIONS.into_iter().enumerate() {
+        for (index, wavelength) in wavelengths.centers().enumerate() {
+            let name = format!("{prefix}.{}", short_name(wavelength));
+            let values = rows(polarization, index);
+            channels.push(Channel { name, values });
+        }
+    }
+    channels
+}
+
+/// Takes the values of all channels out of a part, by polarization, row, wavelength and angle.
+pub(crate) fn take_values(
+    part: &mut TablePart,
+    wavelengths: &WavelengthGrid,
+) -> Result<Array4<f32>, Error> {
+    let n_rows: usize = part.row_axes.iter().map(|axis| axis.values.len()).product();
+    let n_theta = part.column_axis.values.len();
+    let mut values = Array4::zeros((2, n_rows, wavelengths.len(), n_theta));
+    for (polarization, prefix) in POLARIZATIONS.into_iter().enumerate() {
+        for (index, wavelength) in wavelengths.centers().enumerate() {
+            let name = format!("{prefix}.{}", short_name(wavelength));
+            // Given back once it is copied: a large table would stand in memory twice.
+            let channel = part.take(&name)?;
+            check_values(&part.name, &name, &channel)?;
+            values
+                .slice_mut(s![polarization, .., index, ..])
+                .assign(&channel);
+        }
+    }
+    Ok(values)
 }
 
 fn axis(index: usize, values: &[f64]) -> Axis {
@@ -294,14 +337,14 @@ fn check_range(axis: &Axis, (min, max): (f64, f64)) -> Result<(), Error> {
     }
 }
 
-fn check_values(name: &str, values: &Array2<f32>) -> Result<(), Error> {
+fn check_values(part: &str, name: &str, values: &Array2<f32>) -> Result<(), Error> {
     let bad = values
         .indexed_iter()
         .find(|(_, value)| !(value.is_finite() && **value >= 0.0));
     let Some(((y, x), &value)) = bad else {
         return Ok(());
     };
-    let (part, channel) = (QUANTITY.to_owned(), name.to_owned());
+    let (part, channel) = (part.to_owned(), name.to_owned());
     if value.is_finite() {
         Err(Error::Negative {
             part,

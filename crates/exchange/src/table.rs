@@ -341,11 +341,12 @@ impl TableFile {
         part.ok_or_else(|| Error::missing("part", name))
     }
 
-    /// A part by its name, without the others.
-    pub(crate) fn into_part(self, name: &str) -> Result<TablePart, Error> {
-        let mut parts = self.parts.into_iter();
-        let part = parts.find(|part| part.name == name);
-        part.ok_or_else(|| Error::missing("part", name))
+    /// A part by its name, and the others.
+    pub(crate) fn into_part(mut self, name: &str) -> Result<(TablePart, Vec<TablePart>), Error> {
+        let index = self.parts.iter().position(|part| part.name == name);
+        let index = index.ok_or_else(|| Error::missing("part", name))?;
+        let part = self.parts.remove(index);
+        Ok((part, self.parts))
     }
 }
 

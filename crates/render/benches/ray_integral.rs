@@ -10,12 +10,13 @@ use std::sync::LazyLock;
 
 use divan::Bencher;
 use glam::DVec3;
-use ndarray::Array6;
+use ndarray::Array5;
 use niji_dropfield::Bricks;
 use niji_dropfield::DropMode;
 use niji_dropfield::Drops;
 use niji_dropfield::GridBox;
 use niji_dropfield::Interpolation;
+use niji_exchange::RowUse;
 use niji_exchange::ScatteringTable;
 use niji_geometry::Camera;
 use niji_geometry::PinholeCamera;
@@ -84,8 +85,8 @@ fn table(n_sizes: usize, n_wavelengths: usize) -> ScatteringTable {
             .map(|index| 9.9 * largest_over_smallest.powf(1.001 * index as f64 / (n - 1) as f64))
             .collect(),
     };
-    let shape = (2, n_sizes, 1, 1, n_wavelengths, theta_rad.len());
-    let values = Array6::from_shape_fn(shape, |(_, r, _, _, w, a)| {
+    let shape = (2, n_sizes, 1, n_wavelengths, theta_rad.len());
+    let values = Array5::from_shape_fn(shape, |(_, r, _, w, a)| {
         let off = (180.0 - theta_rad[a].to_degrees() - 41.0 - 0.02 * w as f64) / 1.5;
         let fringe = 1.0 + (off * (1.0 + radii[r] / 300.0)).cos();
         (0.01 + 0.2 * (-off * off).exp() * fringe) as f32
@@ -97,7 +98,9 @@ fn table(n_sizes: usize, n_wavelengths: usize) -> ScatteringTable {
         theta_rad,
         effective_radius_um: radii,
         effective_variance: vec![0.0],
-        flattening: vec![0.0],
+        moved: None,
+        row_use: RowUse::Laws,
+        relative_error: 5e-3,
         values,
         sun_disc_diameter_rad: 0.0093,
         split_theta_rad: 130_f64.to_radians(),

@@ -46,6 +46,7 @@ use free_flight::FreeFlight;
 use lattice::Lattice;
 use paths::Paths;
 use phase::PhaseRows;
+pub(crate) use phase::kept_radii;
 use two_levels::FINER;
 pub(crate) use two_levels::n_paths;
 pub(crate) use view_grid::SeenDirections;

@@ -108,17 +108,6 @@ pub enum Error {
         /// What the picture needs, in degrees.
         expected_deg: (f64, f64),
     },
-    /// Rays see drops whose flat shape moves the bow further than the table holds.
-    #[error(
-        "the scattering table covers flattenings {found:?}, expected at least {expected:?}, or one \
-         alone"
-    )]
-    FlatteningRange {
-        /// First and last flattening of the table.
-        found: (f64, f64),
-        /// What the picture needs.
-        expected: (f64, f64),
-    },
     /// Drops are smaller or larger than the table's.
     #[error(
         "the scattering table covers effective radii {found_um:?} um, expected at least \
@@ -174,9 +163,7 @@ impl Error {
             Self::Wavelengths { input, .. }
             | Self::MissingInput { input, .. }
             | Self::BadTable { input, .. } => Some(*input),
-            Self::AngleRange { .. } | Self::FlatteningRange { .. } | Self::SizeRange { .. } => {
-                Some(Input::ScatteringTable)
-            }
+            Self::AngleRange { .. } | Self::SizeRange { .. } => Some(Input::ScatteringTable),
             Self::Region(_)
             | Self::Memory { .. }
             | Self::SunDirection { .. }

@@ -1,10 +1,9 @@
-//! How the flat shape of large drops moves the bow along a view ray: the coordinate m of a
-//! scattering table's axis `flattening`.
+//! How the flat shape of large drops moves the bow along a view ray, by T² and B².
 //!
 //! m = ((s + d).z)^2 / |s + d|^2 - ((s - d).z)^2 / |s - d|^2
 //! `s` unit vector towards the sun, `d` unit direction of the view ray, `z` straight up (y of the
-//! world, the upright short axis of a falling drop). m lies in -1..1; a table holds what its drops
-//! make of it. To first order in the axis ratio q the rainbow angle of the primary moves by
+//! world, the upright short axis of a falling drop). T² and B² are the terms of
+//! m, which lies in -1..1. To first order in the axis ratio q the rainbow angle of the primary moves by
 //! m 16 (1 - q)/(1 + q) sin r0 cos^3 r0, `r0` the angle of refraction of the rainbow ray.
 //!
 //! A ray meets the drop symmetrically to the bisector B = (s - d)/|s - d| of its ways in and out,
@@ -15,7 +14,7 @@
 //! chi between B and that projection moves the bow by the same factor:
 //! m = -(1 - (N.z)^2) cos 2 chi = (T.z)^2 - (B.z)^2.
 //!
-//! Valid for any direction; a table's shift is of first order in 1 - q. At the top of a bow with
+//! Valid for any direction; the second order is a form in T² and B² (`niji_exchange::MovedBows`). At the top of a bow with
 //! the sun on the horizon m is the cosine of the bow angle, at its feet 0. At the antisolar point T
 //! has no direction, towards the sun B has none: around them it turns within a ray's width, and the
 //! mean of its turns is taken. The tilt of the vertical between the eye and drops 10 km away, 0.1
@@ -32,7 +31,7 @@ const VERTICAL: DVec3 = DVec3::Y;
 /// Squared length of a sum or difference of unit vectors below which it has no direction: 1e-9 rad.
 const NO_DIRECTION: f64 = 1e-18;
 
-/// m along a view ray, from -1 to 1; 0 leaves the bow where spheres make it.
+/// m along a view ray, from -1 to 1; 0 leaves the bow where spheres make it, to first order.
 ///
 /// ```
 /// use glam::DVec3;
@@ -47,6 +46,12 @@ const NO_DIRECTION: f64 = 1e-18;
 /// ```
 #[must_use]
 pub fn flattening_along(view_direction: DVec3, sun_direction: DVec3) -> f64 {
+    let [t2, b2] = axis_squares(view_direction, sun_direction);
+    t2 - b2
+}
+
+/// T² and B² along a view ray.
+pub(crate) fn axis_squares(view_direction: DVec3, sun_direction: DVec3) -> [f64; 2] {
     let across = sun_direction + view_direction;
     let along = sun_direction - view_direction;
     // What is left for the vector that has no direction, on the mean over its turns.
@@ -59,7 +64,7 @@ pub fn flattening_along(view_direction: DVec3, sun_direction: DVec3) -> f64 {
             mean
         }
     };
-    square(across) - square(along)
+    [square(across), square(along)]
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 
 use glam::DVec3;
+use niji_exchange::InterpolationError;
 use niji_exchange::ScatteringTable;
 use niji_geometry::Aabb;
 use niji_geometry::PixelRegion;
@@ -17,18 +18,21 @@ use crate::drop_orders::MultipleLight;
 use crate::drop_orders::OrdersRequest;
 use crate::drop_orders::SeenDirections;
 use crate::drop_orders::SunAxes;
+use crate::drop_orders::kept_radii;
 use crate::error::Error;
-use crate::flattening::flattening_along;
 use crate::footprint::apron;
 use crate::footprint::offsets;
 use crate::footprint::rays_along;
 use crate::levels::PixelFootprint;
 use crate::march::March;
+use crate::moved_rows::MovedRows;
 use crate::piece_rule::PieceRule;
 use crate::request::RenderRequest;
 use crate::scattering_angle::scattering_angle_rad;
 use crate::scattering_rows::ScatteringRows;
 use crate::shadow_error::ShadowError;
+use crate::size_nodes::SizeNodes;
+use crate::size_nodes::table_of_laws;
 use crate::surround::mean_surround;
 
 /// What all rays of a picture share.
@@ -45,6 +49,12 @@ pub(crate) struct Frame<'a> {
     pub(crate) shadow_error: Option<(&'a ShadowError, f64)>,
     /// How drops scatter; `None` where no bow is wanted.
     pub(crate) rows: Option<ScatteringRows<'a>>,
+    /// The part of them that flattening moves.
+    pub(crate) moved: Option<MovedRows>,
+    /// From a spectrum of the table's unit to luminance.
+    pub(crate) luminance_weights: Vec<f64>,
+    /// Error of the table in parts of the peak of a bow.
+    pub(crate) table_error: f64,
     /// Between secondary and primary bow.
     pub(crate) split_theta_rad: f64,
     /// Which side of the split is wanted: below, above.
@@ -124,6 +134,9 @@ pub(crate) fn frame<'a>(
             .filter(|_| effects.drop_shadow.is_on())
             .map(|error| (error, efficiency)),
         rows: None,
+        moved: None,
+        luminance_weights: luminance_weights(request, colorimetry),
+        table_error: request.table.map_or(0.0, table_error),
         split_theta_rad,
         sides: request.wanted_sides(),
         drops_dim: effects.drop_extinction.is_on(),
@@ -137,6 +150,10 @@ pub(crate) fn frame<'a>(
         diffraction: None,
     };
     frame.rows = rows(request, &frame, colorimetry)?;
+    frame.moved = (request.table.filter(|_| frame.rows.is_some())).and_then(|table| {
+        let nodes = SizeNodes::of_drops(table, request.drops.size_range());
+        MovedRows::new(table, &nodes, &luminance_weights(request, colorimetry))
+    });
     frame.multiple = multiple(request, &frame, colorimetry)?;
     frame.diffraction = diffraction(request, &frame);
     Ok(frame)
@@ -178,8 +195,19 @@ fn rows<'a>(
         (PixelFootprint::Center | PixelFootprint::Grid { .. }, None) => 0.0,
     };
     let range_rad = (seen.theta_rad.0 - margin_rad, seen.theta_rad.1 + margin_rad);
-    let rows = ScatteringRows::new(Cow::Borrowed(table), range_rad, &luminance_weights);
+    let nodes = SizeNodes::of_drops(table, request.drops.size_range());
+    let source = (Cow::Borrowed(table), nodes);
+    let rows = ScatteringRows::new(source, range_rad, &luminance_weights);
     Ok(Some(rows))
+}
+
+/// What the table errs by between its angles and radii, rms in parts of the peak of a bow; where that was
+/// not measured, what it was made for.
+fn table_error(table: &ScatteringTable) -> f64 {
+    let measured = |error: InterpolationError| error.theta.rms + error.radius.rms;
+    table
+        .interpolation_error
+        .map_or(table.relative_error, measured)
 }
 
 /// From a spectrum for unit irradiance to luminance in the sun.
@@ -200,10 +228,10 @@ fn brightest(weights: &[f64]) -> usize {
 /// What diffraction changes in the bows that are seen, where further orders are wanted.
 fn diffraction<'a>(request: &RenderRequest, frame: &Frame<'a>) -> Option<Diffraction<'a>> {
     frame.multiple.as_ref()?;
-    let range_rad = frame.rows.as_ref()?.directions().theta_range_rad();
+    let range_rad = frame.rows.as_ref()?.angles().theta_range_rad();
     let first_order = request.levels.drop_extinction_model;
     Some(Diffraction::new(
-        request.table?,
+        &table_of_laws(request.table?, request.drops.size_range(), kept_radii),
         range_rad,
         frame.march,
         first_order,
@@ -239,7 +267,7 @@ fn multiple(
     let air = |dims: bool| frame.air.as_ref().filter(|_| dims);
     MultipleLight::new(&OrdersRequest {
         drops: request.drops,
-        table,
+        table: &table_of_laws(table, request.drops.size_range(), kept_radii),
         sun_direction: request.sun_direction,
         eye: camera.position(),
         seen: &seen,
@@ -251,12 +279,10 @@ fn multiple(
     })
 }
 
-/// Smallest and largest scattering angle and flattening of the rays that cross the drops' box and
-/// want a bow.
+/// Smallest and largest scattering angle of the rays that cross the drops' box and want a bow.
 #[derive(Clone, Copy, Debug)]
 struct Seen {
     theta_rad: (f64, f64),
-    flattening: (f64, f64),
 }
 
 impl Seen {
@@ -264,7 +290,6 @@ impl Seen {
         let union = |a: (f64, f64), b: (f64, f64)| (a.0.min(b.0), a.1.max(b.1));
         Self {
             theta_rad: union(self.theta_rad, other.theta_rad),
-            flattening: union(self.flattening, other.flattening),
         }
     }
 }
@@ -275,33 +300,24 @@ impl Seen {
 struct Extremes {
     /// Cosine of the scattering angle and direction, of the smallest and the largest angle.
     theta: [(f64, DVec3); 2],
-    flattening: (f64, f64),
 }
 
 impl Extremes {
-    fn of(direction: DVec3, sun_direction: DVec3, are_flat: bool) -> Self {
+    fn of(direction: DVec3, sun_direction: DVec3) -> Self {
         let cosine = sun_direction.dot(direction);
-        let flattening = if are_flat {
-            flattening_along(direction, sun_direction)
-        } else {
-            0.0
-        };
         Self {
             theta: [(cosine, direction); 2],
-            flattening: (flattening, flattening),
         }
     }
 
     fn union(self, other: Self) -> Self {
         let [(a_near, a_far), (b_near, b_far)] =
             [self.theta, other.theta].map(|[near, far]| (near, far));
-        let (a, b) = (self.flattening, other.flattening);
         Self {
             theta: [
                 if b_near.0 > a_near.0 { b_near } else { a_near },
                 if b_far.0 < a_far.0 { b_far } else { a_far },
             ],
-            flattening: (a.0.min(b.0), a.1.max(b.1)),
         }
     }
 
@@ -310,7 +326,6 @@ impl Extremes {
             (self.theta).map(|(_, direction)| scattering_angle_rad(direction, sun_direction));
         Seen {
             theta_rad: (near, far),
-            flattening: self.flattening,
         }
     }
 }
@@ -318,9 +333,6 @@ impl Extremes {
 fn directions_seen(request: &RenderRequest, frame: &Frame, region: PixelRegion) -> Option<Seen> {
     let n = rays_along(request.levels.pixel_footprint);
     let (drops, sun_direction) = (frame.bounds?, request.sun_direction);
-    let are_flat = request
-        .table
-        .is_some_and(|table| table.flattening.len() > 1);
     let wants = |direction: DVec3| {
         frame.sides == (true, true) || frame.wants(scattering_angle_rad(direction, sun_direction))
     };
@@ -338,7 +350,7 @@ fn directions_seen(request: &RenderRequest, frame: &Frame, region: PixelRegion) 
                     };
                     // Whatever hides them: that is asked once, when a ray is traced.
                     if drops.intersect(&ray).is_some() && wants(ray.direction) {
-                        let of_ray = Extremes::of(ray.direction, sun_direction, are_flat);
+                        let of_ray = Extremes::of(ray.direction, sun_direction);
                         extremes = Some(extremes.map_or(of_ray, |all| all.union(of_ray)));
                     }
                 }
@@ -349,7 +361,7 @@ fn directions_seen(request: &RenderRequest, frame: &Frame, region: PixelRegion) 
         .reduce_with(Seen::union)
 }
 
-/// Refuse a table that lacks directions which the picture needs. A single flattening stands for all.
+/// Refuse a table that lacks directions which the picture needs.
 fn check_coverage(table: &ScatteringTable, seen: &Seen) -> Result<(), Error> {
     // Rounding of angles that were computed in two ways.
     let slack = 1e-7;
@@ -364,10 +376,6 @@ fn check_coverage(table: &ScatteringTable, seen: &Seen) -> Result<(), Error> {
             found_deg: degrees(covered_rad),
             expected_deg: degrees(seen.theta_rad),
         });
-    }
-    let (found, expected) = (ends(&table.flattening), seen.flattening);
-    if table.flattening.len() > 1 && lacks(found, expected) {
-        return Err(Error::FlatteningRange { found, expected });
     }
     Ok(())
 }

@@ -17,9 +17,9 @@
 //!
 //! ```
 //! use glam::DVec3;
-//! use ndarray::Array6;
+//! use ndarray::Array5;
 //! use niji_dropfield::{Bricks, DropMode, Drops, GridBox, Interpolation};
-//! use niji_exchange::ScatteringTable;
+//! use niji_exchange::{RowUse, ScatteringTable};
 //! use niji_geometry::{PinholeCamera, PinholeRequest, PixelRegion};
 //! use niji_radiometry::{Radians, Water, WavelengthGrid};
 //! use niji_render::{
@@ -45,8 +45,10 @@
 //!     theta_rad: vec![0.0, std::f64::consts::PI],
 //!     effective_radius_um: vec![1000.0],
 //!     effective_variance: vec![0.0],
-//!     flattening: vec![0.0],
-//!     values: Array6::from_elem((2, 1, 1, 1, 1, 2), 0.25 * std::f32::consts::FRAC_1_PI),
+//!     moved: None,
+//!     row_use: RowUse::Laws,
+//!     relative_error: 5e-3,
+//!     values: Array5::from_elem((2, 1, 1, 1, 2), 0.25 * std::f32::consts::FRAC_1_PI),
 //!     sun_disc_diameter_rad: 0.0,
 //!     split_theta_rad: 2.3,
 //!     forward_fraction_left_out: 0.0,
@@ -98,9 +100,9 @@ mod air_diffuse;
 mod air_error;
 mod air_glow;
 mod air_slabs;
+mod angle_axis;
 mod cell_cubics;
 mod deposits;
-mod direction_axes;
 mod drop_orders;
 mod effects;
 mod error;
@@ -116,6 +118,7 @@ mod levels;
 mod lit_drops;
 mod march;
 mod merged_cells;
+mod moved_rows;
 mod painter;
 mod picture;
 mod picture_tiles;
@@ -130,6 +133,7 @@ mod scattering_angle;
 mod scattering_rows;
 mod shadow_error;
 mod size_axes;
+mod size_nodes;
 mod size_rows;
 mod stretch;
 mod sun_sweep;

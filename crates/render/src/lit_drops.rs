@@ -9,6 +9,7 @@
 use glam::DVec3;
 use niji_dropfield::Bricks;
 use niji_dropfield::NodeValues;
+use niji_dropfield::SizeRange;
 use niji_geometry::Aabb;
 use niji_geometry::Ray;
 
@@ -30,7 +31,7 @@ pub struct LitDrops {
     bricks: Vec<Bricks>,
     shadow: Shadow,
     bounds: Option<Aabb>,
-    size_range_um: Option<(f64, f64)>,
+    size_range: Option<SizeRange>,
     shadow_error: Option<ShadowError>,
 }
 
@@ -48,7 +49,7 @@ impl LitDrops {
             bricks: Vec::new(),
             shadow: Shadow::None,
             bounds: None,
-            size_range_um: None,
+            size_range: None,
             shadow_error: None,
         }
     }
@@ -65,12 +66,13 @@ impl LitDrops {
     ) -> Result<Self, Error> {
         crate::request::check_sun_direction(sun_direction)?;
         let bounds = union_of_bounds(&bricks);
-        let size_range_um = union_of_size_ranges(&bricks);
+        let sizes = bricks.iter().filter_map(Bricks::size_range);
+        let size_range = sizes.reduce(SizeRange::union);
         let mut lit = Self {
             bricks,
             shadow: Shadow::None,
             bounds,
-            size_range_um,
+            size_range,
             shadow_error: None,
         };
         let Some(bounds) = bounds else { return Ok(lit) };
@@ -117,9 +119,9 @@ impl LitDrops {
         self.bounds
     }
 
-    /// Smallest and largest effective radius at any node with drops (um).
-    pub fn size_range_um(&self) -> Option<(f64, f64)> {
-        self.size_range_um
+    /// Which drops there are; `None` if there are none.
+    pub fn size_range(&self) -> Option<SizeRange> {
+        self.size_range
     }
 
     /// Estimated error of the optical depth towards the sun at Q = 1, RMS over the drops' box: light of
@@ -167,14 +169,6 @@ fn union_of_bounds(bricks: &[Bricks]) -> Option<Aabb> {
         .filter_map(Bricks::world_bounds)
         .reduce(|(a_min, a_max), (b_min, b_max)| (a_min.min(b_min), a_max.max(b_max)))
         .map(|(min, max)| Aabb { min, max })
-}
-
-/// Smallest and largest effective radius of all modes (um).
-fn union_of_size_ranges(bricks: &[Bricks]) -> Option<(f64, f64)> {
-    bricks
-        .iter()
-        .filter_map(Bricks::effective_radius_um)
-        .reduce(|(a_low, a_high), (b_low, b_high)| (a_low.min(b_low), a_high.max(b_high)))
 }
 
 /// Sum of the modes' extinction at Q = 1 [1/m].

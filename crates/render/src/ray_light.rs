@@ -16,17 +16,20 @@ use crate::air_glow::Glow;
 use crate::air_glow::GlowNodes;
 use crate::air_glow::GlowRange;
 use crate::air_slabs::AirSlabs;
+use crate::angle_axis::RayPlace;
 use crate::deposits::Deposits;
-use crate::direction_axes::RayPlace;
 use crate::drop_orders::DiffractionRoom;
 use crate::error_parts::RayErrors;
-use crate::flattening::flattening_along;
+use crate::flattening::axis_squares;
 use crate::frame::Frame;
 use crate::march::March;
 use crate::march::Walk;
+use crate::moved_rows::MovedPlace;
+use crate::moved_rows::MovedStencil;
 use crate::scattering_angle::scattering_angle_rad;
 use crate::scattering_rows::RowStencil;
 use crate::scattering_rows::ScatteringRows;
+use crate::scattering_rows::SunlitLuminance;
 use crate::size_axes::SizeAxes;
 use crate::surfaces::Sight;
 use crate::surround::skylit_radiance;
@@ -63,6 +66,7 @@ pub(crate) struct RayLight {
     diffraction: Option<DiffractionRoom>,
     deposits: Deposits,
     stencil: RowStencil,
+    moved: MovedStencil,
     slab_ends_m: Vec<f64>,
     slab: Vec<f32>,
     transmitted: Vec<f32>,
@@ -97,6 +101,7 @@ impl RayLight {
                 .map(|diffraction| diffraction.room(dark.len())),
             deposits: Deposits::new(axes),
             stencil: RowStencil::default(),
+            moved: MovedStencil::default(),
             slab_ends_m: Vec::new(),
             slab: dark.clone(),
             transmitted: dark.clone(),
@@ -202,7 +207,10 @@ impl Frame<'_> {
                 &mut out.diffraction,
                 self.wants(theta_rad),
             ) {
-                let place = self.place(ray, (theta_rad, width_rad));
+                let place = RayPlace {
+                    theta_rad,
+                    width_rad,
+                };
                 let to = (room, &mut out.multiple[..]);
                 self.add_diffracted(diffraction, (ray, range_m), &place, to);
             }
@@ -221,22 +229,6 @@ impl Frame<'_> {
         }
     }
 
-    /// Where a ray stands in the scattering table.
-    fn place(&self, ray: &Ray, (theta_rad, width_rad): (f64, f64)) -> RayPlace {
-        let rows = self.rows.as_ref();
-        let are_flat = rows.is_some_and(|rows| rows.directions().are_of_flat_drops());
-        let flattening = if are_flat {
-            flattening_along(ray.direction, self.sun_direction)
-        } else {
-            0.0
-        };
-        RayPlace {
-            theta_rad,
-            width_rad,
-            flattening,
-        }
-    }
-
     fn through_drops(
         &self,
         (ray, march): (&Ray, &March),
@@ -249,7 +241,19 @@ impl Frame<'_> {
             return;
         }
         if let Some(rows) = rows {
-            rows.stencil(&self.place(ray, (theta_rad, width_rad)), &mut out.stencil);
+            let place = RayPlace {
+                theta_rad,
+                width_rad,
+            };
+            rows.stencil(&place, &mut out.stencil);
+        }
+        if let Some(moved) = self.moved.as_ref().filter(|_| rows.is_some()) {
+            let place = MovedPlace {
+                theta_rad,
+                width_rad,
+                axis_squares: axis_squares(ray.direction, self.sun_direction),
+            };
+            moved.place(&place, &mut out.moved);
         }
         let slabs = match &self.air {
             Some(air) if rows.is_some() && !self.dimmed_by.nothing() => Some(AirSlabs::cut(
@@ -265,6 +269,7 @@ impl Frame<'_> {
         let RayLight {
             deposits,
             stencil,
+            moved: moved_stencil,
             slab_ends_m,
             slab,
             transmitted,
@@ -282,8 +287,15 @@ impl Frame<'_> {
         let depth = march.along(&walk, &mut nodes.probes, deposits, |deposits| {
             let Some(rows) = rows else { return };
             stencil.set_light(&deposits.bins);
-            sums.add(rows, stencil, deposits);
+            let mut luminance = rows.luminance(stencil);
             rows.shade(stencil, slab);
+            if let Some(moved) = &self.moved {
+                let still: f64 = self.luminance(slab);
+                let peaks = moved.add(stencil.light(), moved_stencil, slab);
+                luminance.value += self.luminance(slab) - still;
+                luminance.off_lines += self.table_error * peaks;
+            }
+            sums.add(&luminance, deposits);
             if let Some(slabs) = &slabs {
                 slabs.transmit(deposits, transmitted);
                 multiply(slab, transmitted);
@@ -298,6 +310,14 @@ impl Frame<'_> {
         out.sunlit_cd_m2 = sums.luminance_cd_m2;
         out.errors = sums.errors;
         out.errors.shadow = self.shadow_error(ray, &sums);
+    }
+
+    /// Luminance in sunlight of a spectrum of the table's unit.
+    fn luminance(&self, spectrum: &[f32]) -> f64 {
+        let weights = self.luminance_weights.iter().zip(spectrum);
+        weights
+            .map(|(weight, value)| weight * f64::from(*value))
+            .sum()
     }
 
     /// The light of a ray errs relatively by Q times the error of the sun's optical depth.
@@ -376,8 +396,7 @@ struct Sums {
 }
 
 impl Sums {
-    fn add(&mut self, rows: &ScatteringRows, stencil: &mut RowStencil, deposits: &Deposits) {
-        let luminance = rows.luminance(stencil);
+    fn add(&mut self, luminance: &SunlitLuminance, deposits: &Deposits) {
         self.light += deposits.light;
         self.light_m += deposits.light_m;
         self.light_m2 += deposits.light_m2;

@@ -334,7 +334,6 @@ impl RenderRequest<'_> {
             2,
             radii.len(),
             variances.len(),
-            table.flattening.len(),
             table.wavelengths.len(),
             table.theta_rad.len(),
         );
@@ -351,11 +350,27 @@ impl RenderRequest<'_> {
         if radii[0] <= 0.0 || variances[0] < 0.0 {
             return bad("an effective radius or variance is negative");
         }
-        if !is_axis(&table.flattening) || table.flattening.iter().any(|m| m.abs() > 1.0) {
-            return bad("flattenings do not ascend within -1 to 1");
+        if let Some(moved) = &table.moved {
+            let of_order = (
+                2,
+                radii.len(),
+                table.wavelengths.len(),
+                table.theta_rad.len(),
+            );
+            let fits = moved.orders.iter().all(|order| {
+                order.values.dim() == of_order && order.shifts.len() == table.wavelengths.len()
+            });
+            // Compared with the value that stands for single sizes.
+            if !fits || moved.drops.len() != radii.len() || *variances != [0.0] {
+                return bad("the orders that move do not fit its axes");
+            }
         }
         let found_um = (radii[0], radii[radii.len() - 1]);
-        match self.drops.size_range_um() {
+        match self
+            .drops
+            .size_range()
+            .map(|drops| drops.effective_radius_um)
+        {
             Some(expected_um)
                 if expected_um.0 < found_um.0 * (1.0 - SIZE_TOLERANCE)
                     || expected_um.1 > found_um.1 * (1.0 + SIZE_TOLERANCE) =>

@@ -1,7 +1,8 @@
 //! A size of the scattering table, turned so that the spectrum at an angle is one stretch of memory.
 //!
-//! [polarization, size, flattening, wavelength, angle], as the file holds it, becomes
-//! [flattening, angle, wavelength] of natural light, half the sum of both polarizations.
+//! [polarization, size, wavelength, angle], as the file holds it, becomes
+//! [angle, wavelength] of natural light, half the sum of both polarizations. Where sizes are laws and the
+//! table holds single sizes, it is their weighted sum; the light of orders that move is left out.
 //!
 //! Turned when the first ray meets drops of the size: a picture meets some of a table's sizes, 450 of
 //! 1547 in a rain of all radii whose variance is nearly one (November 2026), and tables fill gigabytes.
@@ -13,6 +14,8 @@ use std::ops::Range;
 
 use niji_exchange::ScatteringTable;
 
+use crate::moved_rows::first_moved_row;
+use crate::size_nodes::SizeNodes;
 use crate::turned::turn;
 
 /// Values behind the last row, so that vectors that start in it may end behind it: as many as four
@@ -21,28 +24,27 @@ const BEHIND: usize = 64;
 
 /// Rows of natural light of a size.
 pub(crate) struct SizeRows {
-    /// [flattening, angle, wavelength] [1/sr], and [`BEHIND`] zeros.
+    /// [angle, wavelength] [1/sr], and [`BEHIND`] zeros.
     pub(crate) values_sr1: Vec<f32>,
-    /// [flattening, angle], luminance in sunlight [cd/m² per unit of light].
+    /// By angle, luminance in sunlight [cd/m² per unit of light].
     pub(crate) luminance: Vec<NodeLuminance>,
     /// Whether all values are 0 or more, and finite.
     pub(crate) is_sound: bool,
 }
 
-/// Luminance at an angle and flattening, and behind it.
+/// Luminance at an angle, and behind it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct NodeLuminance {
     pub(crate) value: f32,
     /// Second derivatives here and at the next angle, signs left out, times the square of that step.
     pub(crate) bend: f32,
-    /// The same of the next flattening.
-    pub(crate) flattening_bend: f32,
 }
 
 /// What sizes are made from.
 #[derive(Clone, Debug)]
 pub(crate) struct RowSource<'a> {
     table: Cow<'a, ScatteringTable>,
+    nodes: SizeNodes,
     /// The angles that are wanted.
     angles: Range<usize>,
     /// From a spectrum of the table's unit to luminance.
@@ -50,21 +52,31 @@ pub(crate) struct RowSource<'a> {
 }
 
 impl<'a> RowSource<'a> {
-    /// A table at some of its angles.
+    /// A table at some of its angles, for nodes of sizes.
     pub(crate) fn new(
-        table: Cow<'a, ScatteringTable>,
+        (table, nodes): (Cow<'a, ScatteringTable>, SizeNodes),
         angles: Range<usize>,
         luminance_weights: &[f64],
     ) -> Self {
-        let table = if table.values.is_standard_layout() {
+        let moved = |table: &ScatteringTable| {
+            let orders = table.moved.iter().flat_map(|moved| &moved.orders);
+            orders
+                .into_iter()
+                .all(|order| order.values.is_standard_layout())
+        };
+        let table = if table.values.is_standard_layout() && moved(&table) {
             table
         } else {
             let mut table = table.into_owned();
             table.values = table.values.as_standard_layout().into_owned();
+            for order in table.moved.iter_mut().flat_map(|moved| &mut moved.orders) {
+                order.values = order.values.as_standard_layout().into_owned();
+            }
             Cow::Owned(table)
         };
         Self {
             table,
+            nodes,
             angles,
             luminance_weights: luminance_weights.to_vec(),
         }
@@ -72,70 +84,65 @@ impl<'a> RowSource<'a> {
 
     /// The rows of a size.
     pub(crate) fn rows(&self, size: usize) -> SizeRows {
-        let (n_flattenings, n_wavelengths) =
-            (self.table.flattening.len(), self.table.wavelengths.len());
-        let n_angles = self.angles.len();
-        let n_nodes = n_flattenings * n_angles;
-        let mut rows = SizeRows {
-            values_sr1: vec![0.0; n_nodes * n_wavelengths + BEHIND],
-            luminance: Vec::new(),
-            is_sound: true,
-        };
-        let mut luminance = Vec::with_capacity(n_nodes);
+        let (n_angles, n_wavelengths) = (self.angles.len(), self.table.wavelengths.len());
         let mut panel = Panel {
             values_sr1: vec![0.0; n_wavelengths * n_angles],
-            luminance: vec![0.0; n_angles],
+            is_sound: true,
         };
-        let spectra = rows.values_sr1.chunks_exact_mut(n_angles * n_wavelengths);
-        for (flattening, spectra) in spectra.take(n_flattenings).enumerate() {
-            rows.is_sound &= panel.read(self, (size, flattening));
-            let spectra = spectra.chunks_exact_mut(n_wavelengths);
-            turn(&panel.values_sr1, n_angles, spectra);
-            luminance.extend_from_slice(&panel.luminance);
+        if self.nodes.are_laws {
+            for (row, weight) in self.nodes.weights(size, &self.table.effective_radius_um) {
+                panel.add(self, row, weight as f32);
+            }
+        } else {
+            panel.add(self, size, 1.0);
         }
-        rows.luminance = self.nodes(&luminance);
-        rows
-    }
-
-    /// How luminance bends at the nodes of flattening and angle.
-    fn nodes(&self, luminance: &[f64]) -> Vec<NodeLuminance> {
-        let (angles, n_angles) = (
-            &self.table.theta_rad[self.angles.clone()],
-            self.angles.len(),
-        );
-        let mut nodes: Vec<_> = luminance
-            .chunks(n_angles)
-            .flat_map(|of_angles| of_angles.iter().zip(bends(angles, of_angles)))
-            .map(|(value, bend)| NodeLuminance {
-                value: *value as f32,
-                bend: bend as f32,
-                flattening_bend: 0.0,
-            })
-            .collect();
-        for angle in 0..n_angles {
-            let of_flattenings: Vec<f64> =
-                (luminance.iter().skip(angle).step_by(n_angles).copied()).collect();
-            let nodes = nodes.iter_mut().skip(angle).step_by(n_angles);
-            for (node, bend) in nodes.zip(bends(&self.table.flattening, &of_flattenings)) {
-                node.flattening_bend = bend as f32;
+        let mut luminance = vec![0.0; n_angles];
+        let of_wavelengths = panel.values_sr1.chunks_exact(n_angles);
+        for (values, weight) in of_wavelengths.zip(&self.luminance_weights) {
+            for (sum, value) in luminance.iter_mut().zip(values) {
+                *sum += f64::from(*value) * weight;
             }
         }
-        nodes
+        let mut values_sr1 = vec![0.0; n_angles * n_wavelengths + BEHIND];
+        let spectra = values_sr1[..n_angles * n_wavelengths].chunks_exact_mut(n_wavelengths);
+        turn(&panel.values_sr1, n_angles, spectra);
+        let angles = &self.table.theta_rad[self.angles.clone()];
+        let nodes = luminance.iter().zip(bends(angles, &luminance));
+        let luminance = nodes.map(|(value, bend)| NodeLuminance {
+            value: *value as f32,
+            bend: bend as f32,
+        });
+        SizeRows {
+            luminance: luminance.collect(),
+            values_sr1,
+            is_sound: panel.is_sound,
+        }
     }
 
-    /// Values of both polarizations at the wanted angles, wavelength by wavelength.
-    fn lanes(&self, (size, flattening): (usize, usize)) -> impl Iterator<Item = (&[f32], &[f32])> {
+    /// Values of both polarizations at the wanted angles, wavelength by wavelength, of all light and then of
+    /// each order that moves.
+    fn lanes(&self, row: usize) -> impl Iterator<Item = (f32, [&[f32]; 2])> {
         let n_theta = self.table.theta_rad.len();
         let length = self.table.wavelengths.len() * n_theta;
-        let start = (size * self.table.flattening.len() + flattening) * length;
-        let values =
-            (self.table.values.as_slice()).expect("an array in standard layout is a slice");
-        let (s_part, p_part) = values.split_at(values.len() / 2);
-        let s_lanes = s_part[start..start + length].chunks_exact(n_theta);
-        let p_lanes = p_part[start..start + length].chunks_exact(n_theta);
-        s_lanes
-            .zip(p_lanes)
-            .map(|(s, p)| (&s[self.angles.clone()], &p[self.angles.clone()]))
+        let moved = self
+            .table
+            .moved
+            .iter()
+            .filter(move |moved| row >= first_moved_row(moved));
+        let moved = moved.flat_map(|moved| &moved.orders);
+        let moved = moved.map(|order| (-1.0, order.values.as_slice()));
+        let parts = std::iter::once((1.0, self.table.values.as_slice())).chain(moved);
+        parts.flat_map(move |(sign, values)| {
+            let values = values.expect("an array in standard layout is a slice");
+            let (s_part, p_part) = values.split_at(values.len() / 2);
+            let lanes = |part: &'_ [f32]| row * length..(row * length + length).min(part.len());
+            let s_lanes = s_part[lanes(s_part)].chunks_exact(n_theta);
+            let p_lanes = p_part[lanes(p_part)].chunks_exact(n_theta);
+            let wanted = self.angles.clone();
+            s_lanes
+                .zip(p_lanes)
+                .map(move |(s, p)| (sign, [&s[wanted.clone()], &p[wanted.clone()]]))
+        })
     }
 }
 
@@ -161,54 +168,61 @@ fn bends<'a>(nodes: &'a [f64], values: &'a [f64]) -> impl Iterator<Item = f64> +
     })
 }
 
-/// Natural light of one size at one flattening.
+/// Natural light of one size.
 struct Panel {
     /// [wavelength, angle] [1/sr].
     values_sr1: Vec<f32>,
-    /// By angle, in f64 while it is summed.
-    luminance: Vec<f64>,
+    /// Whether all that it was made of is 0 or more, and finite.
+    is_sound: bool,
 }
 
 impl Panel {
-    /// Take a size at a flattening; false if a value is negative or not finite.
-    fn read(&mut self, source: &RowSource, at: (usize, usize)) -> bool {
-        self.luminance.fill(0.0);
-        let mut is_sound = true;
-        let lanes = source.lanes(at).zip(&source.luminance_weights);
-        let n_angles = self.luminance.len();
-        for (((s, p), weight), natural) in lanes.zip(self.values_sr1.chunks_exact_mut(n_angles)) {
-            for ((value, s), p) in natural.iter_mut().zip(s).zip(p) {
-                *value = 0.5 * (s + p);
+    /// Add a row of the table, times a weight.
+    fn add(&mut self, source: &RowSource, row: usize, weight: f32) {
+        let n_angles = source.angles.len();
+        let n_values = self.values_sr1.len();
+        let n_wavelengths = n_values / n_angles.max(1);
+        for (index, (sign, [s, p])) in source.lanes(row).enumerate() {
+            let first = index % n_wavelengths * n_angles;
+            let values = &mut self.values_sr1[first..first + n_angles];
+            let scale = 0.5 * sign * weight;
+            let mut is_sound = true;
+            for ((value, s), p) in values.iter_mut().zip(s).zip(p) {
+                let natural = s + p;
+                // Bits of numbers from 0 up to infinity are ordered; those of negative numbers and NaN
+                // lie above. Without a branch this is a few vector instructions.
+                is_sound &= (natural + 0.0).to_bits() < f32::INFINITY.to_bits();
+                *value += scale * natural;
             }
-            // Bits of numbers from 0 up to infinity are ordered; those of negative numbers and NaN
-            // lie above. Without a branch this is a few vector instructions.
-            is_sound = natural.iter().fold(is_sound, |sound, value| {
-                sound & ((value + 0.0).to_bits() < f32::INFINITY.to_bits())
-            });
-            for (sum, value) in self.luminance.iter_mut().zip(natural.iter()) {
-                *sum += f64::from(*value) * weight;
+            self.is_sound &= is_sound;
+        }
+        if source.table.moved.is_some() {
+            // All light less that of the orders: 0 but for rounding where they are all there is.
+            for value in &mut self.values_sr1 {
+                *value = if *value < 0.0 { 0.0 } else { *value };
             }
         }
-        is_sound
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use ndarray::Array6;
+    use ndarray::Array5;
     use niji_radiometry::Water;
     use niji_radiometry::WavelengthGrid;
+
+    use niji_exchange::RowUse;
 
     use super::*;
 
     /// More wavelengths and angles than a quad, none a multiple of four.
-    const SHAPE: (usize, usize, usize, usize, usize, usize) = (2, 5, 7, 2, 6, 11);
+    const SHAPE: (usize, usize, usize, usize, usize) = (2, 5, 7, 6, 11);
 
     /// A whole number for every place, the second polarization 2 above the first.
     fn table() -> ScatteringTable {
-        let (_, n_radii, n_variances, n_flattenings, n_wavelengths, n_theta) = SHAPE;
-        let values = Array6::from_shape_fn(SHAPE, |(j, r, v, m, w, a)| {
-            let place = (((r * n_variances + v) * n_flattenings + m) * n_wavelengths + w) * n_theta;
+        let (_, n_radii, n_variances, n_wavelengths, n_theta) = SHAPE;
+        let values = Array5::from_shape_fn(SHAPE, |(j, r, v, w, a)| {
+            let place = ((r * n_variances + v) * n_wavelengths + w) * n_theta;
             (place + a + 2 * j) as f32
         });
         let upwards = |n: usize| (1..=n).map(|step| step as f64).collect::<Vec<_>>();
@@ -219,8 +233,10 @@ mod tests {
             theta_rad: upwards(n_theta),
             effective_radius_um: upwards(n_radii),
             effective_variance: upwards(n_variances),
-            flattening: upwards(n_flattenings),
             values,
+            moved: None,
+            row_use: RowUse::Laws,
+            relative_error: 5e-3,
             sun_disc_diameter_rad: 0.0,
             split_theta_rad: 2.2,
             forward_fraction_left_out: 0.0,
@@ -229,31 +245,34 @@ mod tests {
         }
     }
 
+    /// A table at some of its angles, at its own sizes.
+    fn source(table: &ScatteringTable, angles: Range<usize>) -> RowSource<'_> {
+        let weights = vec![1.0; table.wavelengths.len()];
+        let nodes = SizeNodes::of_table(table);
+        RowSource::new((Cow::Borrowed(table), nodes), angles, &weights)
+    }
+
     #[test]
     fn every_value_stands_at_its_angle_size_and_wavelength() {
-        let (_, n_radii, n_variances, n_flattenings, n_wavelengths, _) = SHAPE;
+        let (_, n_radii, n_variances, n_wavelengths, _) = SHAPE;
         let in_order = table();
         let mut turned_over = table();
         // The same values in another order in memory.
         turned_over.values = in_order.values.t().as_standard_layout().into_owned();
-        turned_over.values.swap_axes(0, 5);
-        turned_over.values.swap_axes(1, 4);
-        turned_over.values.swap_axes(2, 3);
+        turned_over.values.swap_axes(0, 4);
+        turned_over.values.swap_axes(1, 3);
         assert_eq!(turned_over.values, in_order.values);
         for table in [&in_order, &turned_over] {
             // None, one and several quads of angles.
             for angles in [2..3, 1..9, 0..11] {
-                let weights = vec![1.0; n_wavelengths];
-                let source = RowSource::new(Cow::Borrowed(table), angles.clone(), &weights);
+                let source = source(table, angles.clone());
                 for size in 0..n_radii * n_variances {
                     let rows = source.rows(size);
                     assert!(rows.is_sound);
                     let (r, v) = (size / n_variances, size % n_variances);
-                    let places =
-                        (0..n_flattenings).flat_map(|m| angles.clone().map(move |a| (m, a)));
-                    for (node, (m, a)) in places.enumerate() {
+                    for (node, a) in angles.clone().enumerate() {
                         let expected = (0..n_wavelengths)
-                            .map(|w| table.values[[0, r, v, m, w, a]] + 1.0)
+                            .map(|w| table.values[[0, r, v, w, a]] + 1.0)
                             .collect::<Vec<_>>();
                         // Whole numbers: exact.
                         let start = node * n_wavelengths;
@@ -263,7 +282,7 @@ mod tests {
                         let of_node = rows.luminance[node];
                         assert_eq!((of_node.value, of_node.bend), (sum, 0.0));
                     }
-                    let n_nodes = n_flattenings * angles.len();
+                    let n_nodes = angles.len();
                     assert_eq!(rows.luminance.len(), n_nodes);
                     assert_eq!(rows.values_sr1[n_nodes * n_wavelengths..], [0.0; BEHIND]);
                 }
@@ -287,17 +306,15 @@ mod tests {
 
     #[test]
     fn a_bad_value_is_found_wherever_it_stands() {
-        let (_, n_radii, n_variances, n_flattenings, n_wavelengths, n_theta) = SHAPE;
+        let (_, n_radii, n_variances, n_wavelengths, n_theta) = SHAPE;
         for bad in [f32::NAN, f32::INFINITY, -1e6] {
             for last in [false, true] {
                 let mut table = table();
                 let at = |n: usize| if last { n - 1 } else { 0 };
-                let place = [1, at(n_radii), at(n_variances), at(n_flattenings)];
-                let [j, r, v, m] = place;
-                table.values[[j, r, v, m, at(n_wavelengths), at(n_theta)]] = bad;
-                let weights = vec![1.0; n_wavelengths];
+                let (r, v) = (at(n_radii), at(n_variances));
+                table.values[[1, r, v, at(n_wavelengths), at(n_theta)]] = bad;
                 let is_sound = |angles: Range<usize>, size: usize| {
-                    let source = RowSource::new(Cow::Borrowed(&table), angles, &weights);
+                    let source = source(&table, angles);
                     source.rows(size).is_sound
                 };
                 let size = r * n_variances + v;

@@ -61,7 +61,7 @@ fn lookup(table: &ScatteringTable, radius_um: f64, wavelength: usize, theta: f64
     let fr = (radius_um / radii[r]).ln() / (radii[r + 1] / radii[r]).ln();
     let fa = (theta - angles[a]) / (angles[a + 1] - angles[a]);
     let at = |r: usize, a: usize| {
-        let [s, p] = [0, 1].map(|j| f64::from(table.values[[j, r, 0, 0, wavelength, a]]));
+        let [s, p] = [0, 1].map(|j| f64::from(table.values[[j, r, 0, wavelength, a]]));
         0.5 * (s + p)
     };
     (1.0 - fr) * ((1.0 - fa) * at(r, a) + fa * at(r, a + 1))

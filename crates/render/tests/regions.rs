@@ -238,7 +238,7 @@ fn a_region_needs_the_table_for_its_own_pixels_only() {
         .theta_rad
         .partition_point(|theta| theta.to_degrees() < 140.0);
     table.theta_rad.drain(..first);
-    let values = table.values.slice(s![.., .., .., .., .., first..]);
+    let values = table.values.slice(s![.., .., .., .., first..]);
     table.values = values.to_owned();
     let whole = request(&world.camera, sun_in_the_south(12.0), &world.drops, &table);
     let refusal = render(&whole, &|_| ()).unwrap_err();

@@ -10,6 +10,7 @@ use std::f64::consts::PI;
 
 use niji_radiometry::Water;
 use niji_radiometry::WavelengthGrid;
+use niji_scatter::SizeRows;
 use niji_scatter::TableRequest;
 use niji_scatter::Theory;
 use niji_scatter::scattering_table;
@@ -32,7 +33,8 @@ fn request(theory: Theory) -> TableRequest<'static> {
         wavelengths: WavelengthGrid::new(400.0, 40.0, 9).unwrap(),
         effective_radius_um: vec![100.0],
         effective_variance: vec![0.02],
-        flattening: vec![0.0],
+        rows: SizeRows::Laws,
+        motion: None,
         sun_disc_diameter_rad: 0.533 * PI / 180.0,
         water: Water::pure(20.0),
         airy_table: None,
@@ -44,7 +46,7 @@ fn curve(theory: Theory) -> Vec<f64> {
     let table = scattering_table(&request(theory), &|_| {}).unwrap();
     let angles = &table.theta_rad;
     let at = |wavelength: usize, angle: usize| {
-        let value = |j| f64::from(table.values[[j, 0, 0, 0, wavelength, angle]]);
+        let value = |j| f64::from(table.values[[j, 0, 0, wavelength, angle]]);
         0.5 * (value(0) + value(1))
     };
     let mut curve = Vec::new();
@@ -88,5 +90,5 @@ fn main() {
 
 #[divan::bench(args = THEORIES, sample_count = 10, sample_size = 1)]
 fn table(theory: Theory) -> f32 {
-    scattering_table(&request(theory), &|_| {}).unwrap().values[[0, 0, 0, 0, 0, 0]]
+    scattering_table(&request(theory), &|_| {}).unwrap().values[[0; 5]]
 }

@@ -11,6 +11,7 @@ use niji_radiometry::Water;
 use niji_radiometry::WavelengthGrid;
 use niji_radiometry::solar_irradiance;
 use niji_radiometry::xyz_to_linear_rec709;
+use niji_scatter::SizeRows;
 use niji_scatter::TableRequest;
 use niji_scatter::Theory;
 use niji_scatter::scattering_table;
@@ -28,7 +29,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             wavelengths,
             effective_radius_um: RADII_UM.to_vec(),
             effective_variance: vec![0.01],
-            flattening: vec![0.0],
+            rows: SizeRows::Laws,
+            motion: None,
             sun_disc_diameter_rad: 0.0093,
             water: Water::pure(15.0),
             airy_table: None,
@@ -41,10 +43,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         Colorimetry::new(&wavelengths),
     );
     let color = |radius: usize, angle: usize| {
-        // Polarization, radius, variance, flattening, wavelength, angle; natural light is the mean
-        // of both polarizations.
+        // Polarization, radius, variance, wavelength, angle; natural light is the mean of both
+        // polarizations.
         let light = |wavelength: usize| {
-            let [s, p] = [0, 1].map(|it| table.values[[it, radius, 0, 0, wavelength, angle]]);
+            let [s, p] = [0, 1].map(|it| table.values[[it, radius, 0, wavelength, angle]]);
             0.5 * f64::from(s + p)
         };
         let radiance: Vec<f64> = sun

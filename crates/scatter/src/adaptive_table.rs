@@ -1,6 +1,6 @@
 //! A table whose every axis is as fine as the tolerance asks for.
 //!
-//! The laws of [`crate::radius_axis`] and [`crate::variance_axis`] are where the search begins. What
+//! The nodes of [`niji_sizes::radius_axis`] and [`niji_sizes::variance_axis`] are where the search begins. What
 //! linear interpolation costs is then measured at every interval, those that miss the tolerance (rms
 //! over the angles on a side of 90 degrees, in parts of the row's peak there) are halved, and what is left
 //! is stated in the table.
@@ -13,17 +13,19 @@ use crate::builder::table_at;
 use crate::error::Error;
 use crate::interpolation_error::IntervalError;
 use crate::interpolation_error::SizeAxis;
+use crate::interpolation_error::bins_error;
 use crate::interpolation_error::interval_errors;
 use crate::interpolation_error::theta_error;
 use crate::interpolation_error::worse;
+use crate::request::SizeRows;
 use crate::request::TableRequest;
 use crate::theta_axis::theta_axis;
 
 /// An interval is halved at most so many times.
 const N_HALVINGS: usize = 4;
 
-/// Makes a scattering table that holds the tolerance of the request along every axis. Radii, variances
-/// and flattenings of the request are nodes at least. `progress` hears the part that is done, from 0
+/// Makes a scattering table that holds the tolerance of the request along every axis. Radii and
+/// variances of the request are nodes at least. `progress` hears the part that is done, from 0
 /// to 1. The result does not depend on the number of threads.
 ///
 /// Where [`ScatteringTable::interpolation_error`] is above the tolerance nevertheless, the rows are
@@ -39,19 +41,25 @@ pub fn adaptive_table(
     let theta_rad = theta_axis(request)?;
     request.check_size(theta_rad.len())?;
     let mut request = request.clone();
-    let mut errors = [AxisError::default(); 3];
-    let axes = [SizeAxis::Variance, SizeAxis::Flattening, SizeAxis::Radius];
-    for (axis, error) in axes.into_iter().zip(&mut errors) {
-        (request, *error) = refined(request, &theta_rad, axis)?;
-    }
-    let [variance, flattening, radius] = errors;
+    let [variance, radius] = match request.rows {
+        SizeRows::Laws => {
+            let mut errors = [AxisError::default(); 2];
+            for (axis, error) in [SizeAxis::Variance, SizeAxis::Radius]
+                .into_iter()
+                .zip(&mut errors)
+            {
+                (request, *error) = refined(request, &theta_rad, axis)?;
+            }
+            errors
+        }
+        SizeRows::Bins { .. } => [AxisError::default(), bins_error(&request, &theta_rad)?],
+    };
     let theta = theta_error(&request, &theta_rad)?;
     let mut table = table_at(&request, theta_rad, progress)?;
     table.interpolation_error = Some(InterpolationError {
         theta,
         radius,
         variance,
-        flattening,
     });
     Ok(table)
 }

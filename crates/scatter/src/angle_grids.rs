@@ -20,8 +20,6 @@ use crate::sun_disc::disc_row;
 const STEP_TIMES_X: f64 = 0.22;
 /// Grids, each twice as coarse as the one before.
 const N_LEVELS: usize = 3;
-/// Step without a disc, where the light of flattened drops is resampled.
-const STEP_WITHOUT_DISC_RAD: f64 = 0.01 * PI / 180.0;
 
 /// Grids by level and shift.
 #[derive(Clone, Debug)]
@@ -36,9 +34,6 @@ pub(crate) struct AngleGrids {
 pub(crate) struct AngleGrid {
     pub(crate) angles_rad: Vec<f64>,
     pub(crate) folded: ScatteringAngles,
-    /// 0 where the angles are those of the table.
-    pub(crate) step_rad: f64,
-    first_rad: f64,
     /// By angle of the table.
     averages: Vec<AverageRow>,
 }
@@ -49,8 +44,6 @@ pub(crate) struct Extent<'a> {
     /// Angles of the table.
     pub(crate) theta_rad: &'a [f64],
     pub(crate) disc_diameter_rad: f64,
-    /// How far beyond the table light is needed; `None` if it does not move.
-    pub(crate) reach_rad: Option<f64>,
     /// Steps of the finest grid across the sun's disc.
     pub(crate) steps_per_disc: f64,
     pub(crate) n_shifts: usize,
@@ -59,7 +52,7 @@ pub(crate) struct Extent<'a> {
 impl AngleGrids {
     pub(crate) fn new(extent: Extent) -> Result<Self, Error> {
         let radius_rad = 0.5 * extent.disc_diameter_rad;
-        if radius_rad <= 0.0 && extent.reach_rad.is_none() {
+        if radius_rad <= 0.0 {
             let folded = folded(extent.theta_rad)?;
             let own = |start| AverageRow {
                 start,
@@ -69,21 +62,14 @@ impl AngleGrids {
                 grids: vec![AngleGrid {
                     angles_rad: extent.theta_rad.to_vec(),
                     folded,
-                    step_rad: 0.0,
-                    first_rad: extent.theta_rad[0],
                     averages: (0..extent.theta_rad.len()).map(own).collect(),
                 }],
                 n_shifts: 1,
                 finest_step_rad: 0.0,
             });
         }
-        let finest_step_rad = if radius_rad > 0.0 {
-            extent.disc_diameter_rad / extent.steps_per_disc
-        } else {
-            STEP_WITHOUT_DISC_RAD
-        };
-        let n_levels = if radius_rad > 0.0 { N_LEVELS } else { 1 };
-        let grids = (0..n_levels * extent.n_shifts)
+        let finest_step_rad = extent.disc_diameter_rad / extent.steps_per_disc;
+        let grids = (0..N_LEVELS * extent.n_shifts)
             .into_par_iter()
             .map(|index| {
                 let (level, shift) = (index / extent.n_shifts, index % extent.n_shifts);
@@ -126,7 +112,7 @@ impl AngleGrid {
             extent.theta_rad[0],
             extent.theta_rad[extent.theta_rad.len() - 1],
         );
-        let margin_rad = radius_rad + extent.reach_rad.unwrap_or(0.0) + step_rad;
+        let margin_rad = radius_rad + step_rad;
         // Up to a step outside of 0 to π, where the light is that of the mirrored angle.
         let first_rad = (first - margin_rad).max(0.0) - part * step_rad;
         let last_rad = (last + margin_rad).min(PI);
@@ -139,48 +125,12 @@ impl AngleGrid {
         let angles_rad: Vec<f64> = (0..fine.n)
             .map(|index| mirrored(first_rad + step_rad * index as f64))
             .collect();
-        let average = |&theta: &f64| {
-            if radius_rad > 0.0 {
-                disc_row(&fine, theta, radius_rad)
-            } else {
-                fine.row(theta)
-            }
-        };
+        let average = |&theta: &f64| disc_row(&fine, theta, radius_rad);
         Ok(Self {
             folded: folded(&angles_rad)?,
             angles_rad,
-            step_rad,
-            first_rad,
             averages: extent.theta_rad.iter().map(average).collect(),
         })
-    }
-
-    /// Adds light moved by `shift_rad`, linear between the angles; at 0 and π it comes from the mirrored
-    /// angle, and where the grid ends nothing comes.
-    pub(crate) fn add_moved(&self, light: &[[f64; 2]], shift_rad: f64, sum: &mut [[f64; 2]]) {
-        let n = light.len();
-        let steps = shift_rad / self.step_rad;
-        let whole = steps.floor();
-        let part = steps - whole;
-        // Source of the angle `index`: between light[index − whole − 1] and light[index − whole].
-        let whole = whole as i64;
-        for (index, sum) in sum.iter_mut().enumerate() {
-            let right = index as i64 - whole;
-            let (left, right, part) = if right >= 1 && right < n as i64 {
-                (right as usize - 1, right as usize, part)
-            } else {
-                let theta = mirrored(self.first_rad + self.step_rad * index as f64 - shift_rad);
-                let position = (theta - self.first_rad) / self.step_rad;
-                if !(position >= 0.0 && position < (n - 1) as f64) {
-                    continue;
-                }
-                let left = position as usize;
-                (left, left + 1, 1.0 - (position - left as f64))
-            };
-            for j in 0..2 {
-                sum[j] += part * light[left][j] + (1.0 - part) * light[right][j];
-            }
-        }
     }
 
     /// The averages that the table wants of the light at the angles of the grid.

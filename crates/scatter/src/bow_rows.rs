@@ -12,6 +12,7 @@ use crate::bow_light::Places;
 use crate::error::Error;
 use crate::mean_square::Averaging;
 use crate::mean_square::MeanSquare;
+use crate::request::SizeRows;
 use crate::request::TableRequest;
 use crate::rings::Rings;
 use crate::sun_disc::AverageRow;
@@ -110,7 +111,9 @@ fn highest_z(request: &TableRequest, lights: &[BowLight]) -> f64 {
 }
 
 fn mean_squares(request: &TableRequest, theory: BowTheory, highest_z: f64) -> Vec<MeanSquare> {
+    let bin_variance = bin_variance(request);
     let mean_square = |&effective_variance: &f64| {
+        let effective_variance = effective_variance.max(bin_variance);
         let (exponent, effective_variance) = match theory {
             BowTheory::Airy(_) | BowTheory::Uniform => {
                 (theory.form().radius_exponent(), effective_variance)
@@ -126,4 +129,12 @@ fn mean_squares(request: &TableRequest, theory: BowTheory, highest_z: f64) -> Ve
         })
     };
     request.effective_variance.iter().map(mean_square).collect()
+}
+
+/// Effective variance of a law as wide as a bin of single sizes: a twelfth of the squared step of ln r.
+fn bin_variance(request: &TableRequest) -> f64 {
+    match request.rows {
+        SizeRows::Laws => 0.0,
+        SizeRows::Bins { ln_step, .. } => ln_step * ln_step / 12.0,
+    }
 }

@@ -48,6 +48,7 @@
 
 use niji_airy::RainbowRay;
 use niji_airy::rainbow_ray;
+use niji_exchange::BowShift;
 
 use crate::moebius_shift::scattering_angle_shift;
 use crate::spheroid_ray::ACROSS;
@@ -56,75 +57,30 @@ use crate::spheroid_ray::Entry;
 use crate::spheroid_ray::IN_PLANE;
 use crate::spheroid_ray::exit_direction;
 
-/// The shift of one order's bow at one refractive index.
+/// The shift of the bow of order `p` for drops of a refractive index; `None` where there is no bow.
 ///
 /// ```
 /// use niji_radiometry::Micrometers;
-/// use niji_scatter::{BowShift, eccentricity};
+/// use niji_scatter::{bow_shift, eccentricity};
 ///
-/// let shift = BowShift::new(1.333, 2).expect("water has a primary bow");
+/// let shift = bow_shift(1.333, 2).expect("water has a primary bow");
 /// // Straight above the sun's shadow, the sun half of a bow angle high: the axis lies along s + d.
 /// let drop = eccentricity(Micrometers(500.0));
 /// let deg = shift.shift_rad(drop, 1.0, 0.0).to_degrees();
 /// assert!((2.2..2.4).contains(&deg), "{deg}");
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BowShift {
-    first_rad: f64,
-    second_rad: [f64; 4],
-}
-
-impl BowShift {
-    /// The shift of the bow of order `p` for drops of a refractive index; `None` where there is no bow.
-    pub fn new(index: f64, p: u32) -> Option<Self> {
-        let ray = rainbow_ray(index, p)?;
-        let half = std::f64::consts::FRAC_1_SQRT_2;
-        let second = |axis| fixed_plane_rad(&ray, axis)[1];
-        let a = second([1.0, 0.0, 0.0]);
-        // With squares of one half the form is (2 a + c)/4, (a + f)/4 and (a + g)/4.
-        let c = 4.0 * second([half, half, 0.0]) - 2.0 * a;
-        let f = 4.0 * second([half, 0.0, half]) - a;
-        let g = 4.0 * second([0.0, half, half]) - a;
-        Some(Self {
-            first_rad: scattering_angle_shift(&ray),
-            second_rad: [a, c, f, g],
-        })
-    }
-
-    /// k, a, c, f and g in radians, as in the equation at the head of the file.
-    pub fn coefficients(&self) -> [f64; 5] {
-        let [a, c, f, g] = self.second_rad;
-        [self.first_rad, a, c, f, g]
-    }
-
-    /// Δθ in radians of drops of an eccentricity e, where the squares T² and B² are `t2` and `b2`.
-    pub fn shift_rad(&self, eccentricity: f64, t2: f64, b2: f64) -> f64 {
-        let first = self.first_rad * (t2 - b2);
-        eccentricity * (first + eccentricity * self.second_order(t2, b2))
-    }
-
-    /// ∂Δθ/∂T² and ∂Δθ/∂B², where N² gives way.
-    pub(crate) fn slopes(&self, eccentricity: f64, t2: f64, b2: f64) -> [f64; 2] {
-        let n2 = 1.0 - t2 - b2;
-        let [a, c, f, g] = self.second_rad;
-        let by_n2 = f * t2 + g * b2;
-        let by_t2 = 2.0 * a * t2 + c * b2 + f * n2 - by_n2;
-        let by_b2 = 2.0 * a * b2 + c * t2 + g * n2 - by_n2;
-        let k = self.first_rad;
-        [k + eccentricity * by_t2, eccentricity * by_b2 - k].map(|slope| eccentricity * slope)
-    }
-
-    /// ∂Δθ/∂e.
-    pub(crate) fn eccentricity_slope(&self, eccentricity: f64, t2: f64, b2: f64) -> f64 {
-        self.first_rad * (t2 - b2) + 2.0 * eccentricity * self.second_order(t2, b2)
-    }
-
-    /// The factor of e².
-    fn second_order(&self, t2: f64, b2: f64) -> f64 {
-        let n2 = 1.0 - t2 - b2;
-        let [a, c, f, g] = self.second_rad;
-        a * (t2 * t2 + b2 * b2) + c * t2 * b2 + n2 * (f * t2 + g * b2)
-    }
+pub fn bow_shift(index: f64, p: u32) -> Option<BowShift> {
+    let ray = rainbow_ray(index, p)?;
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    let second = |axis| fixed_plane_rad(&ray, axis)[1];
+    let a = second([1.0, 0.0, 0.0]);
+    // With squares of one half the form is (2 a + c)/4, (a + f)/4 and (a + g)/4.
+    let c = 4.0 * second([half, half, 0.0]) - 2.0 * a;
+    let f = 4.0 * second([half, 0.0, half]) - a;
+    let g = 4.0 * second([0.0, half, half]) - a;
+    Some(BowShift {
+        coefficients_rad: [scattering_angle_shift(&ray), a, c, f, g],
+    })
 }
 
 /// Factors of e and e² in the extreme of θ along the plane of the sphere's ray, for an axis with

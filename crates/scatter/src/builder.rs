@@ -3,10 +3,15 @@
 use std::f64::consts::PI;
 use std::sync::Mutex;
 
-use ndarray::Array6;
+use ndarray::Array4;
+use ndarray::Array5;
 use ndarray::Axis;
 use niji_airy::rainbow_ray;
+use niji_exchange::MovedBows;
+use niji_exchange::MovedOrder;
+use niji_exchange::RowUse;
 use niji_exchange::ScatteringTable;
+use niji_radiometry::Micrometers;
 use niji_radiometry::Nanometers;
 use niji_radiometry::Water;
 use rayon::prelude::*;
@@ -14,8 +19,11 @@ use rayon::prelude::*;
 use crate::bow_light::Bin;
 use crate::bow_light::BowTheory;
 use crate::bow_rows::BowRows;
+use crate::bow_shift::bow_shift;
 use crate::drop_rows::DropRows;
+use crate::drop_rows::Rows;
 use crate::error::Error;
+use crate::request::SizeRows;
 use crate::request::TableRequest;
 use crate::theory::Theory;
 use crate::theta_axis::theta_axis;
@@ -51,17 +59,63 @@ pub(crate) fn table_at(
     Ok(described(request, theta_rad, values))
 }
 
+/// The values of a table.
+pub(crate) struct Values {
+    /// All light, as in a [`ScatteringTable`].
+    pub(crate) all: Array5<f32>,
+    /// That of each order which is kept apart.
+    moved: Vec<Array4<f32>>,
+}
+
 /// The values of a table at angles of one's own.
 pub(crate) fn values_at(
     request: &TableRequest,
     theta_rad: &[f64],
     progress: &(dyn Fn(f64) + Sync),
-) -> Result<Array6<f32>, Error> {
+) -> Result<Values, Error> {
     request.check_size(theta_rad.len())?;
-    match request.theory.bow_theory() {
-        Some(theory) if !request.is_flattened() => bow_values(request, theory, theta_rad, progress),
-        Some(_) | None => drop_values(request, theta_rad, progress),
-    }
+    let Some(theory) = request.theory.bow_theory() else {
+        return drop_values(request, theta_rad, progress);
+    };
+    let moved = request.moved_orders();
+    let still: Vec<u32> = request
+        .orders_in()
+        .into_iter()
+        .filter(|p| !moved.contains(p))
+        .collect();
+    let mut parts: Vec<Vec<u32>> = moved.iter().map(|order| vec![*order]).collect();
+    parts.extend((!still.is_empty()).then_some(still));
+    let n_parts = parts.len() as f64;
+    let part = |(index, orders): (usize, Vec<u32>)| {
+        let request = TableRequest {
+            orders,
+            ..request.clone()
+        };
+        let progress = |done: f64| progress((index as f64 + done) / n_parts);
+        bow_values(&request, theory, theta_rad, &progress)
+    };
+    let mut parts = parts
+        .into_iter()
+        .enumerate()
+        .map(part)
+        .collect::<Result<Vec<_>, _>>()?;
+    // All of them, in the order of the parts; one alone is not copied.
+    let all = match &parts[..] {
+        [_] if moved.is_empty() => parts.remove(0),
+        parts => {
+            let mut all = zeros(request, theta_rad.len());
+            for part in parts {
+                all += part;
+            }
+            all
+        }
+    };
+    parts.truncate(moved.len());
+    let moved = parts.into_iter().map(|part| part.remove_axis(Axis(2)));
+    Ok(Values {
+        all,
+        moved: moved.collect(),
+    })
 }
 
 fn bow_values(
@@ -69,17 +123,17 @@ fn bow_values(
     theory: BowTheory,
     theta_rad: &[f64],
     progress: &(dyn Fn(f64) + Sync),
-) -> Result<Array6<f32>, Error> {
+) -> Result<Array5<f32>, Error> {
     let rows = BowRows::new(request, theory, theta_rad)?;
     let sizes = rows.size_rows();
     let count = Count::new(request.wavelengths.len() * sizes.len(), progress);
     let mut values = zeros(request, theta_rad.len());
-    let planes: Vec<_> = values.axis_iter_mut(Axis(4)).enumerate().collect();
+    let planes: Vec<_> = values.axis_iter_mut(Axis(3)).enumerate().collect();
     planes.into_par_iter().for_each(|(index, mut plane)| {
         for size in &sizes {
             let row = rows.row(index, size);
             for (angle, pair) in row.iter().enumerate() {
-                let [s, p] = [0, 1].map(|j| [j, size.radius_index, size.variance_index, 0, angle]);
+                let [s, p] = [0, 1].map(|j| [j, size.radius_index, size.variance_index, angle]);
                 plane[s] = stored(pair[0]);
                 plane[p] = stored(pair[1]);
             }
@@ -93,26 +147,34 @@ fn drop_values(
     request: &TableRequest,
     theta_rad: &[f64],
     progress: &(dyn Fn(f64) + Sync),
-) -> Result<Array6<f32>, Error> {
+) -> Result<Values, Error> {
     let rows = DropRows::new(request, theta_rad)?;
-    let (n_variances, n_flattenings) = (request.effective_variance.len(), request.flattening.len());
+    let n_variances = request.effective_variance.len();
+    let n_rows = request.effective_radius_um.len() * n_variances;
     let count = Count::new(request.wavelengths.len() * rows.n_drops(), progress);
-    let mut values = zeros(request, theta_rad.len());
-    let planes: Vec<_> = values.axis_iter_mut(Axis(4)).enumerate().collect();
-    planes.into_par_iter().try_for_each(|(index, mut plane)| {
-        let bin = Bin::new(request, index);
-        for (row, light) in rows.at(bin, &|n| count.add(n))?.iter().enumerate() {
-            let (sizes, flattening) = (row / n_flattenings, row % n_flattenings);
-            let (radius, variance) = (sizes / n_variances, sizes % n_variances);
+    let of_wavelengths: Vec<Rows> = (0..request.wavelengths.len())
+        .into_par_iter()
+        .map(|index| rows.at(Bin::new(request, index), &|n| count.add(n)))
+        .collect::<Result<_, _>>()?;
+    let mut all = zeros(request, theta_rad.len());
+    let of_part = all.clone().remove_axis(Axis(2));
+    let mut moved = vec![of_part; request.moved_orders().len()];
+    for (wavelength, rows) in of_wavelengths.iter().enumerate() {
+        for (row, light) in rows.iter().enumerate() {
+            let (part, row) = (row / n_rows, row % n_rows);
+            let (radius, variance) = (row / n_variances, row % n_variances);
             for (angle, pair) in light.iter().enumerate() {
                 for (j, &value) in pair.iter().enumerate() {
-                    plane[[j, radius, variance, flattening, angle]] = stored(value);
+                    if part == 0 {
+                        all[[j, radius, variance, wavelength, angle]] = stored(value);
+                    } else {
+                        moved[part - 1][[j, radius, wavelength, angle]] = stored(value);
+                    }
                 }
             }
         }
-        Ok(())
-    })?;
-    Ok(values)
+    }
+    Ok(Values { all, moved })
 }
 
 /// A value as the file holds it: f32, 1e-7 of a value, and never below 0. The sun's disc is averaged
@@ -122,19 +184,11 @@ fn stored(value: f64) -> f32 {
     value.max(0.0) as f32
 }
 
-fn zeros(request: &TableRequest, n_angles: usize) -> Array6<f32> {
+fn zeros(request: &TableRequest, n_angles: usize) -> Array5<f32> {
     let n_radii = request.effective_radius_um.len();
     let n_variances = request.effective_variance.len();
-    let n_flattenings = request.flattening.len();
     let n_wavelengths = request.wavelengths.len();
-    Array6::zeros((
-        2,
-        n_radii,
-        n_variances,
-        n_flattenings,
-        n_wavelengths,
-        n_angles,
-    ))
+    Array5::zeros((2, n_radii, n_variances, n_wavelengths, n_angles))
 }
 
 /// Tells how much is done.
@@ -163,7 +217,7 @@ impl<'a> Count<'a> {
     }
 }
 
-fn described(request: &TableRequest, theta_rad: Vec<f64>, values: Array6<f32>) -> ScatteringTable {
+fn described(request: &TableRequest, theta_rad: Vec<f64>, values: Values) -> ScatteringTable {
     let orders = match request.theory {
         Theory::Mie => "all".to_owned(),
         Theory::GeometricPublished
@@ -194,8 +248,13 @@ fn described(request: &TableRequest, theta_rad: Vec<f64>, values: Array6<f32>) -
         theta_rad,
         effective_radius_um: request.effective_radius_um.clone(),
         effective_variance: request.effective_variance.clone(),
-        flattening: request.flattening.clone(),
-        values,
+        moved: moved_bows(request, values.moved),
+        values: values.all,
+        row_use: match request.rows {
+            SizeRows::Laws => RowUse::Laws,
+            SizeRows::Bins { .. } => RowUse::Sums,
+        },
+        relative_error: request.tolerance,
         sun_disc_diameter_rad: request.sun_disc_diameter_rad,
         split_theta_rad: split_theta_rad(request.water),
         forward_fraction_left_out: if holds_diffraction {
@@ -206,6 +265,29 @@ fn described(request: &TableRequest, theta_rad: Vec<f64>, values: Array6<f32>) -
         water: request.water,
         interpolation_error: None,
     }
+}
+
+/// How the orders move that are kept apart.
+fn moved_bows(request: &TableRequest, values: Vec<Array4<f32>>) -> Option<MovedBows> {
+    let motion = request.motion.filter(|_| !values.is_empty())?;
+    let radii = request.effective_radius_um.iter().copied().map(Micrometers);
+    let order = |(order, values): (u32, Array4<f32>)| {
+        let shift = |wavelength| {
+            let index = request.water.refractive_index(wavelength);
+            // An order without a bow stays.
+            bow_shift(index, order).unwrap_or_default()
+        };
+        MovedOrder {
+            order,
+            shifts: request.wavelengths.centers().map(shift).collect(),
+            values,
+        }
+    };
+    let orders = request.moved_orders().into_iter().zip(values);
+    Some(MovedBows {
+        drops: radii.map(|radius| motion.drops(radius)).collect(),
+        orders: orders.map(order).collect(),
+    })
 }
 
 /// The middle of Alexander's band in green light.

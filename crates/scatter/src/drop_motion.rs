@@ -43,6 +43,7 @@
 
 use std::ops::RangeInclusive;
 
+use niji_exchange::FallingDrops;
 use niji_radiometry::Micrometers;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -50,7 +51,6 @@ use serde::Serialize;
 
 use crate::axis_ratio::axis_ratio;
 use crate::axis_ratio::eccentricity;
-use crate::bow_shift::BowShift;
 use crate::error::Error;
 
 /// Smallest drops that oscillate (mm).
@@ -68,9 +68,9 @@ const AXIS_RATIO_SDS: RangeInclusive<f64> = 0.0..=0.1;
 ///
 /// ```
 /// use niji_radiometry::Micrometers;
-/// use niji_scatter::{BowShift, DropMotion};
+/// use niji_scatter::{DropMotion, bow_shift};
 ///
-/// let shift = BowShift::new(1.333, 2).expect("water has a primary bow");
+/// let shift = bow_shift(1.333, 2).expect("water has a primary bow");
 /// // The top of the bow with the sun on the horizon, m = 0.74.
 /// let (t2, b2) = (0.87, 0.13);
 /// let sd_deg = |motion: DropMotion, diameter_mm: f64| {
@@ -92,19 +92,6 @@ pub struct DropMotion {
     /// Standard deviation of the axis ratio of drops above 1 mm diameter, which oscillate.
     #[schemars(range(min = 0.0, max = 0.1))]
     pub axis_ratio_sd: f64,
-}
-
-/// Drops of one size in motion: how flat they are and how they lie.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FallingDrops {
-    /// e of the drops at rest.
-    pub eccentricity: f64,
-    /// Standard deviation of e.
-    pub eccentricity_sd: f64,
-    /// S2, mean of the square of the sine of the tilt.
-    pub mean_sin2: f64,
-    /// S4, mean of its fourth power.
-    pub mean_sin4: f64,
 }
 
 impl Default for DropMotion {
@@ -152,41 +139,6 @@ impl DropMotion {
             mean_sin4: 8.0 * variance * variance * (1.0 - 3.0 * variance * langevin),
         }
     }
-}
-
-impl FallingDrops {
-    /// Mean over the tilts of the square of a component of the axis, T², B² or N², which is `square` for
-    /// upright drops.
-    pub fn mean_square(&self, square: f64) -> f64 {
-        square + 0.5 * self.mean_sin2 * (1.0 - 3.0 * square)
-    }
-
-    /// Δθ in radians at the mean squares; T² and B² are those of upright drops.
-    pub fn mean_shift_rad(&self, shift: &BowShift, t2: f64, b2: f64) -> f64 {
-        let [t2, b2] = [t2, b2].map(|square| self.mean_square(square));
-        shift.shift_rad(self.eccentricity, t2, b2)
-    }
-
-    /// Standard deviation of Δθ in radians; T² and B² are those of upright drops.
-    pub fn shift_sd_rad(&self, shift: &BowShift, t2: f64, b2: f64) -> f64 {
-        let [mean_t2, mean_b2] = [t2, b2].map(|square| self.mean_square(square));
-        let e = self.eccentricity.hypot(self.eccentricity_sd);
-        let [p, r] = shift.slopes(e, mean_t2, mean_b2);
-        let (trace, mu) = (p + r, p * t2 + r * b2);
-        let g2 = p * p * t2 + r * r * b2 - mu * mu;
-        let a2 = 0.5 * (p * p + r * r - mu * mu) - g2 - 0.25 * (trace - mu).powi(2);
-        let (s2, s4) = (self.mean_sin2, self.mean_sin4);
-        let of_tilts = 0.25 * (3.0 * mu - trace).powi(2) * (s4 - s2 * s2)
-            + 2.0 * (s2 - s4) * g2
-            + 0.5 * s4 * a2;
-        let by_e = shift.eccentricity_slope(self.eccentricity, mean_t2, mean_b2);
-        safe_sqrt(of_tilts + (by_e * self.eccentricity_sd).powi(2))
-    }
-}
-
-/// Roundoff may leave a variance of 0 a little below.
-fn safe_sqrt(variance: f64) -> f64 {
-    variance.max(0.0).sqrt()
 }
 
 #[cfg(test)]

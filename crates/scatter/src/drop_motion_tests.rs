@@ -1,4 +1,7 @@
+use niji_exchange::BowShift;
+
 use super::*;
+use crate::bow_shift::bow_shift;
 use crate::spheroid_trace::TracedDrop;
 use crate::spheroid_trace::View;
 use crate::spheroid_trace::squares;
@@ -92,13 +95,13 @@ fn moments_are_those_of_random_axes() {
 #[test]
 fn m_has_the_mean_and_the_variance_of_random_axes() {
     // A shift of first order alone: drops so small that e² does not count.
-    let shift = BowShift::new(N, 2).unwrap();
+    let shift = bow_shift(N, 2).unwrap();
     for (motion, axis) in [tilts(2.0), tilts(7.5), tilts(20.0)]
         .into_iter()
         .flat_map(|motion| AXES.map(|axis| (motion, axis)))
     {
         let small = drops(motion, 0.1);
-        let unit = small.eccentricity * shift.coefficients()[0];
+        let unit = small.eccentricity * shift.coefficients_rad[0];
         let [t2, b2] = [0, 1].map(|j| axis[j] * axis[j]);
         let mut random = Uniform(2);
         let m = |_| {
@@ -143,7 +146,7 @@ const ERRORS_DEG: [(u32, f64, f64, f64); 4] = [
 #[test]
 fn second_orders_and_oscillations_scatter_as_random_drops_do() {
     for (p, axis_ratio_sd, of_mean_deg, of_sd_deg) in ERRORS_DEG {
-        let shift = BowShift::new(N, p).unwrap();
+        let shift = bow_shift(N, p).unwrap();
         let motion = DropMotion {
             tilt_sd_deg: 5.0,
             axis_ratio_sd,
@@ -179,7 +182,7 @@ fn traced_bows_of_tilted_drops_scatter_as_said() {
         let mut random = Uniform(4);
         let theta = |_| drop.theta_rad(random.tilted(view.upright(), 5.0_f64.to_radians()));
         let [_, sd] = mean_and_sd(&(0..1000).map(theta).collect::<Vec<f64>>());
-        let shift = BowShift::new(N, p).unwrap();
+        let shift = bow_shift(N, p).unwrap();
         let [t2, b2] = squares(view.upright(), drop.theta_rad(view.upright()));
         let found = drops.shift_sd_rad(&shift, t2, b2);
         let allowed = 0.06 * sd + 0.0007_f64.to_radians();
@@ -189,12 +192,12 @@ fn traced_bows_of_tilted_drops_scatter_as_said() {
 
 #[test]
 fn the_first_order_is_the_rule_of_thumb() {
-    let shift = BowShift::new(N, 2).unwrap();
+    let shift = bow_shift(N, 2).unwrap();
     let motion = tilts(1.0);
     let drops = drops(motion, 0.2);
     let [t2, b2]: [f64; 2] = [0.5, 0.3];
     let m = t2 - b2;
-    let unit = drops.eccentricity * shift.coefficients()[0];
+    let unit = drops.eccentricity * shift.coefficients_rad[0];
     let rule = 2.0 * 1.0_f64.to_radians() * unit * (t2 + b2 - m * m).sqrt();
     let found = drops.shift_sd_rad(&shift, t2, b2);
     // 16/3 σ² and the curvature, 1e-3 each.
@@ -205,7 +208,7 @@ fn the_first_order_is_the_rule_of_thumb() {
 
 #[test]
 fn drops_at_rest_have_one_shift_and_no_scatter() {
-    let shift = BowShift::new(N, 3).unwrap();
+    let shift = bow_shift(N, 3).unwrap();
     for diameter_mm in [0.0, 0.3, 1.0, 3.0] {
         let drops = drops(tilts(0.0), diameter_mm);
         assert_eq!(
@@ -223,7 +226,7 @@ fn drops_at_rest_have_one_shift_and_no_scatter() {
 
 #[test]
 fn the_scatter_goes_to_zero_with_the_tilts() {
-    let shift = BowShift::new(N, 2).unwrap();
+    let shift = bow_shift(N, 2).unwrap();
     let sd = |tilt_sd_deg| drops(tilts(tilt_sd_deg), 1.0).shift_sd_rad(&shift, 0.5, 0.3);
     for tilt_sd_deg in [1e-1, 1e-3, 1e-6] {
         let ratio = sd(2.0 * tilt_sd_deg) / sd(tilt_sd_deg);
@@ -238,7 +241,7 @@ fn small_drops_do_not_oscillate() {
     // 2 · 0.01/1.983².
     assert!((drops(motion, 1.0).eccentricity_sd - 5.09e-3).abs() < 1e-5);
     // 1.32 degrees at m = 1 for each 0.01.
-    let shift = BowShift::new(N, 2).unwrap();
+    let shift = bow_shift(N, 2).unwrap();
     let still = DropMotion {
         tilt_sd_deg: 0.0,
         ..motion

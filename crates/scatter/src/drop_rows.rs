@@ -1,8 +1,8 @@
-//! Rows of a table from single drops: drop after drop, flattened, averaged over the sun's disc, then
-//! summed over sizes.
+//! Rows of a table from single drops: drop after drop, averaged over the sun's disc, then summed over
+//! sizes.
 //!
-//! t̄(θ; r_e, v_e, m) = Σ_i w_i ⟨Σ_parts t_part(θ' − m e(r_i) k_part; r_i)⟩ over the disc around θ
-//! with the weights of [`crate::size_average`] and the shifts of [`crate::moebius_shift`].
+//! t̄(θ; r_e, v_e) = Σ_i w_i ⟨t(θ'; r_i)⟩ over the disc around θ
+//! with the weights of [`crate::size_average`].
 //!
 //! Blocks of drops are independent and are added in one order, so that a table does not depend on the
 //! number of threads, and no more than a block of rows a thread is held at once.
@@ -10,17 +10,13 @@
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-use niji_airy::AiryTable;
 use niji_radiometry::Micrometers;
 use rayon::prelude::*;
 
-use crate::angle_grids::AngleGrid;
 use crate::angle_grids::AngleGrids;
 use crate::angle_grids::Extent;
-use crate::axis_ratio::eccentricity;
 use crate::bow_light::Bin;
 use crate::drop_theory::DropTheory;
-use crate::drop_theory::Part;
 use crate::drop_theory::Setting;
 use crate::error::Error;
 use crate::request::TableRequest;
@@ -35,25 +31,19 @@ const LARGEST_SIZE_PARAMETER: f64 = 1e5;
 /// Blocks of drops for a table of one wavelength; tables of more wavelengths have fewer each.
 const N_BLOCKS: usize = 32;
 /// Sizes of the shared grid for each factor e of radius. Rows it resolves, v_e > 0.0015, share their
-/// drops; a coarser grid would cost more, since narrow rows then need drops of their own. The bow of
-/// flattened drops of 2 mm diameter moves by 0.3 degrees from one size to the next.
+/// drops; a coarser grid would cost more, since narrow rows then need drops of their own.
 const NODES_PER_EFOLD: f64 = 64.0;
-/// How far flattened drops are followed, in radians: farther away nothing is left of a bow.
-const LARGEST_SHIFT_RAD: f64 = 0.8;
-/// The largest of dθ/d(m e), that of the primary.
-const LARGEST_SHIFT_PER_ECCENTRICITY_RAD: f64 = 5.0;
 
 /// What the rows of all wavelengths share.
 pub(crate) struct DropRows<'a> {
     request: &'a TableRequest<'a>,
     grids: AngleGrids,
     nodes: Vec<SizeNode>,
-    /// Airy's integral for theories that use it.
-    airy_table: Option<AiryTable>,
     n_angles: usize,
 }
 
-/// Rows of one wavelength by (row of sizes, flattening), each by angle.
+/// Rows of one wavelength, all of those with all light and then those of each order that is kept apart;
+/// each by angle.
 pub(crate) type Rows = Vec<Vec<[f64; 2]>>;
 
 impl<'a> DropRows<'a> {
@@ -64,20 +54,15 @@ impl<'a> DropRows<'a> {
             &request.effective_variance,
             sampling.sizes,
         )?;
-        let largest = nodes.last().map_or(0.0, |node| eccentricity(node.radius));
-        let reach_rad = (LARGEST_SHIFT_PER_ECCENTRICITY_RAD * largest).min(LARGEST_SHIFT_RAD);
-        let needs_airy_table = request.theory.uses_airy_table() && request.airy_table.is_none();
         Ok(Self {
             request,
             grids: AngleGrids::new(Extent {
                 theta_rad,
                 disc_diameter_rad: request.sun_disc_diameter_rad,
-                reach_rad: request.is_flattened().then_some(reach_rad),
                 steps_per_disc: sampling.steps_per_disc,
                 n_shifts: sampling.n_shifts,
             })?,
             nodes,
-            airy_table: needs_airy_table.then(AiryTable::compute),
             n_angles: theta_rad.len(),
         })
     }
@@ -113,16 +98,17 @@ impl<'a> DropRows<'a> {
         let request = self.request;
         let setting = Setting {
             bin,
-            is_flattened: request.is_flattened(),
+            is_flattened: request.motion.is_some(),
             grids: &self.grids,
         };
-        let airy_table = request.airy_table.or(self.airy_table.as_ref());
-        match (request.theory.bow_theory(), request.theory) {
-            (Some(theory), _) => {
-                DropTheory::bows(setting, theory, &request.orders_in(), airy_table)
-            }
-            (None, Theory::Debye { .. }) => Ok(DropTheory::debye(setting, &request.orders_in())),
-            (None, _) => DropTheory::mie(setting),
+        match request.theory {
+            Theory::Debye { .. } => Ok(DropTheory::debye(setting, &request.orders_in())),
+            Theory::Mie
+            | Theory::GeometricPublished
+            | Theory::Geometric
+            | Theory::AiryPublished
+            | Theory::Airy
+            | Theory::Uniform => DropTheory::mie(setting),
         }
     }
 
@@ -144,9 +130,9 @@ impl<'a> DropRows<'a> {
 
     fn block(&self, theory: &DropTheory, bin: Bin, block: Range<usize>) -> Result<Rows, Error> {
         let request = self.request;
-        let n_flattenings = request.flattening.len();
+        let moved = request.moved_orders();
         let n_rows = request.effective_radius_um.len() * request.effective_variance.len();
-        let mut rows = vec![vec![[0.0; 2]; self.n_angles]; n_rows * n_flattenings];
+        let mut rows = vec![vec![[0.0; 2]; self.n_angles]; n_rows * (1 + moved.len())];
         let per_um = TAU * 1e3 / bin.center.0;
         // Ascending radii, so that every sum has one order.
         for index in block {
@@ -155,38 +141,22 @@ impl<'a> DropRows<'a> {
             let grid_index = self.grids.index(index, x);
             let parts = theory.drop(Micrometers(x / per_um), grid_index)?;
             let grid = self.grids.at(grid_index);
-            let eccentricity = eccentricity(node.radius);
-            for (flattening, &m) in request.flattening.iter().enumerate() {
-                let averaged = grid.averages(&flattened(&parts, grid, m * eccentricity));
+            for part in &parts {
+                let averaged = grid.averages(&part.light);
+                let own = moved.iter().position(|order| part.moved == Some(*order));
                 for &(row, weight) in &node.uses {
-                    let row = &mut rows[row * n_flattenings + flattening];
-                    for (sum, value) in row.iter_mut().zip(&averaged) {
-                        sum[0] += weight * value[0];
-                        sum[1] += weight * value[1];
+                    let own_row = own.map(|index| (1 + index) * n_rows + row);
+                    for row in [Some(row), own_row].into_iter().flatten() {
+                        for (sum, value) in rows[row].iter_mut().zip(&averaged) {
+                            sum[0] += weight * value[0];
+                            sum[1] += weight * value[1];
+                        }
                     }
                 }
             }
         }
         Ok(rows)
     }
-}
-
-/// Sum of the parts, each moved by `eccentricity` times its shift.
-fn flattened(parts: &[Part], grid: &AngleGrid, eccentricity: f64) -> Vec<[f64; 2]> {
-    let mut sum = vec![[0.0; 2]; grid.angles_rad.len()];
-    for part in parts {
-        let shift_rad =
-            (eccentricity * part.shift_rad).clamp(-LARGEST_SHIFT_RAD, LARGEST_SHIFT_RAD);
-        // Compared with what was stored for light that stays.
-        if shift_rad == 0.0 {
-            for (sum, light) in sum.iter_mut().zip(&part.light) {
-                *sum = [sum[0] + light[0], sum[1] + light[1]];
-            }
-        } else {
-            grid.add_moved(&part.light, shift_rad, &mut sum);
-        }
-    }
-    sum
 }
 
 /// How a request is sampled.

@@ -1,15 +1,11 @@
-//! One drop after the other at one wavelength: its light, in parts that flattening moves differently.
+//! The exact theories, one drop after the other at one wavelength: its light, in parts that flattening
+//! moves differently.
 //!
-//! Theories by orders give a part for each order with a bow and one for all others. The exact solution
+//! Debye's series gives a part for each order with a bow and one for all others. The exact solution
 //! knows no orders: what it has beyond reflected and transmitted rays (orders 0 and 1) counts as
 //! secondary below the dark band, as primary above, with a smooth passage between. It is so divided only
 //! where drops are flattened.
 
-use std::f64::consts::TAU;
-
-use niji_airy::AiryForm;
-use niji_airy::AiryTable;
-use niji_airy::BowDirection;
 use niji_airy::GeometricOrder;
 use niji_airy::RainbowRay;
 use niji_airy::rainbow_ray;
@@ -21,13 +17,9 @@ use niji_radiometry::Radians;
 use crate::angle_grids::AngleGrid;
 use crate::angle_grids::AngleGrids;
 use crate::bow_light::Bin;
-use crate::bow_light::BowTheory;
-use crate::bow_light::Order;
 use crate::error::Error;
-use crate::moebius_shift::scattering_angle_shift;
+use crate::request::MOVED_ORDERS;
 
-/// Orders with the two bows one sees.
-const BOWS: [u32; 2] = [2, 3];
 /// Orders whose light flattening leaves where it is.
 const RAYS: [u32; 2] = [0, 1];
 
@@ -41,15 +33,15 @@ pub(crate) struct Setting<'a> {
 
 /// Light of one drop at the angles of a grid, (dσ/dΩ)/(π a²) in 1/sr for both polarisations.
 pub(crate) struct Part {
-    /// dθ/d(m e) in radians, see [`crate::moebius_shift`].
-    pub(crate) shift_rad: f64,
+    /// The order that it is, of those that move.
+    pub(crate) moved: Option<u32>,
     pub(crate) light: Vec<[f64; 2]>,
 }
 
 /// A theory, ready for drops of any size at one wavelength.
 pub(crate) enum DropTheory<'a> {
-    /// The exact solution, with the shifts of primary and secondary and the parts of its light that
-    /// count as secondary, by grid, where drops are flattened.
+    /// The exact solution, with the parts of its light that count as secondary, by grid, where drops are
+    /// flattened.
     Mie {
         setting: Setting<'a>,
         division: Option<Division>,
@@ -57,28 +49,14 @@ pub(crate) enum DropTheory<'a> {
     /// Debye orders, in groups that move alike.
     Debye {
         setting: Setting<'a>,
-        groups: Vec<(f64, Vec<u32>)>,
-    },
-    /// Bows of rays, Airy's or the uniform theory.
-    Bows {
-        setting: Setting<'a>,
-        airy_table: Option<&'a AiryTable>,
-        form: AiryForm,
-        orders: Vec<BowOrder>,
+        groups: Vec<(Option<u32>, Vec<u32>)>,
     },
 }
 
 /// How the exact solution is divided.
 pub(crate) struct Division {
-    shifts_rad: [f64; 2],
     /// By grid and angle: light of rays, and the weight of the primary.
     angles: Vec<Vec<([f64; 2], f64)>>,
-}
-
-/// One order at the angles of every grid.
-pub(crate) struct BowOrder {
-    shift_rad: f64,
-    directions: Vec<Vec<BowDirection>>,
 }
 
 impl<'a> DropTheory<'a> {
@@ -92,40 +70,15 @@ impl<'a> DropTheory<'a> {
     }
 
     pub(crate) fn debye(setting: Setting<'a>, orders: &[u32]) -> Self {
-        let mut groups: Vec<(f64, Vec<u32>)> = Vec::new();
+        let mut groups: Vec<(Option<u32>, Vec<u32>)> = Vec::new();
         for &p in orders {
-            let shift_rad = shift_rad(&setting, p);
-            match groups.iter_mut().find(|(shift, _)| *shift == shift_rad) {
+            let moved = Some(p).filter(|p| setting.is_flattened && MOVED_ORDERS.contains(p));
+            match groups.iter_mut().find(|(of_group, _)| *of_group == moved) {
                 Some((_, group)) => group.push(p),
-                None => groups.push((shift_rad, vec![p])),
+                None => groups.push((moved, vec![p])),
             }
         }
         Self::Debye { setting, groups }
-    }
-
-    pub(crate) fn bows(
-        setting: Setting<'a>,
-        theory: BowTheory,
-        orders: &[u32],
-        airy_table: Option<&'a AiryTable>,
-    ) -> Result<Self, Error> {
-        let order = |&p: &u32| {
-            let no_order = || Error::Orders {
-                found: orders.to_vec(),
-            };
-            let order = theory.order(setting.bin, p).ok_or_else(no_order)?;
-            let directions = |grid: &AngleGrid| directions(&order, grid);
-            Ok(BowOrder {
-                shift_rad: shift_rad(&setting, p),
-                directions: setting.grids.iter().map(directions).collect(),
-            })
-        };
-        Ok(Self::Bows {
-            setting,
-            airy_table,
-            form: theory.form(),
-            orders: orders.iter().map(order).collect::<Result<_, _>>()?,
-        })
     }
 
     /// The light of one drop on the grid `grid_index`.
@@ -138,46 +91,17 @@ impl<'a> DropTheory<'a> {
                     .normalized_cross_sections(angles);
                 Ok(match division {
                     Some(division) => division.parts(&light, grid_index),
-                    None => vec![Part {
-                        shift_rad: 0.0,
-                        light,
-                    }],
+                    None => vec![Part { moved: None, light }],
                 })
             }
             Self::Debye { setting, groups } => {
                 let angles = &setting.grids.at(grid_index).folded;
                 let series = sphere(setting, radius)?.debye_series();
-                let part = |(shift_rad, orders): &(f64, Vec<u32>)| Part {
-                    shift_rad: *shift_rad,
+                let part = |(moved, orders): &(Option<u32>, Vec<u32>)| Part {
+                    moved: *moved,
                     light: series.incoherent_cross_sections(orders, angles),
                 };
                 Ok(groups.iter().map(part).collect())
-            }
-            Self::Bows {
-                setting,
-                airy_table,
-                form,
-                orders,
-            } => {
-                let x = TAU * 1e3 * radius.0 / setting.bin.center.0;
-                let scale = (x * x).cbrt();
-                let factor = form.size_factor(radius, setting.bin.center);
-                let light = |direction: &BowDirection| {
-                    let z = scale * direction.argument;
-                    let (f, slope) =
-                        airy_table.map_or((0.0, 0.0), |table| table.value_with_derivative(z));
-                    let squares = [factor * f * f, factor / scale * slope * slope];
-                    [0, 1].map(|j| {
-                        direction.strength[j] * squares[0]
-                            + direction.derivative_strength[j] * squares[1]
-                            + direction.rays[j]
-                    })
-                };
-                let part = |order: &BowOrder| Part {
-                    shift_rad: order.shift_rad,
-                    light: order.directions[grid_index].iter().map(light).collect(),
-                };
-                Ok(orders.iter().map(part).collect())
             }
         }
     }
@@ -186,9 +110,9 @@ impl<'a> DropTheory<'a> {
 impl Division {
     fn new(setting: &Setting) -> Result<Self, Error> {
         let no_bow = || Error::Orders {
-            found: BOWS.to_vec(),
+            found: MOVED_ORDERS.to_vec(),
         };
-        let bows: Vec<RainbowRay> = BOWS
+        let bows: Vec<RainbowRay> = MOVED_ORDERS
             .iter()
             .map(|&p| rainbow_ray(setting.bin.index, p).ok_or_else(no_bow))
             .collect::<Result<_, _>>()?;
@@ -208,10 +132,6 @@ impl Division {
         };
         let angles = |grid: &AngleGrid| grid.angles_rad.iter().map(at).collect();
         Ok(Self {
-            shifts_rad: [
-                scattering_angle_shift(&bows[0]),
-                scattering_angle_shift(&bows[1]),
-            ],
             angles: setting.grids.iter().map(angles).collect(),
         })
     }
@@ -226,15 +146,15 @@ impl Division {
         };
         vec![
             Part {
-                shift_rad: 0.0,
+                moved: None,
                 light: angles.iter().map(|(rays, _)| *rays).collect(),
             },
             Part {
-                shift_rad: self.shifts_rad[0],
+                moved: Some(MOVED_ORDERS[0]),
                 light: beyond_rays(&|primary| primary),
             },
             Part {
-                shift_rad: self.shifts_rad[1],
+                moved: Some(MOVED_ORDERS[1]),
                 light: beyond_rays(&|primary| 1.0 - primary),
             },
         ]
@@ -248,35 +168,4 @@ fn sphere(setting: &Setting, radius: Micrometers) -> Result<Sphere, Error> {
     };
     Sphere::from_radius(radius, setting.bin.center, index)
         .map_err(|error| Error::Drop(error.to_string()))
-}
-
-/// How the bow of an order moves; 0 where nothing does.
-fn shift_rad(setting: &Setting, p: u32) -> f64 {
-    let bow = rainbow_ray(setting.bin.index, p).filter(|_| setting.is_flattened);
-    bow.map_or(0.0, |ray| scattering_angle_shift(&ray))
-}
-
-/// An order at the angles of a grid; rays as means over its steps, which need no clipped caustic.
-fn directions(order: &Order, grid: &AngleGrid) -> Vec<BowDirection> {
-    let at = |&theta: &f64| {
-        let half = 0.5 * grid.step_rad;
-        let step = (Radians(theta - half), Radians(theta + half));
-        match order {
-            Order::Airy(bow, AiryForm::Absolute) => bow.direction(Radians(theta)),
-            Order::Airy(bow, AiryForm::Published) => bow.published_direction(Radians(theta)),
-            Order::Uniform(bow) => bow.direction(Radians(theta)),
-            Order::Rays(rays) => rays_alone(rays.mean_over_ring(step.0, step.1)),
-            Order::Colors(bow) => rays_alone(bow.mean_over_ring(step.0, step.1)),
-        }
-    };
-    grid.angles_rad.iter().map(at).collect()
-}
-
-fn rays_alone(rays: [f64; 2]) -> BowDirection {
-    BowDirection {
-        argument: 0.0,
-        strength: [0.0; 2],
-        derivative_strength: [0.0; 2],
-        rays,
-    }
 }

@@ -33,12 +33,12 @@ pub enum Error {
     },
     /// A table larger than any renderer should hold.
     #[error(
-        "found a table of {gib:.0} GiB ({radii} radii x {variances} variances x {flattenings} \
-         flattenings x {wavelengths} wavelengths x {angles} angles), expected at most \
+        "found a table of {gib:.0} GiB ({radii} radii x {variances} variances x {parts} \
+         parts x {wavelengths} wavelengths x {angles} angles), expected at most \
          {limit_gib} GiB: allow a larger error (table_relative_error in [accuracy], --relative-error), \
          fewer wavelengths ([spectrum], --spectrum), a narrower range of sizes ([drops], \
          --effective-radius-um, --effective-variance) or spheres (drop_flattening = \"off\" in \
-         [effects], --flattening 0)"
+         [effects], without --flattened)"
     )]
     TooLarge {
         /// Size of the table.
@@ -49,8 +49,8 @@ pub enum Error {
         radii: usize,
         /// Effective variances.
         variances: usize,
-        /// Flattenings.
-        flattenings: usize,
+        /// All light, and each order that is kept apart.
+        parts: usize,
         /// Wavelengths.
         wavelengths: usize,
         /// Scattering angles.

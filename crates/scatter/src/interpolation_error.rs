@@ -9,11 +9,14 @@
 use std::ops::Range;
 
 use niji_exchange::AxisError;
+use niji_radiometry::Micrometers;
 use niji_radiometry::WavelengthGrid;
+use niji_sizes::law_weights;
 
-use crate::axes::sides;
 use crate::builder::values_at;
 use crate::error::Error;
+use crate::needed_angles::sides;
+use crate::request::SizeRows;
 use crate::request::TableRequest;
 use crate::size_average::is_cell_row;
 use crate::theory::Theory;
@@ -25,8 +28,6 @@ pub(crate) enum SizeAxis {
     Radius,
     /// Effective variance.
     Variance,
-    /// Flattening.
-    Flattening,
 }
 
 /// Error half way between two nodes.
@@ -44,7 +45,6 @@ impl SizeAxis {
         match self {
             Self::Radius => &request.effective_radius_um,
             Self::Variance => &request.effective_variance,
-            Self::Flattening => &request.flattening,
         }
     }
 
@@ -57,7 +57,6 @@ impl SizeAxis {
         match self {
             Self::Radius => request.effective_radius_um = nodes,
             Self::Variance => request.effective_variance = nodes,
-            Self::Flattening => request.flattening = nodes,
         }
         request
     }
@@ -66,7 +65,7 @@ impl SizeAxis {
     pub(crate) fn middle(self, low: f64, high: f64) -> f64 {
         match self {
             Self::Radius => (low * high).sqrt(),
-            Self::Variance | Self::Flattening => 0.5 * (low + high),
+            Self::Variance => 0.5 * (low + high),
         }
     }
 }
@@ -106,11 +105,9 @@ pub(crate) fn interval_errors(
     with_middles.extend(nodes.last());
     let pilot = axis.with_nodes(&ends_of(request), with_middles);
     let n_variances = pilot.effective_variance.len();
-    let n_flattenings = pilot.flattening.len();
     let (n_inner, radii) = match axis {
-        SizeAxis::Radius => (n_variances * n_flattenings, Radii::All),
-        SizeAxis::Variance => (n_flattenings, Radii::Ends),
-        SizeAxis::Flattening => (1, Radii::Ends),
+        SizeAxis::Radius => (n_variances, Radii::All),
+        SizeAxis::Variance => (1, Radii::Ends),
     };
     let rows = pilot_rows(&pilot, theta_rad, radii)?;
     let mut errors = vec![IntervalError::default(); n_intervals];
@@ -131,6 +128,46 @@ pub(crate) fn interval_errors(
         }
     }
     Ok(errors)
+}
+
+/// Error of the sum over single sizes that a law of some variance is, in the middle of the radii: what the
+/// sum changes by once there are twice as many.
+pub(crate) fn bins_error(request: &TableRequest, theta_rad: &[f64]) -> Result<AxisError, Error> {
+    let SizeRows::Bins {
+        ln_step,
+        narrowest_variance,
+    } = request.rows
+    else {
+        return Ok(AxisError::default());
+    };
+    let radii = &request.effective_radius_um;
+    let middle_um = (radii[0] * radii[radii.len() - 1]).sqrt();
+    let mut finer = vec![radii[0]];
+    for pair in radii.windows(2) {
+        finer.extend([SizeAxis::Radius.middle(pair[0], pair[1]), pair[1]]);
+    }
+    let law_sum = |radii: &[f64], ln_step: f64| -> Result<Vec<f64>, Error> {
+        let pilot = TableRequest {
+            rows: SizeRows::Bins {
+                ln_step,
+                narrowest_variance,
+            },
+            ..SizeAxis::Radius.with_nodes(&ends_of(request), radii.to_vec())
+        };
+        let rows = pilot_rows(&pilot, theta_rad, Radii::All)?;
+        let weights = law_weights(radii, Micrometers(middle_um), narrowest_variance)
+            .map_err(|error| Error::Drop(error.to_string()))?;
+        let at = |angle: usize| {
+            let terms = weights
+                .iter()
+                .map(|(row, weight)| weight * rows[*row].light[angle]);
+            terms.sum()
+        };
+        Ok((0..theta_rad.len()).map(at).collect())
+    };
+    let (coarse, fine) = (law_sum(radii, ln_step)?, law_sum(&finer, 0.5 * ln_step)?);
+    let off = |angle: usize| coarse[angle] - fine[angle];
+    Ok(worse_side(theta_rad, &fine, |side| side.map(off).collect()))
 }
 
 /// Which radii of a pilot count.
@@ -159,7 +196,7 @@ fn ends_of<'a>(request: &TableRequest<'a>) -> TableRequest<'a> {
         wavelengths: one.unwrap_or(request.wavelengths),
         effective_radius_um: outermost(&request.effective_radius_um, n_radii),
         effective_variance: outermost(&request.effective_variance, 1),
-        flattening: outermost(&request.flattening, 1),
+        motion: None,
         ..request.clone()
     }
 }
@@ -177,8 +214,8 @@ fn pilot_rows(
     theta_rad: &[f64],
     radii: Radii,
 ) -> Result<Vec<PilotRow>, Error> {
-    let values = values_at(request, theta_rad, &|_| {})?;
-    let (_, n_radii, n_variances, n_flattenings, _, n_angles) = values.dim();
+    let values = values_at(request, theta_rad, &|_| {})?.all;
+    let (_, n_radii, n_variances, _, n_angles) = values.dim();
     let counts = |radius: &usize| radii == Radii::All || [0, n_radii - 1].contains(radius);
     let mut rows = Vec::new();
     for radius in (0..n_radii).filter(counts) {
@@ -186,14 +223,12 @@ fn pilot_rows(
             let law = request.effective_variance[variance];
             let is_of_cell = request.theory == Theory::Mie
                 && is_cell_row(&request.effective_radius_um, radius, law);
-            for flattening in 0..n_flattenings {
-                let at = |j, angle| f64::from(values[[j, radius, variance, flattening, 0, angle]]);
-                let light = (0..n_angles).map(|angle| 0.5 * (at(0, angle) + at(1, angle)));
-                rows.push(PilotRow {
-                    light: light.collect(),
-                    is_of_cell,
-                });
-            }
+            let at = |j, angle| f64::from(values[[j, radius, variance, 0, angle]]);
+            let light = (0..n_angles).map(|angle| 0.5 * (at(0, angle) + at(1, angle)));
+            rows.push(PilotRow {
+                light: light.collect(),
+                is_of_cell,
+            });
         }
     }
     Ok(rows)

@@ -7,7 +7,7 @@
 //! ```
 //! use niji_radiometry::Water;
 //! use niji_radiometry::WavelengthGrid;
-//! use niji_scatter::{TableRequest, Theory, scattering_table};
+//! use niji_scatter::{SizeRows, TableRequest, Theory, scattering_table};
 //!
 //! let request = TableRequest {
 //!     theory: Theory::Airy,
@@ -17,7 +17,8 @@
 //!     wavelengths: WavelengthGrid::new(450.0, 200.0, 2)?,
 //!     effective_radius_um: vec![500.0],
 //!     effective_variance: vec![0.0],
-//!     flattening: vec![0.0],
+//!     rows: SizeRows::Laws,
+//!     motion: None,
 //!     sun_disc_diameter_rad: 0.0093,
 //!     water: Water::pure(15.0),
 //!     airy_table: None,
@@ -26,7 +27,7 @@
 //!
 //! // Natural light is the mean of both polarizations; which angle is brightest?
 //! let bow_angle_deg = |wavelength| {
-//!     let light = |i| table.values[[0, 0, 0, 0, wavelength, i]] + table.values[[1, 0, 0, 0, wavelength, i]];
+//!     let light = |i| table.values[[0, 0, 0, wavelength, i]] + table.values[[1, 0, 0, wavelength, i]];
 //!     let angles = 0..table.theta_rad.len();
 //!     let brightest = angles.max_by(|&i, &j| f32::total_cmp(&light(i), &light(j)));
 //!     180.0 - table.theta_rad[brightest.expect("a table has angles")].to_degrees()
@@ -39,7 +40,6 @@
 mod adaptive_table;
 mod airy_file;
 mod angle_grids;
-mod axes;
 mod axis_ratio;
 mod bow_light;
 mod bow_rows;
@@ -54,6 +54,7 @@ mod interpolation_error;
 mod jet;
 mod mean_square;
 mod moebius_shift;
+mod needed_angles;
 mod request;
 mod rings;
 mod size_average;
@@ -68,15 +69,13 @@ mod theta_axis;
 pub use adaptive_table::adaptive_table;
 pub use airy_file::airy_from_file;
 pub use airy_file::airy_to_file;
-pub use axes::radius_axis;
-pub use axes::variance_axis;
 pub use axis_ratio::axis_ratio;
 pub use axis_ratio::eccentricity;
-pub use bow_shift::BowShift;
+pub use bow_shift::bow_shift;
 pub use builder::scattering_table;
 pub use drop_motion::DropMotion;
-pub use drop_motion::FallingDrops;
 pub use error::Error;
+pub use request::SizeRows;
 pub use request::TableRequest;
 pub use theory::Theory;
 pub use theta_axis::theta_axis;

@@ -5,14 +5,34 @@ use std::f64::consts::PI;
 use niji_airy::AiryTable;
 use niji_radiometry::Water;
 use niji_radiometry::WavelengthGrid;
+use serde::Serialize;
 
+use crate::drop_motion::DropMotion;
 use crate::error::Error;
 use crate::theory::Theory;
 
 /// Largest table: the renderer holds all of it.
 const LARGEST_TABLE_GIB: u64 = 4;
+/// Primary and secondary bow.
+pub(crate) const MOVED_ORDERS: [u32; 2] = [2, 3];
 /// Highest order of a table.
 const HIGHEST_ORDER: u32 = 7;
+
+/// What the rows of a table stand for.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SizeRows {
+    /// A law of each effective radius and variance, of variance 0 that very size.
+    Laws,
+    /// Single sizes, each for all between its neighbors: laws no narrower than this effective variance
+    /// are sums over them.
+    Bins {
+        /// Step of ln r over which each is a mean, from one to the next; 0 for just these sizes.
+        ln_step: f64,
+        /// Effective variance of the narrowest law.
+        narrowest_variance: f64,
+    },
+}
 
 /// What a scattering table is made from.
 #[derive(Clone, Debug)]
@@ -31,13 +51,15 @@ pub struct TableRequest<'a> {
     pub tolerance: f64,
     /// Wavelength bins.
     pub wavelengths: WavelengthGrid,
-    /// Effective radii in micrometres, see [`crate::radius_axis`].
+    /// Effective radii in micrometres.
     pub effective_radius_um: Vec<f64>,
-    /// Effective variances, see [`crate::variance_axis`].
+    /// Effective variances.
     pub effective_variance: Vec<f64>,
-    /// How far the flattening of large drops moves the bow, ascending within -1 to 1; `[0.0]` for
+    /// What the rows stand for.
+    pub rows: SizeRows,
+    /// How flattened drops move, where the light that flattening moves is kept apart; `None` for
     /// spheres.
-    pub flattening: Vec<f64>,
+    pub motion: Option<DropMotion>,
     /// Diameter of the sun's disc in radians; 0 for a point.
     pub sun_disc_diameter_rad: f64,
     /// What the drops are made of.
@@ -47,10 +69,13 @@ pub struct TableRequest<'a> {
 }
 
 impl TableRequest<'_> {
-    /// Are any drops flattened?
-    pub(crate) fn is_flattened(&self) -> bool {
-        // Compared with the value that stands for spheres.
-        self.flattening != [0.0]
+    /// The orders whose light is kept apart: both bows, which the exact solution has whatever is asked for.
+    /// Bows of higher orders are too faint to be seen where drops are large, and stay.
+    pub(crate) fn moved_orders(&self) -> Vec<u32> {
+        let orders = self.orders_in();
+        let is_in = |p: &u32| self.theory == Theory::Mie || orders.contains(p);
+        let moved = MOVED_ORDERS.into_iter().filter(|_| self.motion.is_some());
+        moved.filter(is_in).collect()
     }
 
     /// The orders that take part.
@@ -76,8 +101,8 @@ impl TableRequest<'_> {
             self.effective_radius_um.len(),
             self.effective_variance.len(),
         );
-        let (flattenings, wavelengths) = (self.flattening.len(), self.wavelengths.len());
-        let axes = [radii, variances, flattenings, wavelengths, n_angles];
+        let (parts, wavelengths) = (1 + self.moved_orders().len(), self.wavelengths.len());
+        let axes = [radii, variances, parts, wavelengths, n_angles];
         let n_values: f64 = axes.into_iter().map(|n| n as f64).product();
         let gib = 2.0 * size_of::<f32>() as f64 * n_values / (1_u64 << 30) as f64;
         if gib <= LARGEST_TABLE_GIB as f64 {
@@ -88,7 +113,7 @@ impl TableRequest<'_> {
             limit_gib: LARGEST_TABLE_GIB,
             radii,
             variances,
-            flattenings,
+            parts,
             wavelengths,
             angles: n_angles,
         })
@@ -116,11 +141,14 @@ impl TableRequest<'_> {
                 expected,
             ));
         }
-        let flattenings = &self.flattening;
-        let sound_flattening = |m: &f64| (-1.0..=1.0).contains(m);
-        if !(is_ascending(flattenings) && flattenings.iter().all(sound_flattening)) {
-            let expected = "ascending values from -1 to 1";
-            return Err(axis("flattening", format!("{flattenings:?}"), expected));
+        // Compared with the value that stands for single sizes.
+        if (self.rows != SizeRows::Laws || self.motion.is_some()) && *variances != [0.0] {
+            let expected = "0 alone, for a table of single sizes";
+            return Err(axis(
+                "effective variance",
+                format!("{variances:?}"),
+                expected,
+            ));
         }
         let (low, high) = self.theta_range_rad;
         if !(low >= 0.0 && high > low && high <= PI + 1e-12) {
@@ -134,6 +162,11 @@ impl TableRequest<'_> {
                 tolerance.to_string(),
                 "above 0 and at most 1",
             ));
+        }
+        if let SizeRows::Bins { ln_step, .. } = self.rows
+            && !(0.0..=1.0).contains(&ln_step)
+        {
+            return Err(axis("step of ln r", ln_step.to_string(), "0 to 1"));
         }
         if !(0.0..0.1).contains(&self.sun_disc_diameter_rad) {
             let found = format!("{} rad", self.sun_disc_diameter_rad);

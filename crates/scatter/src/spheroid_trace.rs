@@ -3,8 +3,8 @@
 //! Light travels along +x, enters at a positive y and is seen in the plane z = 0, where the scattering
 //! angle has an extreme along the plane. Shares no line with [`crate::spheroid_ray`].
 
-use crate::bow_shift::BowShift;
 use niji_airy::rainbow_ray;
+use niji_exchange::BowShift;
 
 type Vector = [f64; 3];
 

@@ -2,21 +2,20 @@
 //!
 //! Judged on every wavelength, because each has its bow elsewhere, on the smallest, the largest and
 //! some radii between, and on the narrowest and the broadest law, by the theory itself (the uniform one
-//! for exact theories) after the sun's disc. Two things these curves do not show, so that steps are
+//! for exact theories) after the sun's disc. One thing these curves do not show, so that steps are
 //! limited: exact theories keep a ripple, of the orders' interference or of small drops, as wide as the
-//! disc; and flattening puts a bow wherever some drop size carries it, so that the finest step of the
-//! spheres' bows is taken everywhere.
+//! disc.
 
 use std::f64::consts::PI;
 use std::f64::consts::TAU;
 
 use rayon::prelude::*;
 
-use crate::axes::needed_angles;
 use crate::bow_light::BowTheory;
 use crate::bow_rows::BowRows;
 use crate::bow_rows::SizeRow;
 use crate::error::Error;
+use crate::needed_angles::needed_angles;
 use crate::request::TableRequest;
 
 /// Bows of the exact theories.
@@ -53,10 +52,6 @@ pub fn theta_axis(request: &TableRequest) -> Result<Vec<f64>, Error> {
     let curves: Vec<Vec<f64>> = curves.into_iter().flatten().collect();
     let kept = needed_angles(&candidates, &curves, request.tolerance);
     let angles: Vec<f64> = kept.into_iter().map(|index| candidates[index]).collect();
-    if request.is_flattened() {
-        let steps = angles.windows(2).map(|pair| pair[1] - pair[0]);
-        return Ok(with_steps_up_to(&angles, steps.fold(PI, f64::min)));
-    }
     if request.theory.bow_theory().is_none() && radius_of(request) > 0.0 {
         let root = (2.0 * request.tolerance / RIPPLE).sqrt();
         return Ok(with_steps_up_to(

@@ -20,13 +20,14 @@ use niji_radiometry::Water;
 use niji_radiometry::WavelengthGrid;
 use niji_radiometry::water_refractive_index;
 use niji_scatter::Error;
+use niji_scatter::SizeRows;
 use niji_scatter::TableRequest;
 use niji_scatter::Theory;
 use niji_scatter::airy_from_file;
 use niji_scatter::airy_to_file;
-use niji_scatter::radius_axis;
 use niji_scatter::scattering_table;
 use niji_sizes::gamma_area_quadrature;
+use niji_sizes::radius_axis;
 
 /// Apparent diameter of the sun.
 const SUN_DISC_DEG: f64 = 0.533;
@@ -40,7 +41,8 @@ fn request(theory: Theory, radii_um: &[f64]) -> TableRequest<'static> {
         wavelengths: WavelengthGrid::new(560.0, 10.0, 1).unwrap(),
         effective_radius_um: radii_um.to_vec(),
         effective_variance: vec![0.0],
-        flattening: vec![0.0],
+        rows: SizeRows::Laws,
+        motion: None,
         sun_disc_diameter_rad: SUN_DISC_DEG.to_radians(),
         water: Water::pure(20.0),
         airy_table: None,
@@ -56,7 +58,7 @@ fn curve(table: &ScatteringTable, row: [usize; 2], wavelength: usize) -> Vec<(f6
     let [radius, variance] = row;
     (0..table.theta_rad.len())
         .map(|angle| {
-            let at = |j| f64::from(table.values[[j, radius, variance, 0, wavelength, angle]]);
+            let at = |j| f64::from(table.values[[j, radius, variance, wavelength, angle]]);
             (
                 180.0 - table.theta_rad[angle].to_degrees(),
                 0.5 * (at(0) + at(1)),
@@ -217,7 +219,7 @@ fn natural(table: &ScatteringTable, row: [usize; 2], wavelength: usize, theta_ra
     let above = above.clamp(1, angles.len() - 1);
     let part = (theta_rad - angles[above - 1]) / (angles[above] - angles[above - 1]);
     let at = |angle| {
-        let value = |j| f64::from(table.values[[j, row[0], row[1], 0, wavelength, angle]]);
+        let value = |j| f64::from(table.values[[j, row[0], row[1], wavelength, angle]]);
         0.5 * (value(0) + value(1))
     };
     at(above - 1) * (1.0 - part) + at(above) * part
@@ -268,7 +270,7 @@ fn without_a_disc_the_table_is_the_theory() {
             });
             let expected = terms.fold([0.0; 2], |sum, t| [sum[0] + t[0], sum[1] + t[1]]);
             for (j, expected) in expected.into_iter().enumerate() {
-                let found = table.values[[j, radius, 0, 0, 0, angle]];
+                let found = table.values[[j, radius, 0, 0, angle]];
                 assert!((f64::from(found) - expected).abs() < 1e-6 * f64::from(largest));
             }
         }

@@ -57,6 +57,8 @@ pub(crate) fn scene(scene: &Scene, lines: &BTreeMap<String, usize>) -> Result<()
     drops(scene, &check)?;
     let water = scene.water().check();
     water.map_err(|error| check.refused("water", &error))?;
+    let motion = scene.drop_motion.validate();
+    motion.map_err(|error| check.refused("drop_motion", &error))?;
     check.number("ground.albedo", scene.ground.albedo, (0.0, 1.0))?;
     check.number(
         "picture.exposure_ev",

@@ -98,6 +98,9 @@ pub enum PlanError {
     /// Axes of the scattering table.
     #[error("scattering table")]
     Scatter(#[from] niji_scatter::Error),
+    /// Sizes of the scattering table.
+    #[error("scattering table")]
+    Sizes(#[from] niji_sizes::Error),
 }
 
 /// One effect, decided.

@@ -30,6 +30,7 @@ use crate::sequence::Sequence;
 use crate::sun_section::Moment;
 use crate::sun_section::SunPosition;
 use crate::sun_section::SunSection;
+use niji_scatter::DropMotion;
 
 /// The version of the scene format that this crate reads.
 pub const FORMAT: u32 = 1;
@@ -93,6 +94,9 @@ pub struct Scene<S = Sun> {
     /// What the drops are made of.
     #[serde(default)]
     pub water: Water,
+    /// How falling drops tilt and tremble.
+    #[serde(default)]
+    pub drop_motion: DropMotion,
     /// The air; a vacuum where it is left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub air: Option<Air>,
@@ -175,10 +179,11 @@ impl Scene {
         self.accuracy.scattering_orders()
     }
 
-    /// What the drops are made of: the sea's water in its spray, pure water in all other drops, unless
+    /// What the drops are made of: the sea's water where all of them are its spray, otherwise pure, unless
     /// the section `[water]` says something else.
     pub fn water(&self) -> niji_radiometry::Water {
-        self.water.of(self.drops.populations().iter().map(|it| it.source.name()))
+        self.water
+            .of(self.drops.populations().iter().map(|it| it.source.name()))
     }
 
     /// All values, those left out in the file included, as JSON whose bytes depend on nothing but
@@ -200,6 +205,7 @@ impl Scene<SunSection> {
             spectrum: self.spectrum,
             drops: self.drops,
             water: self.water,
+            drop_motion: self.drop_motion,
             air: self.air,
             ground: self.ground,
             effects: self.effects,

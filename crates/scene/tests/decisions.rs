@@ -4,6 +4,7 @@
 
 mod support;
 
+use niji_scatter::DropMotion;
 use niji_scene::BoundKind;
 use niji_scene::DropSummary;
 use niji_scene::Effect;
@@ -136,7 +137,7 @@ fn an_effect_that_is_off_is_absent_from_stages_and_tables() {
     let plan = planned(&scene);
     let need = plan.scattering.clone().unwrap();
     assert_eq!((need.orders, need.effective_variance), (vec![3], vec![0.0]));
-    assert_eq!(need.flattening, [0.0]);
+    assert_eq!(need.motion, None);
     assert!(need.sun_disc_diameter_rad.abs() < 1e-12);
     assert!(
         need.theta_range_rad.1.to_degrees() < 139.0,
@@ -255,33 +256,41 @@ fn nobody_takes_the_glory_out_of_the_exact_light() {
 }
 
 #[test]
-fn drops_above_a_millimetre_of_diameter_are_flat_and_those_of_spray_are_round() {
+fn drops_above_a_millimetre_of_diameter_are_flat_and_those_of_fog_are_round() {
     let plan = planned(&all_auto(FLAT_RAIN));
     assert!(plan.is_on(Effect::DropFlattening), "{plan}");
     let bound = plan.bound(Effect::DropFlattening).unwrap();
     assert!(bound.value > 0.1 && bound.kind == BoundKind::Estimated);
-    let axis = plan.scattering.unwrap().flattening;
-    assert!(axis.len() >= 9 && axis.is_sorted(), "{axis:?}");
-    assert!(axis[0] >= -1.0 && *axis.last().unwrap() <= 1.0);
-    // The top of this bow has m = cos(42 - 40 degrees), its feet at 38 degrees from it much less.
-    assert!(axis[0] < 0.5 && *axis.last().unwrap() > 0.99, "{axis:?}");
-    // Drops of 0.2 mm diameter.
-    let spray = planned(&all_auto(FIGURE_3));
-    assert!(!spray.is_on(Effect::DropFlattening), "{spray}");
-    assert!(spray.bound(Effect::DropFlattening).unwrap().value < 1e-12);
-    assert_eq!(spray.scattering.unwrap().flattening, [0.0]);
+    let need = plan.scattering.unwrap();
+    assert_eq!(need.motion, Some(DropMotion::default()));
+    // Single sizes as far as 5e-5 of the rain's cross-section reach on either side.
+    assert_eq!(need.effective_variance, [0.0]);
+    let (first_um, last_um) = (need.effective_radius_um[0], need.effective_radius_um.last());
+    assert!(first_um < 30.0 && *last_um.unwrap() > 2000.0);
+    // Drops of 18 um diameter.
+    let fog = planned(&all_auto(FOG));
+    assert!(!fog.is_on(Effect::DropFlattening), "{fog}");
+    assert!(fog.bound(Effect::DropFlattening).unwrap().value < 1e-4);
+    assert_eq!(fog.scattering.unwrap().motion, None);
 }
 
 #[test]
-fn a_tighter_tolerance_asks_for_more_directions_of_flattening() {
+fn a_tighter_tolerance_asks_for_more_sizes_of_flat_drops() {
     let n_nodes = |table_relative_error: f64| {
         let mut scene = scene(FLAT_RAIN);
         scene.accuracy.table_relative_error = Some(table_relative_error);
-        planned(&scene).scattering.unwrap().flattening.len()
+        planned(&scene)
+            .scattering
+            .unwrap()
+            .effective_radius_um
+            .len()
     };
     let counts = [0.1, 1e-2, 1e-3].map(n_nodes);
-    assert!(counts[0] >= 3 && counts[2] <= 65, "{counts:?}");
-    assert!(counts.is_sorted() && counts[0] < counts[2], "{counts:?}");
+    assert!(
+        counts.is_sorted() && 2 * counts[1] < counts[2],
+        "{counts:?}"
+    );
+    assert!(counts[2] < 300, "{counts:?}");
 }
 
 #[test]
@@ -293,7 +302,7 @@ fn leaving_flat_drops_out_is_warned_of_once_and_only_if_it_shows() {
         let about = |warning: &&String| warning.contains("drop_flattening");
         warnings.iter().filter(about).count()
     };
-    assert_eq!((warnings(FLAT_RAIN), warnings(FIGURE_3)), (1, 0));
+    assert_eq!((warnings(FLAT_RAIN), warnings(FOG)), (1, 0));
 }
 
 #[test]

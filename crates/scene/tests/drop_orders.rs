@@ -31,6 +31,7 @@ use niji_render::RenderRequest;
 use niji_render::SunPath;
 use niji_render::Toggle;
 use niji_render::render;
+use niji_scatter::SizeRows;
 use niji_scatter::TableRequest;
 use niji_scatter::Theory;
 use niji_scatter::scattering_table;
@@ -103,7 +104,8 @@ fn table(grid: WavelengthGrid) -> ScatteringTable {
         wavelengths: grid,
         effective_radius_um: vec![100.0],
         effective_variance: vec![0.0],
-        flattening: vec![0.0],
+        rows: SizeRows::Laws,
+        motion: None,
         sun_disc_diameter_rad: 0.533_f64.to_radians(),
         water: Water::pure(20.0),
         airy_table: Some(&AiryTable::compute()),
@@ -114,7 +116,7 @@ fn table(grid: WavelengthGrid) -> ScatteringTable {
 /// Integral of a table of one size and wavelength over the sphere, natural light.
 fn light(table: &ScatteringTable) -> f64 {
     let ring = |angle: usize| {
-        let [s, p] = [0, 1].map(|j| f64::from(table.values[[j, 0, 0, 0, 0, angle]]));
+        let [s, p] = [0, 1].map(|j| f64::from(table.values[[j, 0, 0, 0, angle]]));
         PI * table.theta_rad[angle].sin() * (s + p)
     };
     let ends = table.theta_rad.windows(2).enumerate();

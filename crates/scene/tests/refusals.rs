@@ -77,3 +77,19 @@ fn a_table_that_its_stage_would_refuse_is_refused_by_the_plan() {
         assert!(message.contains(words), "{words} in {message}");
     }
 }
+
+#[test]
+fn drops_that_tumble_are_refused_at_their_section() {
+    for (motion, words) in [
+        ("tilt_sd_deg = 50.0", "tilt_sd_deg = 50"),
+        ("axis_ratio_sd = -0.1", "axis_ratio_sd = -0.1"),
+        ("tilt_sd_deg = nan", "tilt_sd_deg` is nan"),
+    ] {
+        let text = format!("{FLAT_RAIN}\n[drop_motion]\n{motion}\n");
+        let error = Scene::from_toml(&text).unwrap_err().to_string();
+        assert!(
+            error.contains("drop_motion") && error.contains(words),
+            "{error}"
+        );
+    }
+}

@@ -10,6 +10,7 @@ use niji_exchange::ScatteringTable;
 use niji_radiometry::Nanometers;
 use niji_radiometry::Water;
 use niji_radiometry::WavelengthGrid;
+use niji_scatter::SizeRows;
 use niji_scatter::Theory;
 use niji_scatter::scattering_table;
 use niji_scene::ScatteringNeed;
@@ -75,7 +76,8 @@ fn table(need: &ScatteringNeed) -> ScatteringTable {
         theta_range_rad: (0.7 * PI, 0.8 * PI),
         effective_radius_um: vec![300.0],
         effective_variance: vec![0.0],
-        flattening: vec![0.0],
+        rows: SizeRows::Laws,
+        motion: None,
         ..need.clone()
     };
     let green = WavelengthGrid::new(550.0, 10.0, 1).unwrap();
@@ -84,7 +86,7 @@ fn table(need: &ScatteringNeed) -> ScatteringTable {
 
 /// Where the primary is brightest, from the antisolar point.
 fn primary_deg(table: &ScatteringTable) -> f64 {
-    let light = |index: usize| table.values[[0, 0, 0, 0, 0, index]];
+    let light = |index: usize| table.values[[0, 0, 0, 0, index]];
     let beyond_split = |index: &usize| table.theta_rad[*index] > table.split_theta_rad;
     let angles = (0..table.theta_rad.len()).filter(beyond_split);
     let peak = angles.max_by(|a, b| light(*a).total_cmp(&light(*b)));

@@ -14,6 +14,18 @@ pub enum Error {
         /// What would have been right.
         expected: &'static str,
     },
+    /// A range outside what is possible.
+    #[error("{parameter}: found {min} to {max}, expected {expected}")]
+    Range {
+        /// Name of the range, with its unit.
+        parameter: &'static str,
+        /// Lower end.
+        min: f64,
+        /// Upper end.
+        max: f64,
+        /// What would have been right.
+        expected: &'static str,
+    },
     /// A range whose ends are not in ascending order.
     #[error("{parameter}: the upper end {max} is not above the lower end {min}")]
     EmptyRange {

@@ -24,7 +24,7 @@ use std::borrow::Cow;
 use std::f64::consts::PI;
 use std::f64::consts::TAU;
 
-use ndarray::Array6;
+use ndarray::Array5;
 use ndarray::ArrayView1;
 use ndarray::Axis;
 use niji_exchange::ScatteringTable;
@@ -33,8 +33,8 @@ use rayon::prelude::*;
 
 use super::phase::kept_radii;
 use crate::air_slabs::AirSlabs;
+use crate::angle_axis::RayPlace;
 use crate::deposits::Deposits;
-use crate::direction_axes::RayPlace;
 use crate::frame::Frame;
 use crate::levels::DropExtinctionModel;
 use crate::march::March;
@@ -42,6 +42,7 @@ use crate::march::Walk;
 use crate::piece_rule::PieceRule;
 use crate::scattering_rows::RowStencil;
 use crate::scattering_rows::ScatteringRows;
+use crate::size_nodes::SizeNodes;
 
 /// Quantiles of the line-spread function on each side; the outermost lies at u = 13.
 const N_QUANTILES: usize = 16;
@@ -82,8 +83,10 @@ impl<'a> Diffraction<'a> {
         let sharp = with_few_radii(table);
         // Nobody asks these rows for luminance.
         let dark = vec![0.0; table.wavelengths.len()];
-        let rows =
-            |table: ScatteringTable| ScatteringRows::new(Cow::Owned(table), theta_range_rad, &dark);
+        let rows = |table: ScatteringTable| {
+            let nodes = SizeNodes::of_table(&table);
+            ScatteringRows::new((Cow::Owned(table), nodes), theta_range_rad, &dark)
+        };
         let of = |model: DropExtinctionModel| {
             let efficiency = model.efficiency();
             let rule = PieceRule::new(efficiency, efficiency, march.integration);
@@ -176,7 +179,7 @@ fn with_few_radii(table: &ScatteringTable) -> ScatteringTable {
 }
 
 /// A table like another one, without copying what is not kept.
-fn with(table: &ScatteringTable, radii_um: Vec<f64>, values: Array6<f32>) -> ScatteringTable {
+fn with(table: &ScatteringTable, radii_um: Vec<f64>, values: Array5<f32>) -> ScatteringTable {
     ScatteringTable {
         theory: table.theory.clone(),
         orders: table.orders.clone(),
@@ -184,8 +187,10 @@ fn with(table: &ScatteringTable, radii_um: Vec<f64>, values: Array6<f32>) -> Sca
         theta_rad: table.theta_rad.clone(),
         effective_radius_um: radii_um,
         effective_variance: table.effective_variance.clone(),
-        flattening: table.flattening.clone(),
         values,
+        moved: None,
+        row_use: table.row_use,
+        relative_error: table.relative_error,
         sun_disc_diameter_rad: table.sun_disc_diameter_rad,
         split_theta_rad: table.split_theta_rad,
         forward_fraction_left_out: table.forward_fraction_left_out,
@@ -217,12 +222,12 @@ fn blurred(table: &ScatteringTable, theta_range_rad: (f64, f64)) -> ScatteringTa
                 let per_rad = TAU * table.effective_radius_um[radius] / wavelength_um;
                 let turns = quantiles.map(|u| u / per_rad);
                 let of_table = table.values.index_axis(Axis(1), radius);
-                let sharp = of_table.index_axis(Axis(3), wavelength);
-                let mut blurred = of_radius.index_axis_mut(Axis(3), wavelength);
+                let sharp = of_table.index_axis(Axis(2), wavelength);
+                let mut blurred = of_radius.index_axis_mut(Axis(2), wavelength);
                 for (mut blurred, sharp) in blurred
-                    .lanes_mut(Axis(3))
+                    .lanes_mut(Axis(2))
                     .into_iter()
-                    .zip(sharp.lanes(Axis(3)))
+                    .zip(sharp.lanes(Axis(2)))
                 {
                     for angle in wanted.clone() {
                         let value = |turn: &f64| linear(angles, &sharp, angles[angle] + turn);

@@ -156,7 +156,7 @@ impl PhaseRows {
 }
 
 /// Nodes of the radius axis that are kept: all, or evenly spread ones with both ends.
-pub(super) fn kept_radii(n_radii: usize) -> Vec<usize> {
+pub(crate) fn kept_radii(n_radii: usize) -> Vec<usize> {
     if n_radii <= MAX_RADII {
         return (0..n_radii).collect();
     }
@@ -166,16 +166,12 @@ pub(super) fn kept_radii(n_radii: usize) -> Vec<usize> {
         .collect()
 }
 
-/// Natural light of one size and wavelength by angle, of the drops nearest to spheres.
+/// Natural light of one size and wavelength by angle, of spheres.
 fn natural(table: &ScatteringTable, radius: usize, variance: usize, wavelength: usize) -> Vec<f64> {
-    let distance = |index: &usize| table.flattening[*index].abs();
-    let round = (0..table.flattening.len())
-        .min_by(|a, b| distance(a).total_cmp(&distance(b)))
-        .unwrap_or(0);
     (0..table.theta_rad.len())
         .map(|angle| {
-            let [s, p] = [0, 1]
-                .map(|j| f64::from(table.values[[j, radius, variance, round, wavelength, angle]]));
+            let [s, p] =
+                [0, 1].map(|j| f64::from(table.values[[j, radius, variance, wavelength, angle]]));
             0.5 * (s + p)
         })
         .collect()
@@ -265,9 +261,11 @@ impl CellPoints {
 
 #[cfg(test)]
 mod tests {
-    use ndarray::Array6;
+    use ndarray::Array5;
     use niji_radiometry::Water;
     use niji_radiometry::WavelengthGrid;
+
+    use niji_exchange::RowUse;
 
     use super::*;
 
@@ -276,7 +274,7 @@ mod tests {
         let theta_rad: Vec<f64> = (0..=3600)
             .map(|step| f64::from(step) * PI / 3600.0)
             .collect();
-        let values = Array6::from_shape_fn((2, 2, 1, 1, 1, 3601), |(_, r, _, _, _, a)| {
+        let values = Array5::from_shape_fn((2, 2, 1, 1, 3601), |(_, r, _, _, a)| {
             value(r, theta_rad[a]) as f32
         });
         ScatteringTable {
@@ -286,8 +284,10 @@ mod tests {
             theta_rad,
             effective_radius_um: vec![10.0, 40.0],
             effective_variance: vec![0.0],
-            flattening: vec![0.0],
             values,
+            moved: None,
+            row_use: RowUse::Laws,
+            relative_error: 5e-3,
             sun_disc_diameter_rad: 0.0,
             split_theta_rad: 2.2,
             forward_fraction_left_out: 0.5,

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use glam::DVec3;
 use ndarray::Array2;
-use ndarray::Array6;
+use ndarray::Array5;
 use niji_dropfield::Bricks;
 use niji_dropfield::DropMode;
 use niji_dropfield::Drops;
@@ -15,6 +15,7 @@ use niji_exchange::AirConstituent;
 use niji_exchange::AtmosphereTable;
 use niji_exchange::DensityLaw;
 use niji_exchange::DiffuseLight;
+use niji_exchange::RowUse;
 use niji_exchange::ScatteringTable;
 use niji_geometry::Camera;
 use niji_geometry::PinholeCamera;
@@ -124,9 +125,9 @@ pub(crate) fn table_of(
     let theta_rad: Vec<f64> = (0..=n_steps)
         .map(|step| (f64::from(step) / nodes_per_deg).to_radians())
         .collect();
-    let values = Array6::from_shape_fn(
-        (2, radii_um.len(), 1, 1, 3, theta_rad.len()),
-        |(j, r, _, _, w, a)| ([0.5, 1.5][j] * value(radii_um[r], w, theta_rad[a])) as f32,
+    let values = Array5::from_shape_fn(
+        (2, radii_um.len(), 1, 3, theta_rad.len()),
+        |(j, r, _, w, a)| ([0.5, 1.5][j] * value(radii_um[r], w, theta_rad[a])) as f32,
     );
     ScatteringTable {
         theory: "test".into(),
@@ -135,7 +136,9 @@ pub(crate) fn table_of(
         theta_rad,
         effective_radius_um: radii_um.to_vec(),
         effective_variance: vec![0.0],
-        flattening: vec![0.0],
+        moved: None,
+        row_use: RowUse::Laws,
+        relative_error: 5e-3,
         values,
         sun_disc_diameter_rad: 0.0,
         split_theta_rad: 130_f64.to_radians(),

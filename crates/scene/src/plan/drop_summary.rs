@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use glam::DVec3;
 use niji_dropfield::DropMode;
 use niji_dropfield::DropVolume;
+use niji_dropfield::mixture_variance;
 use niji_droplets::Shape;
 use niji_geometry::Aabb;
 
@@ -195,16 +196,6 @@ fn snapped(found: (f64, f64), own: (f64, f64)) -> (f64, f64) {
     (end(found.0, own.0), end(found.1, own.1))
 }
 
-/// Largest effective variance of a mixture of drops whose effective radii lie between `a` and `b`
-/// and whose own effective variance is at most `v`: (1 + v) (a + b)²/(4 a b) - 1, as far as a gamma
-/// law can have it. Moments interpolate, so that this is what lies between two nodes.
-fn mixture_variance((a, b): (f64, f64), v: f64) -> f64 {
-    let largest = (1.0 + v) * (a + b).powi(2) / (4.0 * a * b) - 1.0;
-    // Of equal radii `v` itself, without the roundoff of the line above.
-    let mixed = if a < b { largest.max(v) } else { v };
-    mixed.min(f64::from(niji_dropfield::MAX_EFFECTIVE_VARIANCE))
-}
-
 /// Largest effective variance anywhere in a mode, between its nodes as well.
 fn largest_mixture_variance(mode: &DropMode) -> f64 {
     let drops = || mode.nodes().map(|(_, drops)| drops);
@@ -307,26 +298,6 @@ mod tests {
             rain.effective_radius_range_um()
         );
         assert_eq!(summary.effective_variance, rain.effective_variance_range());
-    }
-
-    #[test]
-    fn no_mixture_of_two_sizes_is_wider_than_the_bound() {
-        let (a, b, v) = (100.0_f64, 250.0_f64, 0.05);
-        let bound = mixture_variance((a, b), v);
-        let mut widest = 0.0_f64;
-        for step in 0..=1000 {
-            // Shares of the cross-section.
-            let t = f64::from(step) / 1000.0;
-            let m3 = a * (1.0 - t) + b * t;
-            let m4 = (1.0 + v) * (a * a * (1.0 - t) + b * b * t);
-            widest = widest.max(m4 / (m3 * m3) - 1.0);
-        }
-        assert!(
-            widest <= bound && widest > bound - 1e-5,
-            "{widest}, {bound}"
-        );
-        assert_eq!(mixture_variance((a, a), v), v);
-        assert!(mixture_variance((0.0, b), v) < 0.5);
     }
 
     #[test]

@@ -127,9 +127,7 @@ fn differences(one: &Plan, other: &Plan) -> Vec<String> {
     let gone = one.stages.iter().filter(|stage| !other.runs(stage.stage));
     lines.extend(gone.map(|stage| format!("stage {} does not run", stage.stage.name())));
     if let (Some(before), Some(after)) = (&one.scattering, &other.scattering) {
-        let rows = |need: &ScatteringNeed| {
-            need.effective_radius_um.len() * need.effective_variance.len() * need.flattening.len()
-        };
+        let rows = |need: &ScatteringNeed| need.n_rows();
         if rows(before) != rows(after) {
             let change = rows(after) as f64 / rows(before) as f64;
             lines.push(format!(

@@ -1,24 +1,27 @@
 //! What flat drops change, coarsely: a bound before any table is made.
 //!
-//! delta(D) = m 5.3 degrees (D - 0.44)^1.42,  D >= 0.44
-//! `delta` how far the primary bow of drops of diameter `D` [mm] moves to larger scattering angles,
-//! `m` from -1 to 1 by direction ([`niji_render::flattening_along`]). A fit to 16 (1 - q)/(1 + q)
-//! sin r0 cos^3 r0 with the axis ratios q of Beard and Chuang, J. Atmos. Sci. 44, 1509 (1987), good
-//! to 5 % from 0.8 to 4 mm; drops below 0.45 mm are round.
-//!
-//! P(theta; m) = sum_i w_i P(theta - delta_i)
+//! P(theta; m) = sum_i w_i P(theta - m delta_i)
+//! `delta_i` how far the primary bow of the size i moves where m = 1, [`niji_scatter::bow_shift`];
+//! `m` from -1 to 1 by direction ([`niji_render::flattening_along`]).
 //! is the light of a law whose sizes i, with shares w_i of it, send each the bow of the whole law,
 //! moved: their fringes have averaged out, and the peaks of all sizes lie together.
 
+use std::sync::LazyLock;
+
+use niji_exchange::BowShift;
 use niji_radiometry::Micrometers;
+use niji_scatter::bow_shift;
+use niji_scatter::eccentricity;
 use niji_sizes::gamma_area_quadrature;
 
 use super::curve::STEP_RAD;
 
-/// The fit: diameter of the largest round drops [mm], shift 1 mm above it [degrees], power.
-const ROUND_MM: f64 = 0.44;
-const SHIFT_DEG: f64 = 5.3;
-const POWER: f64 = 1.42;
+/// Index of water for green light.
+const INDEX: f64 = 1.333;
+
+/// The shift of the primary.
+static PRIMARY: LazyLock<BowShift> =
+    LazyLock::new(|| bow_shift(INDEX, 2).expect("water has a primary bow"));
 
 /// Shift of the secondary over that of the primary, which is in the other direction.
 pub(super) const OF_SECONDARY: f64 = -0.055;
@@ -35,8 +38,8 @@ const DEVIATIONS: f64 = 4.0;
 
 /// Shift of the primary bow of drops of a radius where m = 1.
 pub(super) fn shift_rad(radius_um: f64) -> f64 {
-    let above_mm = (2e-3 * radius_um - ROUND_MM).max(0.0);
-    (SHIFT_DEG.to_radians() * above_mm.powf(POWER)).min(LARGEST_SHIFT_RAD)
+    let shift_rad = PRIMARY.shift_rad(eccentricity(Micrometers(radius_um)), 1.0, 0.0);
+    shift_rad.min(LARGEST_SHIFT_RAD)
 }
 
 /// Shift of the primary bow of the largest drops of laws (effective radius (um), effective variance)
@@ -85,17 +88,6 @@ pub(super) fn moved(row: &[f64], classes: &Classes, m: f64) -> Vec<f64> {
     sum
 }
 
-/// How far the mean of the light of two nodes of m, `half_step` on either side, is from what lies at
-/// `m`, for a row of spheres.
-pub(super) fn bend(row: &[f64], classes: &Classes, (m, half_step): (f64, f64)) -> Vec<f64> {
-    let [below, here, above] =
-        [-half_step, 0.0, half_step].map(|step| moved(row, classes, m + step));
-    let ends = below.iter().zip(&above);
-    ends.zip(&here)
-        .map(|((below, above), here)| (0.5 * (below + above) - here).abs())
-        .collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -104,12 +96,11 @@ mod tests {
     fn the_shift_is_close_to_that_of_traced_rays() {
         // Top of the primary of the ellipse of Beard and Chuang's axis ratio, n = 1.333, the sun at
         // 20 degrees: from 42.08 degrees of the sphere. m = cos(42.08 - 40 degrees).
-        // The fit follows the first order, the rays go on; measured worst 0.3 of 10.2 degrees.
         for (diameter_mm, traced_deg) in [(1.0, 2.34), (1.5, 5.76), (2.0, 10.17)] {
             let found_deg = shift_rad(500.0 * diameter_mm).to_degrees();
             assert!((found_deg / traced_deg - 1.0).abs() < 0.1, "{found_deg}");
         }
-        assert!(shift_rad(200.0) <= 0.0 && shift_rad(1e4) <= LARGEST_SHIFT_RAD);
+        assert!(shift_rad(50.0) < 1e-4 && shift_rad(1e4) <= LARGEST_SHIFT_RAD);
     }
 
     #[test]

@@ -9,7 +9,6 @@ mod flat;
 mod ring_light;
 
 use std::cell::OnceCell;
-use std::collections::BTreeSet;
 
 use niji_airy::AiryTable;
 use niji_radiometry::Water;
@@ -70,12 +69,6 @@ pub(super) fn variants(known: impl Fn(Effect) -> Option<bool>) -> Vec<Variant> {
     (0..1 << SHAPING.len())
         .filter(|variant| agrees(*variant))
         .collect()
-}
-
-/// The combination of effects that are on.
-pub(super) fn variant(on: &BTreeSet<Effect>) -> Variant {
-    let shaping = SHAPING.into_iter().filter(|effect| on.contains(effect));
-    shaping.map(bit).sum()
 }
 
 /// What the curves are made from.

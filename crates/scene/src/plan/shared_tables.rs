@@ -46,7 +46,6 @@ impl ScatteringNeed {
         let (low, high) = rounded_out((low, high), ANGLE_STEP_DEG.to_radians());
         Self {
             theta_range_rad: (low.max(0.0), high.min(PI)),
-            flattening: rounded_nodes(&self.flattening),
             ..self
         }
     }
@@ -56,22 +55,6 @@ impl ScatteringNeed {
 fn rounded_out((low, high): (f64, f64), step: f64) -> (f64, f64) {
     let (low, high) = (low / step + ROUNDOFF, high / step - ROUNDOFF);
     (step * low.floor(), step * high.ceil().max(low.floor()))
-}
-
-/// Even nodes at multiples of a power of 2, no farther apart than these even nodes, from at most the
-/// first to at least the last of them and within -1 to 1.
-fn rounded_nodes(nodes: &[f64]) -> Vec<f64> {
-    let (Some(first), Some(last)) = (nodes.first(), nodes.last()) else {
-        return Vec::new();
-    };
-    if nodes.len() < 2 {
-        return nodes.to_vec();
-    }
-    let spacing = (last - first) / (nodes.len() as f64 - 1.0);
-    let step = spacing.log2().floor().exp2();
-    let (low, high) = ((first / step).floor() as i64, (last / step).ceil() as i64);
-    let nodes = (low..=high).map(|index| index as f64 * step);
-    nodes.filter(|node| node.abs() <= 1.0).collect()
 }
 
 #[cfg(test)]
@@ -87,20 +70,5 @@ mod tests {
         // A single drop size between steps, and one that is a step.
         assert_eq!(rounded_out((6.5, 6.5), 1.0), (6.0, 7.0));
         assert_eq!(rounded_out((6.0, 6.0), 1.0), (6.0, 6.0));
-    }
-
-    #[test]
-    fn nodes_of_neighboring_frames_are_the_same() {
-        let even = |low: f64, high: f64, n: usize| -> Vec<f64> {
-            let step = (high - low) / (n as f64 - 1.0);
-            (0..n).map(|index| low + step * index as f64).collect()
-        };
-        let nodes = rounded_nodes(&even(0.11, 0.62, 12));
-        assert_eq!(nodes, rounded_nodes(&even(0.115, 0.624, 12)));
-        assert!(nodes[0] <= 0.11 && nodes[nodes.len() - 1] >= 0.62);
-        assert!(nodes[1] - nodes[0] <= 0.51 / 11.0);
-        assert_eq!(rounded_nodes(&[0.0]), [0.0]);
-        let whole = rounded_nodes(&even(-0.99, 0.999, 7));
-        assert!((whole[0] + 1.0).abs() < 1e-12 && (whole[whole.len() - 1] - 1.0).abs() < 1e-12);
     }
 }

@@ -6,12 +6,21 @@ use std::f64::consts::PI;
 use niji_airy::AiryTable;
 use niji_droplets::Shape;
 use niji_exchange::AtmosphereTable;
+use niji_radiometry::Micrometers;
+use niji_radiometry::Nanometers;
 use niji_radiometry::Water;
 use niji_radiometry::WavelengthGrid;
+use niji_scatter::DropMotion;
+use niji_scatter::SizeRows;
 use niji_scatter::TableRequest;
 use niji_scatter::Theory;
-use niji_scatter::radius_axis;
-use niji_scatter::variance_axis;
+use niji_scatter::bow_shift;
+use niji_scatter::eccentricity;
+use niji_sizes::bin_step;
+use niji_sizes::bins;
+use niji_sizes::law_support;
+use niji_sizes::radius_axis;
+use niji_sizes::variance_axis;
 use serde::Serialize;
 
 use crate::drops::DropSource;
@@ -22,7 +31,6 @@ use super::PlanError;
 use super::facts::Situation;
 use super::light_curves::LightCurves;
 use super::light_curves::SUN_DISC_DIAMETER_RAD;
-use super::light_curves::variant;
 use super::resources;
 use super::resources::Resources;
 
@@ -110,8 +118,10 @@ pub struct ScatteringNeed {
     pub effective_radius_um: Vec<f64>,
     /// Effective variances.
     pub effective_variance: Vec<f64>,
-    /// How far the flattening of large drops moves the bow, within -1 to 1; `[0.0]` for spheres.
-    pub flattening: Vec<f64>,
+    /// What the rows stand for.
+    pub rows: SizeRows,
+    /// How flattened drops move, where the light that flattening moves is kept apart; `None` for spheres.
+    pub motion: Option<DropMotion>,
     /// Diameter of the sun's disc, rad; 0 for a point.
     pub sun_disc_diameter_rad: f64,
     /// What the drops are made of.
@@ -120,9 +130,15 @@ pub struct ScatteringNeed {
 }
 
 impl ScatteringNeed {
-    /// Rows of the table: a size law and a flattening each.
+    /// Rows of the table: a size each, of all light and of each order that moves.
     pub fn n_rows(&self) -> usize {
-        self.effective_radius_um.len() * self.effective_variance.len() * self.flattening.len()
+        let n_moved = self
+            .orders
+            .iter()
+            .filter(|order| [2, 3].contains(*order))
+            .count();
+        let n_parts = self.motion.map_or(1, |_| 1 + n_moved);
+        self.effective_radius_um.len() * self.effective_variance.len() * n_parts
     }
 
     /// The table as the stage takes it.
@@ -139,7 +155,8 @@ impl ScatteringNeed {
             wavelengths,
             effective_radius_um: self.effective_radius_um.clone(),
             effective_variance: self.effective_variance.clone(),
-            flattening: self.flattening.clone(),
+            rows: self.rows,
+            motion: self.motion,
             sun_disc_diameter_rad: self.sun_disc_diameter_rad,
             water: self.water,
             airy_table,
@@ -156,7 +173,7 @@ pub(super) fn scattering_need(
     let bows = [(Effect::PrimaryBow, 2), (Effect::SecondaryBow, 3)];
     let bows = bows.into_iter().filter(|(bow, _)| on.contains(bow));
     let mut orders: Vec<u32> = bows.map(|(_, order)| order).collect();
-    let Some(theta_range_rad) = angles_needed(situation, on, &orders) else {
+    let Some(mut theta_range_rad) = angles_needed(situation, on, &orders) else {
         return Ok(None);
     };
     if on.contains(&Effect::HigherOrders) {
@@ -182,14 +199,26 @@ pub(super) fn scattering_need(
         // The published color scale knows the primary alone.
         orders = vec![2];
     }
+    let is_flat = on.contains(&Effect::DropFlattening) && situation.flattening.is_some();
+    let motion = is_flat.then_some(scene.drop_motion);
+    let sizes = table_sizes((radii, variances), error, is_flat)?;
+    if is_flat {
+        let reach_rad = largest_shift_rad((radii.1, variances.1), scene.water());
+        let (low_rad, high_rad) = theta_range_rad;
+        theta_range_rad = (
+            (low_rad - reach_rad).max(0.0),
+            (high_rad + reach_rad).min(PI),
+        );
+    }
     Ok(Some(ScatteringNeed {
         theory,
         orders,
         theta_range_rad,
         relative_error: error,
-        effective_radius_um: radius_axis(radii, variances.0, error)?,
-        effective_variance: variance_axis(variances)?,
-        flattening: flattening_axis(situation, curves, on),
+        effective_radius_um: sizes.radius_um,
+        effective_variance: sizes.variance,
+        rows: sizes.rows,
+        motion,
         sun_disc_diameter_rad: if with_disc {
             SUN_DISC_DIAMETER_RAD
         } else {
@@ -231,22 +260,82 @@ fn angles_needed(situation: &Situation, on: &BTreeSet<Effect>, bows: &[u32]) -> 
     (low_rad < high_rad).then_some((low_rad, high_rad))
 }
 
-/// Even nodes over what rays through the drops see, as many as the table's error asks for.
-fn flattening_axis(
-    situation: &Situation,
-    curves: &LightCurves<'_>,
-    on: &BTreeSet<Effect>,
-) -> Vec<f64> {
-    let seen = situation.flattening.filter(|(low, high)| low < high);
-    let (Some((low, high)), true) = (seen, on.contains(&Effect::DropFlattening)) else {
-        return vec![0.0];
+/// Sizes of a table and what its rows stand for.
+struct TableSizes {
+    radius_um: Vec<f64>,
+    variance: Vec<f64>,
+    rows: SizeRows,
+}
+
+/// Share of the cross-section that the single sizes of a table leave out on either side of a law.
+const LEFT_OUT: f64 = 5e-5;
+
+/// The sizes that drops of these effective radii and variances need: their laws, or, where these are more or
+/// drops are flattened, the single sizes of which they are sums.
+fn table_sizes(
+    (radii_um, variances): ((f64, f64), (f64, f64)),
+    error: f64,
+    is_flat: bool,
+) -> Result<TableSizes, PlanError> {
+    let laws = TableSizes {
+        radius_um: radius_axis(radii_um, variances.0, error)?,
+        variance: variance_axis(variances)?,
+        rows: SizeRows::Laws,
     };
-    let error = situation.levels.table_relative_error;
-    let n = curves.n_flattenings((low, high), error, variant(on));
-    let place = |index: usize| index as f64 / (n as f64 - 1.0);
-    (0..n)
-        .map(|index| low * (1.0 - place(index)) + high * place(index))
-        .collect()
+    let (low_um, _) = law_support(Micrometers(radii_um.0), variances.1, LEFT_OUT)?;
+    let (_, high_um) = law_support(Micrometers(radii_um.1), variances.1, LEFT_OUT)?;
+    let (radius_um, rows) = match bin_step(variances.0, error) {
+        Some(ln_step) => {
+            let narrowest_variance = variances.0;
+            let rows = SizeRows::Bins {
+                ln_step,
+                narrowest_variance,
+            };
+            (bins((low_um, high_um), ln_step), rows)
+        }
+        // One size everywhere is a law, as are all where their spread is left out.
+        None if variances.1 <= 0.0 => (laws.radius_um.clone(), SizeRows::Laws),
+        None => {
+            let rows = SizeRows::Bins {
+                ln_step: 0.0,
+                narrowest_variance: variances.0,
+            };
+            (radius_axis((low_um, high_um), 0.0, error)?, rows)
+        }
+    };
+    if !is_flat && laws.radius_um.len() * laws.variance.len() <= radius_um.len() {
+        return Ok(laws);
+    }
+    Ok(TableSizes {
+        radius_um,
+        variance: vec![0.0],
+        rows,
+    })
+}
+
+/// Green light, whose bow stands for all where it is asked how far one moves.
+const GREEN: Nanometers = Nanometers(550.0);
+/// Share of the cross-section in drops whose bows are not followed beyond the angles in view.
+const NOT_FOLLOWED: f64 = 1e-3;
+/// No bow is followed farther, rad; the renderer does not either.
+const FARTHEST_RAD: f64 = 0.8;
+
+/// How far the bows of the largest drops of a law of effective radius (um) and variance move, rad.
+fn largest_shift_rad((radius_um, variance): (f64, f64), water: Water) -> f64 {
+    let support = law_support(Micrometers(radius_um), variance, NOT_FOLLOWED);
+    let largest_um = support.map_or(radius_um, |(_, high_um)| high_um);
+    let e = eccentricity(Micrometers(largest_um));
+    let index = water.refractive_index(GREEN);
+    let squares = || (0..=8).map(|step| f64::from(step) / 8.0);
+    let shifts = [2, 3]
+        .into_iter()
+        .filter_map(|p| bow_shift(index, p))
+        .flat_map(|shift| {
+            let axes = squares().flat_map(|t2| squares().map(move |b2| (t2, b2)));
+            let axes = axes.filter(|(t2, b2)| t2 + b2 <= 1.0);
+            axes.map(move |(t2, b2)| shift.shift_rad(e, t2, b2).abs())
+        });
+    shifts.fold(0.0, f64::max).min(FARTHEST_RAD)
 }
 
 /// The stages to run, in order.
@@ -345,21 +434,23 @@ pub(super) fn stages(
 /// A scattering table in words.
 fn what_it_holds(need: &ScatteringNeed, situation: &Situation) -> String {
     format!(
-        "{}, orders {:?}, theta {:.1} to {:.1} degrees, {} radii x {} variances x {} flattenings \
-         x {} wavelengths, {}",
+        "{}, orders {:?}, theta {:.1} to {:.1} degrees, {} {} x {} wavelengths, {}{}",
         need.theory.name(),
         need.orders,
         need.theta_range_rad.0.to_degrees(),
         need.theta_range_rad.1.to_degrees(),
-        need.effective_radius_um.len(),
-        need.effective_variance.len(),
-        need.flattening.len(),
+        need.effective_radius_um.len() * need.effective_variance.len(),
+        match need.rows {
+            SizeRows::Laws => "sizes",
+            SizeRows::Bins { .. } => "bins of size",
+        },
         situation.grid.len(),
         if need.sun_disc_diameter_rad > 0.0 {
             "sun's disc"
         } else {
             "point sun"
         },
+        need.motion.map_or("", |_| ", flattened drops"),
     )
 }
 

@@ -39,9 +39,10 @@ use super::ScatteringNeed;
 use super::Stage;
 use super::facts::Situation;
 
-/// Lines that a further radius of a table takes over those of the first, and a further flattening.
+/// Lines that a further radius of a table takes over those of the first, and what all take for the
+/// orders that move.
 const FURTHER_RADIUS: f64 = 0.06;
-const FURTHER_FLATTENING: f64 = 0.7;
+const MOVED_ORDERS: f64 = 2.0;
 
 /// Lines that a number of the rows beyond the first takes to be averaged.
 const LINES_PER_NUMBER: f64 = 1.5e-5;
@@ -252,7 +253,7 @@ fn lines_of_wavelength(need: &ScatteringNeed) -> f64 {
     let further = |nodes: &[f64], share: f64| 1.0 + share * (nodes.len() as f64 - 1.0);
     (high_rad - low_rad)
         * further(&need.effective_radius_um, FURTHER_RADIUS)
-        * further(&need.flattening, FURTHER_FLATTENING)
+        * need.motion.map_or(1.0, |_| MOVED_ORDERS)
 }
 
 /// Nodes of even rain that take as long as those of drops: a fountain's drops are followed, the laws of

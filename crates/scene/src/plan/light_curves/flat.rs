@@ -1,5 +1,4 @@
-//! The light of both bows in flat drops, by direction of flattening m, and how many directions a
-//! table needs.
+//! The light of both bows in flat drops, by direction of flattening m.
 
 use crate::effect::Effect;
 
@@ -16,13 +15,9 @@ use crate::plan::directed_curve::DirectedCurve;
 use crate::plan::directed_curve::HALF_STEP;
 use crate::plan::directed_curve::nodes;
 use crate::plan::flat_drops::Classes;
-use crate::plan::flat_drops::bend;
 use crate::plan::flat_drops::classes;
 use crate::plan::flat_drops::moved;
 use crate::plan::flat_drops::shift_rad;
-
-/// Nodes of m at most: 33 double steps.
-const MOST_FLATTENINGS: usize = 65;
 
 impl LightCurves<'_> {
     /// The bows of a variant in flat drops, for each direction of flattening that is seen.
@@ -90,47 +85,5 @@ impl LightCurves<'_> {
             };
             change(0).plus(&change(1))
         })
-    }
-
-    /// Nodes of m over a range that keep the error of linear interpolation below `relative_error`
-    /// of the brightest bow, [`MOST_FLATTENINGS`] at most.
-    pub(in crate::plan) fn n_flattenings(
-        &self,
-        (low, high): (f64, f64),
-        relative_error: f64,
-        variant: Variant,
-    ) -> usize {
-        let factor = vec![1.0; self.request.lines.len()];
-        let classes = self.classes(variant);
-        let bows = self.bows(variant).iter().zip(BOWS);
-        let rows: Vec<(Vec<Vec<f64>>, f64)> = bows
-            .map(|(light, (_, of_primary))| {
-                let rows = light.luminance_by_size(self.request.lines, &factor);
-                (rows, of_primary)
-            })
-            .collect();
-        let largest = |row: &[f64]| row.iter().copied().fold(0.0, f64::max);
-        let is_enough = |n: usize| {
-            let half_step = 0.5 * (high - low) / (n as f64 - 1.0);
-            let bends_little = |row: &[f64], classes: &Classes, of_primary: f64| {
-                // The first step, the middle one and the last.
-                let middles = [low + half_step, 0.5 * (low + high), high - half_step];
-                middles.into_iter().all(|m| {
-                    let steps = (of_primary * m, of_primary * half_step);
-                    largest(&bend(row, classes, steps)) <= relative_error * largest(row)
-                })
-            };
-            rows.iter().all(|(rows, of_primary)| {
-                let sizes = rows.iter().zip(&classes);
-                sizes
-                    .into_iter()
-                    .all(|(row, classes)| bends_little(row, classes, *of_primary))
-            })
-        };
-        let mut n = 3;
-        while n < MOST_FLATTENINGS && !is_enough(n) {
-            n = 2 * n - 1;
-        }
-        n
     }
 }

@@ -1,45 +1,39 @@
-//! Places on the (flattening, scattering angle) axes of a scattering table.
+//! Places on the axis of scattering angles of a scattering table.
 //!
-//! A table is interpolated linearly on both:
-//! t(m, theta) = sum_n w_n t_n,  with weights w_n >= 0 that sum to 1,
+//! A table is interpolated linearly:
+//! t(theta) = sum_n w_n t_n,  with weights w_n >= 0 that sum to 1,
 //! or has the mean of that over the angles of a pixel. Between two nodes of an axis h apart it errs by
 //! x (1 - x)/2 h² t'' at the fraction x of the way, and by the mean of this.
 
-/// Where a ray stands on the table's axes of directions.
+/// Where a ray stands on the table's axis of angles.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RayPlace {
     /// Scattering angle of the ray.
     pub(crate) theta_rad: f64,
     /// Scattering angles that its pixel spans; 0 for a point.
     pub(crate) width_rad: f64,
-    /// m; not asked for in a table of spheres.
-    pub(crate) flattening: f64,
 }
 
-/// The two axes of directions of a table.
+/// The angles of a table.
 #[derive(Clone, Debug)]
-pub(crate) struct DirectionAxes {
+pub(crate) struct AngleAxis {
     theta_rad: Vec<f64>,
-    flattening: Vec<f64>,
 }
 
-/// A node of flattening and angle, the angle fastest.
+/// A node of the angle.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RowTerm {
     pub(crate) node: usize,
     pub(crate) weight: f32,
     /// Part of the bend by which the rows between the node and the next angle lie off the straight line.
     pub(crate) bend_weight: f32,
-    /// The same of the node and the next flattening.
-    pub(crate) flattening_bend_weight: f32,
 }
 
-impl DirectionAxes {
-    /// Axes through ascending nodes; at least one each.
-    pub(crate) fn new(theta_rad: &[f64], flattening: &[f64]) -> Self {
+impl AngleAxis {
+    /// An axis through ascending nodes; at least one.
+    pub(crate) fn new(theta_rad: &[f64]) -> Self {
         Self {
             theta_rad: theta_rad.to_vec(),
-            flattening: flattening.to_vec(),
         }
     }
 
@@ -48,41 +42,11 @@ impl DirectionAxes {
         (self.theta_rad[0], self.theta_rad[self.theta_rad.len() - 1])
     }
 
-    /// Whether the rows of a ray depend on its flattening.
-    pub(crate) fn are_of_flat_drops(&self) -> bool {
-        self.flattening.len() > 1
-    }
-
-    /// Set `terms` to those of the rows of a ray: linear in both axes, of the angle the mean over the pixel.
-    /// `near` is the node above the last ray, where the search for this one starts.
+    /// Set `terms` to those of the rows of a ray, the mean over the pixel. `near` is the node above the last
+    /// ray, where the search for this one starts.
     pub(crate) fn set_terms(&self, place: &RayPlace, near: &mut usize, terms: &mut Vec<RowTerm>) {
         terms.clear();
         self.add_angles(place, near, terms);
-        if !self.are_of_flat_drops() {
-            return;
-        }
-        let above = node_above(&self.flattening, place.flattening, &mut 0);
-        let (lower, fraction) = linear_place(&self.flattening, above, place.flattening);
-        let (n_angles, n_terms) = (self.theta_rad.len(), terms.len());
-        for index in 0..n_terms {
-            let RowTerm {
-                node: angle,
-                weight,
-                bend_weight,
-                ..
-            } = terms[index];
-            let of_flattening = |index: usize, share: f32| RowTerm {
-                node: index * n_angles + angle,
-                weight: weight * share,
-                bend_weight: bend_weight * share,
-                flattening_bend_weight: 0.0,
-            };
-            terms[index] = RowTerm {
-                flattening_bend_weight: weight * bend_weight_at(fraction),
-                ..of_flattening(lower, 1.0 - fraction)
-            };
-            terms.push(of_flattening(lower + 1, fraction));
-        }
     }
 
     /// The mean of the linear interpolant over the angles of a pixel, which end where the rows end;
@@ -95,7 +59,6 @@ impl DirectionAxes {
             node,
             weight,
             bend_weight: 0.0,
-            flattening_bend_weight: 0.0,
         };
         if nodes.len() == 1 {
             terms.push(node(0, 1.0));

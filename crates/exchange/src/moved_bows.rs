@@ -1,0 +1,273 @@
+//! Light of single drops that moves along the scattering angle where air has flattened them.
+//!
+//! t(θ) = t_still(θ) + Σ_p t_p(θ − Δθ_p)
+//! `t` the scattering table, `t_p` the light of order p in it, `t_still` all other light of the table, `Δθ_p`
+//! the shift of [`BowShift`] for an order and a wavelength. Drops tilt and tremble: what moves is as wide as
+//! [`FallingDrops`] of a radius say.
+
+use ndarray::Array4;
+use ndarray::s;
+use niji_radiometry::Nanometers;
+use niji_radiometry::WavelengthGrid;
+
+use crate::attributes::AttributeValue;
+use crate::bow_shift::BowShift;
+use crate::error::Error;
+use crate::falling_drops::FallingDrops;
+use crate::table::TablePart;
+use crate::wavelength_names::short_name;
+
+/// Names of parts begin with it.
+const PREFIX: &str = "moved.";
+/// Attributes that list a number from 0 to 1 for each radius.
+const OF_DROPS: [(&str, OfDrops); 4] = [
+    ("niji:eccentricity", |drops| drops.eccentricity),
+    ("niji:eccentricitySd", |drops| drops.eccentricity_sd),
+    ("niji:meanSquaredSineOfTilt", |drops| drops.mean_sin2),
+    ("niji:meanFourthPowerOfSineOfTilt", |drops| drops.mean_sin4),
+];
+
+/// A number of drops.
+type OfDrops = fn(&FallingDrops) -> f64;
+
+/// Orders of a table of single sizes that flattening moves.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MovedBows {
+    /// How drops lie, by radius of the table.
+    pub drops: Vec<FallingDrops>,
+    /// The orders, ascending.
+    pub orders: Vec<MovedOrder>,
+}
+
+/// An order that moves.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MovedOrder {
+    /// Number p of the order.
+    pub order: u32,
+    /// How it moves, by wavelength.
+    pub shifts: Vec<BowShift>,
+    /// Its part of the table's values, by polarization, radius, wavelength and scattering angle, 1/sr.
+    pub values: Array4<f32>,
+}
+
+impl MovedBows {
+    /// The parts of the file.
+    ///
+    /// # Panics
+    /// If drops, shifts or values are not as many as the radii, wavelengths and angles.
+    pub(crate) fn parts(&self, main: &TablePart, wavelengths: &WavelengthGrid) -> Vec<TablePart> {
+        let n_radii = main.row_axes[0].values.len();
+        let shape = (2, n_radii, wavelengths.len(), main.column_axis.values.len());
+        assert_eq!(self.drops.len(), n_radii, "drops are known for each radius");
+        let part = |order: &MovedOrder| {
+            assert_eq!(
+                order.values.dim(),
+                shape,
+                "moved values have the shape of the axes"
+            );
+            assert_eq!(
+                order.shifts.len(),
+                shape.2,
+                "shifts are known for each wavelength"
+            );
+            let mut attributes = main.attributes.clone();
+            attributes.extend(self.attributes(order, wavelengths));
+            TablePart {
+                name: format!("{PREFIX}{}", order.order),
+                column_axis: main.column_axis.clone(),
+                row_axes: vec![main.row_axes[0].clone()],
+                channels: crate::scattering_table::channels(wavelengths, |polarization, index| {
+                    let values = order.values.slice(s![polarization, .., index, ..]);
+                    values.to_owned()
+                }),
+                attributes,
+            }
+        };
+        self.orders.iter().map(part).collect()
+    }
+
+    fn attributes(
+        &self,
+        order: &MovedOrder,
+        wavelengths: &WavelengthGrid,
+    ) -> Vec<(String, AttributeValue)> {
+        let shifts = wavelengths.centers().zip(&order.shifts);
+        let shifts = shifts
+            .map(|(wavelength, shift)| (shift_name(wavelength), list(&shift.coefficients_rad)));
+        let of_drops = OF_DROPS.map(|(name, value)| {
+            let values: Vec<f64> = self.drops.iter().map(value).collect();
+            (name.to_owned(), list(&values))
+        });
+        shifts.chain(of_drops).collect()
+    }
+
+    /// Takes the orders of a table with these radii and angles out of the parts of a file; `None` if there
+    /// are none.
+    ///
+    /// # Errors
+    /// Parts with other axes or other drops, without a channel or attribute, or whose orders do not
+    /// ascend; a table of sizes that are not single.
+    pub(crate) fn take(
+        parts: Vec<TablePart>,
+        main: &TablePart,
+        wavelengths: &WavelengthGrid,
+    ) -> Result<Option<Self>, Error> {
+        let mut found: Option<Self> = None;
+        for mut part in parts {
+            if !part.name.starts_with(PREFIX) {
+                continue;
+            }
+            let order = order_number(&part)?;
+            check_axes(&part, main)?;
+            let drops = drops(&part)?;
+            let order = MovedOrder {
+                order,
+                shifts: shifts(&part, wavelengths)?,
+                values: crate::scattering_table::take_values(&mut part, wavelengths)?,
+            };
+            match &mut found {
+                Some(bows) => bows.push((drops, order))?,
+                None => {
+                    found = Some(Self {
+                        drops,
+                        orders: vec![order],
+                    });
+                }
+            }
+        }
+        Ok(found)
+    }
+
+    /// Adds an order, whose drops must be those of the others.
+    fn push(&mut self, (drops, order): (Vec<FallingDrops>, MovedOrder)) -> Result<(), Error> {
+        let last = self.orders.last().map_or(0, |last| last.order);
+        if order.order <= last {
+            return Err(not_ascending(&format!("{} after {last}", order.order)));
+        }
+        let differs = |value: OfDrops| self.drops.iter().map(value).ne(drops.iter().map(value));
+        if let Some((name, _)) = OF_DROPS.into_iter().find(|(_, value)| differs(*value)) {
+            let both = format!("{name} of {PREFIX}{last} in {PREFIX}{}", order.order);
+            return Err(Error::missing("attribute", &both));
+        }
+        self.orders.push(order);
+        Ok(())
+    }
+}
+
+/// The number in the name of a part, as it is written.
+fn order_number(part: &TablePart) -> Result<u32, Error> {
+    let number = part
+        .name
+        .strip_prefix(PREFIX)
+        .and_then(|number| number.parse().ok());
+    let number = number.filter(|order: &u32| part.name == format!("{PREFIX}{order}"));
+    number.ok_or_else(|| not_ascending(&format!("part {:?}", part.name)))
+}
+
+fn not_ascending(found: &str) -> Error {
+    Error::Axis {
+        name: "order".to_owned(),
+        problem: format!("found {found}"),
+    }
+}
+
+/// Refuses axes that are not those of the main part, of which the last may have no values but 0.
+fn check_axes(part: &TablePart, main: &TablePart) -> Result<(), Error> {
+    let [radii, variances] = [0, 1].map(|index| &main.row_axes[index]);
+    // Stored numbers, so equal bits are meant.
+    if let Some(&found) = variances.values.iter().find(|variance| **variance != 0.0) {
+        return Err(Error::Range {
+            axis: variances.name.clone(),
+            found,
+            min: 0.0,
+            max: 0.0,
+        });
+    }
+    let expected = [&main.column_axis, radii];
+    let axes: Vec<_> = [&part.column_axis]
+        .into_iter()
+        .chain(&part.row_axes)
+        .collect();
+    if axes.len() != expected.len() {
+        return Err(Error::Shape {
+            what: format!("axes in part {:?}", part.name),
+            found: axes.len(),
+            expected: expected.len(),
+        });
+    }
+    match expected
+        .into_iter()
+        .zip(axes)
+        .find(|(expected, axis)| expected != axis)
+    {
+        None => Ok(()),
+        Some((axis, _)) => {
+            let both = format!("{} of {} in {}", axis.name, main.name, part.name);
+            Err(Error::missing("axis", &both))
+        }
+    }
+}
+
+fn shifts(part: &TablePart, wavelengths: &WavelengthGrid) -> Result<Vec<BowShift>, Error> {
+    let shift = |wavelength| {
+        let coefficients_rad = numbers(part, &shift_name(wavelength), 5)?;
+        let coefficients_rad = std::array::from_fn(|index| coefficients_rad[index]);
+        Ok(BowShift { coefficients_rad })
+    };
+    wavelengths.centers().map(shift).collect()
+}
+
+/// The drops of a part, by radius.
+fn drops(part: &TablePart) -> Result<Vec<FallingDrops>, Error> {
+    let n_radii = part.row_axes[0].values.len();
+    let mut lists = Vec::with_capacity(OF_DROPS.len());
+    for (name, _) in OF_DROPS {
+        let list = numbers(part, name, n_radii)?;
+        if let Some(&found) = list.iter().find(|value| !(0.0..=1.0).contains(*value)) {
+            return Err(Error::Range {
+                axis: name.to_owned(),
+                found,
+                min: 0.0,
+                max: 1.0,
+            });
+        }
+        lists.push(list);
+    }
+    let of_radius = |row: usize| FallingDrops {
+        eccentricity: lists[0][row],
+        eccentricity_sd: lists[1][row],
+        mean_sin2: lists[2][row],
+        mean_sin4: lists[3][row],
+    };
+    Ok((0..n_radii).map(of_radius).collect())
+}
+
+fn shift_name(wavelength: Nanometers) -> String {
+    format!("niji:bowShiftRad.{}", short_name(wavelength))
+}
+
+/// Numbers as text, each with all of its digits.
+fn list(values: &[f64]) -> AttributeValue {
+    let texts: Vec<String> = values.iter().map(|value| format!("{value:e}")).collect();
+    AttributeValue::Text(texts.join(" "))
+}
+
+/// The numbers of a list that must be `n` long.
+fn numbers(part: &TablePart, name: &str, n: usize) -> Result<Vec<f64>, Error> {
+    let numbers = part.text(name)?.split(' ').map(str::parse::<f64>);
+    let numbers = numbers.map(|number| number.ok().filter(|value| value.is_finite()));
+    let numbers: Option<Vec<f64>> = numbers.collect();
+    let numbers = numbers.ok_or_else(|| Error::Attribute {
+        part: part.name.clone(),
+        name: name.to_owned(),
+        kind: "numeric",
+    })?;
+    if numbers.len() == n {
+        return Ok(numbers);
+    }
+    Err(Error::Shape {
+        what: format!("numbers in attribute {name:?} of part {:?}", part.name),
+        found: numbers.len(),
+        expected: n,
+    })
+}

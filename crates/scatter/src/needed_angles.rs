@@ -1,0 +1,113 @@
+//! The angles of a table: as few nodes as linear interpolation to a tolerance allows.
+
+use std::f64::consts::FRAC_PI_2;
+use std::ops::Range;
+
+/// The angles on either side of 90 degrees. Each is judged by its own peak: forwards drops send up to a
+/// hundred times the light of a bow.
+pub(crate) fn sides(theta_rad: &[f64]) -> [Range<usize>; 2] {
+    let behind = theta_rad.partition_point(|theta| *theta < FRAC_PI_2);
+    [0..behind, behind..theta_rad.len()]
+}
+
+/// Indices of the angles that linear interpolation of every curve needs to stay within `tolerance`
+/// times that curve's maximum on the same side.
+pub(crate) fn needed_angles(theta_rad: &[f64], curves: &[Vec<f64>], tolerance: f64) -> Vec<usize> {
+    let mut nodes = Vec::new();
+    for side in sides(theta_rad) {
+        if side.is_empty() {
+            continue;
+        }
+        // The step across 90 degrees belongs to the side in front.
+        let reach = side.start..(side.end + 1).min(theta_rad.len());
+        let of_side: Vec<&[f64]> = curves.iter().map(|curve| &curve[reach.clone()]).collect();
+        let needed = needed_nodes(&theta_rad[reach.clone()], &of_side, tolerance);
+        nodes.extend(needed.into_iter().map(|index| reach.start + index));
+    }
+    nodes.dedup();
+    nodes
+}
+
+/// Indices of the nodes that linear interpolation of every curve needs to stay within `tolerance`
+/// times that curve's maximum: intervals are halved until every candidate between their ends fits.
+fn needed_nodes(positions: &[f64], curves: &[&[f64]], tolerance: f64) -> Vec<usize> {
+    let limits: Vec<f64> = curves
+        .iter()
+        .map(|curve| tolerance * curve.iter().fold(0.0_f64, |peak, &value| peak.max(value)))
+        .collect();
+    let fits = |first: usize, last: usize| {
+        let width = positions[last] - positions[first];
+        curves.iter().zip(&limits).all(|(curve, limit)| {
+            (first + 1..last).all(|index| {
+                let part = (positions[index] - positions[first]) / width;
+                let line = curve[first] * (1.0 - part) + curve[last] * part;
+                (curve[index] - line).abs() <= *limit
+            })
+        })
+    };
+    let mut nodes = vec![0];
+    let mut open = vec![(0, positions.len() - 1)];
+    while let Some((first, last)) = open.pop() {
+        if last - first <= 1 || fits(first, last) {
+            nodes.push(last);
+        } else {
+            let middle = usize::midpoint(first, last);
+            open.push((middle, last));
+            open.push((first, middle));
+        }
+    }
+    nodes.dedup();
+    nodes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn light_forwards_does_not_take_angles_from_a_bow() {
+        let theta_rad: Vec<f64> = (0..=1000).map(|step| 0.003 * f64::from(step)).collect();
+        let light = |forwards: f64| {
+            let at = |theta: &f64| {
+                forwards * (-theta * theta).exp() + (-(100.0 * (theta - 2.4).powi(2))).exp()
+            };
+            theta_rad.iter().map(at).collect::<Vec<f64>>()
+        };
+        let nodes = |forwards: f64, range: Range<usize>| {
+            let curve = light(forwards)[range.clone()].to_vec();
+            needed_angles(&theta_rad[range], &[curve], 1e-2)
+        };
+        let [behind, all] = [sides(&theta_rad)[1].clone(), 0..theta_rad.len()];
+        let bow = nodes(100.0, behind.clone());
+        let of_all = nodes(100.0, all);
+        let found = of_all.iter().filter(|index| **index >= behind.start);
+        let found: Vec<usize> = found.map(|index| index - behind.start).collect();
+        assert_eq!(found, bow);
+        assert!(bow.len() > 10, "{bow:?}");
+        assert!(of_all.windows(2).all(|pair| pair[0] < pair[1]) && of_all[0] == 0);
+        // A range on one side, and one that ends with the first angle behind.
+        for range in [0..behind.start, 0..behind.start + 1, 700..701] {
+            let nodes = nodes(1.0, range.clone());
+            assert_eq!(nodes.last(), Some(&(range.len() - 1)));
+        }
+    }
+
+    #[test]
+    fn the_nodes_kept_interpolate_within_the_tolerance() {
+        let positions: Vec<f64> = (0..=2000).map(|i| 0.01 * f64::from(i)).collect();
+        let curve: Vec<f64> = positions
+            .iter()
+            .map(|x| (-(x - 6.0).powi(2)).exp())
+            .collect();
+        let nodes = needed_nodes(&positions, &[&curve], 1e-3);
+        assert!(nodes.len() < 150, "{} nodes", nodes.len());
+        assert_eq!((nodes[0], nodes[nodes.len() - 1]), (0, 2000));
+        for pair in nodes.windows(2) {
+            for index in pair[0]..=pair[1] {
+                let part = (index - pair[0]) as f64 / (pair[1] - pair[0]) as f64;
+                let line = curve[pair[0]] * (1.0 - part) + curve[pair[1]] * part;
+                assert!((line - curve[index]).abs() < 1.001e-3);
+            }
+        }
+    }
+}
