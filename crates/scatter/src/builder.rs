@@ -21,7 +21,6 @@ use crate::bow_light::BowTheory;
 use crate::bow_rows::BowRows;
 use crate::bow_shift::bow_shift;
 use crate::drop_rows::DropRows;
-use crate::drop_rows::Rows;
 use crate::error::Error;
 use crate::request::SizeRows;
 use crate::request::TableRequest;
@@ -152,28 +151,38 @@ fn drop_values(
     let n_variances = request.effective_variance.len();
     let n_rows = request.effective_radius_um.len() * n_variances;
     let count = Count::new(request.wavelengths.len() * rows.n_drops(), progress);
-    let of_wavelengths: Vec<Rows> = (0..request.wavelengths.len())
-        .into_par_iter()
-        .map(|index| rows.at(Bin::new(request, index), &|n| count.add(n)))
-        .collect::<Result<_, _>>()?;
     let mut all = zeros(request, theta_rad.len());
     let of_part = all.clone().remove_axis(Axis(2));
     let mut moved = vec![of_part; request.moved_orders().len()];
-    for (wavelength, rows) in of_wavelengths.iter().enumerate() {
-        for (row, light) in rows.iter().enumerate() {
-            let (part, row) = (row / n_rows, row % n_rows);
-            let (radius, variance) = (row / n_variances, row % n_variances);
-            for (angle, pair) in light.iter().enumerate() {
-                for (j, &value) in pair.iter().enumerate() {
-                    if part == 0 {
-                        all[[j, radius, variance, wavelength, angle]] = stored(value);
-                    } else {
-                        moved[part - 1][[j, radius, wavelength, angle]] = stored(value);
+    let mut of_moved: Vec<_> = (moved.iter_mut())
+        .map(|values| values.axis_iter_mut(Axis(2)))
+        .collect();
+    let mut planes = Vec::with_capacity(request.wavelengths.len());
+    for plane in all.axis_iter_mut(Axis(3)) {
+        let of_orders: Vec<_> = of_moved.iter_mut().filter_map(Iterator::next).collect();
+        planes.push((plane, of_orders));
+    }
+    // Wavelength by wavelength: rows are f64, and all of them would take more than the table.
+    planes
+        .into_par_iter()
+        .enumerate()
+        .try_for_each(|(index, (mut all, mut moved))| {
+            let rows = rows.at(Bin::new(request, index), &|n| count.add(n))?;
+            for (row, light) in rows.iter().enumerate() {
+                let (part, row) = (row / n_rows, row % n_rows);
+                let (radius, variance) = (row / n_variances, row % n_variances);
+                for (angle, pair) in light.iter().enumerate() {
+                    for (j, &value) in pair.iter().enumerate() {
+                        if part == 0 {
+                            all[[j, radius, variance, angle]] = stored(value);
+                        } else {
+                            moved[part - 1][[j, radius, angle]] = stored(value);
+                        }
                     }
                 }
             }
-        }
-    }
+            Ok::<(), Error>(())
+        })?;
     Ok(Values { all, moved })
 }
 
