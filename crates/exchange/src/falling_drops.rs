@@ -69,14 +69,15 @@ impl FallingDrops {
         }
     }
 
-    /// Standard deviation of Δθ in radians of a shift seen at the mean squares of an attitude.
+    /// Variance of Δθ in rad² of a shift seen at the mean squares of an attitude.
     #[inline]
-    pub fn sd_rad(&self, seen: &SeenShift, attitude: &Attitude) -> f64 {
-        let e = self.eccentricity.hypot(self.eccentricity_sd);
+    pub fn variance_rad2(&self, seen: &SeenShift, attitude: &Attitude) -> f64 {
+        let e = (self.eccentricity.powi(2) + self.eccentricity_sd.powi(2)).sqrt();
         let [p, r] = seen.slopes(e);
         let [p2, pr, r2] = attitude.form;
         let by_e = seen.eccentricity_slope(self.eccentricity) * self.eccentricity_sd;
-        safe_sqrt(p2 * p * p + pr * p * r + r2 * r * r + by_e * by_e)
+        // Roundoff may leave a variance of 0 a little below.
+        (p2 * p * p + pr * p * r + r2 * r * r + by_e * by_e).max(0.0)
     }
 
     /// Δθ in radians at the mean squares; T² and B² are those of upright drops.
@@ -89,13 +90,8 @@ impl FallingDrops {
     pub fn shift_sd_rad(&self, shift: &BowShift, t2: f64, b2: f64) -> f64 {
         let attitude = self.attitude(t2, b2);
         let [t2, b2] = attitude.mean_squares;
-        self.sd_rad(&shift.seen(t2, b2), &attitude)
+        self.variance_rad2(&shift.seen(t2, b2), &attitude).sqrt()
     }
-}
-
-/// Roundoff may leave a variance of 0 a little below.
-fn safe_sqrt(variance: f64) -> f64 {
-    variance.max(0.0).sqrt()
 }
 
 #[cfg(test)]

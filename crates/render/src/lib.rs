@@ -118,6 +118,8 @@ mod levels;
 mod lit_drops;
 mod march;
 mod merged_cells;
+mod moved_angles;
+mod moved_radii;
 mod moved_rows;
 mod painter;
 mod picture;

@@ -3,9 +3,14 @@
 use ndarray::Array4;
 use ndarray::Array5;
 use niji_dropfield::SizeRange;
+use niji_exchange::FallingDrops;
+use niji_exchange::MovedBows;
 use niji_exchange::RowUse;
 use niji_radiometry::Water;
 use niji_radiometry::WavelengthGrid;
+
+use crate::moved_radii::SHIFT_STEP_RAD;
+use crate::moved_radii::first_moved_row;
 
 use super::*;
 
@@ -100,90 +105,6 @@ fn even(first: f64, step: f64, n: u32) -> Vec<f64> {
 /// From 0 to 180 degrees.
 fn all_angles() -> Vec<f64> {
     even(0.0, PI / 3600.0, 3601)
-}
-
-/// Steps from 0.01 to 0.05.
-fn uneven() -> Vec<f64> {
-    let step = |index: u32| 0.01 + 0.01 * f64::from(index * 7 % 5);
-    let mut theta = 1.0;
-    let next = |index| {
-        theta += step(index);
-        theta
-    };
-    (0..40).map(next).collect()
-}
-
-#[test]
-fn the_mean_is_that_of_a_linear_integral() {
-    let nodes = uneven();
-    let angles = Angles::mirrored(&nodes);
-    let integrals: Vec<f64> = nodes.iter().map(|theta| (3.0 * theta).sin()).collect();
-    let integral = |theta: f64| {
-        let lower = nodes
-            .partition_point(|node| *node <= theta)
-            .clamp(1, nodes.len() - 1)
-            - 1;
-        let slope = (integrals[lower + 1] - integrals[lower]) / (nodes[lower + 1] - nodes[lower]);
-        integrals[lower] + slope * (theta - nodes[lower])
-    };
-    let (first, last) = (nodes[0], nodes[nodes.len() - 1]);
-    // f32 shares of 1 over the width; measured 1.8e-6.
-    let tolerance = 5e-6;
-    let mut worst = 0.0_f64;
-    for width_rad in [0.05, 0.06, 0.3, 5.0] {
-        for index in 0..=1000 {
-            let theta = first + (last - first) * f64::from(index) / 1000.0;
-            let (ends, shares) = angles.mean(theta, width_rad).unwrap();
-            let [low, high] = [0, 1].map(|end| {
-                let [a, b] = shares[end].map(f64::from);
-                a * integrals[ends[end]] + b * integrals[ends[end] + 1]
-            });
-            let begin = (theta - 0.5 * width_rad).max(first);
-            let end = (theta + 0.5 * width_rad).min(last);
-            let expected = (integral(end) - integral(begin)) / (end - begin);
-            worst = worst.max((high - low - expected).abs());
-        }
-    }
-    assert!(worst < tolerance, "{worst}");
-    assert!(angles.mean(first - 1e-9, 0.1).is_none());
-    assert!(angles.mean(last + 1e-9, 0.1).is_none());
-}
-
-#[test]
-fn no_mean_is_narrower_than_the_step() {
-    let nodes = uneven();
-    let angles = Angles::mirrored(&nodes);
-    for pair in nodes.windows(2) {
-        for part in [0.0, 0.3, 0.9] {
-            let (step, theta) = (pair[1] - pair[0], pair[0] + part * (pair[1] - pair[0]));
-            let of_step = angles.mean(theta, step);
-            for width_rad in [0.0, 1e-9, 0.9 * step] {
-                assert_eq!(angles.mean(theta, width_rad), of_step);
-            }
-            assert_ne!(angles.mean(theta, 1.1 * step), of_step);
-        }
-    }
-}
-
-#[test]
-fn a_guide_finds_every_angle() {
-    for nodes in [
-        uneven(),
-        all_angles(),
-        vec![0.3, 0.4],
-        vec![0.0, 1e-3, 3.0, 3.1],
-    ] {
-        let angles = Angles::mirrored(&nodes);
-        let theta = &angles.theta_rad;
-        assert!(theta.windows(2).all(|pair| pair[0] < pair[1]));
-        let last = theta.len() - 2;
-        for lower in 0..=last {
-            assert_eq!(angles.lower(theta[lower]), lower);
-            assert_eq!(angles.lower(0.5 * (theta[lower] + theta[lower + 1])), lower);
-        }
-        assert_eq!(angles.lower(theta[0] - 1.0), 0);
-        assert_eq!(angles.lower(theta[last + 1] + 1.0), last);
-    }
 }
 
 /// f32 integrals over steps of 0.05 degrees; measured 4.7e-7.
@@ -299,23 +220,27 @@ fn the_widest_vectors_and_none_give_the_same_bits() {
     let weights: Vec<f32> = (0..rows.radii.len())
         .map(|index| 0.3 / (1.0 + index as f32))
         .collect();
-    let add = |sums: &mut [f32], is_wide: bool| {
+    let add = |sums: &mut [f32], is_wide: bool| -> f64 {
         let adding = Adding {
             rows: &rows,
-            terms: &stencil.terms,
+            place: &stencil.place,
+            attitude: &stencil.attitude,
+            seen: &stencil.seen,
             weights: &weights,
             sums,
         };
         if is_wide {
-            Arch::new().dispatch(adding);
+            Arch::new().dispatch(adding)
         } else {
-            adding.with_simd(pulp::Scalar::new());
+            adding.with_simd(pulp::Scalar::new())
         }
     };
     let mut sums = [false, true].map(|_| vec![0.0; rows.n_padded]);
-    for (is_wide, sums) in [false, true].into_iter().zip(&mut sums) {
-        add(sums, is_wide);
+    let mut peaks = [0.0; 2];
+    for (index, is_wide) in [false, true].into_iter().enumerate() {
+        peaks[index] = add(&mut sums[index], is_wide);
     }
+    assert_eq!(peaks[0], peaks[1]);
     assert!(sums[0][..N_WAVELENGTHS].iter().all(|sum| *sum > 0.0));
     assert_eq!(sums[0], sums[1]);
     // Lanes behind the last wavelength hold nothing.
@@ -324,17 +249,18 @@ fn the_widest_vectors_and_none_give_the_same_bits() {
 
 #[test]
 fn radii_are_added_until_bows_lie_close() {
-    let drops: Vec<FallingDrops> = [0.01, 0.012, 0.1].map(still).to_vec();
-    let order = MovedOrder {
-        order: 2,
-        shifts: shifts(|_| 1.5),
-        values: Array4::zeros((2, 3, N_WAVELENGTHS, 2)),
+    let shaded = |eccentricity_sd: f64| {
+        let drops = |radius_um: f64| FallingDrops {
+            eccentricity_sd,
+            ..still(1e-4 * radius_um)
+        };
+        let sizes = (vec![2.0, 2.1], vec![100.0, 110.0, 300.0]);
+        let table = table(sizes, drops, shifts(|_| 1.5), |_, _| 1.0);
+        let nodes = SizeNodes::of_table(&table);
+        let radii = MovedRadii::new(&table, table.moved.as_ref().unwrap(), &nodes);
+        (radii.of_law(&table, 0.0).radii_um.clone(), radii.shaded)
     };
-    let mut moved = MovedBows {
-        drops,
-        orders: vec![order],
-    };
-    let (radii_um, radii) = shaded_radii(&[100.0, 110.0, 300.0], &moved);
+    let (radii_um, radii) = shaded(0.0);
     assert!(radii_um.windows(2).all(|pair| pair[0] < pair[1]));
     assert_eq!((radii_um[0], radii_um[1]), (100.0, 110.0));
     assert_eq!(radii_um.last(), Some(&300.0));
@@ -344,10 +270,7 @@ fn radii_are_added_until_bows_lie_close() {
         assert!(pair[0].row <= pair[1].row);
     }
     // Drops that tremble need fewer.
-    for drops in &mut moved.drops {
-        drops.eccentricity_sd = 0.02;
-    }
-    assert!(shaded_radii(&[100.0, 110.0, 300.0], &moved).0.len() < radii_um.len());
+    assert!(shaded(0.02).0.len() < radii_um.len());
 }
 
 #[test]

@@ -4,8 +4,9 @@
 //! [angle, wavelength] of natural light, half the sum of both polarizations. Where sizes are laws and the
 //! table holds single sizes, it is their weighted sum; the light of orders that move is left out.
 //!
-//! Turned when the first ray meets drops of the size: a picture meets some of a table's sizes, 450 of
-//! 1547 in a rain of all radii whose variance is nearly one (November 2026), and tables fill gigabytes.
+//! Turned when the first ray meets drops of the size: a picture meets some of the sizes, 450 of
+//! 1547 in a rain of all radii whose variance is nearly one (November 2026), and tables of laws fill
+//! gigabytes. Of a table of single sizes natural light is kept at once, for all laws to be summed from.
 //! A size's angles of all wavelengths lie together in the table, fit into a core's cache and are read
 //! from front to back; they leave it four wavelengths of four angles at a time.
 
@@ -13,8 +14,9 @@ use std::borrow::Cow;
 use std::ops::Range;
 
 use niji_exchange::ScatteringTable;
+use rayon::prelude::*;
 
-use crate::moved_rows::first_moved_row;
+use crate::moved_radii::first_moved_row;
 use crate::size_nodes::SizeNodes;
 use crate::turned::turn;
 
@@ -44,11 +46,20 @@ pub(crate) struct NodeLuminance {
 #[derive(Clone, Debug)]
 pub(crate) struct RowSource<'a> {
     table: Cow<'a, ScatteringTable>,
-    nodes: SizeNodes,
+    /// The laws of the nodes, where sizes are not rows of the table itself.
+    laws: Option<Laws>,
     /// The angles that are wanted.
     angles: Range<usize>,
     /// From a spectrum of the table's unit to luminance.
     luminance_weights: Vec<f64>,
+}
+
+/// Size laws and the rows of which they are sums.
+#[derive(Clone, Debug)]
+struct Laws {
+    nodes: SizeNodes,
+    /// By row of the table.
+    rows: Vec<Panel>,
 }
 
 impl<'a> RowSource<'a> {
@@ -74,28 +85,27 @@ impl<'a> RowSource<'a> {
             }
             Cow::Owned(table)
         };
-        Self {
+        let mut source = Self {
             table,
-            nodes,
+            laws: None,
             angles,
             luminance_weights: luminance_weights.to_vec(),
+        };
+        if nodes.are_laws {
+            let rows = 0..source.table.effective_radius_um.len();
+            let rows = rows.into_par_iter().map(|row| source.panel(row)).collect();
+            source.laws = Some(Laws { nodes, rows });
         }
+        source
     }
 
     /// The rows of a size.
     pub(crate) fn rows(&self, size: usize) -> SizeRows {
         let (n_angles, n_wavelengths) = (self.angles.len(), self.table.wavelengths.len());
-        let mut panel = Panel {
-            values_sr1: vec![0.0; n_wavelengths * n_angles],
-            is_sound: true,
+        let panel = match &self.laws {
+            Some(laws) => laws.panel(size, &self.table.effective_radius_um),
+            None => self.panel(size),
         };
-        if self.nodes.are_laws {
-            for (row, weight) in self.nodes.weights(size, &self.table.effective_radius_um) {
-                panel.add(self, row, weight as f32);
-            }
-        } else {
-            panel.add(self, size, 1.0);
-        }
         let mut luminance = vec![0.0; n_angles];
         let of_wavelengths = panel.values_sr1.chunks_exact(n_angles);
         for (values, weight) in of_wavelengths.zip(&self.luminance_weights) {
@@ -119,30 +129,60 @@ impl<'a> RowSource<'a> {
         }
     }
 
-    /// Values of both polarizations at the wanted angles, wavelength by wavelength, of all light and then of
-    /// each order that moves.
-    fn lanes(&self, row: usize) -> impl Iterator<Item = (f32, [&[f32]; 2])> {
+    /// A row of the table without the light that moves.
+    fn panel(&self, row: usize) -> Panel {
+        let mut panel = Panel {
+            values_sr1: vec![0.0; self.table.wavelengths.len() * self.angles.len()],
+            is_sound: true,
+        };
+        panel.add_natural(1.0, self.lanes(self.table.values.as_slice(), row));
+        let moved = self.table.moved.iter();
+        for moved in moved.filter(|moved| row >= first_moved_row(moved)) {
+            for order in &moved.orders {
+                panel.add_natural(-1.0, self.lanes(order.values.as_slice(), row));
+            }
+            // 0 but for rounding where what moves is all there is.
+            for value in &mut panel.values_sr1 {
+                *value = if *value < 0.0 { 0.0 } else { *value };
+            }
+        }
+        panel
+    }
+
+    /// Values of both polarizations at the wanted angles, wavelength by wavelength.
+    fn lanes<'b>(
+        &self,
+        values: Option<&'b [f32]>,
+        row: usize,
+    ) -> impl Iterator<Item = [&'b [f32]; 2]> {
         let n_theta = self.table.theta_rad.len();
         let length = self.table.wavelengths.len() * n_theta;
-        let moved = self
-            .table
-            .moved
-            .iter()
-            .filter(move |moved| row >= first_moved_row(moved));
-        let moved = moved.flat_map(|moved| &moved.orders);
-        let moved = moved.map(|order| (-1.0, order.values.as_slice()));
-        let parts = std::iter::once((1.0, self.table.values.as_slice())).chain(moved);
-        parts.flat_map(move |(sign, values)| {
-            let values = values.expect("an array in standard layout is a slice");
-            let (s_part, p_part) = values.split_at(values.len() / 2);
-            let lanes = |part: &'_ [f32]| row * length..(row * length + length).min(part.len());
-            let s_lanes = s_part[lanes(s_part)].chunks_exact(n_theta);
-            let p_lanes = p_part[lanes(p_part)].chunks_exact(n_theta);
+        let values = values.expect("an array in standard layout is a slice");
+        let (s_part, p_part) = values.split_at(values.len() / 2);
+        let lanes = |part: &'b [f32]| {
             let wanted = self.angles.clone();
-            s_lanes
-                .zip(p_lanes)
-                .map(move |(s, p)| (sign, [&s[wanted.clone()], &p[wanted.clone()]]))
-        })
+            let of_row = part[row * length..(row + 1) * length].chunks_exact(n_theta);
+            of_row.map(move |lane| &lane[wanted.clone()])
+        };
+        lanes(s_part).zip(lanes(p_part)).map(|(s, p)| [s, p])
+    }
+}
+
+impl Laws {
+    /// The light of a law.
+    fn panel(&self, node: usize, radii_um: &[f64]) -> Panel {
+        let mut sum = Panel {
+            values_sr1: vec![0.0; self.rows[0].values_sr1.len()],
+            is_sound: true,
+        };
+        for (row, weight) in self.nodes.weights(node, radii_um) {
+            let (row, weight) = (&self.rows[row], weight as f32);
+            sum.is_sound &= row.is_sound;
+            for (sum, value) in sum.values_sr1.iter_mut().zip(&row.values_sr1) {
+                *sum += weight * value;
+            }
+        }
+        sum
     }
 }
 
@@ -169,6 +209,7 @@ fn bends<'a>(nodes: &'a [f64], values: &'a [f64]) -> impl Iterator<Item = f64> +
 }
 
 /// Natural light of one size.
+#[derive(Clone, Debug)]
 struct Panel {
     /// [wavelength, angle] [1/sr].
     values_sr1: Vec<f32>,
@@ -177,30 +218,21 @@ struct Panel {
 }
 
 impl Panel {
-    /// Add a row of the table, times a weight.
-    fn add(&mut self, source: &RowSource, row: usize, weight: f32) {
-        let n_angles = source.angles.len();
-        let n_values = self.values_sr1.len();
-        let n_wavelengths = n_values / n_angles.max(1);
-        for (index, (sign, [s, p])) in source.lanes(row).enumerate() {
-            let first = index % n_wavelengths * n_angles;
-            let values = &mut self.values_sr1[first..first + n_angles];
-            let scale = 0.5 * sign * weight;
+    /// Add half the sum of both polarizations, times a sign.
+    fn add_natural<'a>(&mut self, sign: f32, lanes: impl Iterator<Item = [&'a [f32]; 2]>) {
+        let mut rest = &mut self.values_sr1[..];
+        for [s, p] in lanes {
+            let (values, behind) = rest.split_at_mut(s.len());
             let mut is_sound = true;
             for ((value, s), p) in values.iter_mut().zip(s).zip(p) {
                 let natural = s + p;
                 // Bits of numbers from 0 up to infinity are ordered; those of negative numbers and NaN
                 // lie above. Without a branch this is a few vector instructions.
                 is_sound &= (natural + 0.0).to_bits() < f32::INFINITY.to_bits();
-                *value += scale * natural;
+                *value += 0.5 * sign * natural;
             }
             self.is_sound &= is_sound;
-        }
-        if source.table.moved.is_some() {
-            // All light less that of the orders: 0 but for rounding where they are all there is.
-            for value in &mut self.values_sr1 {
-                *value = if *value < 0.0 { 0.0 } else { *value };
-            }
+            rest = behind;
         }
     }
 }
