@@ -57,7 +57,7 @@ pub(crate) struct MovedRows {
 /// One order.
 #[derive(Debug)]
 struct OrderRows {
-    /// Where lanes of wavelengths begin, and at the last wavelength.
+    /// Where each half of a lane of wavelengths begins, and at the last wavelength.
     shifts: Vec<BowShift>,
     /// Integral over the angle by [row, angle, wavelength], lanes of 0 behind the last wavelength.
     integrals: Vec<f32>,
@@ -70,7 +70,7 @@ struct OrderRows {
 pub(crate) struct MovedStencil {
     place: MovedPlace,
     attitude: Attitude,
-    /// By order and beginning of lanes.
+    /// By order and half of a lane.
     seen: Vec<SeenShift>,
     /// Weight of each shaded radius.
     weights: Vec<f32>,
@@ -212,7 +212,7 @@ impl WithSimd for Adding<'_> {
                 .rows
                 .orders
                 .iter()
-                .zip(self.seen.chunks_exact(n_lanes + 1));
+                .zip(self.seen.chunks_exact(2 * n_lanes + 1));
             for (order, seen) in of_orders {
                 peaks += f64::from(*weight) * order.peaks[radius.row];
                 self.add_order((order, seen), radius, *weight);
@@ -233,21 +233,18 @@ impl Adding<'_> {
         weight: f32,
     ) {
         let (angles, n_padded) = (&self.rows.angles, self.rows.n_padded);
-        let n_lanes = seen.len() - 1;
-        let shift_rad = |lane: usize| seen[lane].shift_rad(radius.drops.eccentricity);
-        let variance = radius
-            .drops
-            .variance_rad2(&seen[n_lanes.div_ceil(2)], self.attitude);
+        let n_lanes = seen.len() / 2;
+        let shift_rad = |half: usize| seen[half].shift_rad(radius.drops.eccentricity);
+        let variance = radius.drops.variance_rad2(&seen[n_lanes], self.attitude);
         let width_rad = (12.0 * variance + self.place.width_rad.powi(2)).sqrt();
-        let (first_rad, last_rad) = (shift_rad(0), shift_rad(n_lanes));
+        let (first_rad, last_rad) = (shift_rad(0), shift_rad(2 * n_lanes));
         let alike_rad = APART_RAD.max(APART_OF_WIDTH * width_rad);
         let n_apart = ((first_rad - last_rad).abs() / alike_rad).ceil().max(1.0) as usize;
         let n_groups = n_apart.min(n_lanes);
         let row = radius.row * angles.theta_rad.len() * n_padded;
         for group in 0..n_groups {
             let [from, to] = [group, group + 1].map(|edge| edge * n_lanes / n_groups);
-            let (low, high) = (shift_rad(from), shift_rad(to));
-            let moved_rad = (0.5 * (low + high)).clamp(-FARTHEST_RAD, FARTHEST_RAD);
+            let moved_rad = shift_rad(from + to).clamp(-FARTHEST_RAD, FARTHEST_RAD);
             let mean = angles.mean(self.place.theta_rad - moved_rad, width_rad);
             let Some(AngleMean { ends, shares }) = mean else {
                 continue;
@@ -305,9 +302,9 @@ impl OrderSource<'_> {
                 self.peak(&light)
             })
             .collect();
-        let edge = |lane: usize| self.order.shifts[(lane * LANES).min(n_wavelengths - 1)];
+        let half = |index: usize| self.order.shifts[(index * LANES / 2).min(n_wavelengths - 1)];
         OrderRows {
-            shifts: (0..=n_padded / LANES).map(edge).collect(),
+            shifts: (0..=2 * n_padded / LANES).map(half).collect(),
             integrals,
             peaks,
         }
