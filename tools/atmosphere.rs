@@ -71,7 +71,7 @@ pub(crate) struct AtmosphereCommand {
 /// # Errors
 /// As [`stages::atmosphere::make`] and [`stages::sky::make`]; a size or height out of range.
 pub(crate) fn execute(command: &AtmosphereCommand, common: &Common) -> Result<(), Failure> {
-    let mut scene = scene_file::read_with_levels(&command.scene, common)?;
+    let mut scene = scene_file::read(&command.scene, common)?;
     if let Some(table) = &command.output {
         stages::atmosphere::make(&scene, table, common.manner())?;
     }

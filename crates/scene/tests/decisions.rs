@@ -8,10 +8,8 @@ use niji_scatter::DropMotion;
 use niji_scene::BoundKind;
 use niji_scene::DropSummary;
 use niji_scene::Effect;
-use niji_scene::MeasuredLevels;
 use niji_scene::Plan;
 use niji_scene::PlanError;
-use niji_scene::PlanInputs;
 use niji_scene::Stage;
 use niji_scene::Switch;
 use niji_scene::plan;
@@ -405,25 +403,11 @@ fn drop_files_are_planned_from_their_figures() {
         &FIGURE_3[end..]
     );
     let file_scene = scene(&text);
-    let measured = MeasuredLevels::default();
-    let missing = plan(
-        &file_scene,
-        &PlanInputs {
-            measured: &measured,
-            drops: None,
-        },
-    );
+    let missing = plan(&file_scene, None);
     assert!(matches!(missing, Err(PlanError::NoDrops { file }) if file == "drops.vdb"));
     let volume = shape_scene.drops.shape().unwrap().volume().unwrap();
     let drops = DropSummary::of_volume(&volume);
-    let plan = plan(
-        &file_scene,
-        &PlanInputs {
-            measured: &measured,
-            drops,
-        },
-    )
-    .unwrap();
+    let plan = plan(&file_scene, drops).unwrap();
     let of_shape = planned(&shape_scene);
     assert!(!plan.runs(Stage::Drops) && of_shape.runs(Stage::Drops));
     let (a, b) = (

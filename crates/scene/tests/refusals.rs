@@ -4,10 +4,8 @@
 
 mod support;
 
-use niji_scene::MeasuredLevels;
 use niji_scene::Plan;
 use niji_scene::PlanError;
-use niji_scene::PlanInputs;
 use niji_scene::Scene;
 use niji_scene::Spectrum;
 use niji_scene::plan;
@@ -18,11 +16,7 @@ const SPRAY: &str = include_str!("../../../data/scenes/sea-spray.toml");
 const FLAT_RAIN: &str = include_str!("../../../data/scenes/rain-5-mm-h-flattened.toml");
 
 fn planned(scene: &Scene) -> Result<Plan, PlanError> {
-    let inputs = PlanInputs {
-        measured: &MeasuredLevels::default(),
-        drops: None,
-    };
-    plan(scene, &inputs)
+    plan(scene, None)
 }
 
 #[test]

@@ -81,11 +81,9 @@ impl Stage {
     }
 }
 
-/// What a stage takes; `None` where nothing was measured or can be counted.
+/// What a stage takes; `None` where nothing can be counted.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Estimate {
-    /// Time, s.
-    pub seconds: Option<f64>,
     /// Memory at its highest, bytes.
     pub memory_bytes: Option<u64>,
     /// Size of its file, bytes; of the picture, which is compressed, at most.
@@ -347,12 +345,10 @@ pub(super) fn stages(
         Option<(&ScatteringNeed, usize)>,
         Option<&AtmosphereTable>,
     ),
-    seconds: &dyn Fn(Stage) -> Option<f64>,
 ) -> Vec<StagePlan> {
     let mut stages = Vec::new();
     let mut add = |stage: Stage, makes: String, resources: Option<Resources>| {
         let estimate = Estimate {
-            seconds: seconds(stage),
             memory_bytes: resources.map(|it| it.memory_bytes),
             file_bytes: resources.map(|it| it.file_bytes),
         };
