@@ -175,7 +175,10 @@ fn run_stages_to(planned: &Planned, files: &Files, manner: Manner) -> Result<Out
                 let wavelengths = wavelengths.map_err(|e| Failure::Failed(e.to_string()))?;
                 stages::scatter::make(need, wavelengths, Some(airy), table, manner)
             }
-            Stage::Atmosphere => stages::atmosphere::make(scene, air, manner),
+            Stage::Atmosphere => {
+                let orders = plan.scattering_orders(scene);
+                stages::atmosphere::make((scene, orders), air, manner)
+            }
             stage @ (Stage::Depth | Stage::Sun | Stage::Check | Stage::Composite) => {
                 let made = stages::photo::make(planned, stage, folder, manner);
                 made.map(|(done, found)| {

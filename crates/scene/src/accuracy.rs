@@ -59,7 +59,7 @@ impl Preset {
             },
             sun_path: SunPath::Volume { voxel_m },
             air_path: AirPath::Table,
-            sky: SkyModel::SingleScattering,
+            sky: SkyModel::MultipleScattering,
             pixel_footprint: PixelFootprint::Prefiltered,
         };
         match self {
@@ -94,7 +94,6 @@ impl Preset {
                     step_m: 0.5 * voxel_m,
                 },
                 air_path: AirPath::Quadrature { n_nodes: 32 },
-                sky: SkyModel::MultipleScattering,
                 pixel_footprint: PixelFootprint::Grid { n: 4 },
                 ..standard
             },
@@ -315,9 +314,8 @@ impl Accuracy {
         match (sky, self.preset) {
             (SkyModel::None | SkyModel::SingleScattering, _) => None,
             (SkyModel::MultipleScattering, Preset::Draft) => Some(ScatteringOrders::DRAFT),
-            (SkyModel::MultipleScattering, Preset::Standard | Preset::Reference) => {
-                Some(ScatteringOrders::STANDARD)
-            }
+            (SkyModel::MultipleScattering, Preset::Standard) => Some(ScatteringOrders::QUICK),
+            (SkyModel::MultipleScattering, Preset::Reference) => Some(ScatteringOrders::STANDARD),
         }
     }
 

@@ -45,6 +45,7 @@ pub use stages::StagePlan;
 
 use std::collections::BTreeSet;
 
+use niji_atmosphere::ScatteringOrders;
 use niji_render::DropOrders;
 use niji_render::RenderEffects;
 use niji_render::SunPath;
@@ -246,6 +247,22 @@ impl Plan {
             .iter()
             .find(|decision| decision.effect == effect);
         decision.map(|decision| decision.bound)
+    }
+
+    /// The effects that are off although they may be seen, because they may change the picture by more
+    /// than the tolerance; sky and air of a photograph are in it.
+    pub fn missed(&self) -> impl Iterator<Item = &EffectDecision> {
+        let of_photo = [Effect::Sky, Effect::AirInscatter];
+        let is_photo = self.runs(Stage::Composite);
+        let is_meant = move |effect| is_photo && of_photo.contains(&effect);
+        let off = self.effects.iter().filter(|it| !it.on);
+        off.filter(move |it| it.bound.value > self.tolerance && !is_meant(it.effect))
+    }
+
+    /// How finely light that the air scattered before is solved for the table of the air; `None` where
+    /// the level of the sky does not ask for it, or nothing that is on shows it.
+    pub fn scattering_orders(&self, scene: &Scene) -> Option<ScatteringOrders> {
+        stages::scattering_orders(scene, |effect| self.is_on(effect))
     }
 
     /// Whether a stage runs.
