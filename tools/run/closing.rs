@@ -32,8 +32,8 @@ pub(super) fn print(planned: &Planned, done: &[Done], reached: Option<&Reached>)
 /// The effects that are off although they may be seen, a line for light that drops scatter more than
 /// once and one for all others.
 fn left_out(plan: &Plan) -> Vec<String> {
-    let is_seen = |it: &&EffectDecision| !it.on && it.bound.value > plan.tolerance;
-    let (orders, others): (Vec<_>, Vec<_>) = (plan.effects.iter().filter(is_seen))
+    let (orders, others): (Vec<_>, Vec<_>) = plan
+        .missed()
         .partition(|it| it.effect == Effect::MultipleScattering);
     let mut lines: Vec<String> = orders.iter().map(|it| further_orders(it)).collect();
     let others = others.iter();

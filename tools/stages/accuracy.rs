@@ -29,7 +29,7 @@ const GRAY_CARD: f64 = 0.18;
 const REMEDIES: [(&str, &str); 7] = [
     (
         "footprint",
-        "edges for which 256 rays a pixel are too few: render it larger",
+        "edges inside pixels: --tolerance gives them up to 256 rays, a larger picture more",
     ),
     (
         "orders",

@@ -210,7 +210,7 @@ pub fn plan(scene: &Scene, drops: Option<DropSummary>) -> Result<Plan, PlanError
         tolerance: scene.accuracy.tolerance,
         reference_luminance_cd_m2: situation.reference_luminance_cd_m2,
         view: situation.view,
-        warnings: warnings::warnings(scene, &situation, &effects),
+        warnings: warnings::warnings(scene, &situation, &on),
         effects,
         left_out,
         levels,
