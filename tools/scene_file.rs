@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::path::PathBuf;
 
+use niji_render::ask_for_memory;
 use niji_scene::DropSummary;
 use niji_scene::Effect;
 use niji_scene::Moment;
@@ -11,6 +12,7 @@ use niji_scene::Plan;
 use niji_scene::ScatteringNeed;
 use niji_scene::Scene;
 use niji_scene::SceneError;
+use niji_scene::Stage;
 use niji_scene::SunPosition;
 use niji_scene::Switch;
 use niji_scene::calls_for_multiple_scattering;
@@ -221,6 +223,22 @@ impl Planned {
     pub(crate) fn check_table(&self) -> Result<(), Failure> {
         let refused = self.plan.table_refused.as_ref();
         refused.map_or(Ok(()), |error| Err(Failure::Usage(error.to_string())))
+    }
+
+    /// Refuses a picture for which memory cannot be had, in the words of the renderer.
+    ///
+    /// # Errors
+    /// [`Failure::Failed`].
+    pub(crate) fn check_memory(&self) -> Result<(), Failure> {
+        let region = self.scene.camera.region();
+        let region = region.map_err(|error| Failure::Usage(error.to_string()))?;
+        let mut stages = self.plan.stages.iter();
+        let picture = stages.find(|planned| planned.stage == Stage::Render);
+        // Its file at most, as numbers lie in memory.
+        let bytes = picture.and_then(|planned| planned.estimate.file_bytes);
+        ask_for_memory((region.width_px, region.height_px), bytes.unwrap_or(0)).map_err(|error| {
+            Failure::Failed(format!("{error} (`niji render --tiles` or `--region`)"))
+        })
     }
 
     /// Refuses a scene that sends no light at all.

@@ -89,6 +89,7 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
     }
     planned.check_light()?;
     planned.check_table()?;
+    planned.check_memory()?;
     let manner = common.manner();
     let Outcome { done, findings } = run_stages(&planned, folder, manner)?;
     let image = folder.join(stages::render::FILE);
