@@ -24,10 +24,7 @@ use support::repository;
 /// Lines that take too long, need the network, or are run by another test: how they begin, and why.
 const NOT_RUN: [(&str, &str); 3] = [
     ("cargo install", "what this test runs was built by cargo"),
-    (
-        "niji calibrate",
-        "minutes on purpose; tests/sweep.rs calibrates",
-    ),
+    ("niji calibrate", "minutes on purpose"),
     (
         "niji sweep",
         "dozens of pictures; tests/sweep.rs sweeps a small one",

@@ -7,6 +7,7 @@ use clap::Args;
 use crate::cli::Common;
 use crate::failure::Failure;
 use crate::scene_file;
+use crate::scene_file::Planned;
 use crate::stages;
 use crate::stages::sky::Panorama;
 
@@ -19,8 +20,8 @@ const HEIGHTS_M: std::ops::RangeInclusive<f64> = -1000.0..=4e8;
 ///
 /// The table holds density profiles, lengths to the top of the air, phase functions, sunlight and
 /// ground albedo. The panorama is equirectangular: north in the middle, east to its right, the
-/// zenith on top; the sun's disc left out. Both hold light that is scattered more than once where the
-/// scene's level of `sky` is multiple-scattering, as with `--accuracy reference`.
+/// zenith on top; the sun's disc left out. Both hold light that is scattered more than once unless the
+/// scene's level of `sky` is single-scattering; the table only where the scene's plan shows it.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   niji atmosphere --scene data/scenes/paper-b-sun-10-inscatter.toml -o atmosphere.exr
@@ -71,13 +72,15 @@ pub(crate) struct AtmosphereCommand {
 /// # Errors
 /// As [`stages::atmosphere::make`] and [`stages::sky::make`]; a size or height out of range.
 pub(crate) fn execute(command: &AtmosphereCommand, common: &Common) -> Result<(), Failure> {
-    let mut scene = scene_file::read_with_levels(&command.scene, common)?;
     if let Some(table) = &command.output {
-        stages::atmosphere::make(&scene, table, common.manner())?;
+        let Planned { scene, plan, .. } = scene_file::load(&command.scene, common)?;
+        let orders = plan.scattering_orders(&scene);
+        stages::atmosphere::make((&scene, orders), table, common.manner())?;
     }
     let Some(sky) = &command.sky else {
         return Ok(());
     };
+    let mut scene = scene_file::read(&command.scene, common)?;
     let width_px = command.width_px;
     if !(2..=MAX_WIDTH_PX).contains(&width_px) || !width_px.is_multiple_of(2) {
         return Err(Failure::Usage(format!(

@@ -1,7 +1,5 @@
 //! The command line: subcommands, their groups in the help, and the flags all share.
 
-use std::path::PathBuf;
-
 use clap::Args;
 use clap::Parser;
 use clap::Subcommand;
@@ -117,17 +115,11 @@ pub(crate) struct Common {
     /// Accuracy preset, instead of the scene's.
     #[arg(long, global = true, value_name = "PRESET")]
     pub accuracy: Option<PresetName>,
-    /// Tolerance instead of the scene's: RMSE of luminance over the reference luminance. The cheapest
-    /// levels that keep it are chosen, but for those that the scene names.
+    /// Tolerance instead of the scene's: RMSE of luminance over that of a gray card in the sun. Levels
+    /// follow from it, but for those that the scene or --accuracy names, and pixels get more rays where
+    /// they need them; a picture that misses it ends with code 5.
     #[arg(long, global = true, value_name = "T", value_parser = tolerance)]
     pub tolerance: Option<f64>,
-    /// Choose the most accurate levels whose predicted time fits, as 10s, 2m or 500ms.
-    #[arg(long, global = true, value_name = "TIME", value_parser = seconds)]
-    #[arg(conflicts_with_all = ["tolerance", "accuracy"])]
-    pub budget: Option<f64>,
-    /// What levels cost, by niji calibrate, instead of what the program was built with.
-    #[arg(long, global = true, value_name = "CSV")]
-    pub calibration: Option<PathBuf>,
     /// Results as JSON on standard output.
     #[arg(long, global = true)]
     pub json: bool,
@@ -231,21 +223,6 @@ fn tolerance(text: &str) -> Result<f64, String> {
             "found {text}, expected a tolerance above 0 and at most 1, say 0.01"
         )),
     }
-}
-
-/// A time as people type it: `10s`, `2m`, `500ms`, in seconds.
-fn seconds(text: &str) -> Result<f64, String> {
-    let units = [("ms", 1e-3), ("s", 1.0), ("m", 60.0)];
-    let of_unit = |(unit, seconds): (&str, f64)| {
-        let number: f64 = text.strip_suffix(unit)?.trim().parse().ok()?;
-        Some(number * seconds)
-    };
-    let found = units.into_iter().find_map(of_unit);
-    found
-        .filter(|seconds| seconds.is_finite() && *seconds > 0.0)
-        .ok_or_else(|| {
-            format!("found {text:?}, expected a time above 0 with its unit, say 10s, 2m or 500ms")
-        })
 }
 
 /// A list of numbers as people type it: `1,2.5,3e-2`.

@@ -5,7 +5,6 @@ use std::path::Path;
 use std::path::PathBuf;
 
 use clap::Args;
-use niji_scene::Choice;
 use niji_scene::Effect;
 use niji_scene::Explanation;
 use niji_scene::Plan;
@@ -68,27 +67,12 @@ pub(crate) fn execute(command: &PlanCommand, common: &Common) -> Result<(), Fail
         let measured = measure(&planned, common.verbosity())?;
         in_form(common, &measured, MeasuredEffects::text)?
     } else {
-        let (plan, choice) = (&planned.plan, &planned.choice);
-        in_form(common, &PlanAndChoice { plan, choice }, PlanAndChoice::text)?
+        in_form(common, &planned.plan, Plan::to_string)?
     };
-    output::print(&text)
-}
-
-/// A plan, and how its levels were chosen.
-#[derive(Serialize)]
-struct PlanAndChoice<'a> {
-    #[serde(flatten)]
-    plan: &'a Plan,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    choice: &'a Option<Choice>,
-}
-
-impl PlanAndChoice<'_> {
-    fn text(&self) -> String {
-        let choice = self.choice.as_ref().map(Choice::text);
-        let choice = choice.map(|choice| format!("\n{choice}"));
-        format!("{}{}", self.plan, choice.unwrap_or_default())
-    }
+    output::print(&text)?;
+    // What the run would refuse, with the plan as the reason.
+    planned.check_light()?;
+    planned.check_memory()
 }
 
 /// A result as JSON where that is asked for, else as text.
@@ -191,12 +175,6 @@ fn accuracy_flags(common: &Common) -> String {
     }
     if let Some(tolerance) = common.tolerance {
         let _ = write!(flags, " --tolerance {tolerance}");
-    }
-    if let Some(seconds) = common.budget {
-        let _ = write!(flags, " --budget {seconds}s");
-    }
-    if let Some(calibration) = &common.calibration {
-        let _ = write!(flags, " --calibration {}", quoted(calibration));
     }
     flags
 }

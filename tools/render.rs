@@ -67,7 +67,6 @@ pub(crate) struct RenderCommand {
 pub(crate) fn execute(command: &RenderCommand, common: &Common) -> Result<(), Failure> {
     let planned = scene_file::load(&command.scene, common)?;
     planned.check_light()?;
-    planned.warn_of_tolerance(common.verbosity());
     let need = |(name, maker), is_needed: bool, given: &Option<PathBuf>| match (is_needed, given) {
         (true, None) => Err(Failure::Usage(format!(
             "this scene needs --{name}, a file that `niji {maker} --scene` writes"
@@ -103,9 +102,7 @@ pub(crate) fn execute(command: &RenderCommand, common: &Common) -> Result<(), Fa
         region: region(command, settings.whole()?)?,
     };
     stages::render::make(&settings, inputs, target, common.manner())?;
-    common.tolerance.map_or(Ok(()), |tolerance| {
-        stages::accuracy::check(&planned, &command.output, tolerance)
-    })
+    stages::accuracy::check(&planned, &command.output)
 }
 
 /// The surfaces that are given, or those of the scene.

@@ -4,34 +4,28 @@ use std::fs;
 use std::path::Path;
 use std::path::PathBuf;
 
-use niji_scene::Choice;
-use niji_scene::ChoiceRequest;
+use niji_render::ask_for_memory;
 use niji_scene::DropSummary;
 use niji_scene::Effect;
-use niji_scene::Goal;
-use niji_scene::MeasuredLevels;
 use niji_scene::Moment;
 use niji_scene::Plan;
-use niji_scene::PlanInputs;
 use niji_scene::ScatteringNeed;
 use niji_scene::Scene;
 use niji_scene::SceneError;
+use niji_scene::Stage;
 use niji_scene::SunPosition;
 use niji_scene::Switch;
 use niji_scene::calls_for_multiple_scattering;
-use niji_scene::choose;
+use niji_scene::levels_for_tolerance;
 use niji_scene::plan as plan_of;
+use niji_scene::tolerance_for_rays;
 
 use crate::check::ephemeris::TimeAndPlace;
 use crate::cli::Common;
 use crate::failure::Failure;
-use crate::progress::Verbosity;
 use crate::stages;
 use crate::stages::drops::Part;
 use crate::stages::drops::Source;
-
-/// What was measured by `niji calibrate`, as it was when the program was built.
-const MEASURED: &str = include_str!("../data/measurements/levels.csv");
 
 /// A scene and what it calls for.
 pub(crate) struct Planned {
@@ -41,61 +35,20 @@ pub(crate) struct Planned {
     pub scene: Scene,
     /// What it calls for.
     pub plan: Plan,
-    /// How its levels were chosen, where a tolerance or a budget was asked for.
-    pub choice: Option<Choice>,
-    /// What levels cost.
-    pub measured: MeasuredLevels,
+    /// The tolerance that was asked for on the command line, which the picture has to keep.
+    pub tolerance: Option<f64>,
     /// Its drop volume, where it names one.
     pub drop_file: Option<PathBuf>,
     /// What its drop volume is made from, where it names none.
     pub drop_source: Option<Source>,
 }
 
-/// What was measured about levels of accuracy: in a file, or before the program was built.
+/// Reads a scene and makes its plan, with levels for the tolerance on the command line.
 ///
 /// # Errors
-/// A file that is missing or damaged; never for a program that was built from sound sources.
-fn measured_levels(file: Option<&Path>) -> Result<MeasuredLevels, Failure> {
-    let Some(path) = file else {
-        let built_in = MeasuredLevels::from_csv(MEASURED);
-        return built_in.map_err(|error| Failure::Failed(error.to_string()));
-    };
-    let bad = |error: &dyn std::fmt::Display| Failure::bad_input(path, error);
-    let text = fs::read_to_string(path).map_err(|error| bad(&error))?;
-    MeasuredLevels::from_csv(&text).map_err(|error| bad(&error))
-}
-
-/// What is asked of the levels of a scene.
-#[derive(Default)]
-struct Asked {
-    goal: Option<Goal>,
-    /// The file of measurements.
-    calibration: Option<PathBuf>,
-    /// Levels that were chosen already, of a frame before.
-    chosen: Option<Choice>,
-    /// Whether the levels of the preset are to stay, because it was asked for by name.
-    keeps_preset: bool,
-}
-
-impl Asked {
-    fn of(common: &Common) -> Self {
-        let tolerance = common.tolerance.map(Goal::Tolerance);
-        Self {
-            goal: tolerance.or(common.budget.map(Goal::Budget)),
-            calibration: common.calibration.clone(),
-            chosen: None,
-            keeps_preset: common.accuracy.is_some(),
-        }
-    }
-}
-
-/// Reads a scene and makes its plan, with levels chosen for the tolerance or the budget on the command
-/// line.
-///
-/// # Errors
-/// A scene, a drop volume or a calibration that is missing or wrong, or a budget that cannot be kept.
+/// A scene or a drop volume that is missing or wrong.
 pub(crate) fn load(path: &Path, common: &Common) -> Result<Planned, Failure> {
-    planned_with(read(path, common)?, path, |drops| drops, Asked::of(common))
+    planned_for(read(path, common)?, path, (|drops| drops, common))
 }
 
 /// Makes the plan of a scene that stands in the file `path`.
@@ -103,94 +56,73 @@ pub(crate) fn load(path: &Path, common: &Common) -> Result<Planned, Failure> {
 /// # Errors
 /// A drop volume that is missing or wrong, or a scene that cannot be planned.
 pub(crate) fn planned(scene: Scene, path: &Path) -> Result<Planned, Failure> {
-    planned_with(scene, path, |drops| drops, Asked::default())
+    let drops = Drops::of(&scene, path, |drops| drops)?;
+    let plan = drops.plan(&scene)?;
+    Ok(drops.planned((scene, plan), None))
 }
 
-/// As [`planned`], with levels chosen for a tolerance.
-///
-/// # Errors
-/// As [`planned`], and a calibration that is missing or wrong.
-pub(crate) fn planned_for(
+/// As [`planned`], with what the tolerance on the command line calls for.
+fn planned_for(
     mut scene: Scene,
     path: &Path,
-    (tolerance, common): (f64, &Common),
+    (of_file, common): (impl Fn(DropSummary) -> DropSummary, &Common),
 ) -> Result<Planned, Failure> {
-    let asked = Asked {
-        goal: Some(Goal::Tolerance(tolerance)),
-        calibration: common.calibration.clone(),
-        ..Asked::default()
-    };
-    scene.accuracy.tolerance = tolerance;
-    planned_with(scene, path, |drops| drops, asked)
-}
-
-fn planned_with(
-    mut scene: Scene,
-    path: &Path,
-    of_file: impl Fn(DropSummary) -> DropSummary,
-    asked: Asked,
-) -> Result<Planned, Failure> {
-    let folder = path.parent().unwrap_or(Path::new(""));
-    let drop_file = scene.drops.file().map(|file| folder.join(file));
-    let drop_source = Source::of(&scene.drops, folder);
-    // Once for all plans.
-    let drops = match (&drop_file, &drop_source) {
-        (_, Some(source)) => source.summary(of_file)?,
-        (Some(file), None) => Source::only(Part::Volume(file.clone())).summary(of_file)?,
-        (None, None) => None,
-    };
-    let measured = measured_levels(asked.calibration.as_deref())?;
-    let inputs = PlanInputs {
-        measured: &measured,
-        drops,
-    };
-    let bad = |error| Failure::bad_input(path, with_causes(&error));
-    let mut plan = plan_of(&scene, &inputs).map_err(bad)?;
-    if let Some(Goal::Tolerance(tolerance)) = asked.goal
+    let drops = Drops::of(&scene, path, of_file)?;
+    let mut plan = drops.plan(&scene)?;
+    if let Some(tolerance) = common.tolerance
         && calls_for_multiple_scattering(&scene, &plan, tolerance)
     {
         scene.effects.set(Effect::MultipleScattering, Switch::On);
-        plan = plan_of(&scene, &inputs).map_err(bad)?;
+        plan = drops.plan(&scene)?;
     }
-    let choice = chosen(&mut scene, &plan, (asked, &measured))?;
-    if let Some(choice) = &choice {
-        scene.accuracy = choice.accuracy;
-        plan = plan_of(&scene, &inputs).map_err(bad)?;
-    }
-    Ok(Planned {
-        file: path.to_owned(),
-        scene,
-        plan,
-        choice,
-        measured,
-        drop_file,
-        drop_source,
-    })
+    Ok(drops.planned((scene, plan), common.tolerance))
 }
 
-/// The levels for what is asked; `None` where nothing is.
-fn chosen(
-    scene: &mut Scene,
-    plan: &Plan,
-    (asked, measured): (Asked, &MeasuredLevels),
-) -> Result<Option<Choice>, Failure> {
-    let Some(goal) = asked.goal else {
-        return Ok(None);
-    };
-    if asked.chosen.is_some() {
-        return Ok(asked.chosen);
+/// The drops of a scene, looked at once for all its plans.
+struct Drops<'a> {
+    path: &'a Path,
+    file: Option<PathBuf>,
+    source: Option<Source>,
+    summary: Option<DropSummary>,
+}
+
+impl<'a> Drops<'a> {
+    fn of(
+        scene: &Scene,
+        path: &'a Path,
+        of_file: impl Fn(DropSummary) -> DropSummary,
+    ) -> Result<Self, Failure> {
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let file = scene.drops.file().map(|file| folder.join(file));
+        let source = Source::of(&scene.drops, folder);
+        let summary = match (&file, &source) {
+            (_, Some(source)) => source.summary(of_file)?,
+            (Some(file), None) => Source::only(Part::Volume(file.clone())).summary(of_file)?,
+            (None, None) => None,
+        };
+        Ok(Self {
+            path,
+            file,
+            source,
+            summary,
+        })
     }
-    if asked.keeps_preset {
-        scene.accuracy = scene.accuracy.spelled_out(plan.work.voxel_m);
+
+    fn plan(&self, scene: &Scene) -> Result<Plan, Failure> {
+        plan_of(scene, self.summary.clone())
+            .map_err(|error| Failure::bad_input(self.path, with_causes(&error)))
     }
-    let request = ChoiceRequest {
-        scene,
-        plan,
-        measured,
-        goal,
-    };
-    let choice = choose(&request).map_err(|error| Failure::Usage(error.to_string()))?;
-    Ok(Some(choice))
+
+    fn planned(self, (scene, plan): (Scene, Plan), tolerance: Option<f64>) -> Planned {
+        Planned {
+            file: self.path.to_owned(),
+            scene,
+            plan,
+            tolerance,
+            drop_file: self.file,
+            drop_source: self.source,
+        }
+    }
 }
 
 /// Reads a scene.
@@ -200,17 +132,6 @@ fn chosen(
 pub(crate) fn read(path: &Path, common: &Common) -> Result<Scene, Failure> {
     let text = fs::read_to_string(path).map_err(|error| Failure::bad_input(path, error))?;
     parsed(&stages::photo::with_picked_sun(text, path)?, path, common)
-}
-
-/// Reads a scene with the levels that [`load`] gives it, for stages that need no plan.
-///
-/// # Errors
-/// As [`read`], and as [`load`] where levels are to be chosen.
-pub(crate) fn read_with_levels(path: &Path, common: &Common) -> Result<Scene, Failure> {
-    if common.tolerance.is_none() && common.budget.is_none() {
-        return read(path, common);
-    }
-    Ok(load(path, common)?.scene)
 }
 
 /// Reads the scene of a frame, whose text stands for that of the file `path`.
@@ -227,22 +148,13 @@ pub(crate) fn frame_scene(text: &str, path: &Path, common: &Common) -> Result<Sc
 }
 
 /// Makes the plan of a frame, whose text stands for that of the file `path`: what it needs is rounded,
-/// so that other frames need the same. What was chosen for a frame before is kept: levels that change
-/// would be seen.
+/// so that other frames need the same.
 ///
 /// # Errors
 /// As [`load`] and [`frame_scene`].
-pub(crate) fn frame(
-    text: &str,
-    path: &Path,
-    (common, chosen): (&Common, Option<Choice>),
-) -> Result<Planned, Failure> {
+pub(crate) fn frame(text: &str, path: &Path, common: &Common) -> Result<Planned, Failure> {
     let scene = frame_scene(text, path, common)?;
-    let asked = Asked {
-        chosen,
-        ..Asked::of(common)
-    };
-    let mut planned = planned_with(scene, path, DropSummary::with_rounded_sizes, asked)?;
+    let mut planned = planned_for(scene, path, (DropSummary::with_rounded_sizes, common))?;
     let need = planned.plan.scattering.take();
     planned.plan.scattering = need.map(ScatteringNeed::with_rounded_directions);
     Ok(planned)
@@ -260,11 +172,13 @@ fn parsed(text: &str, path: &Path, common: &Common) -> Result<Scene, Failure> {
         ),
         error => Failure::bad_input(path, error),
     })?;
-    if let Some(preset) = common.accuracy {
-        scene.accuracy.preset = preset.into();
-    }
     if let Some(tolerance) = common.tolerance {
         scene.accuracy.tolerance = tolerance;
+    }
+    match (common.accuracy, common.tolerance) {
+        (Some(preset), _) => scene.accuracy.preset = preset.into(),
+        (None, Some(tolerance)) => scene.accuracy = levels_for_tolerance(&scene, tolerance),
+        (None, None) => (),
     }
     Ok(scene)
 }
@@ -299,15 +213,7 @@ impl Planned {
     /// What the estimated error of a pixel may be before it gets more rays, relative to the reference
     /// luminance; `None` where no tolerance was asked for.
     pub(crate) fn tolerance_for_rays(&self) -> Option<f64> {
-        self.choice.as_ref().and_then(|choice| choice.for_rays)
-    }
-
-    /// Says on standard error that a tolerance is out of reach, before anything runs for it.
-    pub(crate) fn warn_of_tolerance(&self, verbosity: Verbosity) {
-        let warning = self.choice.as_ref().and_then(Choice::out_of_reach);
-        if let (Some(warning), true) = (warning, verbosity > Verbosity::Quiet) {
-            eprintln!("{:>11}  {warning}", "warning");
-        }
+        self.tolerance.map(tolerance_for_rays)
     }
 
     /// Refuses a scene whose scattering table the stage would refuse, in the same words.
@@ -317,6 +223,22 @@ impl Planned {
     pub(crate) fn check_table(&self) -> Result<(), Failure> {
         let refused = self.plan.table_refused.as_ref();
         refused.map_or(Ok(()), |error| Err(Failure::Usage(error.to_string())))
+    }
+
+    /// Refuses a picture for which memory cannot be had, in the words of the renderer.
+    ///
+    /// # Errors
+    /// [`Failure::Failed`].
+    pub(crate) fn check_memory(&self) -> Result<(), Failure> {
+        let region = self.scene.camera.region();
+        let region = region.map_err(|error| Failure::Usage(error.to_string()))?;
+        let mut stages = self.plan.stages.iter();
+        let picture = stages.find(|planned| planned.stage == Stage::Render);
+        // Its file at most, as numbers lie in memory.
+        let bytes = picture.and_then(|planned| planned.estimate.file_bytes);
+        ask_for_memory((region.width_px, region.height_px), bytes.unwrap_or(0)).map_err(|error| {
+            Failure::Failed(format!("{error} (`niji render --tiles` or `--region`)"))
+        })
     }
 
     /// Refuses a scene that sends no light at all.

@@ -103,14 +103,6 @@ pub(crate) fn relative_rmse(radiance: &Array3<f32>, reference: &Array3<f32>) -> 
     }
 }
 
-/// RMSE of luminance over the picture, cd/m².
-pub(crate) fn luminance_rmse(image: &SpectralImage, reference: &SpectralImage) -> f64 {
-    let (found, expected) = (luminance(image), luminance(reference));
-    let pairs = found.iter().zip(&expected);
-    let squares: f64 = pairs.map(|(a, b)| (a - b).powi(2)).sum();
-    (squares / found.len().max(1) as f64).sqrt()
-}
-
 /// Luminance of every pixel by rows, cd/m².
 pub(crate) fn luminance(image: &SpectralImage) -> Vec<f64> {
     let observer = Colorimetry::new(&image.wavelengths);

@@ -278,6 +278,7 @@ fn all_orders(air: &AtmosphereTable) -> Result<Vec<(&'static str, Cost)>, Failur
     costs[0].1.compare_all(&once, &exact);
     for (label, level) in [
         ("all orders, draft", ScatteringOrders::DRAFT),
+        ("all orders, quick", ScatteringOrders::QUICK),
         ("all orders, standard", ScatteringOrders::STANDARD),
     ] {
         let mut solved = air.clone();

@@ -1,96 +1,54 @@
-//! The table at the end of a run: what each level of accuracy costs, and what its neighbors would.
+//! The lines at the end of a run: what it took, what it leaves out, and how accurate the picture is.
 
-use niji_scene::MeasuredLevel;
+use niji_scene::Effect;
+use niji_scene::EffectDecision;
 use niji_scene::Plan;
-use niji_scene::Stage;
 
 use crate::scene_file::Planned;
 use crate::stages::Done;
 use crate::stages::accuracy::Reached;
+use crate::stages::accuracy::of_white;
 
-/// Decisions that cost nothing in a vacuum.
-const AIR_KEYS: [&str; 2] = ["air_path", "sky"];
-
-/// Prints times of stages, levels with their price, the effects that are off, and how accurate the
-/// picture is.
+/// Prints the times of stages, the effects that are left out, and the verdict.
 pub(super) fn print(planned: &Planned, done: &[Done], reached: Option<&Reached>) {
-    eprintln!("\n{:<11} {:>9}", "stage", "time");
+    eprintln!();
     for stage in done {
         let note = if stage.up_to_date { "  up to date" } else { "" };
-        eprintln!("{:<11} {:>7.2} s{note}", stage.stage, stage.seconds);
+        eprintln!("{:>11} {:>7.2} s{note}", stage.stage, stage.seconds);
     }
-    print_levels(planned);
-    print_effects_off(&planned.plan);
-    if let Some(choice) = &planned.choice {
-        eprint!("{}", choice.text());
+    for line in left_out(&planned.plan) {
+        eprintln!("{line}");
     }
+    let seconds: f64 = done.iter().map(|done| done.seconds).sum();
     if let Some(reached) = reached {
-        eprintln!("{}", reached.text());
+        eprintln!("{}; {seconds:.1} s", reached.text());
+    }
+    let too_much = reached.and_then(Reached::too_much);
+    if let (Some(cause), None) = (too_much, planned.tolerance) {
+        eprintln!("most of it from {cause}");
     }
 }
 
-/// The levels, each with its neighbors in cost.
-fn print_levels(planned: &Planned) {
-    let (plan, measured) = (&planned.plan, &planned.measured);
-    eprintln!(
-        "\n{:<21} {:<34} {:>9} {:>7}  {:<40} next dearer",
-        "accuracy", "level", "error", "time", "next cheaper"
-    );
-    let in_air = plan.runs(Stage::Atmosphere);
-    let kept = plan.levels.measured_names(plan.work.voxel_m);
-    for ((key, level), (_, kept)) in plan.levels.named().into_iter().zip(kept) {
-        if !in_air && AIR_KEYS.contains(&key.as_str()) {
-            continue;
-        }
-        let here = measured.find(&key, &kept, &plan.scene);
-        let cheaper = measured.next_cheaper(&key, &kept, &plan.scene);
-        let dearer = measured.next_dearer(&key, &kept, &plan.scene);
-        eprintln!(
-            "{key:<21} {level:<34} {:>9} {:>7}  {:<40} {}",
-            error(here),
-            time(here),
-            neighbor(cheaper),
-            neighbor(dearer)
-        );
+/// The effects that are off although they may be seen, a line for light that drops scatter more than
+/// once and one for all others.
+fn left_out(plan: &Plan) -> Vec<String> {
+    let (orders, others): (Vec<_>, Vec<_>) = plan
+        .missed()
+        .partition(|it| it.effect == Effect::MultipleScattering);
+    let mut lines: Vec<String> = orders.iter().map(|it| further_orders(it)).collect();
+    let others = others.iter();
+    let others = others.map(|it| format!("{} (at most {})", it.effect, of_white(it.bound.value)));
+    let others: Vec<String> = others.collect();
+    if !others.is_empty() {
+        lines.push(format!("left out: {}", others.join(", ")));
     }
-    eprintln!(
-        "error: relative RMSE of radiance against the best level of that row, or a finer one, on the \
-         calibration scene; time: over the standard level; ? not measured (niji calibrate)"
-    );
+    lines
 }
 
-fn print_effects_off(plan: &Plan) {
-    let off: Vec<String> = plan
-        .effects
-        .iter()
-        .filter(|decision| !decision.on)
-        .map(|decision| {
-            let bound = decision.bound;
-            let kind = bound.kind.name();
-            format!("{} (<= {:.1e} {kind})", decision.effect, bound.value)
-        })
-        .collect();
-    let off = if off.is_empty() {
-        "nothing".to_owned()
-    } else {
-        off.join(", ")
-    };
-    eprintln!("off: {off}");
-}
-
-fn error(level: Option<&MeasuredLevel>) -> String {
-    let error = level.and_then(|level| level.error);
-    error.map_or_else(|| "?".to_owned(), |error| format!("{error:.1e}"))
-}
-
-fn time(level: Option<&MeasuredLevel>) -> String {
-    let time = level.and_then(|level| level.relative_time);
-    time.map_or_else(|| "?".to_owned(), |time| format!("x {time:.2}"))
-}
-
-fn neighbor(level: Option<&MeasuredLevel>) -> String {
-    let Some(found) = level else {
-        return "-".to_owned();
-    };
-    format!("{}: {}, {}", found.level, error(level), time(level))
+fn further_orders(decision: &EffectDecision) -> String {
+    format!(
+        "left out: light that drops scatter more than once (at most {} of display white); \
+         effects.multiple_scattering = \"on\" adds it",
+        of_white(decision.bound.value)
+    )
 }

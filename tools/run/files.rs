@@ -63,7 +63,11 @@ impl Files {
             let settings = stages::scatter::settings(need, wavelengths);
             files.table = named(&files.table, &hash(settings));
         }
-        files.air = named(&files.air, &hash(stages::atmosphere::settings(scene)));
+        let orders = planned.plan.scattering_orders(scene);
+        files.air = named(
+            &files.air,
+            &hash(stages::atmosphere::settings(scene, orders)),
+        );
         Ok(files)
     }
 }

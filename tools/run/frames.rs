@@ -79,17 +79,14 @@ pub(super) fn execute(
     }
     let verbosity = common.verbosity();
     let (mut frames, mut effects) = (Vec::new(), None);
-    let (mut accuracy, mut chosen) = (Ok(()), None);
+    let mut accuracy = Ok(());
     for number in numbers() {
         let in_frame = |failure: Failure| failure.within(&format!("frame {number}"));
         let text = sequence.scene_text(number);
-        let planned = scene_file::frame(&text, scene_file, (common, chosen.take()));
-        let planned = planned.map_err(in_frame)?;
+        let planned = scene_file::frame(&text, scene_file, common).map_err(in_frame)?;
         planned.check_light().map_err(in_frame)?;
         planned.check_table().map_err(in_frame)?;
-        if frames.is_empty() {
-            planned.warn_of_tolerance(verbosity);
-        }
+        planned.check_memory().map_err(in_frame)?;
         if verbosity > Verbosity::Quiet {
             eprintln!("{:>11}  {number}", "frame");
             for warning in &planned.plan.warnings {
@@ -100,10 +97,9 @@ pub(super) fn execute(
         let files = Files::of_frame(&planned, folder, number)?;
         let outcome = run_stages_to(&planned, &files, common.manner());
         let Outcome { done, .. } = outcome.map_err(in_frame)?;
-        if let (Some(tolerance), Ok(())) = (common.tolerance, &accuracy) {
-            accuracy = accuracy::check(&planned, &files.image, tolerance).map_err(in_frame);
+        if accuracy.is_ok() {
+            accuracy = accuracy::check(&planned, &files.image).map_err(in_frame);
         }
-        chosen = planned.choice;
         frames.push(FrameDone {
             frame: number,
             image: files.image,

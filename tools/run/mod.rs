@@ -40,7 +40,6 @@ use crate::sun::report::FindingText;
   niji run data/scenes/paper-c-figure-3.toml -o out
   niji run scene.toml -o draft --accuracy draft
   niji run scene.toml -o out --tolerance 0.01
-  niji run scene.toml -o out --budget 10s
   niji run sequence.toml -o out --frames 1-240
 
 Leaves drops.vdb, airy.exr, scatter.exr, atmosphere.exr (where the plan needs them), image.exr,
@@ -55,8 +54,7 @@ pub(crate) struct RunCommand {
     output: PathBuf,
     /// The frames of a sequence to make: A, or A-B; what changes from frame to frame stands in the
     /// scene's section [sequence] and in file names with ####. Values lie between those given as numbers
-    /// do, angles too: a turn over north is from 350 to 370 degrees. Levels chosen for --tolerance or --budget
-    /// are those of the first frame for all: a level that changes would be seen.
+    /// do, angles too: a turn over north is from 350 to 370 degrees.
     #[arg(long, value_name = "A-B", value_parser = parse_frames)]
     frames: Option<FrameRange>,
     /// Make every K-th of the frames only.
@@ -91,14 +89,11 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
     }
     planned.check_light()?;
     planned.check_table()?;
+    planned.check_memory()?;
     let manner = common.manner();
-    planned.warn_of_tolerance(manner.verbosity);
     let Outcome { done, findings } = run_stages(&planned, folder, manner)?;
     let image = folder.join(stages::render::FILE);
-    let reached = common
-        .tolerance
-        .map(|tolerance| accuracy::reached(&planned, &image, tolerance));
-    let reached = reached.transpose()?.flatten();
+    let reached = accuracy::reached(&planned, &image)?;
     let report = report::json(&planned, &done, reached.as_ref());
     report::write(&report, folder)?;
     if manner.verbosity > Verbosity::Quiet {
@@ -124,7 +119,8 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
     }
     // Everything is written by now, for whoever wants the impossible.
     check::verdict(&findings)?;
-    reached.map_or(Ok(()), |reached| accuracy::verdict(&reached))
+    let asked = reached.filter(|_| common.tolerance.is_some());
+    asked.map_or(Ok(()), |reached| reached.verdict())
 }
 
 /// What the stages of a run did.
@@ -180,7 +176,10 @@ fn run_stages_to(planned: &Planned, files: &Files, manner: Manner) -> Result<Out
                 let wavelengths = wavelengths.map_err(|e| Failure::Failed(e.to_string()))?;
                 stages::scatter::make(need, wavelengths, Some(airy), table, manner)
             }
-            Stage::Atmosphere => stages::atmosphere::make(scene, air, manner),
+            Stage::Atmosphere => {
+                let orders = plan.scattering_orders(scene);
+                stages::atmosphere::make((scene, orders), air, manner)
+            }
             stage @ (Stage::Depth | Stage::Sun | Stage::Check | Stage::Composite) => {
                 let made = stages::photo::make(planned, stage, folder, manner);
                 made.map(|(done, found)| {

@@ -22,7 +22,6 @@ pub(super) fn json(planned: &Planned, done: &[Done], reached: Option<&Reached>) 
         "command": std::env::args().collect::<Vec<_>>(),
         "scene": planned.scene,
         "plan": planned.plan,
-        "choice": planned.choice,
         "accuracy": reached,
         "stages": done,
         "seconds": done.iter().map(|done| done.seconds).sum::<f64>(),

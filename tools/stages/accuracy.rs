@@ -1,13 +1,16 @@
-//! Whether a picture is as accurate as was asked for, and what limits it where it is not.
+//! How accurate a picture is by its own estimate, and what limits it.
 //!
-//! error = what the renderer estimated, RMS over the pixels + what the levels that it cannot judge are
-//! predicted to cost: theory, air and sky.
+//! error = RMS over the pixels of what the renderer estimated + what the plan left out at most
+//!
+//! Both are in gray cards in the sun, like the tolerance; people are told percents of display white, the
+//! luminance that a preview shows as white, of which a gray card is 18 %. The renderer takes theory,
+//! sky and the air's lengths as given: what these err by is in no estimate.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use niji_exchange::Aov;
 use niji_exchange::SpectralImage;
-use niji_scene::SHARE_FOR_LEVELS;
 use serde::Serialize;
 
 use crate::failure::Failure;
@@ -19,17 +22,14 @@ pub(crate) const AOV: &str = "error";
 /// Channel of all causes together.
 pub(crate) const TOTAL: &str = "Y";
 
-/// Decisions that the renderer takes as given: their errors are not in its estimate.
-const NOT_ESTIMATED: [&str; 3] = ["theory", "air_path", "sky"];
-
-/// Channel of what the rays of a pixel miss.
-const FOOTPRINT: &str = "footprint";
+/// Luminance of a gray card over that of display white.
+const GRAY_CARD: f64 = 0.18;
 
 /// What to do about each cause of error, by its channel.
 const REMEDIES: [(&str, &str); 7] = [
     (
-        FOOTPRINT,
-        "edges for which 256 rays a pixel are too few: render it larger",
+        "footprint",
+        "edges inside pixels: --tolerance gives them up to 256 rays, a larger picture more",
     ),
     (
         "orders",
@@ -63,111 +63,113 @@ const REMEDIES: [(&str, &str); 7] = [
 /// How accurate a picture is, in parts of the reference luminance.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Reached {
-    /// What was asked of the levels: half of the tolerance.
-    allowed: f64,
-    /// Estimated RMSE of luminance.
-    pub(crate) error: f64,
-    /// The part of it that the renderer estimated.
+    /// The tolerance.
+    tolerance: f64,
+    /// What the picture errs by: `estimated` and `left_out`.
+    error: f64,
+    /// What the renderer estimated, RMS over the picture.
     estimated: f64,
-    /// The part that was predicted of theory, air and sky.
-    predicted: f64,
-    /// What causes most of it, and what to do.
-    #[serde(skip)]
-    largest: (f64, String),
+    /// What the effects add at most that the plan left out by itself.
+    left_out: f64,
+    /// The same by cause: squares add up.
+    causes: BTreeMap<&'static str, f64>,
 }
 
 impl Reached {
     /// The error in words.
     pub(crate) fn text(&self) -> String {
         format!(
-            "error reached: {:.2e} of {:.2e} allowed ({:.1e} estimated by the renderer, {:.1e} predicted \
-             of theory, air and sky)",
-            self.error, self.allowed, self.estimated, self.predicted
+            "error {} of display white, {} {} (tolerance {})",
+            of_white(self.error),
+            if self.is_kept() {
+                "within"
+            } else {
+                "not within"
+            },
+            of_white(self.tolerance),
+            self.tolerance
         )
     }
+
+    /// What causes most of an error that is larger than the tolerance, and what to do.
+    pub(crate) fn too_much(&self) -> Option<&'static str> {
+        let size = |cause: &str| self.causes.get(cause).copied().unwrap_or(0.0);
+        let largest = REMEDIES
+            .iter()
+            .max_by(|(a, _), (b, _)| size(a).total_cmp(&size(b)));
+        largest
+            .map(|(_, remedy)| *remedy)
+            .filter(|_| !self.is_kept())
+    }
+
+    fn is_kept(&self) -> bool {
+        self.error <= self.tolerance
+    }
+
+    /// Refuses a picture that misses its tolerance, naming the largest cause.
+    ///
+    /// # Errors
+    /// [`Failure::AccuracyNotReached`].
+    pub(crate) fn verdict(&self) -> Result<(), Failure> {
+        self.too_much().map_or(Ok(()), |cause| {
+            let text = self.text();
+            Err(Failure::AccuracyNotReached(format!(
+                "{text}: most of it from {cause} (the picture was written)"
+            )))
+        })
+    }
 }
+
+/// Gray cards in the sun as percent of display white, two digits: `0.18 %`.
+pub(crate) fn of_white(gray_cards: f64) -> String {
+    let percent = 100.0 * GRAY_CARD * gray_cards;
+    if percent > 0.0 && percent < LEAST_PERCENT {
+        return format!("below {LEAST_PERCENT} %");
+    }
+    let n_decimals = (1.0 - percent.max(LEAST_PERCENT).log10().floor()).max(0.0);
+    let text = format!("{percent:.0$}", n_decimals as usize);
+    let text = if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.')
+    } else {
+        &text
+    };
+    format!("{text} %")
+}
+
+/// No smaller error is told in digits, percent.
+const LEAST_PERCENT: f64 = 1e-4;
 
 /// How accurate a picture is; `None` if it holds no estimate.
 ///
 /// # Errors
 /// A file that cannot be read.
-pub(crate) fn reached(
-    planned: &Planned,
-    image: &Path,
-    tolerance: f64,
-) -> Result<Option<Reached>, Failure> {
+pub(crate) fn reached(planned: &Planned, image: &Path) -> Result<Option<Reached>, Failure> {
     let picture = SpectralImage::read_spectral(image).map_err(|e| Failure::bad_input(image, e))?;
-    Ok(reached_by(planned, &picture, tolerance))
-}
-
-/// How accurate a picture is that was read; `None` if it holds no estimate.
-pub(crate) fn reached_by(
-    planned: &Planned,
-    picture: &SpectralImage,
-    tolerance: f64,
-) -> Option<Reached> {
-    let error = estimate(picture)?;
-    let reference = planned.plan.reference_luminance_cd_m2;
-    let levels = planned.choice.iter().flat_map(|choice| &choice.levels);
-    let given = levels.filter(|level| NOT_ESTIMATED.contains(&level.decision));
-    let predictions = given.filter_map(|level| Some((level.error?, level)));
-    let remedies =
-        REMEDIES.map(|(cause, remedy)| (rms(error, cause) / reference, remedy.to_owned()));
-    let of_levels = predictions.clone().map(|(error, level)| {
-        let remedy = format!("{} = {}: a better level", level.decision, level.level);
-        (error, remedy)
-    });
-    let none = (0.0, "a more accurate preset".to_owned());
-    let more =
-        |most: (f64, String), cause: (f64, String)| if cause.0 > most.0 { cause } else { most };
-    let estimated = rms(error, TOTAL) / reference;
-    let predicted = predictions.map(|(error, _)| error).sum();
-    Some(Reached {
-        allowed: SHARE_FOR_LEVELS * tolerance,
-        error: estimated + predicted,
+    let Some(error) = picture.aovs.iter().find(|aov| aov.name == AOV) else {
+        return Ok(None);
+    };
+    let plan = &planned.plan;
+    let part = |channel| rms(error, channel) / plan.reference_luminance_cd_m2;
+    let estimated = part(TOTAL);
+    Ok(Some(Reached {
+        tolerance: plan.tolerance,
+        error: estimated + plan.left_out,
         estimated,
-        predicted,
-        largest: remedies.into_iter().chain(of_levels).fold(none, more),
-    })
+        left_out: plan.left_out,
+        causes: REMEDIES.map(|(cause, _)| (cause, part(cause))).into(),
+    }))
 }
 
-/// What the renderer estimated of a picture but for its rays, in parts of the reference luminance;
-/// `None` if it holds no estimate.
-pub(crate) fn estimated_along_rays(planned: &Planned, picture: &SpectralImage) -> Option<f64> {
-    let error = estimate(picture)?;
-    let causes = REMEDIES.iter().map(|(cause, _)| *cause);
-    let along = causes.filter(|cause| *cause != FOOTPRINT);
-    let squares: f64 = along.map(|cause| rms(error, cause).powi(2)).sum();
-    Some(squares.sqrt() / planned.plan.reference_luminance_cd_m2)
-}
-
-fn estimate(picture: &SpectralImage) -> Option<&Aov> {
-    picture.aovs.iter().find(|aov| aov.name == AOV)
-}
-
-/// Refuses a picture that misses its tolerance, naming the largest cause.
+/// Refuses a picture that misses the tolerance on the command line; without one nothing is asked.
 ///
 /// # Errors
-/// [`Failure::AccuracyNotReached`].
-pub(crate) fn verdict(reached: &Reached) -> Result<(), Failure> {
-    let Reached { error, allowed, .. } = reached;
-    if error <= allowed {
+/// A file that cannot be read; as [`Reached::verdict`].
+pub(crate) fn check(planned: &Planned, image: &Path) -> Result<(), Failure> {
+    if planned.tolerance.is_none() {
         return Ok(());
     }
-    let (largest, remedy) = &reached.largest;
-    Err(Failure::AccuracyNotReached(format!(
-        "the estimated error of the picture is {error:.2e}, expected at most {allowed:.2e}, half of \
-         the tolerance; {largest:.1e} of it comes from {remedy} (the picture was written)"
-    )))
-}
-
-/// Checks that the error of a picture keeps to the part of the tolerance that is for levels.
-///
-/// # Errors
-/// A file that cannot be read; as [`verdict`].
-pub(crate) fn check(planned: &Planned, image: &Path, tolerance: f64) -> Result<(), Failure> {
-    let reached = reached(planned, image, tolerance)?;
-    reached.map_or(Ok(()), |reached| verdict(&reached))
+    let reached = reached(planned, image)?;
+    reached.map_or(Ok(()), |reached| reached.verdict())
 }
 
 /// Root of the mean square of a channel; 0 where there is none.
@@ -184,6 +186,39 @@ mod tests {
     use ndarray::array;
 
     use super::*;
+
+    #[test]
+    fn percents_have_two_digits() {
+        let white = 1.0 / (100.0 * GRAY_CARD);
+        for (percent, text) in [
+            (0.0, "0 %"),
+            (1e-6, "below 0.0001 %"),
+            (0.00123, "0.0012 %"),
+            (0.18, "0.18 %"),
+            (0.5, "0.5 %"),
+            (2.345, "2.3 %"),
+            (20.0, "20 %"),
+            (234.0, "234 %"),
+        ] {
+            assert_eq!(of_white(percent * white), text);
+        }
+    }
+
+    #[test]
+    fn what_the_plan_left_out_counts_and_the_largest_cause_is_named() {
+        let reached = |estimated, left_out| Reached {
+            tolerance: 0.01,
+            error: estimated + left_out,
+            estimated,
+            left_out,
+            causes: [("sizes", 0.2 * estimated), ("shadow", 0.9 * estimated)].into(),
+        };
+        assert!(reached(0.006, 0.003).verdict().is_ok());
+        let missed = reached(0.006, 0.005).verdict().unwrap_err().to_string();
+        assert!(missed.contains("0.2 % of display white"), "{missed}");
+        assert!(missed.contains("0.18 % (tolerance 0.01)"), "{missed}");
+        assert!(missed.contains("accuracy.sun_path"), "{missed}");
+    }
 
     #[test]
     fn the_rms_is_that_of_the_channel() {

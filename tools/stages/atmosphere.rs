@@ -22,14 +22,16 @@ use crate::stages::perform;
 /// Name of the file in the folder of a run.
 pub(crate) const FILE: &str = "atmosphere.exr";
 
+/// How finely light that the air scatters more than once is solved; `None` for one order.
+pub(crate) type Orders = Option<ScatteringOrders>;
+
 /// The air of a scene, tabulated; `None` in a vacuum.
 ///
 /// # Errors
 /// Parameters out of their range.
-pub(crate) fn table(scene: &Scene) -> Result<Option<AtmosphereTable>, Failure> {
+pub(crate) fn table(scene: &Scene, orders: Orders) -> Result<Option<AtmosphereTable>, Failure> {
     let wavelengths = scene.spectrum.grid();
     let wavelengths = wavelengths.map_err(|error| Failure::Usage(error.to_string()))?;
-    let orders = scene.scattering_orders();
     let table = scene
         .air
         .as_ref()
@@ -46,7 +48,7 @@ pub(crate) fn tabulated(
     wavelengths: WavelengthGrid,
     ground_albedo: f64,
     sun: &Sun,
-    orders: Option<ScatteringOrders>,
+    orders: Orders,
 ) -> Result<AtmosphereTable, Failure> {
     let usage = |error: niji_atmosphere::Error| Failure::Usage(error.to_string());
     let model = air.model(wavelengths, ground_albedo, sun).map_err(usage)?;
@@ -61,23 +63,29 @@ pub(crate) fn tabulated(
 ///
 /// # Errors
 /// A scene in a vacuum, an output that exists, or a file that cannot be written.
-pub(crate) fn make(scene: &Scene, to: &Path, manner: Manner) -> Result<Done, Failure> {
+pub(crate) fn make(
+    (scene, orders): (&Scene, Orders),
+    to: &Path,
+    manner: Manner,
+) -> Result<Done, Failure> {
     let request = Request {
         stage: "atmosphere",
-        settings: settings(scene),
+        settings: settings(scene, orders),
         inputs: Vec::new(),
         outputs: vec![to],
     };
     perform(&request, manner, |provenance| {
         let vacuum =
             || Failure::Usage("the scene has no section [air]: it lies in a vacuum".to_owned());
-        let file = table(scene)?.ok_or_else(vacuum)?.to_file(provenance);
+        let file = table(scene, orders)?
+            .ok_or_else(vacuum)?
+            .to_file(provenance);
         output::write_file(to, |writer| file.write(writer))
     })
 }
 
 /// What the table of a scene's air depends on.
-pub(crate) fn settings(scene: &Scene) -> String {
+pub(crate) fn settings(scene: &Scene, orders: Orders) -> String {
     // A table that does not depend on the sun serves every sun.
     let depends_on = |air: &Air| air.depends_on(&scene.sun);
     let sun = scene
@@ -85,7 +93,7 @@ pub(crate) fn settings(scene: &Scene) -> String {
         .as_ref()
         .is_some_and(depends_on)
         .then_some(scene.sun);
-    let orders = scene.scattering_orders().map(|orders| {
+    let orders = orders.map(|orders| {
         let sizes = [orders.n_layers, orders.n_zeniths, orders.max_degree];
         (sizes, orders.tolerance)
     });

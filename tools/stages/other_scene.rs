@@ -56,7 +56,7 @@ fn other_water(scene: &Scene, path: &Path) -> Option<String> {
 
 /// The air of another scene.
 fn other_air(scene: &Scene, path: &Path) -> Vec<String> {
-    let expected = serde_json::from_str::<Value>(&stages::atmosphere::settings(scene)).ok();
+    let expected = serde_json::from_str::<Value>(&stages::atmosphere::settings(scene, None)).ok();
     let Some((found, expected)) = settings(path, "niji atmosphere").zip(expected) else {
         return Vec::new();
     };

@@ -68,7 +68,8 @@ pub(crate) fn make(
     perform(&request, manner, |provenance| {
         let vacuum =
             || Failure::Usage("the scene has no section [air]: its sky is black".to_owned());
-        let air = stages::atmosphere::table(scene)?.ok_or_else(vacuum)?;
+        let air =
+            stages::atmosphere::table(scene, scene.scattering_orders())?.ok_or_else(vacuum)?;
         let image = picture(scene, &air, panorama, provenance);
         let exposure_ev = scene.picture.exposure_ev;
         output::write_file(&preview, |writer| image.write_png(writer, exposure_ev))?;

@@ -1,6 +1,7 @@
 //! `niji sweep`: what accuracy costs in time, for one scene: every level of every decision in place of
 //! the scene's own, and the presets, each run from nothing and set against the reference preset.
 
+mod levels;
 mod page;
 mod picture_distance;
 mod point;
@@ -11,7 +12,6 @@ use std::path::PathBuf;
 
 use clap::Args;
 use niji_scene::Accuracy;
-use niji_scene::DECISIONS;
 use niji_scene::Preset;
 use niji_scene::Scene;
 
@@ -22,6 +22,7 @@ use crate::plot::Cloud;
 use crate::progress;
 use crate::scene_file;
 use crate::scene_file::Planned;
+use crate::sweep::levels::DECISIONS;
 use crate::sweep::page::Page;
 use crate::sweep::point::Point;
 use crate::sweep::point::Runs;
@@ -133,7 +134,7 @@ fn variants(planned: &Planned) -> Vec<Variant> {
             is_best: preset == Preset::Reference,
         })
         .collect();
-    let voxel_m = planned.plan.work.voxel_m;
+    let voxel_m = planned.plan.voxel_m;
     for decision in DECISIONS
         .iter()
         .filter(|decision| decision.concerns(scene, &planned.plan))

@@ -60,7 +60,16 @@ impl ScatteringOrders {
         max_degree: 4,
         tolerance: 1e-2,
     };
-    /// The default level: all light of a sky within 2 % of discrete ordinates, in clear air within
+    /// For pictures: all light of a clear sky within 0.2 %, of one in rural haze within 3 % of the finest
+    /// level, which is 0.001 and 0.014 of a gray card in the sun RMS over the sky (sun at 2 to 60
+    /// degrees, November 2026). 41 wavelengths take 0.34 s of one core in clear air and 1 s in haze.
+    pub const QUICK: Self = Self {
+        n_layers: 14,
+        n_zeniths: 5,
+        max_degree: 6,
+        tolerance: 5e-3,
+    };
+    /// An accurate level: all light of a sky within 2 % of discrete ordinates, in clear air within
     /// 0.1 % (sun to 60, view to 75 degrees from the zenith, molecules with and without rural or
     /// maritime haze of 10 km of visibility or more, 450 and 650 nm, albedo 0 to 0.8), and within 1 %
     /// of the finest level with the sun from 2 degrees up (November 2026). 41 wavelengths take 1 s of one

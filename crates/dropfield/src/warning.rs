@@ -28,9 +28,6 @@ const FEWEST_FOG_DROPS_M3: f64 = 1e6;
 /// Largest effective radius of heavy rain, with room to spare (um).
 const LARGEST_RAIN_RADIUS_UM: f64 = 2000.0;
 
-/// From this effective radius on the shape of falling drops moves the bow by degrees (um).
-const FLATTENED_FROM_UM: f64 = 500.0;
-
 /// Optical depth below which a bow has a contrast of far less than a percent against a sky.
 const FAINTEST_OPTICAL_DEPTH: f64 = 1e-3;
 
@@ -68,13 +65,6 @@ pub enum Warning {
     },
     /// Drops larger than rain has.
     LargeDrops {
-        /// Name of the mode.
-        mode: String,
-        /// Largest effective radius (um).
-        effective_radius_um: f64,
-    },
-    /// Drops large enough to be flattened by their fall.
-    FlattenedDrops {
         /// Name of the mode.
         mode: String,
         /// Largest effective radius (um).
@@ -154,11 +144,6 @@ fn of_mode(mode: &DropMode) -> Vec<Warning> {
             mode: name(),
             effective_radius_um: largest_um,
         });
-    } else if largest_um > FLATTENED_FROM_UM {
-        warnings.push(Warning::FlattenedDrops {
-            mode: name(),
-            effective_radius_um: largest_um,
-        });
     }
     warnings
 }
@@ -211,17 +196,6 @@ impl fmt::Display for Warning {
                 prefix(mode),
                 1e-3 * effective_radius_um,
                 1e-3 * LARGEST_RAIN_RADIUS_UM
-            ),
-            Self::FlattenedDrops {
-                mode,
-                effective_radius_um,
-            } => write!(
-                f,
-                "{}an effective radius of {:.2} mm; falling drops above {} mm are flattened, which \
-                 moves the top of the bow by degrees (effect drop_flattening)",
-                prefix(mode),
-                1e-3 * effective_radius_um,
-                1e-3 * FLATTENED_FROM_UM
             ),
             Self::Invisible { optical_depth } => write!(
                 f,

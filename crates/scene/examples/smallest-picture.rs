@@ -14,8 +14,6 @@ use niji_render::LitDrops;
 use niji_render::RenderRequest;
 use niji_render::render;
 use niji_scatter::scattering_table;
-use niji_scene::MeasuredLevels;
-use niji_scene::PlanInputs;
 use niji_scene::Scene;
 use niji_scene::plan;
 
@@ -45,11 +43,7 @@ number_density_m3 = 500.0
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     // What takes part and how accurately: the plan decides, as `niji plan` would.
     let scene = Scene::from_toml(SCENE)?;
-    let inputs = PlanInputs {
-        measured: &MeasuredLevels::default(),
-        drops: None,
-    };
-    let plan = plan(&scene, &inputs)?;
+    let plan = plan(&scene, None)?;
     let (wavelengths, sun_direction) = (scene.spectrum.grid()?, scene.sun.direction());
     let sun_irradiance = solar_irradiance(&wavelengths);
 

@@ -17,7 +17,10 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
 
+use crate::effect::Effect;
+use crate::effect::Switch;
 use crate::level_names;
+use crate::scene::Scene;
 
 /// A named set of levels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
@@ -56,7 +59,7 @@ impl Preset {
             },
             sun_path: SunPath::Volume { voxel_m },
             air_path: AirPath::Table,
-            sky: SkyModel::SingleScattering,
+            sky: SkyModel::MultipleScattering,
             pixel_footprint: PixelFootprint::Prefiltered,
         };
         match self {
@@ -91,7 +94,6 @@ impl Preset {
                     step_m: 0.5 * voxel_m,
                 },
                 air_path: AirPath::Quadrature { n_nodes: 32 },
-                sky: SkyModel::MultipleScattering,
                 pixel_footprint: PixelFootprint::Grid { n: 4 },
                 ..standard
             },
@@ -138,23 +140,13 @@ pub struct Levels {
 impl Levels {
     /// Every decision with its level in words, as `("sun_path", "volume voxel_m=2.0")`.
     pub fn named(&self) -> Vec<(String, String)> {
-        self.in_words(in_words)
-    }
-
-    /// Every decision with its level in words, lengths in voxels, as `("sun_path", "volume voxels=1.0")`:
-    /// the names by which measurements are kept, so that they hold for drops on any lattice.
-    pub fn measured_names(&self, voxel_m: f64) -> Vec<(String, String)> {
-        self.in_words(|level| in_words(&in_voxels(level, voxel_m)))
-    }
-
-    fn in_words(&self, in_words: impl Fn(&serde_json::Value) -> String) -> Vec<(String, String)> {
         let serde_json::Value::Object(levels) =
             serde_json::to_value(self).unwrap_or(serde_json::Value::Null)
         else {
             return Vec::new();
         };
-        let mut named: Vec<_> = levels
-            .iter()
+        let words = levels.iter();
+        let mut named: Vec<_> = words
             .map(|(key, level)| (key.clone(), in_words(level)))
             .collect();
         named.sort();
@@ -177,20 +169,6 @@ impl Levels {
 /// Whether nothing is to be said of further orders.
 fn is_single_scattering(orders: &DropOrders) -> bool {
     *orders == DropOrders::SingleScattering
-}
-
-/// `{"march": {"step_m": 1.0}}` as `{"march": {"voxels": 0.5}}` on a lattice of 2 m.
-fn in_voxels(level: &serde_json::Value, voxel_m: f64) -> serde_json::Value {
-    let serde_json::Value::Object(settings) = level else {
-        return level.clone();
-    };
-    let setting = |(key, value): (&String, &serde_json::Value)| match value.as_f64() {
-        Some(length_m) if key.ends_with("_m") => {
-            ("voxels".to_string(), (length_m / voxel_m).into())
-        }
-        Some(_) | None => (key.clone(), in_voxels(value, voxel_m)),
-    };
-    serde_json::Value::Object(settings.iter().map(setting).collect())
 }
 
 /// `"center"` as `center`, `{"grid": {"n": 4}}` as `grid n=4`.
@@ -336,29 +314,8 @@ impl Accuracy {
         match (sky, self.preset) {
             (SkyModel::None | SkyModel::SingleScattering, _) => None,
             (SkyModel::MultipleScattering, Preset::Draft) => Some(ScatteringOrders::DRAFT),
-            (SkyModel::MultipleScattering, Preset::Standard | Preset::Reference) => {
-                Some(ScatteringOrders::STANDARD)
-            }
-        }
-    }
-
-    /// The same levels with every one named, so that none is chosen.
-    #[must_use]
-    pub fn spelled_out(&self, voxel_m: f64) -> Self {
-        let levels = self.levels(voxel_m);
-        Self {
-            preset: self.preset,
-            tolerance: self.tolerance,
-            theory: Some(levels.theory),
-            table_relative_error: Some(levels.table_relative_error),
-            integration: Some(levels.integration),
-            interpolation: Some(levels.interpolation),
-            drop_extinction: Some(levels.drop_extinction),
-            drop_orders: Some(levels.drop_orders),
-            sun_path: Some(levels.sun_path),
-            air_path: Some(levels.air_path),
-            sky: Some(levels.sky),
-            pixel_footprint: Some(levels.pixel_footprint),
+            (SkyModel::MultipleScattering, Preset::Standard) => Some(ScatteringOrders::QUICK),
+            (SkyModel::MultipleScattering, Preset::Reference) => Some(ScatteringOrders::STANDARD),
         }
     }
 
@@ -379,5 +336,21 @@ impl Accuracy {
             sky: self.sky.unwrap_or(preset.sky),
             pixel_footprint: self.pixel_footprint.unwrap_or(preset.pixel_footprint),
         }
+    }
+}
+
+/// The exact theory of a scene: Lorenz-Mie, or, because that holds all orders at once, the Debye series
+/// where the scene leaves one of them out.
+pub(crate) fn exact_theory(scene: &Scene) -> Theory {
+    let orders = [
+        Effect::PrimaryBow,
+        Effect::SecondaryBow,
+        Effect::HigherOrders,
+    ];
+    let is_off = |order: &Effect| scene.effects.of(*order) == Switch::Off;
+    if orders.iter().any(is_off) {
+        Theory::Debye { max_order: 7 }
+    } else {
+        Theory::Mie
     }
 }

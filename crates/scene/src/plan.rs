@@ -1,7 +1,7 @@
 //! What a scene calls for: which effects are simulated and why, what leaving the others out can
 //! cost, which stages run with which tables, and what that takes.
 //!
-//! A pure function of the scene and of figures that others have read or measured. Bounds are derived
+//! A pure function of the scene and of what others have read of its drops. Bounds are derived
 //! in `bounds`, the choice of what is left out in `decide`.
 
 mod air_light;
@@ -28,7 +28,6 @@ mod rings;
 mod shared_tables;
 mod size_mean;
 mod stages;
-mod times;
 mod view;
 mod warnings;
 
@@ -43,10 +42,10 @@ pub use stages::Estimate;
 pub use stages::ScatteringNeed;
 pub use stages::Stage;
 pub use stages::StagePlan;
-pub use times::Work;
 
 use std::collections::BTreeSet;
 
+use niji_atmosphere::ScatteringOrders;
 use niji_render::DropOrders;
 use niji_render::RenderEffects;
 use niji_render::SunPath;
@@ -57,22 +56,11 @@ use thiserror::Error;
 use crate::accuracy::Levels;
 use crate::effect::Effect;
 use crate::effect::Switch;
-use crate::measured::MeasuredLevels;
 use crate::scene::Scene;
 use crate::sections::Sun;
 
 use bounds::Assumed;
 use facts::Situation;
-
-/// What a plan is made from besides the scene.
-#[derive(Debug, Clone)]
-pub struct PlanInputs<'a> {
-    /// What levels cost; estimates are `None` where nothing was measured.
-    pub measured: &'a MeasuredLevels,
-    /// Figures of the drops: of the file that the scene names; those of a shape, which the plan finds by
-    /// itself where they are not known yet.
-    pub drops: Option<DropSummary>,
-}
 
 /// Why there is no plan.
 #[derive(Debug, Error)]
@@ -160,19 +148,22 @@ pub struct Plan {
     pub table_refused: Option<niji_scatter::Error>,
     /// The stages to run, in order.
     pub stages: Vec<StagePlan>,
-    /// What its times and errors scale with.
-    pub work: Work,
+    /// Edge of a voxel of the drops (m).
+    pub voxel_m: f64,
     /// What a person should know before running.
     pub warnings: Vec<String>,
 }
 
 /// Plans a scene. Pure: equal arguments give equal plans.
 ///
+/// `drops` are figures of the drops: of the file that the scene names; those of a shape, which the plan
+/// finds by itself where they are not known yet.
+///
 /// # Errors
 /// If figures of a drop file are missing or the volume is empty, drops cannot be laid out, or parts of a scene that was not
 /// read from a file are out of range.
-pub fn plan(scene: &Scene, inputs: &PlanInputs<'_>) -> Result<Plan, PlanError> {
-    let situation = Situation::new(scene, inputs)?;
+pub fn plan(scene: &Scene, drops: Option<DropSummary>) -> Result<Plan, PlanError> {
+    let situation = Situation::new(scene, drops)?;
     let table = situation.air_table(scene)?;
     let air = situation.air_light(table.as_ref());
     let curves = situation.curves(scene);
@@ -211,25 +202,22 @@ pub fn plan(scene: &Scene, inputs: &PlanInputs<'_>) -> Result<Plan, PlanError> {
     let with_angles = |need| (need, resources::n_angles(need, &situation));
     let table_need = scattering.as_ref().map(with_angles);
     let table_refused = table_need.and_then(|need| resources::refusal(need, &situation));
-    let work = Work::new(scene, &situation, (table_need, &on));
     let levels = levels_used(situation.levels, &on, scattering.as_ref());
-    let seconds = |stage| work.seconds(stage, &levels, inputs.measured);
-    let needs = (&on, table_need, table.as_ref());
-    let stages = stages::stages(scene, &situation, needs, &seconds);
+    let stages = stages::stages(scene, &situation, (&on, table_need, table.as_ref()));
     Ok(Plan {
         scene: scene.name.clone(),
         sun: scene.sun,
         tolerance: scene.accuracy.tolerance,
         reference_luminance_cd_m2: situation.reference_luminance_cd_m2,
         view: situation.view,
-        warnings: warnings::warnings(scene, &situation, &effects),
+        warnings: warnings::warnings(scene, &situation, &on),
         effects,
         left_out,
         levels,
         scattering,
         table_refused,
         stages,
-        work,
+        voxel_m: situation.drops.voxel_m,
     })
 }
 
@@ -259,6 +247,22 @@ impl Plan {
             .iter()
             .find(|decision| decision.effect == effect);
         decision.map(|decision| decision.bound)
+    }
+
+    /// The effects that are off although they may be seen, because they may change the picture by more
+    /// than the tolerance; sky and air of a photograph are in it.
+    pub fn missed(&self) -> impl Iterator<Item = &EffectDecision> {
+        let of_photo = [Effect::Sky, Effect::AirInscatter];
+        let is_photo = self.runs(Stage::Composite);
+        let is_meant = move |effect| is_photo && of_photo.contains(&effect);
+        let off = self.effects.iter().filter(|it| !it.on);
+        off.filter(move |it| it.bound.value > self.tolerance && !is_meant(it.effect))
+    }
+
+    /// How finely light that the air scattered before is solved for the table of the air; `None` where
+    /// the level of the sky does not ask for it, or nothing that is on shows it.
+    pub fn scattering_orders(&self, scene: &Scene) -> Option<ScatteringOrders> {
+        stages::scattering_orders(scene, |effect| self.is_on(effect))
     }
 
     /// Whether a stage runs.

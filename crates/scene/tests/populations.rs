@@ -10,7 +10,6 @@ use niji_scene::DropSource;
 use niji_scene::DropSummary;
 use niji_scene::Effect;
 use niji_scene::PlanError;
-use niji_scene::PlanInputs;
 use niji_scene::Scene;
 use niji_scene::SceneError;
 use niji_scene::Stage;
@@ -267,19 +266,11 @@ fn drops_of_files_among_others_have_to_be_read_first() {
         scene.drops.populations()[1].source,
         DropSource::File(_)
     ));
-    let measured = niji_scene::MeasuredLevels::default();
-    let inputs = PlanInputs {
-        measured: &measured,
-        drops: None,
-    };
-    let missing = plan(&scene, &inputs).unwrap_err();
+    let missing = plan(&scene, None).unwrap_err();
     assert!(matches!(missing, PlanError::NoDrops { file } if file.contains("spray.vdb")));
-    let inputs = PlanInputs {
-        measured: &measured,
-        drops: Some(summary(&Scene::from_toml(&two()).unwrap())),
-    };
+    let drops = summary(&Scene::from_toml(&two()).unwrap());
     // They become one volume, which is made.
-    assert!(plan(&scene, &inputs).unwrap().runs(Stage::Drops));
+    assert!(plan(&scene, Some(drops)).unwrap().runs(Stage::Drops));
 }
 
 #[test]

@@ -81,17 +81,15 @@ impl Plan {
 }
 
 fn in_words(stage: Stage, estimate: &Estimate) -> String {
-    let seconds = estimate
-        .seconds
-        .map_or_else(|| "? s".to_string(), |s| format!("{} s", brief(s)));
-    let bytes = |count: Option<u64>| count.map_or_else(|| "?".to_string(), in_bytes);
     // Pictures are compressed.
     let at_most = if stage == Stage::Render { "<= " } else { "" };
-    format!(
-        "{seconds}, {} memory, {at_most}{} file",
-        bytes(estimate.memory_bytes),
-        bytes(estimate.file_bytes)
-    )
+    let memory = estimate.memory_bytes.map(in_bytes);
+    let file = estimate.file_bytes.map(in_bytes);
+    match (memory, file) {
+        (Some(memory), Some(file)) => format!("{memory} memory, {at_most}{file} file"),
+        (Some(bytes), None) | (None, Some(bytes)) => bytes,
+        (None, None) => String::new(),
+    }
 }
 
 fn in_bytes(count: u64) -> String {

@@ -38,8 +38,8 @@ pub struct Explanation {
     pub formula: &'static str,
     /// The numbers in it, at the part of the picture where it is largest.
     pub terms: Option<BoundTerms>,
-    /// What switching it over would do to stages, tables and time, a line each; empty where it cannot
-    /// be switched.
+    /// What switching it over would do to stages and tables, a line each; empty where it cannot be
+    /// switched.
     pub switching: Vec<String>,
     /// Where it is published.
     pub source: &'static str,
@@ -139,22 +139,7 @@ fn differences(one: &Plan, other: &Plan) -> Vec<String> {
     if lines.is_empty() {
         lines.push("the same stages and tables; the renderer alone does another work".to_string());
     }
-    lines.extend(time_change(one, other));
     lines
-}
-
-/// Estimated times of both plans, where all their stages have one.
-fn time_change(one: &Plan, other: &Plan) -> Option<String> {
-    let total = |plan: &Plan| -> Option<f64> {
-        let seconds = plan.stages.iter().map(|stage| stage.estimate.seconds);
-        seconds.sum()
-    };
-    let (before, after) = (total(one)?, total(other)?);
-    Some(format!(
-        "estimated time {} s instead of {} s",
-        brief(after),
-        brief(before)
-    ))
 }
 
 impl Explanation {

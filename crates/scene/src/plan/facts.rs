@@ -20,7 +20,6 @@ use crate::scene::Scene;
 
 use super::DropSummary;
 use super::PlanError;
-use super::PlanInputs;
 use super::View;
 use super::air_light::AirLight;
 use super::air_light::AirRequest;
@@ -64,8 +63,8 @@ pub(super) struct Situation {
 }
 
 impl Situation {
-    pub(super) fn new(scene: &Scene, inputs: &PlanInputs<'_>) -> Result<Self, PlanError> {
-        let drops = summary(scene, inputs)?;
+    pub(super) fn new(scene: &Scene, drops: Option<DropSummary>) -> Result<Self, PlanError> {
+        let drops = summary(scene, drops)?;
         let camera = scene.camera.camera()?;
         let grid = scene.spectrum.grid()?;
         let sun = scene.sun.direction();
@@ -204,9 +203,9 @@ impl Situation {
     }
 }
 
-fn summary(scene: &Scene, inputs: &PlanInputs<'_>) -> Result<DropSummary, PlanError> {
+fn summary(scene: &Scene, known: Option<DropSummary>) -> Result<DropSummary, PlanError> {
     let of_shapes = || DropSummary::of_shapes(&scene.drops);
-    let summary = inputs.drops.clone().or_else(of_shapes);
+    let summary = known.or_else(of_shapes);
     let file = |source: &DropSource| match source {
         DropSource::Shape(shape) => format!("of the shape {}", shape.name()),
         DropSource::FromVdb(density) => density.file.clone(),

@@ -46,7 +46,7 @@ pub(super) fn reason(
         Switch::Auto if is_on && effect == Effect::Occluders => fact,
         Switch::Auto if is_on => format!("kept; {fact}"),
         Switch::Auto if effect == Effect::MultipleScattering && !is_on => {
-            format!("only the preset reference weighs it; {fact}")
+            format!("left out unless the scene or the preset reference asks for it; {fact}")
         }
         Switch::Auto if bound.value <= 0.0 => format!("adds nothing; {fact}"),
         Switch::Auto => format!("too small to be seen; {fact}"),

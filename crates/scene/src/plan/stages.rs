@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::f64::consts::PI;
 
 use niji_airy::AiryTable;
+use niji_atmosphere::ScatteringOrders;
 use niji_droplets::Shape;
 use niji_exchange::AtmosphereTable;
 use niji_radiometry::Micrometers;
@@ -81,11 +82,9 @@ impl Stage {
     }
 }
 
-/// What a stage takes; `None` where nothing was measured or can be counted.
+/// What a stage takes; `None` where nothing can be counted.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Estimate {
-    /// Time, s.
-    pub seconds: Option<f64>,
     /// Memory at its highest, bytes.
     pub memory_bytes: Option<u64>,
     /// Size of its file, bytes; of the picture, which is compressed, at most.
@@ -347,12 +346,10 @@ pub(super) fn stages(
         Option<(&ScatteringNeed, usize)>,
         Option<&AtmosphereTable>,
     ),
-    seconds: &dyn Fn(Stage) -> Option<f64>,
 ) -> Vec<StagePlan> {
     let mut stages = Vec::new();
     let mut add = |stage: Stage, makes: String, resources: Option<Resources>| {
         let estimate = Estimate {
-            seconds: seconds(stage),
             memory_bytes: resources.map(|it| it.memory_bytes),
             file_bytes: resources.map(|it| it.file_bytes),
         };
@@ -407,7 +404,8 @@ pub(super) fn stages(
     if needs_air(on) {
         let constituents = scene.air.iter().flat_map(|air| &air.constituents);
         let names: Vec<&str> = constituents.map(|constituent| constituent.name()).collect();
-        let resources = air.map(|table| resources::atmosphere(table, scene.scattering_orders()));
+        let orders = scattering_orders(scene, |effect| on.contains(&effect));
+        let resources = air.map(|table| resources::atmosphere(table, orders));
         add(Stage::Atmosphere, names.join(", "), resources);
     }
     add(
@@ -452,6 +450,15 @@ fn what_it_holds(need: &ScatteringNeed, situation: &Situation) -> String {
         },
         need.motion.map_or("", |_| ", flattened drops"),
     )
+}
+
+/// How finely light of higher orders by the air is solved, where anything that is on shows it.
+pub(super) fn scattering_orders(
+    scene: &Scene,
+    is_on: impl Fn(Effect) -> bool,
+) -> Option<ScatteringOrders> {
+    let is_shown = [Effect::Sky, Effect::AirInscatter].into_iter().any(is_on);
+    scene.scattering_orders().filter(|_| is_shown)
 }
 
 /// Whether any effect needs the air's table.

@@ -1,22 +1,18 @@
-//! What a person should know before running a scene.
+//! What a person should know before running a scene: where it contradicts itself.
+
+use std::collections::BTreeSet;
 
 use crate::drops::Population;
 use crate::effect::Effect;
-use crate::effect::Switch;
 use crate::scene::Scene;
 
-use super::EffectDecision;
 use super::facts::Situation;
 use super::reasons::brief;
 
 /// The warnings of a plan.
-pub(super) fn warnings(
-    scene: &Scene,
-    situation: &Situation,
-    effects: &[EffectDecision],
-) -> Vec<String> {
+pub(super) fn warnings(scene: &Scene, situation: &Situation, on: &BTreeSet<Effect>) -> Vec<String> {
     let mut warnings = of_view(scene, situation);
-    let is_on = |effect: Effect| effects.iter().any(|it| it.effect == effect && it.on);
+    let is_on = |effect: Effect| on.contains(&effect);
     if scene.photo.is_some() && is_on(Effect::AirInscatter) {
         warnings.push(
             "air_inscatter is on: a photograph holds the light of its air already, and gets it twice"
@@ -32,7 +28,6 @@ pub(super) fn warnings(
             brief(-height_m)
         ));
     }
-    warnings.extend(of_large_effects(scene, effects));
     warnings
 }
 
@@ -80,55 +75,6 @@ fn of_view(scene: &Scene, situation: &Situation) -> Vec<String> {
     }
     if scene.sun.elevation_deg < 0.0 {
         warnings.push("the sun is below the horizon".to_string());
-    }
-    warnings
-}
-
-/// Effects that are off although they may change the picture by more than the tolerance.
-fn of_large_effects(scene: &Scene, effects: &[EffectDecision]) -> Vec<String> {
-    // A photograph has its own.
-    let of_photo = [Effect::Sky, Effect::AirInscatter];
-    let is_meant = |it: &EffectDecision| scene.photo.is_some() && of_photo.contains(&it.effect);
-    let large: Vec<&EffectDecision> = effects
-        .iter()
-        .filter(|it| !it.on && it.bound.value > scene.accuracy.tolerance && !is_meant(it))
-        .collect();
-    let is_flattening = |it: &EffectDecision| it.effect == Effect::DropFlattening;
-    let mut warnings = Vec::new();
-    if large.iter().any(|it| is_flattening(it)) {
-        warnings.push(
-            "drop_flattening is off, but drops as large as these are flat: the top of their bow \
-             stands elsewhere than the picture will show"
-                .to_string(),
-        );
-    }
-    let left_out = large
-        .iter()
-        .filter(|it| it.asked == Switch::Off && !is_flattening(it))
-        .filter(|it| !it.effect.comes_with_theory())
-        .map(|it| format!("{} ({})", it.effect, brief(it.bound.value)));
-    let left_out: Vec<String> = left_out.collect();
-    if !left_out.is_empty() {
-        warnings.push(format!(
-            "the scene leaves out what may change the picture by more than the tolerance {}: {}",
-            brief(scene.accuracy.tolerance),
-            left_out.join(", ")
-        ));
-    }
-    for it in large.iter().filter(|it| it.asked != Switch::Off) {
-        if it.effect == Effect::MultipleScattering {
-            warnings.push(format!(
-                "multiple_scattering may add up to {}, and only the preset reference weighs it: ask \
-                 for it in [effects]",
-                brief(it.bound.value)
-            ));
-        } else if it.effect.comes_with_theory() {
-            warnings.push(format!(
-                "the {} is not simulated and may add up to {}: the theories mie and debye have it",
-                it.effect,
-                brief(it.bound.value)
-            ));
-        }
     }
     warnings
 }

@@ -3,9 +3,7 @@
 #![allow(dead_code, reason = "each test target uses a part of it")]
 
 use niji_scene::Effect;
-use niji_scene::MeasuredLevels;
 use niji_scene::Plan;
-use niji_scene::PlanInputs;
 use niji_scene::Scene;
 use niji_scene::Switch;
 use niji_scene::plan;
@@ -24,12 +22,7 @@ pub(crate) fn all_auto(text: &str) -> Scene {
     scene
 }
 
-/// The plan of a shape of which nothing was measured.
+/// The plan of a shape.
 pub(crate) fn planned(scene: &Scene) -> Plan {
-    let measured = MeasuredLevels::default();
-    let inputs = PlanInputs {
-        measured: &measured,
-        drops: None,
-    };
-    plan(scene, &inputs).unwrap()
+    plan(scene, None).unwrap()
 }
