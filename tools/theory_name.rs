@@ -19,6 +19,8 @@ pub(crate) enum TheoryName {
     Airy,
     /// Chester, Friedman and Ursell: cheap as Airy, several times nearer to the exact order.
     Uniform,
+    /// Lorenz-Mie for small drops, uniform for large ones, as --relative-error asks for.
+    BySize,
     /// Debye orders without interference, exact each.
     Debye,
     /// Lorenz-Mie, exact.
@@ -33,6 +35,7 @@ impl From<TheoryName> for Theory {
             TheoryName::AiryPublished => Self::AiryPublished,
             TheoryName::Airy => Self::Airy,
             TheoryName::Uniform => Self::Uniform,
+            TheoryName::BySize => Self::BySize,
             TheoryName::Debye => Self::Debye {
                 max_order: DEBYE_MAX_ORDER,
             },

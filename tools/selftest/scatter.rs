@@ -101,6 +101,7 @@ fn poles() -> f64 {
         Theory::Uniform,
         Theory::Debye { max_order: 7 },
         Theory::Mie,
+        Theory::BySize,
     ];
     let requests = theories.into_iter().flat_map(|theory| {
         [0.0, DISC_RAD].map(|sun_disc_diameter_rad| TableRequest {
@@ -113,7 +114,7 @@ fn poles() -> f64 {
     });
     let n_violations = requests.map(|request| {
         let table = table(&request);
-        let diffracts = matches!(request.theory, Theory::Mie | Theory::Debye { .. });
+        let diffracts = request.theory.computes_drops();
         let left_out = if diffracts { 0.0 } else { 0.5 };
         let ends = [
             table.theta_rad[0],

@@ -38,6 +38,7 @@ pub use crate::debye::DebyeSeries;
 pub use crate::efficiencies::Efficiencies;
 pub use crate::error::Error;
 pub use crate::partial_waves::PartialWaves;
+pub use crate::partial_waves::cross_sections_of_each;
 pub use crate::refractive_index::RefractiveIndex;
 pub use crate::sphere::Sphere;
 pub use crate::sphere::check_size;

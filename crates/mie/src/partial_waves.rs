@@ -112,17 +112,44 @@ pub(crate) fn incoherent_cross_sections(
     series: &[PartialWaves],
     angles: &ScatteringAngles,
 ) -> Vec<[f64; 2]> {
+    let mut sum = vec![[0.0; 2]; angles.len()];
+    for light in cross_sections_of_each(series, angles) {
+        for ([s, p], light) in sum.iter_mut().zip(light) {
+            *s += light[0];
+            *p += light[1];
+        }
+    }
+    sum
+}
+
+/// (dsigma/dOmega)/(pi a^2) of each series at each angle, 1/sr, as
+/// [`PartialWaves::normalized_cross_sections`]: the recurrence over the waves is run once for all of them,
+/// so that eight spheres take two thirds of the time of eight calls.
+///
+/// ```
+/// use niji_mie::{RefractiveIndex, ScatteringAngles, Sphere, cross_sections_of_each};
+///
+/// let water = RefractiveIndex { n: 1.333, k: 0.0 };
+/// let spheres = [Sphere::new(50.0, water)?, Sphere::new(51.0, water)?];
+/// let angles = ScatteringAngles::from_degrees(&[30.0, 140.0])?;
+/// let waves = spheres.each_ref().map(|sphere| sphere.waves().clone());
+/// let light = cross_sections_of_each(&waves, &angles);
+/// assert_eq!(light[1], waves[1].normalized_cross_sections(&angles));
+/// # Ok::<(), niji_mie::Error>(())
+/// ```
+pub fn cross_sections_of_each(
+    series: &[PartialWaves],
+    angles: &ScatteringAngles,
+) -> Vec<Vec<[f64; 2]>> {
     let coefficients: Vec<Coefficients> =
         series.iter().map(|waves| [waves.a(), waves.b()]).collect();
     let sums = pair_sums(Arch::new(), &coefficients, angles.w());
-    let mut cross_sections = vec![[0.0; 2]; angles.len()];
-    for (waves, sums) in series.iter().zip(&sums) {
+    let of_series = |(waves, sums): (&PartialWaves, &PairSums)| {
         let per_area = 1.0 / (PI * waves.size_parameter * waves.size_parameter);
         let amplitudes = waves.each_amplitude(angles, sums);
-        for ([s, p], [s1, s2]) in cross_sections.iter_mut().zip(amplitudes) {
-            *s += per_area * s1.norm_sqr();
-            *p += per_area * s2.norm_sqr();
-        }
-    }
-    cross_sections
+        amplitudes
+            .map(|amplitudes| amplitudes.map(|s| per_area * s.norm_sqr()))
+            .collect()
+    };
+    series.iter().zip(&sums).map(of_series).collect()
 }

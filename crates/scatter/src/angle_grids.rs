@@ -4,7 +4,14 @@
 //! take a coarser grid that still resolves it; drops so large that no grid would are computed on grids
 //! that are shifted from size to size by parts of a step, so that what one size puts into the sun's disc
 //! by accident the next one takes out again.
+//!
+//! A grid of step h is (k − shift) h for whole k, counted from 0 degrees in front of the drop and from 180
+//! behind it: the light of an angle and of its mirror is one computation, so that a sphere costs as
+//! much as half of it.
 
+use std::collections::BTreeMap;
+use std::collections::BTreeSet;
+use std::f64::consts::FRAC_PI_2;
 use std::f64::consts::PI;
 
 use niji_mie::ScatteringAngles;
@@ -16,17 +23,25 @@ use crate::sun_disc::AverageRow;
 use crate::sun_disc::FineGrid;
 use crate::sun_disc::disc_row;
 
-/// Step of the finest grid, over 1/x: 24 to a period of the ripple.
-const STEP_TIMES_X: f64 = 0.22;
-/// Grids, each twice as coarse as the one before.
-const N_LEVELS: usize = 3;
+/// Step of the finest grid, over 1/x: 12 to a period of the ripple, 7 to the narrowest fringe π/x.
+const STEP_TIMES_X: f64 = 0.44;
+/// Grids, each √2 as coarse as the one before.
+const N_LEVELS: usize = 8;
+/// Consecutive drops on one grid.
+pub(crate) const N_TOGETHER: usize = 8;
 
-/// Grids by level and shift.
+/// Grids by level and shift, those that are used.
 #[derive(Clone, Debug)]
 pub(crate) struct AngleGrids {
-    grids: Vec<AngleGrid>,
-    n_shifts: usize,
+    grids: BTreeMap<usize, AngleGrid>,
+    lattice: Option<Lattice>,
+}
+
+/// Steps and shifts of the grids.
+#[derive(Clone, Copy, Debug)]
+struct Lattice {
     finest_step_rad: f64,
+    n_shifts: usize,
 }
 
 /// One grid.
@@ -50,86 +65,120 @@ pub(crate) struct Extent<'a> {
 }
 
 impl AngleGrids {
-    pub(crate) fn new(extent: Extent) -> Result<Self, Error> {
-        let radius_rad = 0.5 * extent.disc_diameter_rad;
-        if radius_rad <= 0.0 {
-            let folded = folded(extent.theta_rad)?;
+    /// The grids for drops by number and size parameter.
+    pub(crate) fn new(
+        extent: Extent,
+        drops: impl Iterator<Item = (usize, f64)>,
+    ) -> Result<Self, Error> {
+        if extent.disc_diameter_rad <= 0.0 {
             let own = |start| AverageRow {
                 start,
                 weights: vec![1.0],
             };
+            let grid = AngleGrid {
+                folded: folded(extent.theta_rad)?,
+                angles_rad: extent.theta_rad.to_vec(),
+                averages: (0..extent.theta_rad.len()).map(own).collect(),
+            };
             return Ok(Self {
-                grids: vec![AngleGrid {
-                    angles_rad: extent.theta_rad.to_vec(),
-                    folded,
-                    averages: (0..extent.theta_rad.len()).map(own).collect(),
-                }],
-                n_shifts: 1,
-                finest_step_rad: 0.0,
+                grids: BTreeMap::from([(0, grid)]),
+                lattice: None,
             });
         }
-        let finest_step_rad = extent.disc_diameter_rad / extent.steps_per_disc;
-        let grids = (0..N_LEVELS * extent.n_shifts)
-            .into_par_iter()
-            .map(|index| {
-                let (level, shift) = (index / extent.n_shifts, index % extent.n_shifts);
-                let step_rad = finest_step_rad * (1_u32 << level) as f64;
-                let part = (shift as f64 + 0.5) / extent.n_shifts as f64;
-                AngleGrid::even(&extent, step_rad, part)
-            })
+        let lattice = Lattice {
+            finest_step_rad: extent.disc_diameter_rad / extent.steps_per_disc,
+            n_shifts: extent.n_shifts,
+        };
+        let used: BTreeSet<usize> = drops.map(|(drop, x)| lattice.index(drop, x)).collect();
+        let used: Vec<usize> = used.into_iter().collect();
+        let grids: Vec<AngleGrid> = used
+            .par_iter()
+            .map(|&index| AngleGrid::even(&extent, lattice.grid(index)))
             .collect::<Result<_, _>>()?;
         Ok(Self {
-            grids,
-            n_shifts: extent.n_shifts,
-            finest_step_rad,
+            grids: used.into_iter().zip(grids).collect(),
+            lattice: Some(lattice),
         })
     }
 
-    pub(crate) fn iter(&self) -> impl Iterator<Item = &AngleGrid> {
-        self.grids.iter()
-    }
-
-    /// Index of the grid for the drop number `node` of size parameter `x`.
-    pub(crate) fn index(&self, node: usize, x: f64) -> usize {
-        let n_levels = self.grids.len() / self.n_shifts;
-        let coarser = STEP_TIMES_X / (x * self.finest_step_rad);
-        let level = (coarser.max(1.0).log2() as usize).min(n_levels - 1);
-        // Neighbouring sizes are about a golden part of a step apart.
-        let stride = (0.618 * self.n_shifts as f64).round() as usize | 1;
-        level * self.n_shifts + node * stride % self.n_shifts
+    /// Index of the grid for a drop of size parameter `x`, one of those it was made for.
+    pub(crate) fn index(&self, drop: usize, x: f64) -> usize {
+        self.lattice.map_or(0, |lattice| lattice.index(drop, x))
     }
 
     pub(crate) fn at(&self, index: usize) -> &AngleGrid {
-        &self.grids[index]
+        &self.grids[&index]
+    }
+}
+
+impl Lattice {
+    fn index(self, drop: usize, x: f64) -> usize {
+        let coarser = STEP_TIMES_X / (x * self.finest_step_rad);
+        let level = ((2.0 * coarser.max(1.0).log2()) as usize).min(N_LEVELS - 1);
+        if level > 0 {
+            return self.n_shifts + level;
+        }
+        // Neighbouring sizes are about a golden part of a step apart.
+        let stride = (0.618 * self.n_shifts as f64).round() as usize | 1;
+        drop / N_TOGETHER * stride % self.n_shifts
+    }
+
+    /// Step and shift.
+    fn grid(self, index: usize) -> (f64, f64) {
+        let level = index.saturating_sub(self.n_shifts);
+        // Grids that resolve their drops are not shifted.
+        let shift = if level > 0 {
+            0.5
+        } else {
+            (index as f64 + 0.5) / self.n_shifts as f64
+        };
+        let step_rad = self.finest_step_rad * (0.5 * level as f64).exp2();
+        (step_rad, shift)
     }
 }
 
 impl AngleGrid {
-    /// An even grid that begins `part` of a step before the first angle needed.
-    fn even(extent: &Extent, step_rad: f64, part: f64) -> Result<Self, Error> {
+    /// An even grid of a step and a shift, in parts of the step.
+    fn even(extent: &Extent, (step_rad, shift): (f64, f64)) -> Result<Self, Error> {
         let radius_rad = 0.5 * extent.disc_diameter_rad;
-        let (first, last) = (
-            extent.theta_rad[0],
-            extent.theta_rad[extent.theta_rad.len() - 1],
-        );
-        let margin_rad = radius_rad + step_rad;
-        // Up to a step outside of 0 to π, where the light is that of the mirrored angle.
-        let first_rad = (first - margin_rad).max(0.0) - part * step_rad;
-        let last_rad = (last + margin_rad).min(PI);
-        let n_steps = ((last_rad - first_rad) / step_rad).ceil().max(1.0) as usize;
-        let fine = FineGrid {
-            first_rad,
-            step_rad,
-            n: n_steps + 1,
-        };
-        let angles_rad: Vec<f64> = (0..fine.n)
-            .map(|index| mirrored(first_rad + step_rad * index as f64))
-            .collect();
-        let average = |&theta: &f64| disc_row(&fine, theta, radius_rad);
+        let n_front = extent
+            .theta_rad
+            .partition_point(|theta| *theta <= FRAC_PI_2);
+        let (front, back) = extent.theta_rad.split_at(n_front);
+        let back: Vec<f64> = back.iter().map(|theta| PI - theta).collect();
+        let mut angles_rad = Vec::new();
+        let mut averages = Vec::with_capacity(extent.theta_rad.len());
+        for (from_axis_rad, is_behind) in [(front, false), (&back, true)] {
+            let least = from_axis_rad.iter().copied().reduce(f64::min);
+            let Some((least, most)) = least.zip(from_axis_rad.iter().copied().reduce(f64::max))
+            else {
+                continue;
+            };
+            // Up to a step outside of 0 to π, where the light is that of the mirrored angle.
+            let first = ((least - radius_rad).max(0.0) / step_rad + shift).floor() - shift;
+            let last = ((most + radius_rad) / step_rad + shift).ceil() - shift;
+            let fine = FineGrid {
+                first_rad: first * step_rad,
+                step_rad,
+                n: (last - first).round() as usize + 1,
+            };
+            let start = angles_rad.len();
+            angles_rad.extend((0..fine.n).map(|index| {
+                let from_axis = ((first + index as f64) * step_rad).abs();
+                if is_behind { PI - from_axis } else { from_axis }
+            }));
+            averages.extend(from_axis_rad.iter().map(|&theta| {
+                let row = disc_row(&fine, theta, radius_rad);
+                AverageRow {
+                    start: start + row.start,
+                    ..row
+                }
+            }));
+        }
         Ok(Self {
             folded: folded(&angles_rad)?,
             angles_rad,
-            averages: extent.theta_rad.iter().map(average).collect(),
+            averages,
         })
     }
 
@@ -142,10 +191,4 @@ impl AngleGrid {
 fn folded(angles_rad: &[f64]) -> Result<ScatteringAngles, Error> {
     let angles: Vec<Radians> = angles_rad.iter().copied().map(Radians).collect();
     ScatteringAngles::new(&angles).map_err(|error| Error::Drop(error.to_string()))
-}
-
-/// The scattering angle between 0 and π of a direction a little beyond.
-fn mirrored(theta_rad: f64) -> f64 {
-    let theta_rad = theta_rad.abs();
-    theta_rad.min(2.0 * PI - theta_rad).clamp(0.0, PI)
 }

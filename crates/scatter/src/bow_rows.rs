@@ -9,6 +9,7 @@ use crate::bow_light::Bin;
 use crate::bow_light::BowLight;
 use crate::bow_light::BowTheory;
 use crate::bow_light::Places;
+use crate::by_size::Blend;
 use crate::error::Error;
 use crate::mean_square::Averaging;
 use crate::mean_square::MeanSquare;
@@ -16,6 +17,7 @@ use crate::request::SizeRows;
 use crate::request::TableRequest;
 use crate::rings::Rings;
 use crate::sun_disc::AverageRow;
+use crate::theory::Theory;
 
 /// Rings across the sun's disc. Against a literal average over the disc, in parts of the peak: 1.7e-5
 /// for single drops of 0.1 mm, 6e-4 for 1 mm and 1e-3 for 1.5 mm radius at 400 nm, 12 degrees inside.
@@ -31,6 +33,8 @@ pub(crate) struct BowRows<'a> {
     mean_squares: Vec<MeanSquare>,
     /// By angle of the table; `None` without a disc.
     averages: Option<Vec<AverageRow>>,
+    /// Which sizes others make, in a table by size.
+    blend: Option<Blend>,
 }
 
 /// One effective radius with one effective variance.
@@ -46,16 +50,7 @@ impl<'a> BowRows<'a> {
         theory: BowTheory,
         theta_rad: &[f64],
     ) -> Result<Self, Error> {
-        let radius_rad = 0.5 * request.sun_disc_diameter_rad;
-        let (places, averages) = if radius_rad > 0.0 {
-            let step_rad = 2.0 * radius_rad / RINGS_PER_DISC;
-            let rings = Rings::over(request.theta_range_rad, step_rad, radius_rad);
-            let row = |&theta: &f64| rings.disc_row(theta, radius_rad);
-            let averages = theta_rad.par_iter().map(row).collect();
-            (Places::Rings(rings), Some(averages))
-        } else {
-            (Places::Angles(theta_rad.to_vec()), None)
-        };
+        let (places, averages) = places(request, theta_rad);
         let lights: Vec<BowLight> = (0..request.wavelengths.len())
             .into_par_iter()
             .map(|index| {
@@ -70,7 +65,25 @@ impl<'a> BowRows<'a> {
             lights,
             mean_squares,
             averages,
+            blend: match request.theory {
+                Theory::BySize => Some(Blend::new(request)?),
+                Theory::GeometricPublished
+                | Theory::Geometric
+                | Theory::AiryPublished
+                | Theory::Airy
+                | Theory::Uniform
+                | Theory::Debye { .. }
+                | Theory::Mie => None,
+            },
         })
+    }
+
+    /// Whether a row has light of bows at a wavelength.
+    pub(crate) fn is_lit(&self, wavelength_index: usize, size: &SizeRow) -> bool {
+        let row = size.radius_index * self.request.effective_variance.len() + size.variance_index;
+        let wavelength = self.request.wavelengths.center(wavelength_index);
+        let blend = self.blend.as_ref();
+        blend.is_none_or(|blend| blend.is_mixed_law(row) || blend.share(row, wavelength) < 1.0)
     }
 
     /// All rows, the variance fastest.
@@ -99,6 +112,22 @@ impl<'a> BowRows<'a> {
             None => light,
         }
     }
+}
+
+/// Where light is computed for the angles of a table, and how the sun's disc is averaged over.
+pub(crate) fn places(
+    request: &TableRequest,
+    theta_rad: &[f64],
+) -> (Places, Option<Vec<AverageRow>>) {
+    let radius_rad = 0.5 * request.sun_disc_diameter_rad;
+    if radius_rad <= 0.0 {
+        return (Places::Angles(theta_rad.to_vec()), None);
+    }
+    let step_rad = 2.0 * radius_rad / RINGS_PER_DISC;
+    let rings = Rings::over(request.theta_range_rad, step_rad, radius_rad);
+    let row = |&theta: &f64| rings.disc_row(theta, radius_rad);
+    let averages = theta_rad.par_iter().map(row).collect();
+    (Places::Rings(rings), Some(averages))
 }
 
 fn highest_z(request: &TableRequest, lights: &[BowLight]) -> f64 {
@@ -132,7 +161,7 @@ fn mean_squares(request: &TableRequest, theory: BowTheory, highest_z: f64) -> Ve
 }
 
 /// Effective variance of a law as wide as a bin of single sizes: a twelfth of the squared step of ln r.
-fn bin_variance(request: &TableRequest) -> f64 {
+pub(crate) fn bin_variance(request: &TableRequest) -> f64 {
     match request.rows {
         SizeRows::Laws => 0.0,
         SizeRows::Bins { ln_step, .. } => ln_step * ln_step / 12.0,

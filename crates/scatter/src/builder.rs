@@ -24,6 +24,7 @@ use crate::drop_rows::DropRows;
 use crate::error::Error;
 use crate::request::SizeRows;
 use crate::request::TableRequest;
+use crate::small_drops::SmallDrops;
 use crate::theory::Theory;
 use crate::theta_axis::theta_axis;
 
@@ -31,6 +32,8 @@ use crate::theta_axis::theta_axis;
 const SPLIT_WAVELENGTH: Nanometers = Nanometers(560.0);
 /// Half of the light that a large drop takes out of a beam is diffracted forward.
 const DIFFRACTED_FRACTION: f64 = 0.5;
+/// Part of the time that uniform light takes of a table by size.
+const LARGE_DROPS_PROGRESS: f64 = 0.1;
 /// A table that starts at larger angles holds nothing of the diffracted light.
 const FORWARD_LOBE_RAD: f64 = 5.0 * PI / 180.0;
 
@@ -73,9 +76,19 @@ pub(crate) fn values_at(
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<Values, Error> {
     request.check_size(theta_rad.len())?;
-    let Some(theory) = request.theory.bow_theory() else {
-        return drop_values(request, theta_rad, progress);
-    };
+    match request.theory.bow_theory() {
+        None => drop_values(request, theta_rad, progress),
+        Some(_) if request.theory == Theory::BySize => by_size_values(request, theta_rad, progress),
+        Some(theory) => values_of_bows(request, theory, theta_rad, progress),
+    }
+}
+
+fn values_of_bows(
+    request: &TableRequest,
+    theory: BowTheory,
+    theta_rad: &[f64],
+    progress: &(dyn Fn(f64) + Sync),
+) -> Result<Values, Error> {
     let moved = request.moved_orders();
     let still: Vec<u32> = request
         .orders_in()
@@ -129,15 +142,15 @@ fn bow_values(
     let mut values = zeros(request, theta_rad.len());
     let planes: Vec<_> = values.axis_iter_mut(Axis(3)).enumerate().collect();
     planes.into_par_iter().for_each(|(index, mut plane)| {
-        for size in &sizes {
+        for size in sizes.iter().filter(|size| rows.is_lit(index, size)) {
             let row = rows.row(index, size);
             for (angle, pair) in row.iter().enumerate() {
                 let [s, p] = [0, 1].map(|j| [j, size.radius_index, size.variance_index, angle]);
                 plane[s] = stored(pair[0]);
                 plane[p] = stored(pair[1]);
             }
-            count.add(1);
         }
+        count.add(sizes.len());
     });
     Ok(values)
 }
@@ -150,7 +163,7 @@ fn drop_values(
     let rows = DropRows::new(request, theta_rad)?;
     let n_variances = request.effective_variance.len();
     let n_rows = request.effective_radius_um.len() * n_variances;
-    let count = Count::new(request.wavelengths.len() * rows.n_drops(), progress);
+    let count = Count::new(request.wavelengths.len() * rows.nodes().len(), progress);
     let mut all = zeros(request, theta_rad.len());
     let of_part = all.clone().remove_axis(Axis(2));
     let mut moved = vec![of_part; request.moved_orders().len()];
@@ -184,6 +197,59 @@ fn drop_values(
             Ok::<(), Error>(())
         })?;
     Ok(Values { all, moved })
+}
+
+/// Uniform light first, then the drops that take its place.
+fn by_size_values(
+    request: &TableRequest,
+    theta_rad: &[f64],
+    progress: &(dyn Fn(f64) + Sync),
+) -> Result<Values, Error> {
+    let small = SmallDrops::new(request, theta_rad)?;
+    let in_laws = small.in_laws();
+    let uniform = match &in_laws {
+        Some(request) => Some(BowRows::new(request, BowTheory::Uniform, theta_rad)?),
+        None => None,
+    };
+    let of_large = |done: f64| progress(LARGE_DROPS_PROGRESS * done);
+    let mut values = values_of_bows(request, BowTheory::Uniform, theta_rad, &of_large)?;
+    let of_small = |done: f64| progress(LARGE_DROPS_PROGRESS + (1.0 - LARGE_DROPS_PROGRESS) * done);
+    let count = Count::new(
+        request.wavelengths.len() * small.n_drops().max(1),
+        &of_small,
+    );
+    let n_variances = request.effective_variance.len();
+    let n_rows = request.effective_radius_um.len() * n_variances;
+    let mut of_moved: Vec<_> = (values.moved.iter_mut())
+        .map(|values| values.axis_iter_mut(Axis(2)))
+        .collect();
+    let mut planes = Vec::with_capacity(request.wavelengths.len());
+    for plane in values.all.axis_iter_mut(Axis(3)) {
+        let of_orders: Vec<_> = of_moved.iter_mut().filter_map(Iterator::next).collect();
+        planes.push((plane, of_orders));
+    }
+    planes
+        .into_par_iter()
+        .enumerate()
+        .try_for_each(|(index, (mut all, mut moved))| {
+            let rows = small.at(index, uniform.as_ref(), &|n| count.add(n))?;
+            for (row, of_row) in rows.into_iter().enumerate() {
+                let (part, row) = (row / n_rows, row % n_rows);
+                let (radius, variance) = (row / n_variances, row % n_variances);
+                for (angle, pair) in of_row.added.iter().enumerate() {
+                    for (j, &value) in pair.iter().enumerate() {
+                        let uniform = if part == 0 {
+                            &mut all[[j, radius, variance, angle]]
+                        } else {
+                            &mut moved[part - 1][[j, radius, angle]]
+                        };
+                        *uniform = stored(of_row.uniform_share * f64::from(*uniform) + value);
+                    }
+                }
+            }
+            Ok::<(), Error>(())
+        })?;
+    Ok(values)
 }
 
 /// A value as the file holds it: f32, 1e-7 of a value, and never below 0. The sun's disc is averaged
@@ -234,6 +300,7 @@ fn described(request: &TableRequest, theta_rad: Vec<f64>, values: Values) -> Sca
         | Theory::AiryPublished
         | Theory::Airy
         | Theory::Uniform
+        | Theory::BySize
         | Theory::Debye { .. } => {
             let names: Vec<String> = request.orders_in().iter().map(u32::to_string).collect();
             names.join(",")
@@ -241,7 +308,7 @@ fn described(request: &TableRequest, theta_rad: Vec<f64>, values: Values) -> Sca
     };
     let starts_in_lobe = theta_rad[0] < FORWARD_LOBE_RAD;
     let holds_diffraction = match request.theory {
-        Theory::Mie => starts_in_lobe,
+        Theory::Mie | Theory::BySize => starts_in_lobe,
         // Order 0 is reflection and diffraction together.
         Theory::Debye { .. } => starts_in_lobe && request.orders.contains(&0),
         Theory::GeometricPublished

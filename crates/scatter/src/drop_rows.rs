@@ -7,6 +7,7 @@
 //! Blocks of drops are independent and are added in one order, so that a table does not depend on the
 //! number of threads, and no more than a block of rows a thread is held at once.
 
+use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 use std::ops::Range;
 
@@ -16,8 +17,12 @@ use rayon::prelude::*;
 
 use crate::angle_grids::AngleGrids;
 use crate::angle_grids::Extent;
+use crate::angle_grids::N_TOGETHER;
 use crate::bow_light::Bin;
+use crate::by_size::Blend;
 use crate::drop_theory::DropTheory;
+use crate::drop_theory::Part;
+use crate::drop_theory::STILL_UM;
 use crate::drop_theory::Setting;
 use crate::error::Error;
 use crate::request::TableRequest;
@@ -31,13 +36,10 @@ use crate::theory::Theory;
 const LARGEST_SIZE_PARAMETER: f64 = 1e5;
 /// Blocks of drops for a table of one wavelength; tables of more wavelengths have fewer each.
 const N_BLOCKS: usize = 32;
-/// Sizes of the shared grid for each factor e of radius. Rows it resolves, v_e > 0.0015, share their
-/// drops; a coarser grid would cost more, since narrow rows then need drops of their own.
-const NODES_PER_EFOLD: f64 = 64.0;
-
 /// What the rows of all wavelengths share.
 pub(crate) struct DropRows<'a> {
     request: &'a TableRequest<'a>,
+    blend: Option<Blend>,
     grids: AngleGrids,
     nodes: Vec<SizeNode>,
     n_angles: usize,
@@ -50,26 +52,52 @@ pub(crate) type Rows = Vec<Vec<[f64; 2]>>;
 impl<'a> DropRows<'a> {
     pub(crate) fn new(request: &'a TableRequest<'a>, theta_rad: &[f64]) -> Result<Self, Error> {
         let sampling = sampling(request);
-        let nodes = size_nodes(
+        let mut nodes = size_nodes(
             &request.effective_radius_um,
             &request.effective_variance,
             sampling.sizes,
         )?;
+        let blend = match request.theory {
+            Theory::BySize => Some(Blend::new(request)?),
+            Theory::GeometricPublished
+            | Theory::Geometric
+            | Theory::AiryPublished
+            | Theory::Airy
+            | Theory::Uniform
+            | Theory::Debye { .. }
+            | Theory::Mie => None,
+        };
+        if let Some(blend) = &blend {
+            // Of the longest wavelength most drops are small.
+            let longest = request.wavelengths.center(request.wavelengths.len() - 1);
+            for node in &mut nodes {
+                let weight = |row| blend.weight(row, node.radius, longest);
+                node.uses.retain(|(row, _)| weight(*row) > 0.0);
+            }
+            nodes.retain(|node| !node.uses.is_empty());
+        }
+        let bins = (0..request.wavelengths.len()).map(|index| Bin::new(request, index));
+        let drops = bins.flat_map(|bin| {
+            let numbered = nodes.iter().enumerate();
+            numbered.map(move |(index, node)| (index, size_parameter(node.radius, bin)))
+        });
+        let extent = Extent {
+            theta_rad,
+            disc_diameter_rad: request.sun_disc_diameter_rad,
+            steps_per_disc: sampling.steps_per_disc,
+            n_shifts: sampling.n_shifts,
+        };
         Ok(Self {
             request,
-            grids: AngleGrids::new(Extent {
-                theta_rad,
-                disc_diameter_rad: request.sun_disc_diameter_rad,
-                steps_per_disc: sampling.steps_per_disc,
-                n_shifts: sampling.n_shifts,
-            })?,
+            blend,
+            grids: AngleGrids::new(extent, drops)?,
             nodes,
             n_angles: theta_rad.len(),
         })
     }
 
-    pub(crate) fn n_drops(&self) -> usize {
-        self.nodes.len()
+    pub(crate) fn nodes(&self) -> &[SizeNode] {
+        &self.nodes
     }
 
     /// All rows at one wavelength.
@@ -99,12 +127,13 @@ impl<'a> DropRows<'a> {
         let request = self.request;
         let setting = Setting {
             bin,
-            is_flattened: request.motion.is_some(),
+            flattened: self.flattened(bin),
             grids: &self.grids,
         };
         match request.theory {
             Theory::Debye { .. } => Ok(DropTheory::debye(setting, &request.orders_in())),
             Theory::Mie
+            | Theory::BySize
             | Theory::GeometricPublished
             | Theory::Geometric
             | Theory::AiryPublished
@@ -134,23 +163,29 @@ impl<'a> DropRows<'a> {
         let moved = request.moved_orders();
         let n_rows = request.effective_radius_um.len() * request.effective_variance.len();
         let mut rows = vec![vec![[0.0; 2]; self.n_angles]; n_rows * (1 + moved.len())];
-        let per_um = TAU * 1e3 / bin.center.0;
         // Ascending radii, so that every sum has one order.
-        for index in block {
-            let node = &self.nodes[index];
-            let x = (per_um * node.radius.0).min(LARGEST_SIZE_PARAMETER);
-            let grid_index = self.grids.index(index, x);
-            let parts = theory.drop(Micrometers(x / per_um), grid_index)?;
+        for (grid_index, together) in self.runs(bin, block) {
+            let (mut radii, mut uses) = (Vec::new(), Vec::new());
+            for node in &self.nodes[together] {
+                let used = self.uses(node, bin);
+                if !used.is_empty() {
+                    radii.push(computed(node.radius, bin));
+                    uses.push(used);
+                }
+            }
+            let lights = theory.drops(&radii, grid_index)?;
             let grid = self.grids.at(grid_index);
-            for part in &parts {
-                let averaged = grid.averages(&part.light);
-                let own = moved.iter().position(|order| part.moved == Some(*order));
-                for &(row, weight) in &node.uses {
-                    let own_row = own.map(|index| (1 + index) * n_rows + row);
-                    for row in [Some(row), own_row].into_iter().flatten() {
-                        for (sum, value) in rows[row].iter_mut().zip(&averaged) {
-                            sum[0] += weight * value[0];
-                            sum[1] += weight * value[1];
+            for (uses, parts) in summed(uses, lights) {
+                for part in &parts {
+                    let averaged = grid.averages(&part.light);
+                    let own = moved.iter().position(|order| part.moved == Some(*order));
+                    for &(row, weight) in &uses {
+                        let own_row = own.map(|index| (1 + index) * n_rows + row);
+                        for row in [Some(row), own_row].into_iter().flatten() {
+                            for (sum, value) in rows[row].iter_mut().zip(&averaged) {
+                                sum[0] += weight * value[0];
+                                sum[1] += weight * value[1];
+                            }
                         }
                     }
                 }
@@ -158,19 +193,83 @@ impl<'a> DropRows<'a> {
         }
         Ok(rows)
     }
+
+    /// The grids of drops whose light is moved.
+    fn flattened(&self, bin: Bin) -> BTreeSet<usize> {
+        if self.request.motion.is_none() {
+            return BTreeSet::new();
+        }
+        let nodes = self.nodes.iter().enumerate();
+        let flattened = nodes.filter(|(_, node)| node.radius.0 >= STILL_UM);
+        let grid = |(index, node): (usize, &SizeNode)| {
+            self.grids.index(index, size_parameter(node.radius, bin))
+        };
+        flattened.map(grid).collect()
+    }
+
+    /// What a drop is used for at a wavelength.
+    fn uses(&self, node: &SizeNode, bin: Bin) -> Uses {
+        let Some(blend) = &self.blend else {
+            return node.uses.clone();
+        };
+        let weighed = |(row, weight): &(usize, f64)| {
+            (*row, weight * blend.weight(*row, node.radius, bin.center))
+        };
+        let uses = node.uses.iter().map(weighed);
+        uses.filter(|(_, weight)| *weight > 0.0).collect()
+    }
+
+    /// Stretches of drops on one grid, with its index.
+    fn runs(&self, bin: Bin, block: Range<usize>) -> Vec<(usize, Range<usize>)> {
+        let mut runs: Vec<(usize, Range<usize>)> = Vec::new();
+        for index in block {
+            let grid_index = self
+                .grids
+                .index(index, size_parameter(self.nodes[index].radius, bin));
+            match runs.last_mut() {
+                Some((of_run, run)) if *of_run == grid_index && run.len() < N_TOGETHER => {
+                    run.end = index + 1;
+                }
+                Some(_) | None => runs.push((grid_index, index..index + 1)),
+            }
+        }
+        runs
+    }
 }
 
-/// How a request is sampled.
-struct Sampling {
-    sizes: SizeSampling,
-    steps_per_disc: f64,
-    n_shifts: usize,
+/// The radius that stands for one, no larger than theories take.
+fn computed(radius: Micrometers, bin: Bin) -> Micrometers {
+    Micrometers(radius.0 * size_parameter(radius, bin) / (TAU * 1e3 * radius.0 / bin.center.0))
 }
 
-/// Settings by theory. Against 3 to 8 times as many sizes and twice as many angles, 0.25 to 0.83 mm
-/// at 550 nm, 118 to 145 degrees, rms and maximum in parts of the peak: exact solution 7e-4 and 2.6e-3
-/// for v_e = 1/3, 1.6e-3 and 9e-3 for single sizes (what is left of the ripple); Debye orders 4e-4 and
-/// 2e-3.
+fn size_parameter(radius: Micrometers, bin: Bin) -> f64 {
+    (TAU * 1e3 * radius.0 / bin.center.0).min(LARGEST_SIZE_PARAMETER)
+}
+
+/// Rows and weights in them.
+type Uses = Vec<(usize, f64)>;
+
+/// Light with what it is used for; neighbors that serve the same row alone are added up, so that they are
+/// averaged over the disc at once.
+fn summed(uses: Vec<Uses>, lights: Vec<Vec<Part>>) -> Vec<(Uses, Vec<Part>)> {
+    let mut summed: Vec<(Uses, Vec<Part>)> = Vec::new();
+    for (uses, parts) in uses.into_iter().zip(lights) {
+        match summed.last_mut() {
+            Some((of_sum, sum))
+                if of_sum.len() == 1 && *of_sum == uses && sum.len() == parts.len() =>
+            {
+                for (sum, part) in sum.iter_mut().zip(parts) {
+                    for (sum, light) in sum.light.iter_mut().zip(part.light) {
+                        *sum = [sum[0] + light[0], sum[1] + light[1]];
+                    }
+                }
+            }
+            Some(_) | None => summed.push((uses, parts)),
+        }
+    }
+    summed
+}
+
 /// Refuses drops that the exact theories do not compute, before any light is.
 pub(crate) fn check_sizes(request: &TableRequest) -> Result<(), Error> {
     match request.theory {
@@ -179,7 +278,9 @@ pub(crate) fn check_sizes(request: &TableRequest) -> Result<(), Error> {
         | Theory::Geometric
         | Theory::AiryPublished
         | Theory::Airy
-        | Theory::Uniform => return Ok(()),
+        | Theory::Uniform
+        // Its large drops are of the uniform theory.
+        | Theory::BySize => return Ok(()),
     }
     let nodes = size_nodes(
         &request.effective_radius_um,
@@ -204,21 +305,34 @@ pub(crate) fn check_sizes(request: &TableRequest) -> Result<(), Error> {
     Ok(())
 }
 
+/// How a request is sampled.
+struct Sampling {
+    sizes: SizeSampling,
+    steps_per_disc: f64,
+    n_shifts: usize,
+}
+
+/// Settings by theory. Against 3 to 8 times as many sizes and twice as many angles, 0.25 to 0.83 mm
+/// at 550 nm, 118 to 145 degrees, rms and maximum in parts of the peak: exact solution 7e-4 and 2.6e-3
+/// for v_e = 1/3, 1.6e-3 and 9e-3 for single sizes (what is left of the ripple); Debye orders 4e-4 and
+/// 2e-3.
 fn sampling(request: &TableRequest) -> Sampling {
-    let (n_in_cell, steps_per_disc, n_shifts) = match request.theory {
-        Theory::Mie => (8, 24.0, 16),
+    let rippled = SizeSampling::Rippled {
+        tolerance: request.tolerance,
+    };
+    let (sizes, steps_per_disc, n_shifts) = match request.theory {
+        Theory::Mie => (rippled, 24.0, 16),
+        // Drops so large that grids must be shifted are left to the uniform theory, mostly.
+        Theory::BySize => (rippled, 24.0, 4),
         Theory::Debye { .. }
         | Theory::GeometricPublished
         | Theory::Geometric
         | Theory::AiryPublished
         | Theory::Airy
-        | Theory::Uniform => (1, 16.0, 4),
+        | Theory::Uniform => (SizeSampling::Smooth, 16.0, 4),
     };
     Sampling {
-        sizes: SizeSampling {
-            nodes_per_efold: NODES_PER_EFOLD,
-            n_in_cell,
-        },
+        sizes,
         steps_per_disc,
         n_shifts,
     }

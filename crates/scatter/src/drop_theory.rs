@@ -4,13 +4,19 @@
 //! Debye's series gives a part for each order with a bow and one for all others. The exact solution
 //! knows no orders: what it has beyond reflected and transmitted rays (orders 0 and 1) counts as
 //! secondary below the dark band, as primary above, with a smooth passage between. It is so divided only
-//! where drops are flattened.
+//! where drops are flattened, and not for drops below 30 µm, whose bows flattening moves by a thousandth of
+//! a degree.
+
+use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 
 use niji_airy::GeometricOrder;
 use niji_airy::RainbowRay;
 use niji_airy::rainbow_ray;
+use niji_mie::PartialWaves;
 use niji_mie::RefractiveIndex;
 use niji_mie::Sphere;
+use niji_mie::cross_sections_of_each;
 use niji_radiometry::Micrometers;
 use niji_radiometry::Radians;
 
@@ -20,14 +26,17 @@ use crate::bow_light::Bin;
 use crate::error::Error;
 use crate::request::MOVED_ORDERS;
 
+/// Drops below this radius (µm) are spheres.
+pub(crate) const STILL_UM: f64 = 30.0;
 /// Orders whose light flattening leaves where it is.
 const RAYS: [u32; 2] = [0, 1];
 
 /// What all drops share at one wavelength.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub(crate) struct Setting<'a> {
     pub(crate) bin: Bin,
-    pub(crate) is_flattened: bool,
+    /// Grids of the flattened drops; empty for spheres.
+    pub(crate) flattened: BTreeSet<usize>,
     pub(crate) grids: &'a AngleGrids,
 }
 
@@ -56,23 +65,24 @@ pub(crate) enum DropTheory<'a> {
 /// How the exact solution is divided.
 pub(crate) struct Division {
     /// By grid and angle: light of rays, and the weight of the primary.
-    angles: Vec<Vec<([f64; 2], f64)>>,
+    angles: BTreeMap<usize, Vec<([f64; 2], f64)>>,
 }
 
 impl<'a> DropTheory<'a> {
     pub(crate) fn mie(setting: Setting<'a>) -> Result<Self, Error> {
-        let division = if setting.is_flattened {
-            Some(Division::new(&setting)?)
-        } else {
+        let division = if setting.flattened.is_empty() {
             None
+        } else {
+            Some(Division::new(&setting)?)
         };
         Ok(Self::Mie { setting, division })
     }
 
     pub(crate) fn debye(setting: Setting<'a>, orders: &[u32]) -> Self {
+        let is_flattened = !setting.flattened.is_empty();
         let mut groups: Vec<(Option<u32>, Vec<u32>)> = Vec::new();
         for &p in orders {
-            let moved = Some(p).filter(|p| setting.is_flattened && MOVED_ORDERS.contains(p));
+            let moved = Some(p).filter(|p| is_flattened && MOVED_ORDERS.contains(p));
             match groups.iter_mut().find(|(of_group, _)| *of_group == moved) {
                 Some((_, group)) => group.push(p),
                 None => groups.push((moved, vec![p])),
@@ -81,27 +91,37 @@ impl<'a> DropTheory<'a> {
         Self::Debye { setting, groups }
     }
 
-    /// The light of one drop on the grid `grid_index`.
-    pub(crate) fn drop(&self, radius: Micrometers, grid_index: usize) -> Result<Vec<Part>, Error> {
+    /// The light of each of some drops on the grid `grid_index`.
+    pub(crate) fn drops(
+        &self,
+        radii: &[Micrometers],
+        grid_index: usize,
+    ) -> Result<Vec<Vec<Part>>, Error> {
         match self {
             Self::Mie { setting, division } => {
+                let waves = radii
+                    .iter()
+                    .map(|radius| Ok(sphere(setting, *radius)?.waves().clone()))
+                    .collect::<Result<Vec<PartialWaves>, Error>>()?;
                 let angles = &setting.grids.at(grid_index).folded;
-                let light = sphere(setting, radius)?
-                    .waves()
-                    .normalized_cross_sections(angles);
-                Ok(match division {
-                    Some(division) => division.parts(&light, grid_index),
-                    None => vec![Part { moved: None, light }],
-                })
+                let lights = cross_sections_of_each(&waves, angles).into_iter();
+                let parts = |(light, radius): (Vec<[f64; 2]>, &Micrometers)| match division {
+                    Some(division) if radius.0 >= STILL_UM => division.parts(&light, grid_index),
+                    Some(_) | None => vec![Part { moved: None, light }],
+                };
+                Ok(lights.zip(radii).map(parts).collect())
             }
             Self::Debye { setting, groups } => {
                 let angles = &setting.grids.at(grid_index).folded;
-                let series = sphere(setting, radius)?.debye_series();
-                let part = |(moved, orders): &(Option<u32>, Vec<u32>)| Part {
-                    moved: *moved,
-                    light: series.incoherent_cross_sections(orders, angles),
+                let parts = |radius: &Micrometers| {
+                    let series = sphere(setting, *radius)?.debye_series();
+                    let part = |(moved, orders): &(Option<u32>, Vec<u32>)| Part {
+                        moved: *moved,
+                        light: series.incoherent_cross_sections(orders, angles),
+                    };
+                    Ok(groups.iter().map(part).collect())
                 };
-                Ok(groups.iter().map(part).collect())
+                radii.iter().map(parts).collect()
             }
         }
     }
@@ -130,14 +150,20 @@ impl Division {
             let part = ((theta - secondary_rad) / (primary_rad - secondary_rad)).clamp(0.0, 1.0);
             (light, part * part * (3.0 - 2.0 * part))
         };
-        let angles = |grid: &AngleGrid| grid.angles_rad.iter().map(at).collect();
+        let angles = |(index, grid): (usize, &AngleGrid)| {
+            let angles = grid.angles_rad.iter().map(at).collect();
+            (index, angles)
+        };
+        let divided = setting.flattened.iter();
         Ok(Self {
-            angles: setting.grids.iter().map(angles).collect(),
+            angles: divided
+                .map(|index| angles((*index, setting.grids.at(*index))))
+                .collect(),
         })
     }
 
     fn parts(&self, light: &[[f64; 2]], grid_index: usize) -> Vec<Part> {
-        let angles = &self.angles[grid_index];
+        let angles = &self.angles[&grid_index];
         let beyond_rays = |weight: &dyn Fn(f64) -> f64| {
             let at = |(light, (rays, primary)): (&[f64; 2], &([f64; 2], f64))| {
                 [0, 1].map(|j| weight(*primary) * (light[j] - rays[j]))

@@ -191,7 +191,7 @@ struct PilotRow {
 fn ends_of<'a>(request: &TableRequest<'a>) -> TableRequest<'a> {
     let first_nm = request.wavelengths.first_nm();
     let one = WavelengthGrid::new(first_nm, request.wavelengths.step_nm(), 1);
-    let n_radii = if request.theory == Theory::Mie { 2 } else { 1 };
+    let n_radii = if has_cells(request.theory) { 2 } else { 1 };
     TableRequest {
         wavelengths: one.unwrap_or(request.wavelengths),
         effective_radius_um: outermost(&request.effective_radius_um, n_radii),
@@ -199,6 +199,11 @@ fn ends_of<'a>(request: &TableRequest<'a>) -> TableRequest<'a> {
         motion: None,
         ..request.clone()
     }
+}
+
+/// Whether single sizes are means over the cells of their radii.
+fn has_cells(theory: Theory) -> bool {
+    matches!(theory, Theory::Mie | Theory::BySize)
 }
 
 /// As many values from both ends, ascending.
@@ -221,8 +226,8 @@ fn pilot_rows(
     for radius in (0..n_radii).filter(counts) {
         for variance in 0..n_variances {
             let law = request.effective_variance[variance];
-            let is_of_cell = request.theory == Theory::Mie
-                && is_cell_row(&request.effective_radius_um, radius, law);
+            let is_of_cell =
+                has_cells(request.theory) && is_cell_row(&request.effective_radius_um, radius, law);
             let at = |j, angle| f64::from(values[[j, radius, variance, 0, angle]]);
             let light = (0..n_angles).map(|angle| 0.5 * (at(0, angle) + at(1, angle)));
             rows.push(PilotRow {

@@ -43,7 +43,8 @@ pub struct TableRequest<'a> {
     /// Orders that take part, each once: 2 primary, 3 secondary, up to 7; 0 reflected and 1 transmitted
     /// light are rays in the theories of bows, without the light diffracted forward, which the orders
     /// of [`Theory::Debye`] have in 0. Those add the orders up to theirs, the published color scale is
-    /// the primary alone, and [`Theory::Mie`] has them all whatever is asked for.
+    /// the primary alone, and [`Theory::Mie`] has them all whatever is asked for, as the small drops of
+    /// [`Theory::BySize`] have.
     pub orders: Vec<u32>,
     /// Smallest and largest scattering angle in radians.
     pub theta_range_rad: (f64, f64),
@@ -88,7 +89,8 @@ impl TableRequest<'_> {
             | Theory::AiryPublished
             | Theory::Airy
             | Theory::Uniform
-            | Theory::Mie => true,
+            | Theory::Mie
+            | Theory::BySize => true,
         };
         self.orders.iter().copied().filter(is_in).collect()
     }

@@ -3,11 +3,19 @@
 //! t̄(r_e, v_e) = Σ_i w_i t(r_i),   Σ_i w_i = 1,   w_i the share of the cross-section at r_i
 //! because (dσ/dΩ)/(π⟨r²⟩) of a mixture is the mean of (dσ/dΩ)/(π r²) weighted by r² n(r).
 //!
-//! Broad rows share one grid that is even in ln r, so that a drop is computed once for all of them: the
-//! trapezoidal rule in ln r converges faster than any power for the smooth density. Rows narrower than
-//! the grid resolves have nodes of their own. Laws are cut where a share of 5e-5 of the cross-section is
-//! left on either side, which changes no value by more than 2e-4 of the peak: a gamma law of v_e = 1/3
-//! reaches to 4.9 r_e then, not to 7.
+//! Broad rows share one grid of ln r, so that a drop is computed once for all of them: the trapezoidal rule
+//! converges faster than any power for the smooth density. Rows narrower than the grid resolves have nodes
+//! of their own. Laws are cut where a share of 5e-5 of the cross-section is left on either side, which
+//! changes no value by more than 2e-4 of the peak: a gamma law of v_e = 1/3 reaches to 4.9 r_e then, not to
+//! 7.
+//!
+//! Where the theory has the interference of orders, light has a ripple of the size, of period 0.8 in
+//! x = 2π r/λ with sharp resonances in it, and the grid has
+//!   64 + 1200 (0.5 %/tolerance)^(1/3)/(1 + (r/25 µm)²) sizes for each factor e:
+//! many for small drops, whose ripple is strong and whose laws hold few periods of it, and fewer for large
+//! ones, in whose laws it averages out. Against 6000 sizes, gamma laws of v_e = 0.1 at 560 nm and a tolerance
+//! of 0.5 %, rms in parts of the bow's peak over bow angles of 30 to 50 degrees, and with the glory of a
+//! point sun over 0 to 80: 0.13 and 0.4 % (5 µm), 0.11 and 0.6 % (10 µm), 0.13 and 0.3 % (20 µm).
 //!
 //! A row of a single size needs its own radius. Where the theory has the interference of orders, its
 //! ripple has another phase at every radius of a table: interpolation between two such rows would be no
@@ -22,23 +30,55 @@ use niji_sizes::gamma_area_quadrature;
 
 use crate::error::Error;
 
+/// Sizes of the shared grid for each factor e of radius. Rows it resolves, v_e > 0.0015, share their
+/// drops; a coarser grid would cost more, since narrow rows then need drops of their own.
+const NODES_PER_EFOLD: f64 = 64.0;
+/// As many more where there is a ripple, of small drops, and the radius (µm) at which half of them are left.
+const RIPPLE_NODES: f64 = 1200.0;
+const RIPPLE_RADIUS_UM: f64 = 25.0;
+/// The tolerance that they are for.
+const RIPPLE_TOLERANCE: f64 = 5e-3;
+/// Sizes in the cell of a single-size row, at least.
+const LEAST_IN_CELL: usize = 8;
+/// Ends of the shared grid, ln µm: a nanometre and beyond any drop.
+const LN_ENDS_UM: (f64, f64) = (-7.0, 12.0);
 /// Standard deviations that the shared grid must resolve, in steps of the grid.
 const RESOLVED_STEPS: f64 = 2.5;
 /// Nodes of a row of its own.
 const N_OWN_NODES: usize = 48;
 /// Share of the cross-section that is left out on either side of a law.
 const LEFT_OUT: f64 = 5e-5;
-/// How far from the effective radius the shared grid is searched, in ln r.
-const SEARCHED_EFOLDS: f64 = 12.0;
 
-/// How finely sizes are sampled.
+/// How light depends on the size.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct SizeSampling {
-    /// Nodes of the shared grid for each factor e of radius. Fringes that it cannot resolve are blurred
-    /// away by the broad laws that use it.
-    pub(crate) nodes_per_efold: f64,
-    /// Sizes in the cell of a single-size row, from 1.
-    pub(crate) n_in_cell: usize,
+pub(crate) enum SizeSampling {
+    /// Smoothly, but for fringes that broad laws blur.
+    Smooth,
+    /// With the ripple of interfering orders, which is to be averaged out to a tolerance.
+    Rippled {
+        /// Of the bow's peak.
+        tolerance: f64,
+    },
+}
+
+impl SizeSampling {
+    fn nodes_per_efold(self, radius_um: f64) -> f64 {
+        match self {
+            Self::Smooth => NODES_PER_EFOLD,
+            Self::Rippled { tolerance } => {
+                let of_small = RIPPLE_NODES * (RIPPLE_TOLERANCE / tolerance).cbrt();
+                NODES_PER_EFOLD + of_small / (1.0 + (radius_um / RIPPLE_RADIUS_UM).powi(2))
+            }
+        }
+    }
+
+    /// ln r of the shared grid, the same for every table.
+    fn lattice(self) -> Vec<f64> {
+        let (first, last) = LN_ENDS_UM;
+        let next = |ln: &f64| Some(ln + self.nodes_per_efold(ln.exp()).recip());
+        let from_first = std::iter::successors(Some(first), next);
+        from_first.take_while(|ln| *ln < last).collect()
+    }
 }
 
 /// A drop to be computed.
@@ -55,17 +95,20 @@ pub(crate) fn size_nodes(
     variances: &[f64],
     sampling: SizeSampling,
 ) -> Result<Vec<SizeNode>, Error> {
+    let lattice = sampling.lattice();
     let mut own = Vec::new();
-    let mut shared: BTreeMap<i64, Vec<(usize, f64)>> = BTreeMap::new();
+    let mut shared: BTreeMap<usize, Vec<(usize, f64)>> = BTreeMap::new();
     for (radius_index, &radius_um) in radii_um.iter().enumerate() {
-        let cell = cell(radii_um, radius_index);
+        let nodes_per_efold = sampling.nodes_per_efold(radius_um);
         for (variance_index, &variance) in variances.iter().enumerate() {
             let row = radius_index * variances.len() + variance_index;
-            if sampling.n_in_cell > 1 && is_cell_row(radii_um, radius_index, variance) {
-                own.extend(cell_nodes(row, radius_um, cell, sampling.n_in_cell));
-            } else if variance.sqrt() * sampling.nodes_per_efold > RESOLVED_STEPS {
-                let nodes = shared_nodes(radius_um, variance, sampling.nodes_per_efold)?;
-                for (index, weight) in nodes {
+            let is_rippled = sampling != SizeSampling::Smooth;
+            if is_rippled && is_cell_row(radii_um, radius_index, variance) {
+                let cell = cell(radii_um, radius_index);
+                let n = ((cell * nodes_per_efold).ceil() as usize).max(LEAST_IN_CELL);
+                own.extend(cell_nodes(row, radius_um, cell, n));
+            } else if variance.sqrt() * nodes_per_efold > RESOLVED_STEPS {
+                for (index, weight) in shared_nodes(radius_um, variance, &lattice)? {
                     shared.entry(index).or_default().push((row, weight));
                 }
             } else {
@@ -74,7 +117,7 @@ pub(crate) fn size_nodes(
         }
     }
     own.extend(shared.into_iter().map(|(index, uses)| SizeNode {
-        radius: shared_radius(index, sampling.nodes_per_efold),
+        radius: Micrometers(lattice[index].exp()),
         uses,
     }));
     own.sort_by(|a, b| a.radius.0.total_cmp(&b.radius.0));
@@ -107,10 +150,6 @@ fn cell_nodes(row: usize, radius_um: f64, cell: f64, n: usize) -> impl Iterator<
     })
 }
 
-fn shared_radius(index: i64, nodes_per_efold: f64) -> Micrometers {
-    Micrometers((index as f64 / nodes_per_efold).exp())
-}
-
 fn refused(error: &niji_sizes::Error) -> Error {
     Error::Drop(error.to_string())
 }
@@ -129,19 +168,17 @@ fn own_nodes(row: usize, radius_um: f64, variance: f64) -> Result<Vec<SizeNode>,
 fn shared_nodes(
     radius_um: f64,
     variance: f64,
-    nodes_per_efold: f64,
-) -> Result<Vec<(i64, f64)>, Error> {
+    lattice: &[f64],
+) -> Result<Vec<(usize, f64)>, Error> {
     let law = GammaSizes::new(Micrometers(radius_um), variance).map_err(|error| refused(&error))?;
     // Share of the cross-section in a step of ln r: p(x) x dlnx.
-    let weight = |index: i64| {
-        let relative = shared_radius(index, nodes_per_efold).0 / radius_um;
-        (law.ln_area_density(relative - 1.0) + relative.ln()).exp()
+    let weight = |index: usize| {
+        let relative = lattice[index].exp() / radius_um;
+        let step = 0.5 * (lattice[index + 1] - lattice[index - 1]);
+        (law.ln_area_density(relative - 1.0) + relative.ln()).exp() * step
     };
-    let center = (radius_um.ln() * nodes_per_efold).round() as i64;
-    let reach = (SEARCHED_EFOLDS * nodes_per_efold) as i64;
-    let indices = center - reach..=center + reach;
-    let nodes = indices.map(|index| (index, weight(index))).collect();
-    Ok(without_tails(nodes))
+    let nodes = (1..lattice.len() - 1).map(|index| (index, weight(index)));
+    Ok(without_tails(nodes.collect()))
 }
 
 /// Ascending nodes without the share [`LEFT_OUT`] at either end; the weights sum to 1.
@@ -167,10 +204,7 @@ fn without_tails<T>(nodes: Vec<(T, f64)>) -> Vec<(T, f64)> {
 mod tests {
     use super::*;
 
-    const SAMPLING: SizeSampling = SizeSampling {
-        nodes_per_efold: 64.0,
-        n_in_cell: 8,
-    };
+    const SAMPLING: SizeSampling = SizeSampling::Rippled { tolerance: 5e-3 };
 
     /// Mean over the cross-section of ln(r/r_e) and of (r/r_e − 1)² from the nodes of one row.
     fn moments(variance: f64) -> (f64, f64, f64) {

@@ -29,6 +29,9 @@ pub enum Theory {
     },
     /// The exact solution of Lorenz and Mie.
     Mie,
+    /// The exact solution for small drops and the uniform approximation for large ones, as the tolerance
+    /// asks for.
+    BySize,
 }
 
 impl Theory {
@@ -43,6 +46,7 @@ impl Theory {
             Self::Uniform => "uniform",
             Self::Debye { .. } => "debye",
             Self::Mie => "mie",
+            Self::BySize => "by-size",
         }
     }
 
@@ -50,20 +54,32 @@ impl Theory {
     #[must_use]
     pub fn uses_airy_table(self) -> bool {
         match self {
-            Self::AiryPublished | Self::Airy | Self::Uniform => true,
+            Self::AiryPublished | Self::Airy | Self::Uniform | Self::BySize => true,
             Self::GeometricPublished | Self::Geometric | Self::Debye { .. } | Self::Mie => false,
         }
     }
 
-    /// The theory of its bows; `None` where drops are computed one after the other.
+    /// The theory of its bows; `None` where all drops are computed one after the other.
     pub(crate) fn bow_theory(self) -> Option<BowTheory> {
         match self {
             Self::GeometricPublished => Some(BowTheory::Colors),
             Self::Geometric => Some(BowTheory::Geometric),
             Self::AiryPublished => Some(BowTheory::Airy(AiryForm::Published)),
             Self::Airy => Some(BowTheory::Airy(AiryForm::Absolute)),
-            Self::Uniform => Some(BowTheory::Uniform),
+            Self::Uniform | Self::BySize => Some(BowTheory::Uniform),
             Self::Debye { .. } | Self::Mie => None,
+        }
+    }
+
+    /// Whether drops are computed one after the other, small ones at least.
+    pub fn computes_drops(self) -> bool {
+        match self {
+            Self::Debye { .. } | Self::Mie | Self::BySize => true,
+            Self::GeometricPublished
+            | Self::Geometric
+            | Self::AiryPublished
+            | Self::Airy
+            | Self::Uniform => false,
         }
     }
 }

@@ -48,7 +48,7 @@ impl Preset {
     /// The levels of the preset for drops on a lattice of `voxel_m`.
     pub fn levels(self, voxel_m: f64) -> Levels {
         let standard = Levels {
-            theory: Theory::Uniform,
+            theory: Theory::BySize,
             table_relative_error: 5e-3,
             integration: Integration::CellExact,
             interpolation: Interpolation::Moments,

@@ -28,6 +28,7 @@ mod rings;
 mod shared_tables;
 mod size_mean;
 mod stages;
+mod theory_by_size;
 mod view;
 mod warnings;
 

@@ -378,7 +378,7 @@ fn every_preset_has_its_theory_and_every_theory_a_name() {
         scene(&text).accuracy.levels(1.0).theory
     };
     let theories = ["draft", "standard", "reference"].map(theory);
-    assert_eq!(theories, [Theory::Airy, Theory::Uniform, Theory::Mie]);
+    assert_eq!(theories, [Theory::Airy, Theory::BySize, Theory::Mie]);
     for name in [
         "geometric-published",
         "geometric",
@@ -386,6 +386,7 @@ fn every_preset_has_its_theory_and_every_theory_a_name() {
         "airy",
         "uniform",
         "mie",
+        "by-size",
     ] {
         let levels = format!("preset = \"standard\"\ntheory = \"{name}\"");
         let text = FOUNTAIN.replace("preset = \"standard\"", &levels);

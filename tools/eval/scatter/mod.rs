@@ -204,6 +204,11 @@ fn directions(
             let bow = UniformBow::new(n, order).ok_or_else(no_bow)?;
             Ok(angles.map(|theta| bow.direction(theta)).collect())
         }
+        TheoryName::BySize => Err(Failure::Usage(
+            "by-size is a rule for tables: small drops are those of mie, large ones those of uniform; \
+             expected one of these"
+                .to_owned(),
+        )),
         TheoryName::GeometricPublished
         | TheoryName::AiryPublished
         | TheoryName::Debye

@@ -72,7 +72,8 @@ impl BowLight {
             | Theory::Airy
             | Theory::Uniform
             | Theory::Debye { .. }
-            | Theory::Mie => 1.0 / 3.0,
+            | Theory::Mie
+            | Theory::BySize => 1.0 / 3.0,
         };
         let mean = |(radius_um, variance): &(f64, f64)| {
             (
@@ -298,7 +299,7 @@ impl OrderLight {
             Theory::GeometricPublished | Theory::Geometric => rays(),
             Theory::AiryPublished => AiryBow::new(index, order).map(Self::Published),
             Theory::Airy => AiryBow::new(index, order).map(Self::Airy),
-            Theory::Uniform | Theory::Debye { .. } | Theory::Mie => {
+            Theory::Uniform | Theory::Debye { .. } | Theory::Mie | Theory::BySize => {
                 let bow = UniformBow::new(index, order)?;
                 Some(Self::Uniform(Box::new(bow)))
             }

@@ -30,6 +30,7 @@ use super::light_curves::CurvesRequest;
 use super::light_curves::LightCurves;
 use super::reasons::Facts;
 use super::stages::table_theory;
+use super::theory_by_size;
 use super::view;
 use super::view::Block;
 
@@ -84,12 +85,14 @@ impl Situation {
         // By moonlight everything is as much weaker, but the white of the picture stays the sun's.
         let line_albedo = reference_albedo / scene.sun.irradiance_scale();
         let (lines, sun_luminance) = lines(&grid, line_albedo);
+        let view = seen(&blocks, sun_depth);
+        let levels = scene.accuracy.levels(drops.voxel_m);
         Ok(Self {
-            view: seen(&blocks, sun_depth),
+            levels: theory_by_size::in_scene(levels, &scene.effects, (&drops, &view, grid)),
+            view,
             flattening: flattening_seen(&blocks),
             camera,
             sun,
-            levels: scene.accuracy.levels(drops.voxel_m),
             drops,
             reference_luminance_cd_m2: reference_albedo * sun_luminance / std::f64::consts::PI,
             bows_rad: (bow(2), bow(3)),

@@ -288,7 +288,7 @@ impl<'a> LightCurves<'a> {
         let fringes = variant & bit(Effect::Supernumeraries) != 0;
         fringes
             && match self.request.theory {
-                Theory::Mie => true,
+                Theory::Mie | Theory::BySize => true,
                 Theory::GeometricPublished
                 | Theory::Geometric
                 | Theory::AiryPublished

@@ -115,7 +115,7 @@ pub(super) fn table(
     let axis = 20.0 * angles + 30.0 * rows.sqrt();
     let file = rows * row + axis + 2.0 * HEADER_BYTES + 24.0 * channels;
     let series = match need.theory {
-        Theory::Mie | Theory::Debye { .. } => SERIES_BYTES,
+        Theory::Mie | Theory::BySize | Theory::Debye { .. } => SERIES_BYTES,
         Theory::GeometricPublished
         | Theory::Geometric
         | Theory::AiryPublished

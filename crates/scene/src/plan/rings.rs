@@ -59,7 +59,7 @@ pub(super) fn held(theory: Theory, on: &BTreeSet<Effect>) -> Vec<Effect> {
         held(Effect::Corona, Effect::HigherOrders),
     ];
     match theory {
-        Theory::Mie => {
+        Theory::Mie | Theory::BySize => {
             // It has all orders, but no table is made for none of them.
             let carriers = [
                 Effect::PrimaryBow,
@@ -216,7 +216,9 @@ mod tests {
     #[test]
     fn only_exact_theories_hold_rings() {
         let all: BTreeSet<Effect> = Effect::ALL.into_iter().collect();
-        assert_eq!(held(Theory::Mie, &all), [Effect::Glory, Effect::Corona]);
+        for theory in [Theory::Mie, Theory::BySize] {
+            assert_eq!(held(theory, &all), [Effect::Glory, Effect::Corona]);
+        }
         let debye = Theory::Debye { max_order: 7 };
         let mut less = all.clone();
         less.remove(&Effect::HigherOrders);

@@ -53,7 +53,7 @@ impl LightCurves<'_> {
         let of_others = effect == Effect::HigherOrders;
         // The exact light is divided by its side: that of the secondary reaches to the sun.
         let [has_glory, has_corona] = match self.request.theory {
-            Theory::Mie => [of_primary || of_others, !of_primary],
+            Theory::Mie | Theory::BySize => [of_primary || of_others, !of_primary],
             Theory::Debye { .. } => [of_primary, of_others],
             Theory::GeometricPublished
             | Theory::Geometric
@@ -70,8 +70,7 @@ impl LightCurves<'_> {
     /// What the rings of a variant are beyond those of another; empty in theories without.
     pub(super) fn ring_difference(&self, with: Variant, without: Variant, factor: &[f64]) -> Curve {
         let has_rings = |variant: Variant| {
-            variant & bit(Effect::Supernumeraries) != 0
-                && matches!(self.request.theory, Theory::Mie | Theory::Debye { .. })
+            variant & bit(Effect::Supernumeraries) != 0 && self.request.theory.computes_drops()
         };
         if !has_rings(with) {
             return Curve::empty();

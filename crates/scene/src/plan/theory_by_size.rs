@@ -1,0 +1,72 @@
+//! What theory by size comes to in a scene.
+//!
+//! A scene whose laws of size are all made by one theory takes that alone: rain the uniform one, fog that of
+//! Lorenz and Mie. So does a scene that switches an order off by hand, because the exact light of small drops
+//! has them all: the uniform one. Where the sun is in view, diffracted light is added however large the drops
+//! are.
+
+use niji_radiometry::Micrometers;
+use niji_radiometry::WavelengthGrid;
+use niji_scatter::Theory;
+use niji_scatter::theory_for_law;
+
+use crate::accuracy::Levels;
+use crate::effect::Effect;
+use crate::effect::EffectSwitches;
+use crate::effect::Switch;
+
+use super::DropSummary;
+use super::View;
+
+/// Diffracted light is seen within it of the sun, degrees.
+const CORONA_DEG: f64 = 15.0;
+
+/// The levels with the theory that the drops in view are made with.
+pub(super) fn in_scene(
+    levels: Levels,
+    switches: &EffectSwitches,
+    (drops, view, wavelengths): (&DropSummary, &View, WavelengthGrid),
+) -> Levels {
+    if levels.theory != Theory::BySize {
+        return levels;
+    }
+    let sees_sun = view
+        .theta_deg
+        .is_some_and(|(low_deg, _)| low_deg < CORONA_DEG);
+    let theory = if has_orders_off(switches) {
+        Theory::Uniform
+    } else {
+        match of_all_laws(drops, wavelengths, levels.table_relative_error) {
+            Theory::Uniform if sees_sun => Theory::BySize,
+            theory => theory,
+        }
+    };
+    Levels { theory, ..levels }
+}
+
+fn has_orders_off(switches: &EffectSwitches) -> bool {
+    let orders = [
+        Effect::PrimaryBow,
+        Effect::SecondaryBow,
+        Effect::HigherOrders,
+    ];
+    let is_off = |order: Effect| switches.of(order) == Switch::Off;
+    orders.into_iter().any(is_off)
+}
+
+/// The theory on which the laws at the ends of all sizes agree.
+fn of_all_laws(drops: &DropSummary, wavelengths: WavelengthGrid, tolerance: f64) -> Theory {
+    let (radii, variances) = (drops.effective_radius_um, drops.effective_variance);
+    let laws = [radii.0, radii.1].into_iter().flat_map(|radius_um| {
+        [variances.0, variances.1].map(|variance| (Micrometers(radius_um), variance))
+    });
+    // What is no law is said by those who make the table.
+    let mut theories =
+        laws.map(|law| theory_for_law(law, wavelengths, tolerance).unwrap_or(Theory::BySize));
+    let first = theories.next().unwrap_or(Theory::BySize);
+    if theories.all(|theory| theory == first) {
+        first
+    } else {
+        Theory::BySize
+    }
+}
