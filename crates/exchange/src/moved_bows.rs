@@ -14,6 +14,7 @@ use crate::attributes::AttributeValue;
 use crate::bow_shift::BowShift;
 use crate::error::Error;
 use crate::falling_drops::FallingDrops;
+use crate::table::Axis;
 use crate::table::TablePart;
 use crate::wavelength_names::short_name;
 
@@ -30,10 +31,11 @@ const OF_DROPS: [(&str, OfDrops); 4] = [
 /// A number of drops.
 type OfDrops = fn(&FallingDrops) -> f64;
 
-/// Orders of a table of single sizes that flattening moves.
+/// Orders of a table of single sizes that flattening moves: of its largest drops, for those of smaller ones
+/// stay.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MovedBows {
-    /// How drops lie, by radius of the table.
+    /// How drops lie, by radius of those that move, which are the last of the table.
     pub drops: Vec<FallingDrops>,
     /// The orders, ascending.
     pub orders: Vec<MovedOrder>,
@@ -46,7 +48,8 @@ pub struct MovedOrder {
     pub order: u32,
     /// How it moves, by wavelength.
     pub shifts: Vec<BowShift>,
-    /// Its part of the table's values, by polarization, radius, wavelength and scattering angle, 1/sr.
+    /// Its part of the table's values, by polarization, radius of those that move, wavelength and scattering
+    /// angle, 1/sr.
     pub values: Array4<f32>,
 }
 
@@ -54,11 +57,11 @@ impl MovedBows {
     /// The parts of the file.
     ///
     /// # Panics
-    /// If drops, shifts or values are not as many as the radii, wavelengths and angles.
+    /// If drops are more than radii; if shifts or values are not as many as the drops, wavelengths and angles.
     pub(crate) fn parts(&self, main: &TablePart, wavelengths: &WavelengthGrid) -> Vec<TablePart> {
-        let n_radii = main.row_axes[0].values.len();
-        let shape = (2, n_radii, wavelengths.len(), main.column_axis.values.len());
-        assert_eq!(self.drops.len(), n_radii, "drops are known for each radius");
+        let n_moved = self.drops.len();
+        let shape = (2, n_moved, wavelengths.len(), main.column_axis.values.len());
+        let radii = last(&main.row_axes[0], n_moved);
         let part = |order: &MovedOrder| {
             assert_eq!(
                 order.values.dim(),
@@ -75,7 +78,7 @@ impl MovedBows {
             TablePart {
                 name: format!("{PREFIX}{}", order.order),
                 column_axis: main.column_axis.clone(),
-                row_axes: vec![main.row_axes[0].clone()],
+                row_axes: vec![radii.clone()],
                 channels: crate::scattering_table::channels(wavelengths, |polarization, index| {
                     let values = order.values.slice(s![polarization, .., index, ..]);
                     values.to_owned()
@@ -140,13 +143,13 @@ impl MovedBows {
 
     /// Adds an order, whose drops must be those of the others.
     fn push(&mut self, (drops, order): (Vec<FallingDrops>, MovedOrder)) -> Result<(), Error> {
-        let last = self.orders.last().map_or(0, |last| last.order);
-        if order.order <= last {
-            return Err(not_ascending(&format!("{} after {last}", order.order)));
+        let before = self.orders.last().map_or(0, |last| last.order);
+        if order.order <= before {
+            return Err(not_ascending(&format!("{} after {before}", order.order)));
         }
         let differs = |value: OfDrops| self.drops.iter().map(value).ne(drops.iter().map(value));
         if let Some((name, _)) = OF_DROPS.into_iter().find(|(_, value)| differs(*value)) {
-            let both = format!("{name} of {PREFIX}{last} in {PREFIX}{}", order.order);
+            let both = format!("{name} of {PREFIX}{before} in {PREFIX}{}", order.order);
             return Err(Error::missing("attribute", &both));
         }
         self.orders.push(order);
@@ -183,7 +186,9 @@ fn check_axes(part: &TablePart, main: &TablePart) -> Result<(), Error> {
             max: 0.0,
         });
     }
-    let expected = [&main.column_axis, radii];
+    let n_moved = part.row_axes.first().map_or(0, |axis| axis.values.len());
+    let radii = last(radii, n_moved.clamp(1, radii.values.len()));
+    let expected = [&main.column_axis, &radii];
     let axes: Vec<_> = [&part.column_axis]
         .into_iter()
         .chain(&part.row_axes)
@@ -206,6 +211,13 @@ fn check_axes(part: &TablePart, main: &TablePart) -> Result<(), Error> {
             Err(Error::missing("axis", &both))
         }
     }
+}
+
+/// The last values of an axis.
+fn last(axis: &Axis, n: usize) -> Axis {
+    let mut axis = axis.clone();
+    axis.values.drain(..axis.values.len() - n);
+    axis
 }
 
 fn shifts(part: &TablePart, wavelengths: &WavelengthGrid) -> Result<Vec<BowShift>, Error> {

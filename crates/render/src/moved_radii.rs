@@ -8,7 +8,6 @@
 //! used several times, each at the shift of its own radius.
 
 use std::f64::consts::PI;
-use std::ops::Range;
 
 use niji_exchange::FallingDrops;
 use niji_exchange::MovedBows;
@@ -20,12 +19,10 @@ use crate::size_nodes::SizeNodes;
 /// How far a bow may move from one shaded radius to the next: half of the sun's diameter, or the standard
 /// deviation of trembling drops.
 pub(crate) const SHIFT_STEP_RAD: f64 = 0.25 * PI / 180.0;
-/// Bows that move by less stay: half of a 25th of the sun's diameter.
-const STILL_RAD: f64 = 0.01 * PI / 180.0;
 /// Most radii for one row.
 const MOST_USES: f64 = 64.0;
 
-/// Rows of the table and their weights in a row that is moved.
+/// Rows of what moves and their weights in a row that is moved.
 pub(crate) type RowMean = Vec<(usize, f64)>;
 
 /// A radius at which light is moved.
@@ -88,8 +85,9 @@ impl MovedRadii {
 
     fn add_rung(&mut self, (table, moved): (&ScatteringTable, &MovedBows), stride: usize) {
         let table_um = &table.effective_radius_um;
-        let (k_rad, n_still) = (largest_k_rad(moved), first_moved_row(moved));
-        let rows = Moving(n_still..table_um.len());
+        let (k_rad, n_still) = (largest_k_rad(moved), first_moved_row(table, moved));
+        let rows = Moving(moved.drops.len());
+        let moved_um = &table_um[n_still..];
         let kept = rows.every(stride);
         let mut rung = Rung {
             stride,
@@ -109,8 +107,8 @@ impl MovedRadii {
             for use_index in 0..n as usize {
                 let part = use_index as f64 / n;
                 let mixed = |a: f64, b: f64| a * (1.0 - part) + b * part;
-                let ratio = table_um[next] / table_um[here];
-                rung.radii_um.push(table_um[here] * ratio.powf(part));
+                let ratio = moved_um[next] / moved_um[here];
+                rung.radii_um.push(moved_um[here] * ratio.powf(part));
                 self.shaded.push(ShadedRadius {
                     row: if part < 0.5 { of_rows } else { of_rows + 1 },
                     drops: FallingDrops {
@@ -138,25 +136,25 @@ fn stride_of(table: &ScatteringTable, variance: f64) -> usize {
     }
 }
 
-/// The rows of a table that move.
-#[derive(Clone, Debug)]
-struct Moving(Range<usize>);
+/// How many rows of a table move.
+#[derive(Clone, Copy, Debug)]
+struct Moving(usize);
 
 impl Moving {
     /// Every so many, counted from the largest drops, which move most, and the first.
-    fn every(&self, stride: usize) -> Vec<usize> {
-        let mut kept: Vec<usize> = self.0.clone().rev().step_by(stride).collect();
-        if kept.last().is_some_and(|row| *row != self.0.start) {
-            kept.push(self.0.start);
+    fn every(self, stride: usize) -> Vec<usize> {
+        let mut kept: Vec<usize> = (0..self.0).rev().step_by(stride).collect();
+        if kept.last().is_some_and(|row| *row > 0) {
+            kept.push(0);
         }
         kept.reverse();
         kept
     }
 
     /// The mean of the rows around one, half as far as the next.
-    fn mean_around(&self, row: usize, stride: usize) -> RowMean {
+    fn mean_around(self, row: usize, stride: usize) -> RowMean {
         let half = stride / 2;
-        let around = row.saturating_sub(half).max(self.0.start)..(row + half + 1).min(self.0.end);
+        let around = row.saturating_sub(half)..(row + half + 1).min(self.0);
         // The outermost belong to two.
         let share = |other: usize| match other.abs_diff(row) {
             distance if half > 0 && distance == half => 0.5,
@@ -167,11 +165,9 @@ impl Moving {
     }
 }
 
-/// The first row whose bows move by what anybody could see.
-pub(crate) fn first_moved_row(moved: &MovedBows) -> usize {
-    let k_rad = largest_k_rad(moved);
-    let is_still = |drops: &FallingDrops| k_rad * drops.eccentricity < STILL_RAD;
-    moved.drops.partition_point(is_still)
+/// The first row of a table whose bows move.
+pub(crate) fn first_moved_row(table: &ScatteringTable, moved: &MovedBows) -> usize {
+    table.effective_radius_um.len() - moved.drops.len()
 }
 
 /// The largest factor of the first order in the shift.
@@ -187,11 +183,11 @@ mod tests {
 
     #[test]
     fn means_of_every_stride_hold_each_row_once() {
-        for (rows, stride) in [(3..36, 1), (3..36, 2), (0..33, 4), (7..40, 16), (0..65, 8)] {
-            let moving = Moving(rows.clone());
-            let mut shares = vec![0.0; rows.end];
+        for (n_rows, stride) in [(33, 1), (33, 2), (33, 4), (34, 16), (65, 8)] {
+            let moving = Moving(n_rows);
+            let mut shares = vec![0.0; n_rows];
             let kept = moving.every(stride);
-            assert_eq!((kept[0], kept[kept.len() - 1]), (rows.start, rows.end - 1));
+            assert_eq!((kept[0], kept[kept.len() - 1]), (0, n_rows - 1));
             for row in kept {
                 let mean = moving.mean_around(row, stride);
                 let total: f64 = mean.iter().map(|(_, share)| share).sum();
@@ -200,9 +196,8 @@ mod tests {
                     shares[other] += share * stride as f64;
                 }
             }
-            assert!(shares[..rows.start].iter().all(|share| *share == 0.0));
             // Those at either end are of half a mean.
-            let inside = &shares[rows.start + stride..rows.end - stride];
+            let inside = &shares[stride..n_rows - stride];
             assert!(inside.iter().all(|share| (share - 1.0).abs() < 1e-14));
         }
     }

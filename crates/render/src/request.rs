@@ -348,7 +348,7 @@ impl RenderRequest<'_> {
         if let Some(moved) = &table.moved {
             let of_order = (
                 2,
-                radii.len(),
+                moved.drops.len(),
                 table.wavelengths.len(),
                 table.theta_rad.len(),
             );
@@ -356,7 +356,7 @@ impl RenderRequest<'_> {
                 order.values.dim() == of_order && order.shifts.len() == table.wavelengths.len()
             });
             // Compared with the value that stands for single sizes.
-            if !fits || moved.drops.len() != radii.len() || *variances != [0.0] {
+            if !fits || moved.drops.len() > radii.len() || *variances != [0.0] {
                 return bad("the orders that move do not fit its axes");
             }
         }

@@ -136,8 +136,9 @@ impl<'a> RowSource<'a> {
             is_sound: true,
         };
         panel.add_natural(1.0, self.lanes(self.table.values.as_slice(), row));
-        let moved = self.table.moved.iter();
-        for moved in moved.filter(|moved| row >= first_moved_row(moved)) {
+        if let Some(moved) = &self.table.moved
+            && let Some(row) = row.checked_sub(first_moved_row(&self.table, moved))
+        {
             for order in &moved.orders {
                 panel.add_natural(-1.0, self.lanes(order.values.as_slice(), row));
             }

@@ -8,10 +8,8 @@ use ndarray::Array5;
 use ndarray::Axis;
 use niji_airy::rainbow_ray;
 use niji_exchange::MovedBows;
-use niji_exchange::MovedOrder;
 use niji_exchange::RowUse;
 use niji_exchange::ScatteringTable;
-use niji_radiometry::Micrometers;
 use niji_radiometry::Nanometers;
 use niji_radiometry::Water;
 use rayon::prelude::*;
@@ -19,9 +17,9 @@ use rayon::prelude::*;
 use crate::bow_light::Bin;
 use crate::bow_light::BowTheory;
 use crate::bow_rows::BowRows;
-use crate::bow_shift::bow_shift;
 use crate::drop_rows::DropRows;
 use crate::error::Error;
+use crate::moved_orders::MovedOrders;
 use crate::request::SizeRows;
 use crate::request::TableRequest;
 use crate::small_drops::SmallDrops;
@@ -58,14 +56,15 @@ pub(crate) fn table_at(
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<ScatteringTable, Error> {
     let values = values_at(request, &theta_rad, progress)?;
-    Ok(described(request, theta_rad, values))
+    let moved = MovedOrders::new(request).bows(values.moved);
+    Ok(described((request, theta_rad), values.all, moved))
 }
 
 /// The values of a table.
 pub(crate) struct Values {
     /// All light, as in a [`ScatteringTable`].
     pub(crate) all: Array5<f32>,
-    /// That of each order which is kept apart.
+    /// That of each order which is kept apart, for the radii that move.
     moved: Vec<Array4<f32>>,
 }
 
@@ -83,7 +82,48 @@ pub(crate) fn values_at(
     }
 }
 
+/// Drops that stay have all of their light in one, the others each order that moves apart.
 fn values_of_bows(
+    request: &TableRequest,
+    theory: BowTheory,
+    theta_rad: &[f64],
+    progress: &(dyn Fn(f64) + Sync),
+) -> Result<Values, Error> {
+    let n_still = MovedOrders::new(request).n_still;
+    let (still, moving) = request.effective_radius_um.split_at(n_still);
+    let of_radii = |radii: &[f64], motion| TableRequest {
+        effective_radius_um: radii.to_vec(),
+        motion,
+        ..request.clone()
+    };
+    if moving.is_empty() {
+        let all = bow_values(request, theory, theta_rad, progress)?;
+        return Ok(Values {
+            all,
+            moved: Vec::new(),
+        });
+    }
+    if still.is_empty() {
+        return values_of_moving(request, theory, theta_rad, progress);
+    }
+    // One part of light to three.
+    let share = 1.0 / (1.0 + 3.0 * moving.len() as f64 / still.len() as f64);
+    let of_still = |done: f64| progress(share * done);
+    let of_moving = |done: f64| progress(share + (1.0 - share) * done);
+    let still = bow_values(&of_radii(still, None), theory, theta_rad, &of_still)?;
+    let moving = of_radii(moving, request.motion);
+    let moving = values_of_moving(&moving, theory, theta_rad, &of_moving)?;
+    let mut all = zeros(request, theta_rad.len());
+    let (mut low, mut high) = all.view_mut().split_at(Axis(1), n_still);
+    low.assign(&still);
+    high.assign(&moving.all);
+    Ok(Values {
+        all,
+        moved: moving.moved,
+    })
+}
+
+fn values_of_moving(
     request: &TableRequest,
     theory: BowTheory,
     theta_rad: &[f64],
@@ -165,8 +205,11 @@ fn drop_values(
     let n_rows = request.effective_radius_um.len() * n_variances;
     let count = Count::new(request.wavelengths.len() * rows.nodes().len(), progress);
     let mut all = zeros(request, theta_rad.len());
-    let of_part = all.clone().remove_axis(Axis(2));
-    let mut moved = vec![of_part; request.moved_orders().len()];
+    let (_, n_radii, _, n_wavelengths, n_angles) = all.dim();
+    let orders = MovedOrders::new(request);
+    let n_still = orders.n_still;
+    let of_part = Array4::zeros((2, n_radii - n_still, n_wavelengths, n_angles));
+    let mut moved = vec![of_part; orders.len()];
     let mut of_moved: Vec<_> = (moved.iter_mut())
         .map(|values| values.axis_iter_mut(Axis(2)))
         .collect();
@@ -184,12 +227,15 @@ fn drop_values(
             for (row, light) in rows.iter().enumerate() {
                 let (part, row) = (row / n_rows, row % n_rows);
                 let (radius, variance) = (row / n_variances, row % n_variances);
+                if part > 0 && (radius < n_still || moved.is_empty()) {
+                    continue;
+                }
                 for (angle, pair) in light.iter().enumerate() {
                     for (j, &value) in pair.iter().enumerate() {
                         if part == 0 {
                             all[[j, radius, variance, angle]] = stored(value);
                         } else {
-                            moved[part - 1][[j, radius, angle]] = stored(value);
+                            moved[part - 1][[j, radius - n_still, angle]] = stored(value);
                         }
                     }
                 }
@@ -206,6 +252,7 @@ fn by_size_values(
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<Values, Error> {
     let small = SmallDrops::new(request, theta_rad)?;
+    let n_still = MovedOrders::new(request).n_still;
     let in_laws = small.in_laws();
     let uniform = match &in_laws {
         Some(request) => Some(BowRows::new(request, BowTheory::Uniform, theta_rad)?),
@@ -236,12 +283,15 @@ fn by_size_values(
             for (row, of_row) in rows.into_iter().enumerate() {
                 let (part, row) = (row / n_rows, row % n_rows);
                 let (radius, variance) = (row / n_variances, row % n_variances);
+                if part > 0 && (radius < n_still || moved.is_empty()) {
+                    continue;
+                }
                 for (angle, pair) in of_row.added.iter().enumerate() {
                     for (j, &value) in pair.iter().enumerate() {
                         let uniform = if part == 0 {
                             &mut all[[j, radius, variance, angle]]
                         } else {
-                            &mut moved[part - 1][[j, radius, angle]]
+                            &mut moved[part - 1][[j, radius - n_still, angle]]
                         };
                         *uniform = stored(of_row.uniform_share * f64::from(*uniform) + value);
                     }
@@ -292,7 +342,11 @@ impl<'a> Count<'a> {
     }
 }
 
-fn described(request: &TableRequest, theta_rad: Vec<f64>, values: Values) -> ScatteringTable {
+fn described(
+    (request, theta_rad): (&TableRequest, Vec<f64>),
+    values: Array5<f32>,
+    moved: Option<MovedBows>,
+) -> ScatteringTable {
     let orders = match request.theory {
         Theory::Mie => "all".to_owned(),
         Theory::GeometricPublished
@@ -324,8 +378,8 @@ fn described(request: &TableRequest, theta_rad: Vec<f64>, values: Values) -> Sca
         theta_rad,
         effective_radius_um: request.effective_radius_um.clone(),
         effective_variance: request.effective_variance.clone(),
-        moved: moved_bows(request, values.moved),
-        values: values.all,
+        moved,
+        values,
         row_use: match request.rows {
             SizeRows::Laws => RowUse::Laws,
             SizeRows::Bins { .. } => RowUse::Sums,
@@ -341,29 +395,6 @@ fn described(request: &TableRequest, theta_rad: Vec<f64>, values: Values) -> Sca
         water: request.water,
         interpolation_error: None,
     }
-}
-
-/// How the orders move that are kept apart.
-fn moved_bows(request: &TableRequest, values: Vec<Array4<f32>>) -> Option<MovedBows> {
-    let motion = request.motion.filter(|_| !values.is_empty())?;
-    let radii = request.effective_radius_um.iter().copied().map(Micrometers);
-    let order = |(order, values): (u32, Array4<f32>)| {
-        let shift = |wavelength| {
-            let index = request.water.refractive_index(wavelength);
-            // An order without a bow stays.
-            bow_shift(index, order).unwrap_or_default()
-        };
-        MovedOrder {
-            order,
-            shifts: request.wavelengths.centers().map(shift).collect(),
-            values,
-        }
-    };
-    let orders = request.moved_orders().into_iter().zip(values);
-    Some(MovedBows {
-        drops: radii.map(|radius| motion.drops(radius)).collect(),
-        orders: orders.map(order).collect(),
-    })
 }
 
 /// The middle of Alexander's band in green light.

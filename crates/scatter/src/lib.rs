@@ -56,6 +56,7 @@ mod interpolation_error;
 mod jet;
 mod mean_square;
 mod moebius_shift;
+mod moved_orders;
 mod needed_angles;
 mod request;
 mod rings;
