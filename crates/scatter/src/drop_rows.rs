@@ -293,8 +293,8 @@ fn sampling(request: &TableRequest) -> Sampling {
     };
     let (sizes, steps_per_disc, n_shifts) = match request.theory {
         Theory::Mie => (rippled, 24.0, 16),
-        // Drops so large that grids must be shifted are left to the uniform theory, mostly.
-        Theory::BySize => (rippled, 24.0, 4),
+        // The largest drops have 2π/x to two steps, and the sun's disc leaves little of their ripple.
+        Theory::BySize => (rippled, (0.06 / request.tolerance).clamp(12.0, 24.0), 8),
         Theory::Debye { .. }
         | Theory::GeometricPublished
         | Theory::Geometric
