@@ -252,7 +252,7 @@ fn diffracted_light_joins_that_of_the_exact_solution() {
     let (by_size, exact) = (law(Theory::BySize), law(Theory::Mie));
     assert_eq!(by_size.forward_fraction_left_out, 0.0);
     let (by_size, exact) = (natural(&by_size, 0), natural(&exact, 0));
-    // Nearer to the sun's middle the exact drops miss their own peaks between angles.
+    // Where the sun stands the sum below is told.
     for theta_deg in [0.5, 1.0, 2.0, 4.0, 8.0_f64] {
         let ratio = at(&by_size, theta_deg.to_radians()) / at(&exact, theta_deg.to_radians());
         // Measured worst 5.8 %, at 2 degrees.
