@@ -25,8 +25,8 @@ use crate::sun_disc::disc_row;
 
 /// Step of the finest grid, over 1/x: 12 to a period of the ripple, 7 to the narrowest fringe π/x.
 const STEP_TIMES_X: f64 = 0.44;
-/// Grids, each √2 as coarse as the one before.
-const N_LEVELS: usize = 8;
+/// Steps of the coarsest grid across the sun's disc, at least; grids are each √2 as coarse as the one before.
+const LEAST_STEPS_PER_DISC: f64 = 2.1;
 /// Consecutive drops on one grid.
 pub(crate) const N_TOGETHER: usize = 8;
 
@@ -41,6 +41,7 @@ pub(crate) struct AngleGrids {
 #[derive(Clone, Copy, Debug)]
 struct Lattice {
     finest_step_rad: f64,
+    coarsest_level: usize,
     n_shifts: usize,
 }
 
@@ -87,6 +88,7 @@ impl AngleGrids {
         }
         let lattice = Lattice {
             finest_step_rad: extent.disc_diameter_rad / extent.steps_per_disc,
+            coarsest_level: (2.0 * (extent.steps_per_disc / LEAST_STEPS_PER_DISC).log2()) as usize,
             n_shifts: extent.n_shifts,
         };
         let used: BTreeSet<usize> = drops.map(|(drop, x)| lattice.index(drop, x)).collect();
@@ -114,7 +116,7 @@ impl AngleGrids {
 impl Lattice {
     fn index(self, drop: usize, x: f64) -> usize {
         let coarser = STEP_TIMES_X / (x * self.finest_step_rad);
-        let level = ((2.0 * coarser.max(1.0).log2()) as usize).min(N_LEVELS - 1);
+        let level = ((2.0 * coarser.max(1.0).log2()) as usize).min(self.coarsest_level);
         if level > 0 {
             return self.n_shifts + level;
         }

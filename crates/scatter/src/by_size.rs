@@ -11,8 +11,8 @@
 //! 10.4, 10.1, 10.0, 9.6 at 650. In the bow alone, 30 to 45 degrees, it is half of that; within 15 degrees
 //! of the antisolar point it has no glory.
 //!
-//! A law so large that uniform theory errs by less than a quarter of the tolerance, its small drops
-//! weighed, has no drop computed; one with next to no large drops has no uniform light.
+//! A law whose small drops the uniform theory makes to the tolerance in the bow, ε/2 weighed with W, has no
+//! drop computed; one with next to no large drops has no uniform light.
 
 use std::f64::consts::TAU;
 
@@ -26,11 +26,9 @@ use crate::request::TableRequest;
 use crate::size_average::is_cell_row;
 use crate::theory::Theory;
 
-/// ε x, and x1 times the tolerance.
-const ERROR_TIMES_X: f64 = 9.6;
+/// ε x in the bow, and x1 times the tolerance.
+const BOW_ERROR_TIMES_X: f64 = 4.8;
 const FIRST_X_TIMES_TOLERANCE: f64 = 5.0;
-/// Of the tolerance, for small drops of a law that are left to the uniform theory.
-const SHARE_FOR_SMALL_DROPS: f64 = 0.25;
 /// Share of the cross-section of a law in large drops that are left to the exact solution.
 const LEFT_OUT: f64 = 1e-4;
 /// Nodes of a law.
@@ -134,7 +132,7 @@ pub(crate) fn exact_share(radius: Micrometers, wavelength: Nanometers, tolerance
 ///     theory_for_law((Micrometers(radius_um), variance), wavelengths, 5e-3)
 /// };
 /// assert_eq!(theory(10.0, 0.1)?, Theory::Mie);
-/// assert_eq!(theory(100.0, 0.1)?, Theory::BySize);
+/// assert_eq!(theory(60.0, 0.1)?, Theory::BySize);
 /// assert_eq!(theory(500.0, 1.0 / 3.0)?, Theory::Uniform);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -154,10 +152,10 @@ pub fn theory_for_law(
     }
     let error = |(radius_um, weight): &(f64, f64)| {
         let radius = Micrometers(*radius_um);
-        let of_uniform = (ERROR_TIMES_X / size_parameter(radius, middle)).min(1.0);
+        let of_uniform = (BOW_ERROR_TIMES_X / size_parameter(radius, middle)).min(1.0);
         weight * exact_share(radius, middle, tolerance) * of_uniform
     };
-    if sizes.iter().map(error).sum::<f64>() <= SHARE_FOR_SMALL_DROPS * tolerance {
+    if sizes.iter().map(error).sum::<f64>() <= tolerance {
         return Ok(Theory::Uniform);
     }
     Ok(Theory::BySize)

@@ -8,7 +8,7 @@
 //! wavelengths of a table.
 //! In the theories of bows orders 0 and 1 are rays, which leave this light out. The pattern is that of
 //! small angles, and good where x is some hundred and more.
-//! [BW99] M. Born and E. Wolf, Principles of Optics, 7th ed., Cambridge (1999), sections 8.5.2 and 8.8.5.
+//! [BW99] M. Born and E. Wolf, Principles of Optics, 7th ed., Cambridge (1999), section 8.5.2.
 
 use std::f64::consts::FRAC_2_PI;
 use std::f64::consts::PI;
@@ -122,7 +122,7 @@ mod tests {
 
     #[test]
     fn the_first_dark_ring_holds_the_published_share() {
-        // BW99, table 8.2: dark rings at 1.220 and 2.233 π with 0.838 and 0.910 of the light within.
+        // BW99, section 8.5.2: dark rings at 1.220 and 2.233 π with 0.838 and 0.910 of the light within.
         for (u, expected) in [(1.220 * PI, 0.838), (2.233 * PI, 0.910)] {
             assert!((encircled(u) - expected).abs() < 5e-4, "{}", encircled(u));
             assert!(libm::j1(u).abs() < 1e-3);

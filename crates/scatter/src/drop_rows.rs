@@ -25,6 +25,7 @@ use crate::drop_theory::Part;
 use crate::drop_theory::STILL_UM;
 use crate::drop_theory::Setting;
 use crate::error::Error;
+use crate::request::SizeRows;
 use crate::request::TableRequest;
 use crate::size_average::SizeNode;
 use crate::size_average::SizeSampling;
@@ -34,6 +35,9 @@ use crate::theory::Theory;
 /// Largest size parameter that the exact theories take; drops beyond it, in the tails of laws of the
 /// largest raindrops, scatter per area as one of this size.
 const LARGEST_SIZE_PARAMETER: f64 = 1e5;
+/// Sizes in a bin, and in the cell of a single size, at least.
+const LEAST_IN_BIN: usize = 2;
+const LEAST_IN_CELL: usize = 8;
 /// Blocks of drops for a table of one wavelength; tables of more wavelengths have fewer each.
 const N_BLOCKS: usize = 32;
 /// What the rows of all wavelengths share.
@@ -317,13 +321,16 @@ struct Sampling {
 /// for v_e = 1/3, 1.6e-3 and 9e-3 for single sizes (what is left of the ripple); Debye orders 4e-4 and
 /// 2e-3.
 fn sampling(request: &TableRequest) -> Sampling {
+    // Bins are never seen alone: the narrowest law is three of them wide.
+    let is_bin = matches!(request.rows, SizeRows::Bins { ln_step, .. } if ln_step > 0.0);
     let rippled = SizeSampling::Rippled {
         tolerance: request.tolerance,
+        least_in_cell: if is_bin { LEAST_IN_BIN } else { LEAST_IN_CELL },
     };
     let (sizes, steps_per_disc, n_shifts) = match request.theory {
         Theory::Mie => (rippled, 24.0, 16),
-        // Drops so large that grids must be shifted are left to the uniform theory, mostly.
-        Theory::BySize => (rippled, 24.0, 4),
+        // The largest drops have 2π/x to two steps, and the sun's disc leaves little of their ripple.
+        Theory::BySize => (rippled, (0.06 / request.tolerance).clamp(12.0, 24.0), 8),
         Theory::Debye { .. }
         | Theory::GeometricPublished
         | Theory::Geometric

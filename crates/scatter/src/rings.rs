@@ -75,6 +75,26 @@ impl Rings {
         AverageRow { start, weights }
     }
 
+    /// The same for light that is taken as even within each ring: whole rings are exact then, however steep
+    /// the light is that is in them.
+    pub(crate) fn even_disc_row(&self, theta_rad: f64, radius_rad: f64) -> AverageRow {
+        let ring = |angle: f64| {
+            let position = (angle - self.first_rad) / self.step_rad;
+            (position.max(0.0) as usize).min(self.n - 1)
+        };
+        let (first, last) = (ring(theta_rad - radius_rad), ring(theta_rad + radius_rad));
+        let share = |ring: usize| self.moments(ring, theta_rad, radius_rad)[0];
+        let mut weights: Vec<f64> = (first..=last).map(share).collect();
+        let total: f64 = weights.iter().sum();
+        for weight in &mut weights {
+            *weight /= total;
+        }
+        AverageRow {
+            start: first,
+            weights,
+        }
+    }
+
     /// ∫ s^k w dθ' over a ring, k = 0, 1, 2, in the variable ψ, θ' = θ + R sin ψ, in which the edge of
     /// the disc is smooth.
     fn moments(&self, ring: usize, theta_rad: f64, radius_rad: f64) -> [f64; 3] {

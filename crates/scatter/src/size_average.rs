@@ -38,8 +38,6 @@ const RIPPLE_NODES: f64 = 1200.0;
 const RIPPLE_RADIUS_UM: f64 = 25.0;
 /// The tolerance that they are for.
 const RIPPLE_TOLERANCE: f64 = 5e-3;
-/// Sizes in the cell of a single-size row, at least.
-const LEAST_IN_CELL: usize = 8;
 /// Ends of the shared grid, ln µm: a nanometre and beyond any drop.
 const LN_ENDS_UM: (f64, f64) = (-7.0, 12.0);
 /// Standard deviations that the shared grid must resolve, in steps of the grid.
@@ -58,6 +56,8 @@ pub(crate) enum SizeSampling {
     Rippled {
         /// Of the bow's peak.
         tolerance: f64,
+        /// Sizes in the cell of a single-size row, at least.
+        least_in_cell: usize,
     },
 }
 
@@ -65,7 +65,7 @@ impl SizeSampling {
     fn nodes_per_efold(self, radius_um: f64) -> f64 {
         match self {
             Self::Smooth => NODES_PER_EFOLD,
-            Self::Rippled { tolerance } => {
+            Self::Rippled { tolerance, .. } => {
                 let of_small = RIPPLE_NODES * (RIPPLE_TOLERANCE / tolerance).cbrt();
                 NODES_PER_EFOLD + of_small / (1.0 + (radius_um / RIPPLE_RADIUS_UM).powi(2))
             }
@@ -102,10 +102,11 @@ pub(crate) fn size_nodes(
         let nodes_per_efold = sampling.nodes_per_efold(radius_um);
         for (variance_index, &variance) in variances.iter().enumerate() {
             let row = radius_index * variances.len() + variance_index;
-            let is_rippled = sampling != SizeSampling::Smooth;
-            if is_rippled && is_cell_row(radii_um, radius_index, variance) {
+            if let SizeSampling::Rippled { least_in_cell, .. } = sampling
+                && is_cell_row(radii_um, radius_index, variance)
+            {
                 let cell = cell(radii_um, radius_index);
-                let n = ((cell * nodes_per_efold).ceil() as usize).max(LEAST_IN_CELL);
+                let n = ((cell * nodes_per_efold).ceil() as usize).max(least_in_cell);
                 own.extend(cell_nodes(row, radius_um, cell, n));
             } else if variance.sqrt() * nodes_per_efold > RESOLVED_STEPS {
                 for (index, weight) in shared_nodes(radius_um, variance, &lattice)? {
@@ -204,7 +205,10 @@ fn without_tails<T>(nodes: Vec<(T, f64)>) -> Vec<(T, f64)> {
 mod tests {
     use super::*;
 
-    const SAMPLING: SizeSampling = SizeSampling::Rippled { tolerance: 5e-3 };
+    const SAMPLING: SizeSampling = SizeSampling::Rippled {
+        tolerance: 5e-3,
+        least_in_cell: 8,
+    };
 
     /// Mean over the cross-section of ln(r/r_e) and of (r/r_e − 1)² from the nodes of one row.
     fn moments(variance: f64) -> (f64, f64, f64) {

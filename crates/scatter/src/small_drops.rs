@@ -173,7 +173,18 @@ struct DiffractedLight {
 
 impl DiffractedLight {
     fn new(request: &TableRequest, theta_rad: &[f64]) -> Result<Self, Error> {
-        let (places, averages) = places(request, theta_rad);
+        let (places, _) = places(request, theta_rad);
+        let radius_rad = 0.5 * request.sun_disc_diameter_rad;
+        let averages = match &places {
+            // The lobe of large drops lies within a ring.
+            Places::Rings(rings) => Some(
+                theta_rad
+                    .iter()
+                    .map(|&theta| rings.even_disc_row(theta, radius_rad))
+                    .collect(),
+            ),
+            Places::Angles(_) => None,
+        };
         let law = |variance: &f64| {
             let variance = variance.max(bin_variance(request));
             Diffraction::new(variance)

@@ -54,12 +54,17 @@ fn has_orders_off(switches: &EffectSwitches) -> bool {
     orders.into_iter().any(is_off)
 }
 
-/// The theory on which the laws at the ends of all sizes agree.
+/// The theory on which laws of all sizes agree: the smallest drops are as narrow as any, since a mixture with
+/// larger ones, which is broader, has a larger radius.
 fn of_all_laws(drops: &DropSummary, wavelengths: WavelengthGrid, tolerance: f64) -> Theory {
     let (radii, variances) = (drops.effective_radius_um, drops.effective_variance);
-    let laws = [radii.0, radii.1].into_iter().flat_map(|radius_um| {
-        [variances.0, variances.1].map(|variance| (Micrometers(radius_um), variance))
-    });
+    let laws = [
+        (radii.0, variances.0),
+        ((radii.0 * radii.1).sqrt(), variances.1),
+        (radii.1, variances.1),
+    ]
+    .into_iter()
+    .map(|(radius_um, variance)| (Micrometers(radius_um), variance));
     // What is no law is said by those who make the table.
     let mut theories =
         laws.map(|law| theory_for_law(law, wavelengths, tolerance).unwrap_or(Theory::BySize));
