@@ -58,7 +58,7 @@ const ALL: &str = "all";
 /// A scene that is missing or wrong.
 pub(crate) fn execute(command: &PlanCommand, common: &Common) -> Result<(), Failure> {
     let planned = scene_file::load(&command.scene, common)?;
-    planned.check_table()?;
+    planned.check_inputs()?;
     let text = if command.script {
         script(&planned, &command.scene, &command.output, common)
     } else if let Some(name) = &command.explain {
@@ -69,7 +69,10 @@ pub(crate) fn execute(command: &PlanCommand, common: &Common) -> Result<(), Fail
     } else {
         in_form(common, &planned.plan, Plan::to_string)?
     };
-    output::print(&text)
+    output::print(&text)?;
+    // What the run would refuse, with the plan as the reason.
+    planned.check_light()?;
+    planned.check_memory()
 }
 
 /// A result as JSON where that is asked for, else as text.

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::path::PathBuf;
 
+use niji_render::ask_for_memory;
 use niji_scene::DropSummary;
 use niji_scene::Effect;
 use niji_scene::Moment;
@@ -11,6 +12,7 @@ use niji_scene::Plan;
 use niji_scene::ScatteringNeed;
 use niji_scene::Scene;
 use niji_scene::SceneError;
+use niji_scene::Stage;
 use niji_scene::SunPosition;
 use niji_scene::Switch;
 use niji_scene::calls_for_multiple_scattering;
@@ -214,13 +216,55 @@ impl Planned {
         self.tolerance.map(tolerance_for_rays)
     }
 
-    /// Refuses a scene whose scattering table the stage would refuse, in the same words.
-    ///
-    /// # Errors
+    /// Refuses a scene whose scattering table the stage would refuse, in the same words:
     /// [`Failure::Usage`] if the table cannot be made, for one because it is too large.
-    pub(crate) fn check_table(&self) -> Result<(), Failure> {
+    fn check_table(&self) -> Result<(), Failure> {
         let refused = self.plan.table_refused.as_ref();
         refused.map_or(Ok(()), |error| Err(Failure::Usage(error.to_string())))
+    }
+
+    /// Refuses whatever a stage of the run would refuse later.
+    ///
+    /// # Errors
+    /// As [`Self::check_inputs`], [`Self::check_light`] and [`Self::check_memory`].
+    pub(crate) fn check(&self) -> Result<(), Failure> {
+        self.check_light()?;
+        self.check_inputs()?;
+        self.check_memory()
+    }
+
+    /// Refuses a scene without a table, or without a file that it names.
+    ///
+    /// # Errors
+    /// As [`Self::check_table`]; a file that is not there.
+    pub(crate) fn check_inputs(&self) -> Result<(), Failure> {
+        self.check_table()?;
+        let folder = self.file.parent().unwrap_or(Path::new(""));
+        let (photo, occluders) = (self.scene.photo.iter(), self.scene.occluders.iter());
+        let of_photo = photo.flat_map(|it| [&it.layers, &it.labels].into_iter().flatten());
+        let maps = occluders.clone().filter_map(|it| it.depth.as_ref());
+        let meshes = occluders.flat_map(|it| it.meshes.iter().map(|mesh| &mesh.file));
+        for file in of_photo.chain(maps).chain(meshes) {
+            let path = folder.join(file);
+            fs::metadata(&path).map_err(|error| Failure::bad_input(&path, error))?;
+        }
+        Ok(())
+    }
+
+    /// Refuses a picture for which memory cannot be had, in the words of the renderer.
+    ///
+    /// # Errors
+    /// [`Failure::Failed`].
+    pub(crate) fn check_memory(&self) -> Result<(), Failure> {
+        let region = self.scene.camera.region();
+        let region = region.map_err(|error| Failure::Usage(error.to_string()))?;
+        let mut stages = self.plan.stages.iter();
+        let picture = stages.find(|planned| planned.stage == Stage::Render);
+        // Its file at most, as numbers lie in memory.
+        let bytes = picture.and_then(|planned| planned.estimate.file_bytes);
+        ask_for_memory((region.width_px, region.height_px), bytes.unwrap_or(0)).map_err(|error| {
+            Failure::Failed(format!("{error} (`niji render --tiles` or `--region`)"))
+        })
     }
 
     /// Refuses a scene that sends no light at all.

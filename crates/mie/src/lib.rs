@@ -40,3 +40,4 @@ pub use crate::error::Error;
 pub use crate::partial_waves::PartialWaves;
 pub use crate::refractive_index::RefractiveIndex;
 pub use crate::sphere::Sphere;
+pub use crate::sphere::check_size;

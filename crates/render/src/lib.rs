@@ -162,4 +162,5 @@ pub use picture::render;
 pub use picture::render_in_steps;
 pub use picture_tiles::Rendered;
 pub use request::RenderRequest;
+pub use request::ask_for_memory;
 pub use surfaces::Surfaces;

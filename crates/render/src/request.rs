@@ -156,12 +156,7 @@ impl RenderRequest<'_> {
             .region
             .n_pixels()
             .saturating_mul(self.bytes_per_pixel());
-        let mut asked: Vec<u8> = Vec::new();
-        let answer = asked.try_reserve_exact(usize::try_from(bytes).unwrap_or(usize::MAX));
-        // Else a compiler may leave the question out.
-        std::hint::black_box(&asked);
-        let size_px = (self.region.width_px, self.region.height_px);
-        answer.map_err(|_| Error::Memory { size_px, bytes })
+        ask_for_memory((self.region.width_px, self.region.height_px), bytes)
     }
 
     /// What all arrays of the picture, and the glimpses that its error is estimated from, take.
@@ -424,4 +419,16 @@ fn is_axis(values: &[f64]) -> bool {
     !values.is_empty()
         && values.iter().all(|value| value.is_finite())
         && values.windows(2).all(|pair| pair[0] < pair[1])
+}
+
+/// Asks for the memory of a picture of this width and height, and gives it back.
+///
+/// # Errors
+/// [`Error::Memory`] if it cannot be had.
+pub fn ask_for_memory(size_px: (u32, u32), bytes: u64) -> Result<(), Error> {
+    let mut asked: Vec<u8> = Vec::new();
+    let answer = asked.try_reserve_exact(usize::try_from(bytes).unwrap_or(usize::MAX));
+    // Else a compiler may leave the question out.
+    std::hint::black_box(&asked);
+    answer.map_err(|_| Error::Memory { size_px, bytes })
 }

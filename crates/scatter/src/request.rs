@@ -8,6 +8,7 @@ use niji_radiometry::WavelengthGrid;
 use serde::Serialize;
 
 use crate::drop_motion::DropMotion;
+use crate::drop_rows::check_sizes;
 use crate::error::Error;
 use crate::theory::Theory;
 
@@ -122,8 +123,8 @@ impl TableRequest<'_> {
     /// Refuses what no table can be made of.
     ///
     /// # Errors
-    /// An axis that is empty, not ascending or outside its range, orders that take no part, or water of
-    /// which nobody measured the index.
+    /// An axis that is empty, not ascending or outside its range, orders that take no part, water of
+    /// which nobody measured the index, or sizes that the theory does not compute.
     pub fn check(&self) -> Result<(), Error> {
         let radii = &self.effective_radius_um;
         let sound_radius = |radius: &f64| *radius > 0.0 && radius.is_finite();
@@ -182,7 +183,7 @@ impl TableRequest<'_> {
                 found: self.orders.clone(),
             });
         }
-        Ok(())
+        check_sizes(self)
     }
 }
 
