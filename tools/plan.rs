@@ -58,7 +58,7 @@ const ALL: &str = "all";
 /// A scene that is missing or wrong.
 pub(crate) fn execute(command: &PlanCommand, common: &Common) -> Result<(), Failure> {
     let planned = scene_file::load(&command.scene, common)?;
-    planned.check_table()?;
+    planned.check_inputs()?;
     let text = if command.script {
         script(&planned, &command.scene, &command.output, common)
     } else if let Some(name) = &command.explain {

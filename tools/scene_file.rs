@@ -216,13 +216,39 @@ impl Planned {
         self.tolerance.map(tolerance_for_rays)
     }
 
-    /// Refuses a scene whose scattering table the stage would refuse, in the same words.
-    ///
-    /// # Errors
+    /// Refuses a scene whose scattering table the stage would refuse, in the same words:
     /// [`Failure::Usage`] if the table cannot be made, for one because it is too large.
-    pub(crate) fn check_table(&self) -> Result<(), Failure> {
+    fn check_table(&self) -> Result<(), Failure> {
         let refused = self.plan.table_refused.as_ref();
         refused.map_or(Ok(()), |error| Err(Failure::Usage(error.to_string())))
+    }
+
+    /// Refuses whatever a stage of the run would refuse later.
+    ///
+    /// # Errors
+    /// As [`Self::check_inputs`], [`Self::check_light`] and [`Self::check_memory`].
+    pub(crate) fn check(&self) -> Result<(), Failure> {
+        self.check_light()?;
+        self.check_inputs()?;
+        self.check_memory()
+    }
+
+    /// Refuses a scene without a table, or without a file that it names.
+    ///
+    /// # Errors
+    /// As [`Self::check_table`]; a file that is not there.
+    pub(crate) fn check_inputs(&self) -> Result<(), Failure> {
+        self.check_table()?;
+        let folder = self.file.parent().unwrap_or(Path::new(""));
+        let (photo, occluders) = (self.scene.photo.iter(), self.scene.occluders.iter());
+        let of_photo = photo.flat_map(|it| [&it.layers, &it.labels].into_iter().flatten());
+        let maps = occluders.clone().filter_map(|it| it.depth.as_ref());
+        let meshes = occluders.flat_map(|it| it.meshes.iter().map(|mesh| &mesh.file));
+        for file in of_photo.chain(maps).chain(meshes) {
+            let path = folder.join(file);
+            fs::metadata(&path).map_err(|error| Failure::bad_input(&path, error))?;
+        }
+        Ok(())
     }
 
     /// Refuses a picture for which memory cannot be had, in the words of the renderer.

@@ -37,10 +37,11 @@ fn left_out(plan: &Plan) -> Vec<String> {
         .partition(|it| it.effect == Effect::MultipleScattering);
     let mut lines: Vec<String> = orders.iter().map(|it| further_orders(it)).collect();
     let others = others.iter();
-    let others = others.map(|it| format!("{} (at most {})", it.effect, of_white(it.bound.value)));
+    let others = others.map(|it| format!("{} {}", it.effect, of_white(it.bound.value)));
     let others: Vec<String> = others.collect();
     if !others.is_empty() {
-        lines.push(format!("left out: {}", others.join(", ")));
+        let others = others.join(", ");
+        lines.push(format!("left out (at most, of display white): {others}"));
     }
     lines
 }

@@ -84,9 +84,7 @@ pub(super) fn execute(
         let in_frame = |failure: Failure| failure.within(&format!("frame {number}"));
         let text = sequence.scene_text(number);
         let planned = scene_file::frame(&text, scene_file, common).map_err(in_frame)?;
-        planned.check_light().map_err(in_frame)?;
-        planned.check_table().map_err(in_frame)?;
-        planned.check_memory().map_err(in_frame)?;
+        planned.check().map_err(in_frame)?;
         if verbosity > Verbosity::Quiet {
             eprintln!("{:>11}  {number}", "frame");
             for warning in &planned.plan.warnings {

@@ -87,9 +87,7 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
             command.scene.display()
         )));
     }
-    planned.check_light()?;
-    planned.check_table()?;
-    planned.check_memory()?;
+    planned.check()?;
     let manner = common.manner();
     let Outcome { done, findings } = run_stages(&planned, folder, manner)?;
     let image = folder.join(stages::render::FILE);

@@ -114,7 +114,7 @@ impl Reached {
         self.too_much().map_or(Ok(()), |cause| {
             let text = self.text();
             Err(Failure::AccuracyNotReached(format!(
-                "{text}: most of it from {cause} (the picture was written)"
+                "the picture misses its tolerance: {text}: most of it from {cause} (it was written)"
             )))
         })
     }

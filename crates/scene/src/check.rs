@@ -373,6 +373,11 @@ fn photo(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {
 }
 
 fn effects(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {
+    let orders = scene.effects.of(Effect::MultipleScattering);
+    if orders == Switch::On && scene.accuracy.sun_path == Some(SunPath::Ignore) {
+        let expected = "a level with a shadow where effects.multiple_scattering is \"on\"";
+        return Err(check.out_of_range("accuracy.sun_path", "\"ignore\"".to_string(), expected));
+    }
     for effect in Effect::ALL {
         let key = format!("effects.{effect}");
         let switch = scene.effects.of(effect);

@@ -17,6 +17,7 @@
 
 use niji_render::Integration;
 use niji_render::PixelFootprint;
+use niji_render::SunPath;
 use niji_scatter::Theory;
 
 use crate::accuracy::Accuracy;
@@ -80,6 +81,7 @@ pub fn calls_for_multiple_scattering(scene: &Scene, plan: &Plan, tolerance: f64)
     let effect = Effect::MultipleScattering;
     let mut needs = effect.needs().iter();
     let is_open = scene.effects.of(effect) == Switch::Auto
+        && scene.accuracy.sun_path != Some(SunPath::Ignore)
         && needs.all(|needed| scene.effects.of(*needed) != Switch::Off);
     let missed = plan.bound(effect).map_or(0.0, |bound| bound.rms);
     is_open && !plan.is_on(effect) && missed > SHARE_FOR_EFFECTS * tolerance

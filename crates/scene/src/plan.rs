@@ -170,7 +170,7 @@ pub fn plan(scene: &Scene, drops: Option<DropSummary>) -> Result<Plan, PlanError
     let curves = situation.curves(scene);
     let bound_scene = situation.bound_scene(&curves, air.as_ref());
     let bound = |effect: Effect, assumed: &Assumed| bound_scene.bound(effect, assumed);
-    let switches = decide::settled(&scene.effects, scene.accuracy.preset);
+    let switches = decide::settled(&scene.effects, &scene.accuracy);
     let mut on = decide::decide(&switches, scene.accuracy.tolerance, &bound).on;
     let seen = |effect: &Effect| bound(*effect, &decide::forced(&on, *effect)).value > 0.0;
     let rings = rings::held(situation.levels.theory, &on).into_iter();

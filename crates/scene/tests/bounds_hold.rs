@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 
 use ndarray::Array2;
 use niji_airy::AiryTable;
+use niji_atmosphere::with_diffuse_light;
 use niji_dropfield::Bricks;
 use niji_exchange::ScatteringTable;
 use niji_geometry::PixelRegion;
@@ -132,6 +133,10 @@ impl Studio {
             .model(grid, scene.ground.albedo, &scene.sun)
             .unwrap();
         let air = air.tabulate().unwrap();
+        let air = match plan.scattering_orders(scene) {
+            Some(orders) => with_diffuse_light(air, orders),
+            None => air,
+        };
         let camera = scene.camera.camera().unwrap();
         let request = RenderRequest {
             camera: &camera,

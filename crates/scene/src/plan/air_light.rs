@@ -22,6 +22,9 @@ use niji_geometry::Planet;
 use super::bow_light::Line;
 use super::view::Block;
 
+/// Part of the way to the ground that is air alone.
+const ABOVE_GROUND: f64 = 1.0 - 1e-9;
+
 /// Widens every bound for the air's levels of accuracy and for what lies between samples.
 const MARGIN: f64 = 1.1;
 
@@ -168,8 +171,15 @@ impl<'a> Sky<'a> {
 
     fn front(&self, block: &Block) -> f64 {
         let Some(chord) = block.drops else { return 0.0 };
+        let eye = self.request.eye;
+        let (height_m, zenith) = (self.planet.height_m(eye), self.planet.zenith(eye));
         let light = |direction: &DVec3| {
-            let ray = self.ray(self.request.eye, *direction, chord.leave_m);
+            // The ground in skylight is part of the sky, also where drops stand on it.
+            let ground_m = self
+                .planet
+                .distance_to_ground(height_m, zenith.dot(*direction));
+            let above_m = ground_m.map_or(f64::INFINITY, |ground_m| ABOVE_GROUND * ground_m);
+            let ray = self.ray(eye, *direction, chord.leave_m.min(above_m));
             self.luminance(&self.solver.solve(&ray).radiance) + self.diffuse_luminance(&ray)
         };
         MARGIN * block.samples.iter().map(light).fold(0.0, f64::max)

@@ -12,6 +12,9 @@
 
 use std::collections::BTreeSet;
 
+use niji_render::SunPath;
+
+use crate::accuracy::Accuracy;
 use crate::accuracy::Preset;
 use crate::effect::Effect;
 use crate::effect::EffectSwitches;
@@ -31,14 +34,15 @@ pub(super) struct Decision {
 
 /// The switches of a scene, with what only the reference weighs left out of other presets, and
 /// wherever the scene leaves out what it needs.
-pub(super) fn settled(switches: &EffectSwitches, preset: Preset) -> EffectSwitches {
+pub(super) fn settled(switches: &EffectSwitches, accuracy: &Accuracy) -> EffectSwitches {
     let mut settled = switches.clone();
     let effect = Effect::MultipleScattering;
     let needs = effect.needs().iter();
-    let lacks = needs
-        .copied()
-        .any(|needed| switches.of(needed) == Switch::Off);
-    if switches.of(effect) == Switch::Auto && (preset != Preset::Reference || lacks) {
+    let lacks = accuracy.sun_path == Some(SunPath::Ignore)
+        || needs
+            .copied()
+            .any(|needed| switches.of(needed) == Switch::Off);
+    if switches.of(effect) == Switch::Auto && (accuracy.preset != Preset::Reference || lacks) {
         settled.set(effect, Switch::Off);
     }
     settled
@@ -142,6 +146,13 @@ mod tests {
     use super::super::bound::BoundKind;
     use super::*;
 
+    fn of(preset: Preset) -> Accuracy {
+        Accuracy {
+            preset,
+            ..Accuracy::default()
+        }
+    }
+
     fn decide_with(bounds: &[(Effect, f64)], switches: &EffectSwitches) -> BTreeSet<Effect> {
         let bound = |effect: Effect, _: &Assumed| {
             let value = bounds
@@ -154,7 +165,7 @@ mod tests {
                 kind: BoundKind::Proved,
             }
         };
-        decide(&settled(switches, Preset::Standard), 0.01, &bound).on
+        decide(&settled(switches, &of(Preset::Standard)), 0.01, &bound).on
     }
 
     #[test]
@@ -202,14 +213,20 @@ mod tests {
         let multiple = Effect::MultipleScattering;
         let mut switches = EffectSwitches::default();
         for (preset, kept) in [(Preset::Standard, false), (Preset::Reference, true)] {
-            let asked = settled(&switches, preset).of(multiple);
+            let asked = settled(&switches, &of(preset)).of(multiple);
             assert_eq!(asked == Switch::Auto, kept);
         }
         switches.set(Effect::DropShadow, Switch::Off);
         assert_eq!(
-            settled(&switches, Preset::Reference).of(multiple),
+            settled(&switches, &of(Preset::Reference)).of(multiple),
             Switch::Off
         );
+        let without_shadow = Accuracy {
+            sun_path: Some(SunPath::Ignore),
+            ..of(Preset::Reference)
+        };
+        let free = EffectSwitches::default();
+        assert_eq!(settled(&free, &without_shadow).of(multiple), Switch::Off);
         let mut switches = EffectSwitches::default();
         switches.set(multiple, Switch::On);
         let needs = multiple.needs().iter();
