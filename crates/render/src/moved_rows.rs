@@ -17,6 +17,7 @@
 use std::f64::consts::PI;
 
 use niji_exchange::BowShift;
+use niji_exchange::FARTHEST_SHIFT_RAD;
 use niji_exchange::FallingDrops;
 use niji_exchange::MovedBows;
 use niji_exchange::MovedOrder;
@@ -38,8 +39,6 @@ const APART_RAD: f64 = 0.02 * PI / 180.0;
 const APART_OF_WIDTH: f64 = 0.1;
 /// Wavelengths are shaded in lanes of so many.
 const LANES: usize = 8;
-/// Farthest that light is moved: beyond, nothing is left of a bow.
-const FARTHEST_RAD: f64 = 0.8;
 /// Entries of the guide to the angles for each of them.
 const GUIDE_DENSITY: usize = 4;
 
@@ -179,7 +178,7 @@ impl MovedRows {
                 for group in 0..n_groups {
                     let ends = [group, group + 1].map(|edge| edge * n_chunks / n_groups * LANES);
                     let of_group = usize::midpoint(ends[0], ends[1].min(last + 1) - 1);
-                    let moved_rad = shift(of_group).clamp(-FARTHEST_RAD, FARTHEST_RAD);
+                    let moved_rad = shift(of_group).clamp(-FARTHEST_SHIFT_RAD, FARTHEST_SHIFT_RAD);
                     let mean = self.angles.mean(place.theta_rad - moved_rad, width_rad);
                     let Some((angles, shares)) = mean else {
                         continue;
@@ -346,7 +345,9 @@ impl Angles {
         let inner = &theta_rad[1..theta_rad.len().max(2) - 1];
         let mut all = Vec::with_capacity(3 * theta_rad.len());
         if first < end {
-            let mirrored = inner.iter().take_while(|theta| **theta < FARTHEST_RAD);
+            let mirrored = inner
+                .iter()
+                .take_while(|theta| **theta < FARTHEST_SHIFT_RAD);
             all.extend(mirrored.map(|theta| 2.0 * first - theta));
             all.reverse();
         }
@@ -355,7 +356,7 @@ impl Angles {
             let mirrored = inner
                 .iter()
                 .rev()
-                .take_while(|theta| last - **theta < FARTHEST_RAD);
+                .take_while(|theta| last - **theta < FARTHEST_SHIFT_RAD);
             all.extend(mirrored.map(|theta| 2.0 * last - theta));
         }
         let n_guides = GUIDE_DENSITY * all.len();
