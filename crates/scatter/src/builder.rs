@@ -6,29 +6,24 @@ use std::sync::Mutex;
 use ndarray::Array4;
 use ndarray::Array5;
 use ndarray::Axis;
-use niji_airy::rainbow_ray;
 use niji_exchange::MovedBows;
 use niji_exchange::MovedOrder;
 use niji_exchange::RowUse;
 use niji_exchange::ScatteringTable;
 use niji_radiometry::Micrometers;
-use niji_radiometry::Nanometers;
-use niji_radiometry::Water;
 use rayon::prelude::*;
 
 use crate::bow_light::Bin;
 use crate::bow_light::BowTheory;
 use crate::bow_rows::BowRows;
 use crate::bow_shift::bow_shift;
+use crate::dark_band::dark_band_rad;
 use crate::drop_rows::DropRows;
 use crate::error::Error;
 use crate::request::SizeRows;
 use crate::request::TableRequest;
-use crate::theory::Theory;
 use crate::theta_axis::theta_axis;
 
-/// Wavelength that decides where the two bows are split.
-const SPLIT_WAVELENGTH: Nanometers = Nanometers(560.0);
 /// Half of the light that a large drop takes out of a beam is diffracted forward.
 const DIFFRACTED_FRACTION: f64 = 0.5;
 /// A table that starts at larger angles holds nothing of the diffracted light.
@@ -227,31 +222,20 @@ impl<'a> Count<'a> {
 }
 
 fn described(request: &TableRequest, theta_rad: Vec<f64>, values: Values) -> ScatteringTable {
-    let orders = match request.theory {
-        Theory::Mie => "all".to_owned(),
-        Theory::GeometricPublished
-        | Theory::Geometric
-        | Theory::AiryPublished
-        | Theory::Airy
-        | Theory::Uniform
-        | Theory::Debye { .. } => {
-            let names: Vec<String> = request.orders_in().iter().map(u32::to_string).collect();
-            names.join(",")
-        }
+    let theory = request.theory;
+    let names = request.orders_in().into_iter().map(|p| p.to_string());
+    let orders = if theory.holds_every_order() {
+        "all".to_owned()
+    } else {
+        names.collect::<Vec<_>>().join(",")
     };
-    let starts_in_lobe = theta_rad[0] < FORWARD_LOBE_RAD;
-    let holds_diffraction = match request.theory {
-        Theory::Mie => starts_in_lobe,
-        // Order 0 is reflection and diffraction together.
-        Theory::Debye { .. } => starts_in_lobe && request.orders.contains(&0),
-        Theory::GeometricPublished
-        | Theory::Geometric
-        | Theory::AiryPublished
-        | Theory::Airy
-        | Theory::Uniform => false,
-    };
+    // Order 0 is reflection and diffraction together.
+    let holds_diffraction = theory.is_exact()
+        && theta_rad[0] < FORWARD_LOBE_RAD
+        && (theory.holds_every_order() || request.orders.contains(&0));
+    let [primary_rad, secondary_rad] = dark_band_rad(request.water);
     ScatteringTable {
-        theory: request.theory.name().to_owned(),
+        theory: theory.name().to_owned(),
         orders,
         wavelengths: request.wavelengths,
         theta_rad,
@@ -265,7 +249,7 @@ fn described(request: &TableRequest, theta_rad: Vec<f64>, values: Values) -> Sca
         },
         relative_error: request.tolerance,
         sun_disc_diameter_rad: request.sun_disc_diameter_rad,
-        split_theta_rad: split_theta_rad(request.water),
+        split_theta_rad: 0.5 * (primary_rad + secondary_rad),
         forward_fraction_left_out: if holds_diffraction {
             0.0
         } else {
@@ -297,11 +281,4 @@ fn moved_bows(request: &TableRequest, values: Vec<Array4<f32>>) -> Option<MovedB
         drops: radii.map(|radius| motion.drops(radius)).collect(),
         orders: orders.map(order).collect(),
     })
-}
-
-/// The middle of Alexander's band in green light.
-fn split_theta_rad(water: Water) -> f64 {
-    let index = water.refractive_index(SPLIT_WAVELENGTH);
-    let theta_rad = |p| rainbow_ray(index, p).map_or(0.75 * PI, |ray| ray.theta_rad());
-    0.5 * (theta_rad(2) + theta_rad(3))
 }

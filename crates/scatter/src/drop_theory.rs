@@ -18,7 +18,7 @@ use crate::angle_grids::AngleGrid;
 use crate::angle_grids::AngleGrids;
 use crate::bow_light::Bin;
 use crate::error::Error;
-use crate::request::MOVED_ORDERS;
+use crate::theory::MOVED_ORDERS;
 
 /// Orders whose light flattening leaves where it is.
 const RAYS: [u32; 2] = [0, 1];

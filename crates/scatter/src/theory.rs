@@ -7,6 +7,9 @@ use serde::Serialize;
 
 use crate::bow_light::BowTheory;
 
+/// Primary and secondary bow.
+pub(crate) const MOVED_ORDERS: [u32; 2] = [2, 3];
+
 /// How a drop scatters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -53,6 +56,47 @@ impl Theory {
             Self::AiryPublished | Self::Airy | Self::Uniform => true,
             Self::GeometricPublished | Self::Geometric | Self::Debye { .. } | Self::Mie => false,
         }
+    }
+
+    /// Does a table hold every order, whatever is asked for?
+    #[must_use]
+    pub fn holds_every_order(self) -> bool {
+        match self {
+            Self::Mie => true,
+            Self::GeometricPublished
+            | Self::Geometric
+            | Self::AiryPublished
+            | Self::Airy
+            | Self::Uniform
+            | Self::Debye { .. } => false,
+        }
+    }
+
+    /// Is it made of partial waves, so that it has diffraction and glory?
+    #[must_use]
+    pub fn is_exact(self) -> bool {
+        self.bow_theory().is_none()
+    }
+
+    /// The orders it has among `orders`.
+    #[must_use]
+    pub fn orders_among(self, orders: &[u32]) -> Vec<u32> {
+        let is_in = |p: &u32| match self {
+            Self::Debye { max_order } => *p <= max_order,
+            Self::GeometricPublished => *p == 2,
+            Self::Geometric | Self::AiryPublished | Self::Airy | Self::Uniform | Self::Mie => true,
+        };
+        orders.iter().copied().filter(is_in).collect()
+    }
+
+    /// The orders whose light a table of flattened drops keeps apart: both bows, which the exact solution
+    /// has whatever is asked for. Bows of higher orders are too faint to be seen where drops are large,
+    /// and stay.
+    #[must_use]
+    pub fn moved_orders(self, orders: &[u32]) -> Vec<u32> {
+        let orders = self.orders_among(orders);
+        let is_in = |p: &u32| self.holds_every_order() || orders.contains(p);
+        MOVED_ORDERS.into_iter().filter(is_in).collect()
     }
 
     /// The theory of its bows; `None` where drops are computed one after the other.
