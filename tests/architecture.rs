@@ -31,7 +31,6 @@ const ARROWS: [(&str, &[&str]); 15] = [
             "dropfield",
             "droplets",
             "airy",
-            "mie",
             "scatter",
             "atmosphere",
             "render",

@@ -114,7 +114,7 @@ fn poles() -> f64 {
     });
     let n_violations = requests.map(|request| {
         let table = table(&request);
-        let diffracts = request.theory.computes_drops();
+        let diffracts = request.theory.is_exact();
         let left_out = if diffracts { 0.0 } else { 0.5 };
         let ends = [
             table.theta_rad[0],

@@ -189,7 +189,8 @@ impl AiryBow {
         })
     }
 
-    /// The same for the published form, without a derivative.
+    /// The same for the published form, I = f² M² without a derivative and without the factor a λ: its
+    /// colors and sizes are wrong by that factor. It is scaled to the absolute one at 100 µm and 550 nm.
     #[must_use]
     pub fn published_direction(&self, theta: Radians) -> BowDirection {
         let mut bow = self.squared_amplitudes(self.ray.beyond_rad(theta.0));
@@ -226,20 +227,6 @@ impl AiryBow {
                 .map(|e| square(e * derivative_length)),
             rays: [0.0; 2],
         }
-    }
-
-    /// The intensity of the published form, I = f² M², with no factor a λ: its colors and sizes are
-    /// wrong by that factor. It is scaled to the absolute one at 100 µm and 550 nm. 1/sr.
-    #[must_use]
-    pub fn published(
-        &self,
-        radius: Micrometers,
-        wavelength: Nanometers,
-        theta: Radians,
-        squares: impl Fn(f64) -> [f64; 2],
-    ) -> [f64; 2] {
-        self.published_direction(theta)
-            .evaluate(AiryForm::Published, (radius, wavelength), squares)
     }
 
     /// 0 up to `from` parts of the reach, 1 from `to` parts on, smooth between.

@@ -38,19 +38,10 @@ impl BowDirection {
         wavelength: Nanometers,
         squares: impl Fn(f64) -> [f64; 2],
     ) -> [f64; 2] {
-        self.evaluate(AiryForm::Absolute, (radius, wavelength), squares)
-    }
-
-    pub(crate) fn evaluate(
-        &self,
-        form: AiryForm,
-        (radius, wavelength): (Micrometers, Nanometers),
-        squares: impl Fn(f64) -> [f64; 2],
-    ) -> [f64; 2] {
         let x = TAU * Meters::from(radius).0 / Meters::from(wavelength).0;
         let scale = (x * x).cbrt();
         let [square, derivative_square] = squares(self.argument * scale);
-        let factor = form.size_factor(radius, wavelength);
+        let factor = AiryForm::Absolute.size_factor(radius, wavelength);
         [0, 1].map(|j| {
             let wave =
                 self.strength[j] * square + self.derivative_strength[j] * derivative_square / scale;

@@ -6,6 +6,12 @@
 //! (s + d)/|s + d|, (s − d)/|s − d| and the normal of both; `s` towards the sun, `d` from the eye into the
 //! view; `k`, `a`, `c`, `f`, `g` numbers of order and index alone, which `niji-scatter` traces.
 
+/// No bow is followed farther (rad): beyond, nothing is left of it.
+pub const FARTHEST_SHIFT_RAD: f64 = 0.8;
+
+/// Steps of T² and of B² by which the largest shift is found.
+const N_SQUARES: u32 = 8;
+
 /// The shift of one order's bow at one refractive index.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BowShift {
@@ -40,6 +46,17 @@ impl BowShift {
     /// Δθ in radians of drops of an eccentricity e, where the squares T² and B² are `t2` and `b2`.
     pub fn shift_rad(&self, eccentricity: f64, t2: f64, b2: f64) -> f64 {
         self.seen(t2, b2).shift_rad(eccentricity)
+    }
+
+    /// Largest |Δθ| in radians of drops of an eccentricity over all directions of their axis, within a few
+    /// percent and at most [`FARTHEST_SHIFT_RAD`].
+    pub fn largest_rad(&self, eccentricity: f64) -> f64 {
+        let square = |step: u32| f64::from(step) / f64::from(N_SQUARES);
+        let shifts = (0..=N_SQUARES).flat_map(|t2| {
+            (0..=N_SQUARES - t2).map(move |b2| self.shift_rad(eccentricity, square(t2), square(b2)))
+        });
+        let largest = shifts.map(f64::abs).fold(0.0, f64::max);
+        largest.min(FARTHEST_SHIFT_RAD)
     }
 }
 
@@ -106,6 +123,21 @@ mod tests {
         // In the plane alone: e is -e with T and B exchanged.
         let difference = SHIFT.shift_rad(0.3, 0.36, 0.64) - SHIFT.shift_rad(-0.3, 0.64, 0.36);
         assert!(difference.abs() < ROUNDING);
+    }
+
+    #[test]
+    fn the_largest_shift_is_that_of_an_axis_in_the_plane_to_first_order() {
+        let first = BowShift {
+            coefficients_rad: [1.7, 0.0, 0.0, 0.0, 0.0],
+        };
+        assert_eq!(first.largest_rad(0.2), first.shift_rad(0.2, 1.0, 0.0));
+        assert_eq!(first.largest_rad(0.0), 0.0);
+        assert_eq!(first.largest_rad(0.9), FARTHEST_SHIFT_RAD);
+        for [t2, b2] in SQUARES {
+            // The second order has its extremes between the steps.
+            let shift = SHIFT.shift_rad(0.2, t2, b2).abs();
+            assert!(shift <= 1.02 * SHIFT.largest_rad(0.2));
+        }
     }
 
     #[test]

@@ -68,6 +68,7 @@ pub use atmosphere_table::n_moments;
 pub use attributes::AttributeValue;
 pub use attributes::Attributes;
 pub use bow_shift::BowShift;
+pub use bow_shift::FARTHEST_SHIFT_RAD;
 pub use bow_shift::SeenShift;
 pub use contents::ChannelRange;
 pub use contents::PartContents;

@@ -31,25 +31,6 @@ const VERTICAL: DVec3 = DVec3::Y;
 /// Squared length of a sum or difference of unit vectors below which it has no direction: 1e-9 rad.
 const NO_DIRECTION: f64 = 1e-18;
 
-/// m along a view ray, from -1 to 1; 0 leaves the bow where spheres make it, to first order.
-///
-/// ```
-/// use glam::DVec3;
-/// use niji_render::flattening_along;
-///
-/// let sun = DVec3::Z;
-/// let bow_rad = 42.0_f64.to_radians();
-/// let top = DVec3::new(0.0, bow_rad.sin(), -bow_rad.cos());
-/// let foot = DVec3::new(bow_rad.sin(), 0.0, -bow_rad.cos());
-/// assert!((flattening_along(top, sun) - bow_rad.cos()).abs() < 1e-12);
-/// assert_eq!(flattening_along(foot, sun), 0.0);
-/// ```
-#[must_use]
-pub fn flattening_along(view_direction: DVec3, sun_direction: DVec3) -> f64 {
-    let [t2, b2] = axis_squares(view_direction, sun_direction);
-    t2 - b2
-}
-
 /// T² and B² along a view ray.
 pub(crate) fn axis_squares(view_direction: DVec3, sun_direction: DVec3) -> [f64; 2] {
     let across = sun_direction + view_direction;
@@ -75,6 +56,12 @@ mod tests {
     use super::*;
 
     const PRIMARY_DEG: f64 = 42.0;
+
+    /// m, from -1 to 1; 0 leaves the bow where spheres make it, to first order.
+    fn flattening_along(view_direction: DVec3, sun_direction: DVec3) -> f64 {
+        let [t2, b2] = axis_squares(view_direction, sun_direction);
+        t2 - b2
+    }
 
     fn direction(azimuth_deg: f64, elevation_deg: f64) -> DVec3 {
         direction_from_azimuth_elevation(

@@ -5,7 +5,7 @@
 //!
 //! `L` radiance [W m^-2 sr^-1 nm^-1], `E_sun` irradiance [W m^-2 nm^-1], `M2` second moment of the
 //! drops' radius [m²/m³], `t` scattering table [1/sr], `m` how the flat shape of large drops moves
-//! the bow ([`flattening_along`]), `T` what drops and air let pass.
+//! the bow (T² and B² of the drops' axis), `T` what drops and air let pass.
 //!
 //! The sun is far, so the scattering angle theta and m are the same all along a ray. Light is
 //! therefore *deposited* by drop size while the ray is followed ([`Integration`]), and *shaded* with
@@ -150,7 +150,6 @@ pub use error::Error;
 pub use error::Input;
 pub use error::Wavelengths;
 pub use error_parts::ErrorParts;
-pub use flattening::flattening_along;
 pub use levels::AirPath;
 pub use levels::DropExtinctionModel;
 pub use levels::DropOrders;

@@ -6,8 +6,8 @@
 
 use std::f64::consts::PI;
 
-/// Farthest that light is moved: beyond, nothing is left of a bow.
-pub(crate) const FARTHEST_RAD: f64 = 0.8;
+use niji_exchange::FARTHEST_SHIFT_RAD;
+
 /// Entries of the guide to the angles for each of them.
 const GUIDE_DENSITY: usize = 16;
 
@@ -39,7 +39,9 @@ impl MovedAngles {
         let inner = &theta_rad[1..theta_rad.len().max(2) - 1];
         let mut all = Vec::with_capacity(3 * theta_rad.len());
         if first < end {
-            let mirrored = inner.iter().take_while(|theta| **theta < FARTHEST_RAD);
+            let mirrored = inner
+                .iter()
+                .take_while(|theta| **theta < FARTHEST_SHIFT_RAD);
             all.extend(mirrored.map(|theta| 2.0 * first - theta));
             all.reverse();
         }
@@ -48,7 +50,7 @@ impl MovedAngles {
             let mirrored = inner
                 .iter()
                 .rev()
-                .take_while(|theta| last - **theta < FARTHEST_RAD);
+                .take_while(|theta| last - **theta < FARTHEST_SHIFT_RAD);
             all.extend(mirrored.map(|theta| 2.0 * last - theta));
         }
         let n_guides = GUIDE_DENSITY * all.len();

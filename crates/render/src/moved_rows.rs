@@ -20,6 +20,7 @@ use ndarray::Array2;
 use ndarray::s;
 use niji_exchange::Attitude;
 use niji_exchange::BowShift;
+use niji_exchange::FARTHEST_SHIFT_RAD;
 use niji_exchange::MovedOrder;
 use niji_exchange::ScatteringTable;
 use niji_exchange::SeenShift;
@@ -29,7 +30,6 @@ use pulp::WithSimd;
 use rayon::prelude::*;
 
 use crate::moved_angles::AngleMean;
-use crate::moved_angles::FARTHEST_RAD;
 use crate::moved_angles::MovedAngles;
 use crate::moved_radii::MovedRadii;
 use crate::moved_radii::RowMean;
@@ -244,7 +244,7 @@ impl Adding<'_> {
         let row = radius.row * angles.theta_rad.len() * n_padded;
         for group in 0..n_groups {
             let [from, to] = [group, group + 1].map(|edge| edge * n_lanes / n_groups);
-            let moved_rad = shift_rad(from + to).clamp(-FARTHEST_RAD, FARTHEST_RAD);
+            let moved_rad = shift_rad(from + to).clamp(-FARTHEST_SHIFT_RAD, FARTHEST_SHIFT_RAD);
             let mean = angles.mean(self.place.theta_rad - moved_rad, width_rad);
             let Some(AngleMean { ends, shares }) = mean else {
                 continue;

@@ -140,15 +140,23 @@ impl BowLight {
         orders: &[u32],
         places: &Places,
     ) -> Result<Self, Error> {
+        let order = |&p: &u32| {
+            theory.order(bin, p).ok_or_else(|| Error::Orders {
+                found: orders.to_vec(),
+            })
+        };
+        let orders = orders.iter().map(order).collect::<Result<Vec<_>, _>>()?;
+        Ok(Self::of(&orders, places))
+    }
+
+    /// The light of some orders.
+    pub(crate) fn of(orders: &[Order], places: &Places) -> Self {
         let mut light = Self {
             rays: vec![[0.0; 2]; places.n()],
             orders: Vec::new(),
         };
-        for &p in orders {
-            let order = theory.order(bin, p).ok_or_else(|| Error::Orders {
-                found: orders.to_vec(),
-            })?;
-            match &order {
+        for order in orders {
+            match order {
                 Order::Colors(bow) => light.add_rays(
                     places,
                     |from, to| bow.mean_over_ring(from, to),
@@ -180,7 +188,7 @@ impl BowLight {
                 }
             }
         }
-        Ok(light)
+        light
     }
 
     fn add_rays(

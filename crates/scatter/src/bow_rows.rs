@@ -23,6 +23,9 @@ use crate::theory::Theory;
 /// for single drops of 0.1 mm, 6e-4 for 1 mm and 1e-3 for 1.5 mm radius at 400 nm, 12 degrees inside.
 const RINGS_PER_DISC: f64 = 20.0;
 
+/// Largest error of means over sizes.
+const MEAN_ERROR: f64 = 1e-5;
+
 /// Everything that the rows of all sizes and wavelengths share.
 pub(crate) struct BowRows<'a> {
     request: &'a TableRequest<'a>,
@@ -153,6 +156,7 @@ fn mean_squares(request: &TableRequest, theory: BowTheory, highest_z: f64) -> Ve
         MeanSquare::compute(Averaging {
             exponent,
             effective_variance,
+            error: MEAN_ERROR,
             highest_z,
             airy_table: request.airy_table,
         })

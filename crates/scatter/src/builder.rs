@@ -6,17 +6,15 @@ use std::sync::Mutex;
 use ndarray::Array4;
 use ndarray::Array5;
 use ndarray::Axis;
-use niji_airy::rainbow_ray;
 use niji_exchange::MovedBows;
 use niji_exchange::RowUse;
 use niji_exchange::ScatteringTable;
-use niji_radiometry::Nanometers;
-use niji_radiometry::Water;
 use rayon::prelude::*;
 
 use crate::bow_light::Bin;
 use crate::bow_light::BowTheory;
 use crate::bow_rows::BowRows;
+use crate::dark_band::dark_band_rad;
 use crate::drop_rows::DropRows;
 use crate::error::Error;
 use crate::moved_orders::MovedOrders;
@@ -26,8 +24,6 @@ use crate::small_drops::SmallDrops;
 use crate::theory::Theory;
 use crate::theta_axis::theta_axis;
 
-/// Wavelength that decides where the two bows are split.
-const SPLIT_WAVELENGTH: Nanometers = Nanometers(560.0);
 /// Half of the light that a large drop takes out of a beam is diffracted forward.
 const DIFFRACTED_FRACTION: f64 = 0.5;
 /// Part of the time that uniform light takes of a table by size.
@@ -347,32 +343,20 @@ fn described(
     values: Array5<f32>,
     moved: Option<MovedBows>,
 ) -> ScatteringTable {
-    let orders = match request.theory {
-        Theory::Mie => "all".to_owned(),
-        Theory::GeometricPublished
-        | Theory::Geometric
-        | Theory::AiryPublished
-        | Theory::Airy
-        | Theory::Uniform
-        | Theory::BySize
-        | Theory::Debye { .. } => {
-            let names: Vec<String> = request.orders_in().iter().map(u32::to_string).collect();
-            names.join(",")
-        }
+    let theory = request.theory;
+    let names = request.orders_in().into_iter().map(|p| p.to_string());
+    let orders = if theory.ignores_orders() {
+        "all".to_owned()
+    } else {
+        names.collect::<Vec<_>>().join(",")
     };
-    let starts_in_lobe = theta_rad[0] < FORWARD_LOBE_RAD;
-    let holds_diffraction = match request.theory {
-        Theory::Mie | Theory::BySize => starts_in_lobe,
-        // Order 0 is reflection and diffraction together.
-        Theory::Debye { .. } => starts_in_lobe && request.orders.contains(&0),
-        Theory::GeometricPublished
-        | Theory::Geometric
-        | Theory::AiryPublished
-        | Theory::Airy
-        | Theory::Uniform => false,
-    };
+    // Order 0 is reflection and diffraction together.
+    let holds_diffraction = theory.is_exact()
+        && theta_rad[0] < FORWARD_LOBE_RAD
+        && (theory.holds_every_order() || request.orders.contains(&0));
+    let [primary_rad, secondary_rad] = dark_band_rad(request.water);
     ScatteringTable {
-        theory: request.theory.name().to_owned(),
+        theory: theory.name().to_owned(),
         orders,
         wavelengths: request.wavelengths,
         theta_rad,
@@ -386,7 +370,7 @@ fn described(
         },
         relative_error: request.tolerance,
         sun_disc_diameter_rad: request.sun_disc_diameter_rad,
-        split_theta_rad: split_theta_rad(request.water),
+        split_theta_rad: 0.5 * (primary_rad + secondary_rad),
         forward_fraction_left_out: if holds_diffraction {
             0.0
         } else {
@@ -395,11 +379,4 @@ fn described(
         water: request.water,
         interpolation_error: None,
     }
-}
-
-/// The middle of Alexander's band in green light.
-fn split_theta_rad(water: Water) -> f64 {
-    let index = water.refractive_index(SPLIT_WAVELENGTH);
-    let theta_rad = |p| rainbow_ray(index, p).map_or(0.75 * PI, |ray| ray.theta_rad());
-    0.5 * (theta_rad(2) + theta_rad(3))
 }

@@ -320,39 +320,6 @@ struct Sampling {
 /// at 550 nm, 118 to 145 degrees, rms and maximum in parts of the peak: exact solution 7e-4 and 2.6e-3
 /// for v_e = 1/3, 1.6e-3 and 9e-3 for single sizes (what is left of the ripple); Debye orders 4e-4 and
 /// 2e-3.
-/// Refuses drops that the exact theories do not compute, before any light is.
-pub(crate) fn check_sizes(request: &TableRequest) -> Result<(), Error> {
-    match request.theory {
-        Theory::Debye { .. } | Theory::Mie => (),
-        Theory::GeometricPublished
-        | Theory::Geometric
-        | Theory::AiryPublished
-        | Theory::Airy
-        | Theory::Uniform => return Ok(()),
-    }
-    let nodes = size_nodes(
-        &request.effective_radius_um,
-        &request.effective_variance,
-        sampling(request).sizes,
-    )?;
-    let wavelengths = request.wavelengths;
-    let shortest = wavelengths.center(0);
-    let longest = wavelengths.center(wavelengths.len() - 1);
-    let ends = [(nodes.first(), longest), (nodes.last(), shortest)];
-    for (node, wavelength) in ends {
-        let Some(SizeNode { radius, .. }) = node else {
-            continue;
-        };
-        check_size(*radius, wavelength).map_err(|reason| Error::Size {
-            theory: request.theory.name(),
-            radius_um: radius.0,
-            wavelength_nm: wavelength.0,
-            reason: reason.to_string(),
-        })?;
-    }
-    Ok(())
-}
-
 fn sampling(request: &TableRequest) -> Sampling {
     // Bins are never seen alone: the narrowest law is three of them wide.
     let is_bin = matches!(request.rows, SizeRows::Bins { ln_step, .. } if ln_step > 0.0);

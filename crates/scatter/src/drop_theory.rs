@@ -24,7 +24,7 @@ use crate::angle_grids::AngleGrid;
 use crate::angle_grids::AngleGrids;
 use crate::bow_light::Bin;
 use crate::error::Error;
-use crate::request::MOVED_ORDERS;
+use crate::theory::MOVED_ORDERS;
 
 /// Drops below this radius (µm) are spheres.
 pub(crate) const STILL_UM: f64 = 30.0;

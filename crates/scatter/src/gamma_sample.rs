@@ -45,18 +45,8 @@ struct Size {
 }
 
 impl GammaSample {
-    /// Levels that resolve the fringes up to `highest_z`.
+    /// Levels that resolve the fringes up to the highest z.
     pub(crate) fn new(exponent: f64, variance: f64, highest_z: f64) -> Self {
-        if variance < SINGLE_SIZE {
-            let size = Size {
-                scale: 1.0,
-                weight: 1.0,
-            };
-            return Self {
-                levels: vec![vec![size]],
-                coarsest_phase: 0.0,
-            };
-        }
         let (small, large) = (cut(variance, -CUTS.0), cut(variance, CUTS.1));
         let is_broad = variance > BROAD;
         // Range of x, and the largest dt/dx in it.
@@ -105,25 +95,9 @@ impl GammaSample {
         let level = needed.log2().ceil().max(0.0) as usize;
         let mut sums = [[0.0; 4]; 2];
         for size in &self.levels[level.min(self.levels.len() - 1)] {
-            let scale = size.scale;
-            let u = z * scale;
-            let (f, slope) = integral(u);
-            let (ff, fs, ss) = (f * f, f * slope, slope * slope);
-            let own = [
-                z * ff + ss / (C * scale),
-                ff,
-                2.0 * scale * fs,
-                2.0 * scale * scale * (ss - C * u * ff),
-            ];
-            let of_derivative = [
-                (u * ss + C * u * u * ff + 2.0 * fs) / (3.0 * scale * scale),
-                ss / scale,
-                -2.0 * C * u * fs,
-                -2.0 * C * scale * (fs + u * ss - C * u * u * ff),
-            ];
-            for k in 0..4 {
-                sums[0][k] += size.weight * own[k];
-                sums[1][k] += size.weight * of_derivative[k];
+            let of_size = of_size(z, size.scale, &integral);
+            for (sum, term) in sums.iter_mut().flatten().zip(of_size.as_flattened()) {
+                *sum += size.weight * term;
             }
         }
         sums
@@ -134,6 +108,33 @@ impl GammaSample {
         let term = |size: &Size| size.weight * size.scale.powf(1.5 * power);
         self.levels[0].iter().map(term).sum()
     }
+}
+
+/// What [`GammaSample::mean`] gives for a law of one size.
+pub(crate) fn single_size(z: f64, integral: impl Fn(f64) -> (f64, f64)) -> [[f64; 4]; 2] {
+    of_size(z, 1.0, &integral)
+}
+
+/// The terms of a size, its t^(2/3) being `scale`.
+#[inline]
+fn of_size(z: f64, scale: f64, integral: &impl Fn(f64) -> (f64, f64)) -> [[f64; 4]; 2] {
+    let u = z * scale;
+    let (f, slope) = integral(u);
+    let (ff, fs, ss) = (f * f, f * slope, slope * slope);
+    [
+        [
+            z * ff + ss / (C * scale),
+            ff,
+            2.0 * scale * fs,
+            2.0 * scale * scale * (ss - C * u * ff),
+        ],
+        [
+            (u * ss + C * u * u * ff + 2.0 * fs) / (3.0 * scale * scale),
+            ss / scale,
+            -2.0 * C * u * fs,
+            -2.0 * C * scale * (fs + u * ss - C * u * u * ff),
+        ],
+    ]
 }
 
 /// ln t and ln weight of a step of x = ln t, exact for the narrowest laws:

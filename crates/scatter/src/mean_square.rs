@@ -20,6 +20,7 @@
 
 use niji_airy::AiryTable;
 use niji_airy::airy_integral_with_derivative;
+use niji_airy::airy_squares;
 use niji_airy::fringe_coordinate;
 use niji_airy::from_fringe_coordinate;
 use niji_airy::quintic_hermite;
@@ -28,29 +29,44 @@ use rayon::prelude::*;
 use crate::gamma_sample::GammaSample;
 use crate::gamma_sample::PHASE;
 use crate::gamma_sample::SINGLE_SIZE;
+use crate::gamma_sample::single_size;
 
 /// V²/(2π), half the square of the amplitude of f times sqrt(A z).
 const MEAN: f64 = 0.55884639773991457;
 /// A = (π²/12)^(1/3).
 const ARGUMENT: f64 = 0.936_927_888_800_636_4;
 
-/// Step between nodes in the coordinate of [`fringe_coordinate`]: 0.18 rad of the phase of f².
-const STEP: f64 = 0.1;
 /// Lowest z for a single size: f² is below 1e-60 there.
 const LOWEST_Z: f64 = -24.0;
+/// Largest ratio of both moments of the expansion.
+const BROADEST: f64 = 27.0;
 /// Lowest z for any law, and the value of F that a broad law may have left there.
 const LOWEST_OF_ALL_Z: f64 = -150.0;
 const LEFT_BELOW: f64 = 1e-10;
-/// Amplitude of the fringes, over their mean, from which on only the mean is kept.
-const DAMPED: f64 = 1e-5;
-/// The expansion of the mean is good to 1e-5 from this z on.
+/// Step between nodes in the coordinate of [`fringe_coordinate`]: 0.18 rad of the phase of f².
+const STEP: f64 = 0.1;
+/// The expansion of the mean is good to the error from this z on, for a narrow law.
 const MEAN_FROM_Z: f64 = 30.0;
 
-/// F, G, P and Q at nodes that are even in phase.
+/// The error for which the constants above are.
+const FINE: f64 = 1e-5;
+
+/// F, G, P and Q.
 #[derive(Clone, Debug)]
-pub(crate) struct MeanSquare {
+pub(crate) enum MeanSquare {
+    /// Of one size: nothing to be averaged.
+    Single,
+    /// At nodes that are even in phase.
+    Law(LawMean),
+}
+
+/// F, G, P and Q of a law at nodes that are even in phase.
+#[derive(Clone, Debug)]
+pub(crate) struct LawMean {
     nodes: Vec<Node>,
+    /// Coordinate of the first, and the step from one to the next.
     low: f64,
+    step: f64,
     /// ⟨t^(q−1/3)⟩ and ⟨t^(q−7/3)⟩.
     moments: [f64; 2],
 }
@@ -68,6 +84,8 @@ pub(crate) struct Averaging<'a> {
     /// The power q.
     pub(crate) exponent: f64,
     pub(crate) effective_variance: f64,
+    /// Largest error of F and G, about.
+    pub(crate) error: f64,
     /// No z above it will be asked for.
     pub(crate) highest_z: f64,
     pub(crate) airy_table: Option<&'a AiryTable>,
@@ -82,70 +100,31 @@ pub(crate) struct Primitives {
 
 impl MeanSquare {
     pub(crate) fn compute(averaging: Averaging) -> Self {
-        let variance = averaging.effective_variance;
-        let high = fringe_coordinate(
-            averaging
-                .highest_z
-                .min(damped_from_z(averaging.exponent, variance))
-                .max(1.0),
-        );
-        let low = fringe_coordinate(lowest_z(averaging.exponent, variance));
-        let n_nodes = ((high - low) / STEP).ceil() as usize + 2;
-        let law = GammaSample::new(averaging.exponent, variance, from_fringe_coordinate(high));
-        // A sum over sizes evens out the error of a table, 2e-8; a single size has none to give away.
-        let computed =
-            (averaging.airy_table.is_none() && variance >= SINGLE_SIZE).then(AiryTable::compute);
-        let integral = |z: f64| {
-            averaging.airy_table.or(computed.as_ref()).map_or_else(
-                || airy_integral_with_derivative(z),
-                |table| table.value_with_derivative(z),
-            )
-        };
-        let nodes = (0..n_nodes)
-            .into_par_iter()
-            .map(|index| {
-                let z = from_fringe_coordinate(low + STEP * index as f64);
-                let squares = law.mean(z, integral);
-                Node { z, squares }
-            })
-            .collect();
-        let moments = [law.moment(-1.0 / 3.0), law.moment(-7.0 / 3.0)];
-        Self {
-            nodes,
-            low,
-            moments,
+        if averaging.effective_variance < SINGLE_SIZE {
+            Self::Single
+        } else {
+            Self::Law(LawMean::compute(averaging))
         }
     }
 
     /// F(z) and G(z).
     pub(crate) fn values(&self, z: f64) -> [f64; 2] {
-        if z >= self.nodes[self.nodes.len() - 1].z {
-            let [first, second] = self.moments;
-            let y = ARGUMENT * z;
-            let f = MEAN / y.sqrt() * (first - 5.0 / 32.0 * second * y.powi(-3));
-            let g = MEAN * y.sqrt() * (first + 7.0 / 32.0 * second * y.powi(-3));
-            return [f, ARGUMENT * ARGUMENT * g];
+        match self {
+            Self::Single if z > LOWEST_Z => airy_squares(z),
+            Self::Single => [0.0; 2],
+            Self::Law(law) => law.values(z),
         }
-        // Not the slope of P or Q: that would magnify their rounding.
-        self.look_up(z, |[_, value, slope, curvature]| [value, slope, curvature])
     }
 
     /// P(z) and Q(z).
     pub(crate) fn primitives(&self, z: f64) -> Primitives {
-        let last = self.nodes[self.nodes.len() - 1];
-        if z < last.z {
-            let values = self.look_up(z, |[value, slope, curvature, _]| [value, slope, curvature]);
-            return Primitives { z, values };
-        }
-        let [first, second] = self.moments;
-        let rise = |z: f64| {
-            let y = ARGUMENT * z;
-            let p = 2.0 * first * y.sqrt() + 5.0 / 32.0 * 0.4 * second * y.powf(-2.5);
-            let q = 2.0 / 3.0 * (first * y.powf(1.5) - 7.0 / 32.0 * second * y.powf(-1.5));
-            [p / ARGUMENT, q * ARGUMENT]
+        let values = match self {
+            Self::Single if z > LOWEST_Z => {
+                single_size(z, airy_integral_with_derivative).map(|[primitive, ..]| primitive)
+            }
+            Self::Single => [0.0; 2],
+            Self::Law(law) => law.primitives(z),
         };
-        let (here, there) = (rise(z), rise(last.z));
-        let values = [0, 1].map(|j| last.squares[j][0] + MEAN * (here[j] - there[j]));
         Primitives { z, values }
     }
 
@@ -157,9 +136,85 @@ impl MeanSquare {
         }
         [0, 1].map(|j| (to.values[j] - from.values[j]) / width)
     }
+}
+
+impl LawMean {
+    fn compute(averaging: Averaging) -> Self {
+        let Averaging {
+            exponent,
+            effective_variance,
+            error,
+            ..
+        } = averaging;
+        // The error of a quintic goes with the sixth power of the step, that of the expansion with z^-3.
+        let coarser = error / FINE;
+        let step = STEP * coarser.powf(1.0 / 6.0);
+        let sample = |highest_z| GammaSample::new(exponent, effective_variance, highest_z);
+        let of_law = sample(0.0);
+        let first = of_law.moment(-1.0 / 3.0);
+        // The expansion is not meant for the tiny drops of the broadest laws, where it has no end.
+        let broad = (of_law.moment(-7.0 / 3.0) / first).min(BROADEST);
+        let moments = [first, broad * first];
+        let damped_z = damped_from_z(exponent, effective_variance, error);
+        // There the second term of the expansion is as small as it is for a narrow law.
+        let mean_z = damped_z.max((broad / coarser).cbrt() * MEAN_FROM_Z);
+        let high = fringe_coordinate(averaging.highest_z.min(mean_z).max(1.0));
+        let low = fringe_coordinate(lowest_z(exponent, effective_variance));
+        let n_nodes = ((high - low) / step).ceil() as usize + 2;
+        let law = sample(from_fringe_coordinate(high));
+        // A sum over sizes evens out the error of a table, 2e-8.
+        let integral = |z: f64| {
+            averaging.airy_table.map_or_else(
+                || airy_integral_with_derivative(z),
+                |table| table.value_with_derivative(z),
+            )
+        };
+        let nodes = (0..n_nodes)
+            .into_par_iter()
+            .map(|index| {
+                let z = from_fringe_coordinate(low + step * index as f64);
+                let squares = law.mean(z, integral);
+                Node { z, squares }
+            })
+            .collect();
+        Self {
+            nodes,
+            low,
+            step,
+            moments,
+        }
+    }
+
+    fn values(&self, z: f64) -> [f64; 2] {
+        if z >= self.nodes[self.nodes.len() - 1].z {
+            let [first, second] = self.moments;
+            let y = ARGUMENT * z;
+            let f = MEAN / y.sqrt() * (first - 5.0 / 32.0 * second * y.powi(-3));
+            let g = MEAN * y.sqrt() * (first + 7.0 / 32.0 * second * y.powi(-3));
+            return [f, ARGUMENT * ARGUMENT * g];
+        }
+        // Not the slope of P or Q: that would magnify their rounding.
+        self.look_up(z, |[_, value, slope, curvature]| [value, slope, curvature])
+    }
+
+    fn primitives(&self, z: f64) -> [f64; 2] {
+        let last = self.nodes[self.nodes.len() - 1];
+        if z < last.z {
+            return self.look_up(z, |[value, slope, curvature, _]| [value, slope, curvature]);
+        }
+        let [first, second] = self.moments;
+        let rise = |z: f64| {
+            let y = ARGUMENT * z;
+            let p = 2.0 * first * y.sqrt() + 5.0 / 32.0 * 0.4 * second * y.powf(-2.5);
+            let q = 2.0 / 3.0 * (first * y.powf(1.5) - 7.0 / 32.0 * second * y.powf(-1.5));
+            [p / ARGUMENT, q * ARGUMENT]
+        };
+        let (here, there) = (rise(z), rise(last.z));
+        [0, 1].map(|j| last.squares[j][0] + MEAN * (here[j] - there[j]))
+    }
 
     fn look_up(&self, z: f64, quantity: impl Fn([f64; 4]) -> [f64; 3]) -> [f64; 2] {
-        let position = (fringe_coordinate(z) - self.low) / STEP;
+        let position = (fringe_coordinate(z) - self.low) / self.step;
         if position.is_nan() || position < 0.0 {
             return [0.0; 2];
         }
@@ -175,23 +230,17 @@ impl MeanSquare {
 /// Below it nothing is left of the bow: a share t^(1/v_e + q) of the drops, those with
 /// t < 1/(2 PHASE |z|^(3/2)), reaches that far into the dark.
 fn lowest_z(exponent: f64, variance: f64) -> f64 {
-    if variance < SINGLE_SIZE {
-        return LOWEST_Z;
-    }
     let radius = LEFT_BELOW.powf(1.0 / (1.0 / variance + exponent));
     let z = -(1.0 / (2.0 * PHASE * radius)).powf(2.0 / 3.0);
     z.clamp(LOWEST_OF_ALL_Z, LOWEST_Z)
 }
 
 /// The fringes of phase φ t have the amplitude (1 + φ² v_e²)^(−k/2), k = 1/v_e + q − 1/3, over their
-/// mean: where it is DAMPED.
-fn damped_from_z(exponent: f64, variance: f64) -> f64 {
-    if variance < SINGLE_SIZE {
-        return f64::INFINITY;
-    }
+/// mean: where that is `damped`.
+fn damped_from_z(exponent: f64, variance: f64, damped: f64) -> f64 {
     let power = 1.0 / variance + exponent - 1.0 / 3.0;
-    let squared = (-2.0 / power * DAMPED.ln()).exp_m1() / (variance * variance);
-    (squared.sqrt() / PHASE).powf(2.0 / 3.0).max(MEAN_FROM_Z)
+    let squared = (-2.0 / power * damped.ln()).exp_m1() / (variance * variance);
+    (squared.sqrt() / PHASE).powf(2.0 / 3.0)
 }
 
 #[cfg(test)]
@@ -201,7 +250,6 @@ mod tests {
 
     use super::*;
     use crate::gamma_sample::C;
-    use niji_airy::airy_squares;
     use niji_radiometry::Micrometers;
     use niji_sizes::gamma_area_quadrature;
 
@@ -209,6 +257,7 @@ mod tests {
         Averaging {
             exponent,
             effective_variance,
+            error: FINE,
             highest_z: 120.0,
             airy_table: None,
         }
@@ -253,6 +302,27 @@ mod tests {
                         );
                     }
                 }
+            }
+        }
+    }
+
+    /// Of means for an error of 1e-2, the largest F being 0.68; measured worst 1.4e-3.
+    const COARSE_TOLERANCE: f64 = 3e-3;
+
+    #[test]
+    fn coarse_means_are_those_for_tables_within_their_error() {
+        for variance in [0.05, 0.45] {
+            for exponent in [1.0 / 3.0, -2.0 / 3.0] {
+                let fine = MeanSquare::compute(averaging(exponent, variance));
+                let coarse = MeanSquare::compute(Averaging {
+                    error: 1e-2,
+                    ..averaging(exponent, variance)
+                });
+                let worst = (0..2000)
+                    .map(|step| -12.0 + 0.05 * f64::from(step))
+                    .map(|z| (coarse.values(z)[0] - fine.values(z)[0]).abs())
+                    .fold(0.0, f64::max);
+                assert!(worst < COARSE_TOLERANCE, "v_e = {variance}: {worst}");
             }
         }
     }

@@ -14,8 +14,6 @@ use crate::theory::Theory;
 
 /// Largest table: the renderer holds all of it.
 const LARGEST_TABLE_GIB: u64 = 4;
-/// Primary and secondary bow.
-pub(crate) const MOVED_ORDERS: [u32; 2] = [2, 3];
 /// Highest order of a table.
 const HIGHEST_ORDER: u32 = 7;
 
@@ -71,28 +69,16 @@ pub struct TableRequest<'a> {
 }
 
 impl TableRequest<'_> {
-    /// The orders whose light is kept apart: both bows, which the exact solution has whatever is asked for.
-    /// Bows of higher orders are too faint to be seen where drops are large, and stay.
+    /// The orders whose light is kept apart ([`Theory::moved_orders`]).
     pub(crate) fn moved_orders(&self) -> Vec<u32> {
-        let orders = self.orders_in();
-        let is_in = |p: &u32| self.theory == Theory::Mie || orders.contains(p);
-        let moved = MOVED_ORDERS.into_iter().filter(|_| self.motion.is_some());
-        moved.filter(is_in).collect()
+        let moves = self.motion.is_some();
+        let moved = moves.then(|| self.theory.moved_orders(&self.orders));
+        moved.unwrap_or_default()
     }
 
     /// The orders that take part.
     pub(crate) fn orders_in(&self) -> Vec<u32> {
-        let is_in = |p: &u32| match self.theory {
-            Theory::Debye { max_order } => *p <= max_order,
-            Theory::GeometricPublished => *p == 2,
-            Theory::Geometric
-            | Theory::AiryPublished
-            | Theory::Airy
-            | Theory::Uniform
-            | Theory::Mie
-            | Theory::BySize => true,
-        };
-        self.orders.iter().copied().filter(is_in).collect()
+        self.theory.orders_among(&self.orders)
     }
 
     /// Refuses a table of so many angles that would be too large.
@@ -180,7 +166,7 @@ impl TableRequest<'_> {
         let sound_orders = !self.orders_in().is_empty()
             && self.orders.iter().all(|p| *p <= HIGHEST_ORDER)
             && self.orders.iter().enumerate().all(is_new);
-        if self.theory != Theory::Mie && !sound_orders {
+        if !self.theory.ignores_orders() && !sound_orders {
             return Err(Error::Orders {
                 found: self.orders.clone(),
             });

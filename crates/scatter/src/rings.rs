@@ -21,13 +21,61 @@ const GAUSS_NODES: [(f64, f64); 4] = [
 
 /// Even rings of scattering angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Rings {
-    pub(crate) first_rad: f64,
-    pub(crate) step_rad: f64,
-    pub(crate) n: usize,
+pub struct Rings {
+    /// Lower edge of the first.
+    pub first_rad: f64,
+    /// Width of each.
+    pub step_rad: f64,
+    /// How many.
+    pub n: usize,
+}
+
+/// The average over a sun's disc of light that is known by ring.
+#[derive(Clone, Debug)]
+pub struct DiscAverage(Vec<AverageRow>);
+
+impl DiscAverage {
+    /// The average around the middle of each ring, none of it below 0.
+    pub fn of(&self, light: &[f64]) -> Vec<f64> {
+        let mean = |row: &AverageRow| {
+            let terms = row.weights.iter().zip(&light[row.start..]);
+            let sum: f64 = terms.map(|(weight, light)| weight * light).sum();
+            sum.max(0.0)
+        };
+        self.0.iter().map(mean).collect()
+    }
 }
 
 impl Rings {
+    /// Rings around evenly spaced angles, from the lower end of a range to its upper one or a step beyond.
+    pub fn around((low_rad, high_rad): (f64, f64), step_rad: f64) -> Self {
+        let n_steps = ((high_rad - low_rad).max(0.0) / step_rad).ceil() as usize;
+        Self {
+            first_rad: low_rad - 0.5 * step_rad,
+            step_rad,
+            n: n_steps + 1,
+        }
+    }
+
+    /// The middles of the rings, none above π.
+    pub fn angles(&self) -> Vec<f64> {
+        let middle = |index| self.middle_rad(index).min(PI);
+        (0..self.n).map(middle).collect()
+    }
+
+    /// The ring with an angle in it.
+    pub(crate) fn holding(&self, theta_rad: f64) -> Option<usize> {
+        let place = (theta_rad - self.first_rad) / self.step_rad;
+        (place >= 0.0 && place < self.n as f64).then_some(place as usize)
+    }
+
+    /// The average over a sun's disc of this diameter; light ends where the rings do.
+    pub fn seen_from_disc(&self, diameter_rad: f64) -> DiscAverage {
+        let angles = self.angles().into_iter();
+        let row = |theta_rad| self.disc_row(theta_rad, 0.5 * diameter_rad);
+        DiscAverage(angles.map(row).collect())
+    }
+
     /// Rings of about `step_rad` over a range and as far around it as a disc and a neighbour need.
     pub(crate) fn over((low, high): (f64, f64), step_rad: f64, radius_rad: f64) -> Self {
         let margin_rad = radius_rad + 2.0 * step_rad;
@@ -177,5 +225,40 @@ mod tests {
                 assert!(left < 0.01, "{left} of a fringe at period {period}");
             }
         }
+    }
+
+    #[test]
+    fn even_light_stays_and_a_step_is_half_lit_in_its_middle() {
+        let rings = Rings::around((2.2, 2.6), 1e-3);
+        let disc = rings.seen_from_disc(2.0 * RADIUS);
+        let even = disc.of(&vec![1.0; rings.n]);
+        assert!(even.iter().all(|value| (value - 1.0).abs() < 1e-12));
+        let step: Vec<f64> = (0..rings.n)
+            .map(|i| f64::from(u8::from(i >= 200)))
+            .collect();
+        let seen = disc.of(&step);
+        // The step lies between the angles 199 and 200.
+        let middle = 0.5 * (seen[199] + seen[200]);
+        assert!((middle - 0.5).abs() < 2e-3, "{middle}");
+        assert!(seen[190] < 1e-3 && seen[209] > 1.0 - 1e-3);
+    }
+
+    #[test]
+    fn angles_end_at_the_antisolar_point() {
+        let rings = Rings::around((3.1, PI), 1e-3);
+        assert!(rings.angles().iter().all(|theta_rad| *theta_rad <= PI));
+        assert_eq!(rings.angles().last(), Some(&PI));
+        assert_eq!(rings.holding(3.0999), Some(0));
+        assert_eq!(rings.holding(3.0), None);
+        let even = rings.seen_from_disc(2.0 * RADIUS).of(&vec![2.0; rings.n]);
+        assert!(even.iter().all(|value| (value - 2.0).abs() < 1e-12));
+    }
+
+    #[test]
+    fn one_angle_is_its_own_average() {
+        let rings = Rings::around((2.0, 2.0), 1e-3);
+        assert_eq!(rings.n, 1);
+        let seen = rings.seen_from_disc(2.0 * RADIUS).of(&[3.0]);
+        assert!((seen[0] - 3.0).abs() < 1e-12);
     }
 }

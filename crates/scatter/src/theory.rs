@@ -7,6 +7,9 @@ use serde::Serialize;
 
 use crate::bow_light::BowTheory;
 
+/// Primary and secondary bow.
+pub(crate) const MOVED_ORDERS: [u32; 2] = [2, 3];
+
 /// How a drop scatters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -59,6 +62,64 @@ impl Theory {
         }
     }
 
+    /// Has a table light of orders that nobody asked for, which cannot be taken out of it?
+    #[must_use]
+    pub fn holds_every_order(self) -> bool {
+        match self {
+            Self::Mie | Self::BySize => true,
+            Self::GeometricPublished
+            | Self::Geometric
+            | Self::AiryPublished
+            | Self::Airy
+            | Self::Uniform
+            | Self::Debye { .. } => false,
+        }
+    }
+
+    /// Is it the same whatever orders are asked for?
+    pub(crate) fn ignores_orders(self) -> bool {
+        self.holds_every_order() && self.bow_theory().is_none()
+    }
+
+    /// Are drops made of partial waves, small ones at least, so that there are diffraction and glory?
+    #[must_use]
+    pub fn is_exact(self) -> bool {
+        match self {
+            Self::Debye { .. } | Self::Mie | Self::BySize => true,
+            Self::GeometricPublished
+            | Self::Geometric
+            | Self::AiryPublished
+            | Self::Airy
+            | Self::Uniform => false,
+        }
+    }
+
+    /// The orders it has among `orders`.
+    #[must_use]
+    pub fn orders_among(self, orders: &[u32]) -> Vec<u32> {
+        let is_in = |p: &u32| match self {
+            Self::Debye { max_order } => *p <= max_order,
+            Self::GeometricPublished => *p == 2,
+            Self::Geometric
+            | Self::AiryPublished
+            | Self::Airy
+            | Self::Uniform
+            | Self::Mie
+            | Self::BySize => true,
+        };
+        orders.iter().copied().filter(is_in).collect()
+    }
+
+    /// The orders whose light a table of flattened drops keeps apart: both bows, which the exact solution
+    /// has whatever is asked for. Bows of higher orders are too faint to be seen where drops are large,
+    /// and stay.
+    #[must_use]
+    pub fn moved_orders(self, orders: &[u32]) -> Vec<u32> {
+        let orders = self.orders_among(orders);
+        let is_in = |p: &u32| self.ignores_orders() || orders.contains(p);
+        MOVED_ORDERS.into_iter().filter(is_in).collect()
+    }
+
     /// The theory of its bows; `None` where all drops are computed one after the other.
     pub(crate) fn bow_theory(self) -> Option<BowTheory> {
         match self {
@@ -68,18 +129,6 @@ impl Theory {
             Self::Airy => Some(BowTheory::Airy(AiryForm::Absolute)),
             Self::Uniform | Self::BySize => Some(BowTheory::Uniform),
             Self::Debye { .. } | Self::Mie => None,
-        }
-    }
-
-    /// Whether drops are computed one after the other, small ones at least.
-    pub fn computes_drops(self) -> bool {
-        match self {
-            Self::Debye { .. } | Self::Mie | Self::BySize => true,
-            Self::GeometricPublished
-            | Self::Geometric
-            | Self::AiryPublished
-            | Self::Airy
-            | Self::Uniform => false,
         }
     }
 }

@@ -52,7 +52,7 @@ pub fn theta_axis(request: &TableRequest) -> Result<Vec<f64>, Error> {
     let curves: Vec<Vec<f64>> = curves.into_iter().flatten().collect();
     let kept = needed_angles(&candidates, &curves, request.tolerance);
     let angles: Vec<f64> = kept.into_iter().map(|index| candidates[index]).collect();
-    if request.theory.computes_drops() && radius_of(request) > 0.0 {
+    if request.theory.is_exact() && radius_of(request) > 0.0 {
         let root = (2.0 * request.tolerance / RIPPLE).sqrt();
         return Ok(with_steps_up_to(
             &angles,

@@ -162,7 +162,11 @@ fn the_published_form_meets_the_absolute_one_where_it_is_scaled_and_leaves_it_el
             derivative_strength: [0.0; 2],
             ..bow.direction(theta)
         };
-        bow.published(radius, wavelength, theta, airy_squares)[0]
+        let published = bow.published_direction(theta);
+        assert!(published.argument.abs() < 1e-12, "z = 0 at the rainbow ray");
+        AiryForm::Published.size_factor(radius, wavelength)
+            * published.strength[0]
+            * airy_squares(0.0)[0]
             / absolute.normalized_cross_section(radius, wavelength, airy_squares)[0]
     };
     assert!((ratio(100.0, 550.0) - 1.0).abs() < 1e-12);

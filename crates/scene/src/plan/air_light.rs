@@ -19,7 +19,7 @@ use niji_exchange::AtmosphereTable;
 use niji_geometry::Aabb;
 use niji_geometry::Planet;
 
-use super::bow_light::Line;
+use super::luminance::Line;
 use super::view::Block;
 
 /// Part of the way to the ground that is air alone.

@@ -40,11 +40,11 @@ use super::bound::Bound;
 use super::bound::BoundKind;
 use super::bound::BoundTerms;
 use super::bound::kind;
-use super::bow_light::Line;
 use super::directed_curve::DirectedCurve;
 use super::light_curves::LightCurves;
 use super::light_curves::Shapes;
-use super::light_curves::variants;
+use super::light_curves::shapings;
+use super::luminance::Line;
 use super::view::Block;
 
 /// Which effects count while a bound is computed.
@@ -68,7 +68,7 @@ impl Assumed {
             (false, _) => Some(false),
         };
         Shapes {
-            variants: variants(known),
+            shapings: shapings(known),
             flat: known(Effect::DropFlattening),
         }
     }
@@ -317,7 +317,7 @@ impl BoundScene<'_> {
     /// Largest value of a curve within a block.
     fn brightest(&self, curve: &DirectedCurve, block_index: usize) -> f64 {
         let block = &self.blocks[block_index];
-        curve.max_within(block.theta_rad, block.flattening)
+        curve.max_within(block.theta_rad, block.rise)
     }
 
     /// Effective column of the drops that scatters into the view.

@@ -1,27 +1,36 @@
-//! A quantity by scattering angle and, where flat drops move light, by direction of flattening m.
+//! A quantity by scattering angle and, where flat drops move light, by the rise of the view.
 
 use super::curve::Curve;
 
-/// Directions of flattening that are looked at on either side of 0.
+/// Nodes of the rise on either side of 0.
 const N_HALF_NODES: i32 = 8;
 
 /// Half of the step between them.
 pub(super) const HALF_STEP: f64 = 0.5 / N_HALF_NODES as f64;
 
-/// The directions of flattening that are looked at, for a range of m that is seen.
-pub(super) fn nodes((low, high): (f64, f64)) -> impl Iterator<Item = f64> {
-    (-N_HALF_NODES..=N_HALF_NODES)
-        .map(|index| 2.0 * HALF_STEP * f64::from(index))
-        .filter(move |m| *m > low - 2.0 * HALF_STEP && *m < high + 2.0 * HALF_STEP)
+/// The rise at a node.
+pub(super) fn rise_of(node: i32) -> f64 {
+    2.0 * HALF_STEP * f64::from(node)
 }
 
-/// Curves over the scattering angle for directions of flattening.
+/// Whether a node may stand for a rise within a range: each does so for half of a step around it.
+fn is_near(node: i32, (low, high): (f64, f64)) -> bool {
+    let rise = rise_of(node);
+    rise > low - 2.0 * HALF_STEP && rise < high + 2.0 * HALF_STEP
+}
+
+/// The nodes that are looked at, for a range of the rise that is seen.
+pub(super) fn nodes(range: (f64, f64)) -> impl Iterator<Item = i32> {
+    (-N_HALF_NODES..=N_HALF_NODES).filter(move |node| is_near(*node, range))
+}
+
+/// Curves over the scattering angle by the rise of the view.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum DirectedCurve {
     /// Every direction is the same.
     Round(Curve),
-    /// By m, at even steps.
-    Flat(Vec<(f64, Curve)>),
+    /// By node of the rise.
+    Flat(Vec<(i32, Curve)>),
 }
 
 impl DirectedCurve {
@@ -30,14 +39,12 @@ impl DirectedCurve {
         Self::Round(Curve::empty())
     }
 
-    /// Largest value within a range of angles and one of directions.
-    pub(super) fn max_within(&self, theta_rad: (f64, f64), (low, high): (f64, f64)) -> f64 {
+    /// Largest value within a range of angles and one of the rise.
+    pub(super) fn max_within(&self, theta_rad: (f64, f64), rise: (f64, f64)) -> f64 {
         match self {
             Self::Round(curve) => curve.max_within(theta_rad),
             Self::Flat(curves) => {
-                // Each node stands for half of a step around it.
-                let is_near = |m: f64| m > low - 2.0 * HALF_STEP && m < high + 2.0 * HALF_STEP;
-                let near = curves.iter().filter(|(m, _)| is_near(*m));
+                let near = curves.iter().filter(|(node, _)| is_near(*node, rise));
                 near.map(|(_, curve)| curve.max_within(theta_rad))
                     .fold(0.0, f64::max)
             }
@@ -59,7 +66,7 @@ impl DirectedCurve {
         match self {
             Self::Round(curve) => Self::Round(curve.only(keep)),
             Self::Flat(curves) => {
-                let only = |(m, curve): &(f64, Curve)| (*m, curve.only(&keep));
+                let only = |(node, curve): &(i32, Curve)| (*node, curve.only(&keep));
                 Self::Flat(curves.iter().map(only).collect())
             }
         }
@@ -69,15 +76,16 @@ impl DirectedCurve {
         match (self, other) {
             (Self::Round(a), Self::Round(b)) => Self::Round(combine(a, b)),
             (Self::Flat(curves), Self::Round(b)) => {
-                let with = |(m, a): &(f64, Curve)| (*m, combine(a, b));
+                let with = |(node, a): &(i32, Curve)| (*node, combine(a, b));
                 Self::Flat(curves.iter().map(with).collect())
             }
             (Self::Round(a), Self::Flat(curves)) => {
-                let with = |(m, b): &(f64, Curve)| (*m, combine(a, b));
+                let with = |(node, b): &(i32, Curve)| (*node, combine(a, b));
                 Self::Flat(curves.iter().map(with).collect())
             }
             (Self::Flat(a), Self::Flat(b)) => {
-                let with = |((m, a), (_, b)): (&(f64, Curve), &(f64, Curve))| (*m, combine(a, b));
+                let with =
+                    |((node, a), (_, b)): (&(i32, Curve), &(i32, Curve))| (*node, combine(a, b));
                 Self::Flat(a.iter().zip(b).map(with).collect())
             }
         }

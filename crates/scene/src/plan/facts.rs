@@ -3,7 +3,6 @@
 use std::collections::BTreeSet;
 
 use glam::DVec3;
-use niji_airy::rainbow_ray;
 use niji_atmosphere::ScatteringOrders;
 use niji_atmosphere::with_diffuse_light;
 use niji_exchange::AtmosphereTable;
@@ -12,6 +11,8 @@ use niji_radiometry::Colorimetry;
 use niji_radiometry::Nanometers;
 use niji_radiometry::WavelengthGrid;
 use niji_radiometry::solar_irradiance;
+use niji_scatter::Band;
+use niji_scatter::dark_band_rad;
 
 use crate::accuracy::Levels;
 use crate::drops::DropSource;
@@ -24,10 +25,11 @@ use super::View;
 use super::air_light::AirLight;
 use super::air_light::AirRequest;
 use super::bounds::BoundScene;
-use super::bow_light::Line;
 use super::depth::largest_sun_depth;
+use super::flat_drops::FlatDrops;
 use super::light_curves::CurvesRequest;
 use super::light_curves::LightCurves;
+use super::luminance::Line;
 use super::reasons::Facts;
 use super::stages::table_theory;
 use super::theory_by_size;
@@ -43,9 +45,6 @@ const MAX_LINES: usize = 11;
 /// Effective radii between the smallest and the largest that bounds are computed with.
 const N_RADII: usize = 4;
 
-/// The wavelength that decides where the bows are split.
-const SPLIT_WAVELENGTH: Nanometers = Nanometers(560.0);
-
 /// A scene, measured.
 pub(super) struct Situation {
     pub(super) camera: Camera,
@@ -54,8 +53,8 @@ pub(super) struct Situation {
     pub(super) drops: DropSummary,
     pub(super) levels: Levels,
     pub(super) view: View,
-    /// Smallest and largest m of rays that may meet drops; `None` where there are none.
-    pub(super) flattening: Option<(f64, f64)>,
+    /// Smallest and largest rise of rays that may meet drops; `None` where there are none.
+    pub(super) rise: Option<(f64, f64)>,
     pub(super) reference_luminance_cd_m2: f64,
     /// Scattering angle of the rainbow rays of order 2 and 3, rad.
     pub(super) bows_rad: (f64, f64),
@@ -76,10 +75,6 @@ impl Situation {
         };
         let blocks = view::blocks(&camera, scene.camera.region()?, sun, &extent);
         let sun_depth = sun_depth(&drops, sun);
-        let bow = |order| {
-            let index = scene.water().refractive_index(SPLIT_WAVELENGTH);
-            rainbow_ray(index, order).map_or(0.0, |ray| ray.theta_rad())
-        };
         // What a gray card in the sun looks like is what that is worth at other exposures.
         let reference_albedo = REFERENCE_ALBEDO * (-scene.picture.exposure_ev).exp2();
         // By moonlight everything is as much weaker, but the white of the picture stays the sun's.
@@ -90,12 +85,12 @@ impl Situation {
         Ok(Self {
             levels: theory_by_size::in_scene(levels, &scene.effects, (&drops, &view, grid)),
             view,
-            flattening: flattening_seen(&blocks),
+            rise: rise_seen(&blocks),
             camera,
             sun,
             drops,
             reference_luminance_cd_m2: reference_albedo * sun_luminance / std::f64::consts::PI,
-            bows_rad: (bow(2), bow(3)),
+            bows_rad: dark_band_rad(scene.water()).into(),
             lines,
             grid,
             blocks,
@@ -136,9 +131,15 @@ impl Situation {
         table.map(air)
     }
 
+    /// How flat drops move bows.
+    pub(super) fn flat_drops(&self, scene: &Scene) -> FlatDrops {
+        FlatDrops::new(self.sun.y, scene.drop_motion, scene.water())
+    }
+
     pub(super) fn curves(&self, scene: &Scene) -> LightCurves<'_> {
         LightCurves::new(CurvesRequest {
-            flattening: self.flattening.unwrap_or_default(),
+            flat: self.flat_drops(scene),
+            rise: self.rise.unwrap_or_default(),
             theory: self.levels.theory,
             lines: &self.lines,
             sizes: self.sizes(),
@@ -248,8 +249,10 @@ fn lines(grid: &WavelengthGrid, reference_albedo: f64) -> (Vec<Line>, f64) {
         let weight = bins.iter().sum::<f64>() * scale;
         Line {
             index,
-            wavelength: grid.center(index),
-            width: Nanometers(grid.step_nm() * bins.len() as f64),
+            band: Band {
+                center: grid.center(index),
+                width: Nanometers(grid.step_nm() * bins.len() as f64),
+            },
             weight,
         }
     };
@@ -259,10 +262,10 @@ fn lines(grid: &WavelengthGrid, reference_albedo: f64) -> (Vec<Line>, f64) {
     )
 }
 
-/// Smallest and largest m of the blocks that may meet drops.
-fn flattening_seen(blocks: &[Block]) -> Option<(f64, f64)> {
+/// Smallest and largest rise of the blocks that may meet drops.
+fn rise_seen(blocks: &[Block]) -> Option<(f64, f64)> {
     let with_drops = blocks.iter().filter(|block| block.drops.is_some());
-    let ranges = with_drops.map(|block| block.flattening);
+    let ranges = with_drops.map(|block| block.rise);
     ranges.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
 }
 

@@ -17,7 +17,6 @@ use niji_exchange::DensityLaw;
 use niji_exchange::DiffuseLight;
 use niji_exchange::n_moments;
 use niji_radiometry::WavelengthGrid;
-use niji_scatter::Theory;
 use niji_scatter::theta_axis;
 
 use crate::effect::Effect;
@@ -114,13 +113,10 @@ pub(super) fn table(
     let row = channels * NUMBER_BYTES * angles + 16.0;
     let axis = 20.0 * angles + 30.0 * rows.sqrt();
     let file = rows * row + axis + 2.0 * HEADER_BYTES + 24.0 * channels;
-    let series = match need.theory {
-        Theory::Mie | Theory::BySize | Theory::Debye { .. } => SERIES_BYTES,
-        Theory::GeometricPublished
-        | Theory::Geometric
-        | Theory::AiryPublished
-        | Theory::Airy
-        | Theory::Uniform => 0.0,
+    let series = if need.theory.is_exact() {
+        SERIES_BYTES
+    } else {
+        0.0
     };
     let memory = PROGRAM_BYTES
         + PLANNED_NODE_BYTES * situation.drops.n_nodes as f64

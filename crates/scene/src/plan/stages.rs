@@ -8,15 +8,12 @@ use niji_atmosphere::ScatteringOrders;
 use niji_droplets::Shape;
 use niji_exchange::AtmosphereTable;
 use niji_radiometry::Micrometers;
-use niji_radiometry::Nanometers;
 use niji_radiometry::Water;
 use niji_radiometry::WavelengthGrid;
 use niji_scatter::DropMotion;
 use niji_scatter::SizeRows;
 use niji_scatter::TableRequest;
 use niji_scatter::Theory;
-use niji_scatter::bow_shift;
-use niji_scatter::eccentricity;
 use niji_sizes::bin_step;
 use niji_sizes::bins;
 use niji_sizes::law_support;
@@ -131,12 +128,8 @@ pub struct ScatteringNeed {
 impl ScatteringNeed {
     /// Rows of the table: a size each, of all light and of each order that moves.
     pub fn n_rows(&self) -> usize {
-        let n_moved = self
-            .orders
-            .iter()
-            .filter(|order| [2, 3].contains(*order))
-            .count();
-        let n_parts = self.motion.map_or(1, |_| 1 + n_moved);
+        let n_moved = || self.theory.moved_orders(&self.orders).len();
+        let n_parts = self.motion.map_or(1, |_| 1 + n_moved());
         self.effective_radius_um.len() * self.effective_variance.len() * n_parts
     }
 
@@ -194,15 +187,18 @@ pub(super) fn scattering_need(
         orders = (0..=HIGHEST_ORDER).collect();
     }
     let theory = table_theory(levels.theory, on);
-    if theory == Theory::GeometricPublished && orders.contains(&2) {
-        // The published color scale knows the primary alone.
-        orders = vec![2];
+    // A table of orders that the theory lacks is refused, and says why.
+    let held = theory.orders_among(&orders);
+    if !held.is_empty() {
+        orders = held;
     }
-    let is_flat = on.contains(&Effect::DropFlattening) && situation.flattening.is_some();
+    let is_flat = on.contains(&Effect::DropFlattening) && situation.rise.is_some();
     let motion = is_flat.then_some(scene.drop_motion);
     let sizes = table_sizes((radii, variances), error, is_flat)?;
     if is_flat {
-        let reach_rad = largest_shift_rad((radii.1, variances.1), scene.water());
+        let reach_rad = situation
+            .flat_drops(scene)
+            .farthest_rad((radii.1, variances.1));
         let (low_rad, high_rad) = theta_range_rad;
         theta_range_rad = (
             (low_rad - reach_rad).max(0.0),
@@ -310,31 +306,6 @@ fn table_sizes(
         variance: vec![0.0],
         rows,
     })
-}
-
-/// Green light, whose bow stands for all where it is asked how far one moves.
-const GREEN: Nanometers = Nanometers(550.0);
-/// Share of the cross-section in drops whose bows are not followed beyond the angles in view.
-const NOT_FOLLOWED: f64 = 1e-3;
-/// No bow is followed farther, rad; the renderer does not either.
-const FARTHEST_RAD: f64 = 0.8;
-
-/// How far the bows of the largest drops of a law of effective radius (um) and variance move, rad.
-fn largest_shift_rad((radius_um, variance): (f64, f64), water: Water) -> f64 {
-    let support = law_support(Micrometers(radius_um), variance, NOT_FOLLOWED);
-    let largest_um = support.map_or(radius_um, |(_, high_um)| high_um);
-    let e = eccentricity(Micrometers(largest_um));
-    let index = water.refractive_index(GREEN);
-    let squares = || (0..=8).map(|step| f64::from(step) / 8.0);
-    let shifts = [2, 3]
-        .into_iter()
-        .filter_map(|p| bow_shift(index, p))
-        .flat_map(|shift| {
-            let axes = squares().flat_map(|t2| squares().map(move |b2| (t2, b2)));
-            let axes = axes.filter(|(t2, b2)| t2 + b2 <= 1.0);
-            axes.map(move |(t2, b2)| shift.shift_rad(e, t2, b2).abs())
-        });
-    shifts.fold(0.0, f64::max).min(FARTHEST_RAD)
 }
 
 /// The stages to run, in order.

@@ -13,10 +13,10 @@
 //! [`Camera::reach`] opens; unit vectors within an angle `a` of one with the component cos b have
 //! components from cos(b + a) to cos(b - a).
 //!
-//! theta is the scattering angle, cos theta = s . d, `s` towards the sun, `d` from the eye. m is the
-//! difference of the squared heights of the unit vectors along s + d and s - d
-//! ([`flattening_along`]). A square changes by at most the turn of its vector, and a turn of d by an
-//! angle a turns the two by at most a/(2 cos(theta/2)) and a/(2 sin(theta/2)).
+//! theta is the scattering angle, cos theta = s . d, `s` towards the sun, `d` from the eye. The rise of
+//! a ray is the vertical component of the direction across `s` in which `d` leaves it,
+//! (d - s cos theta)/sin theta: the cosine of its clock angle around the sun times that of the sun's
+//! elevation. A turn of d by an angle a changes the clock angle by at most a/sin theta.
 
 use std::f64::consts::PI;
 
@@ -25,7 +25,6 @@ use niji_geometry::Aabb;
 use niji_geometry::Camera;
 use niji_geometry::PinholeCamera;
 use niji_geometry::PixelRegion;
-use niji_render::flattening_along;
 
 use super::depth::Bundle;
 use super::drop_parts::DropPart;
@@ -43,8 +42,8 @@ pub(super) struct Block {
     pub(super) share: f64,
     /// Smallest and largest scattering angle, rad.
     pub(super) theta_rad: (f64, f64),
-    /// Smallest and largest m, by which flat drops move the bow.
-    pub(super) flattening: (f64, f64),
+    /// Smallest and largest rise, by which flat drops move the bow.
+    pub(super) rise: (f64, f64),
     /// Unit vectors to the corners and the middle; where a corner shows nothing, another ray.
     pub(super) samples: [DVec3; 5],
     /// What the rays may meet of the drops; `None` where all of them miss.
@@ -164,11 +163,10 @@ impl Rectangle {
             let of_parts = bundle.largest_depth(drops.parts);
             of_parts.min(drops.extinction_m1 * whole.length_m)
         });
-        let of_middle = flattening_along(rays.middle, sun);
         Some(Block {
             share: 0.0,
             theta_rad: theta_range_rad,
-            flattening: flattening(of_middle, rays.radius_rad, theta_range_rad),
+            rise: rises(&rays, sun, theta_range_rad),
             samples: rays.samples,
             drops: whole_chord,
             depth,
@@ -252,12 +250,24 @@ impl Rectangle {
     }
 }
 
-/// m of all rays within an angle of one.
-fn flattening(of_middle: f64, radius_rad: f64, (low_rad, high_rad): (f64, f64)) -> (f64, f64) {
-    // At the antisolar point and at the sun nothing is known but that m lies within -1 to 1.
-    let turn = 0.5 * radius_rad / (0.5 * high_rad).cos().max(f64::MIN_POSITIVE)
-        + 0.5 * radius_rad / (0.5 * low_rad).sin().max(f64::MIN_POSITIVE);
-    ((of_middle - turn).max(-1.0), (of_middle + turn).min(1.0))
+/// The rise of a ray; 0 towards the sun and away from it.
+pub(super) fn rise(direction: DVec3, sun: DVec3) -> f64 {
+    (direction - sun * sun.dot(direction)).normalize_or_zero().y
+}
+
+/// The rise of all rays of a bundle, at these scattering angles.
+fn rises(rays: &Rays, sun: DVec3, (low_rad, high_rad): (f64, f64)) -> (f64, f64) {
+    let steepest = sun.x.hypot(sun.z);
+    // At the antisolar point and at the sun no more is known.
+    let least_sine = low_rad.sin().min(high_rad.sin()).max(f64::MIN_POSITIVE);
+    let (middle, turn) = (
+        rise(rays.middle, sun),
+        steepest * rays.radius_rad / least_sine,
+    );
+    (
+        (middle - turn).max(-steepest),
+        (middle + turn).min(steepest),
+    )
 }
 
 /// Angle between unit vectors without the loss of an arc cosine near 0 and pi.

@@ -144,8 +144,8 @@ fn check_ray(ray: &Ray, block: &Block, (sun, bounds): (DVec3, &Aabb)) {
     let theta = angle_rad(ray.direction, sun);
     let slack = 1e-7;
     assert!(theta >= block.theta_rad.0 - slack && theta <= block.theta_rad.1 + slack);
-    let m = flattening_along(ray.direction, sun);
-    assert!(m >= block.flattening.0 - slack && m <= block.flattening.1 + slack);
+    let rise = rise(ray.direction, sun);
+    assert!(rise >= block.rise.0 - slack && rise <= block.rise.1 + slack);
     if let Some((enter, leave)) = bounds.intersect(ray) {
         let chord = block.drops.expect("a ray of the block meets the box");
         assert!(enter >= chord.enter_m - slack && leave <= chord.leave_m + slack);

@@ -1,26 +1,17 @@
 //! The light of glory and corona, for the sizes in view.
 
-use niji_scatter::Theory;
-
+use super::BOWS;
 use super::LightCurves;
 use super::SUN_DISC_DIAMETER_RAD;
 use super::Shapes;
-use super::Variant;
-use super::bit;
+use super::Shaping;
+use super::Source;
+use super::bits;
 use super::largest;
-use super::without_disc;
 use crate::effect::Effect;
-use crate::plan::bow_light::BowLight;
 use crate::plan::curve::Curve;
 use crate::plan::directed_curve::DirectedCurve;
-use crate::plan::rings::CORONA_RAD;
-use crate::plan::rings::GLORY_RAD;
-use crate::plan::rings::diffracted;
-use crate::plan::rings::exact_glory;
-
-/// Places of the two in a pair of lights.
-const GLORY: usize = 0;
-const CORONA: usize = 1;
+use niji_scatter::GLORY_START_RAD;
 
 impl LightCurves<'_> {
     /// What a theory without a ring misses, largest over `shapes`.
@@ -30,112 +21,82 @@ impl LightCurves<'_> {
         factor: &[f64],
         shapes: &Shapes,
     ) -> DirectedCurve {
-        largest(shapes, |variant| {
+        let factor = bits(factor);
+        largest(shapes, |shaping| {
             DirectedCurve::Round(if effect == Effect::Glory {
-                self.glory(variant, factor)
+                self.glory(shaping, &factor)
             } else {
-                self.corona(variant, factor)
+                self.corona(shaping, &factor)
             })
         })
     }
 
-    /// The rings that belong to the light of an effect in the theory of a variant.
+    /// The rings that belong to the light of an effect in the theory of a shape.
     pub(super) fn rings_of(
         &self,
         effect: Effect,
-        variant: Variant,
-        factor: &[f64],
-    ) -> Vec<DirectedCurve> {
-        if variant & bit(Effect::Supernumeraries) == 0 {
-            return Vec::new();
-        }
+        shaping: &Shaping,
+        factor: &[u64],
+    ) -> DirectedCurve {
+        let theory = self.theory(shaping);
         let of_primary = effect == Effect::PrimaryBow;
         let of_others = effect == Effect::HigherOrders;
-        // The exact light is divided by its side: that of the secondary reaches to the sun.
-        let [has_glory, has_corona] = match self.request.theory {
-            Theory::Mie | Theory::BySize => [of_primary || of_others, !of_primary],
-            Theory::Debye { .. } => [of_primary, of_others],
-            Theory::GeometricPublished
-            | Theory::Geometric
-            | Theory::AiryPublished
-            | Theory::Airy
-            | Theory::Uniform => [false; 2],
+        // Light without orders is divided by its side: that of the secondary reaches to the sun.
+        let [has_glory, has_corona] = if theory.holds_every_order() {
+            [of_primary || of_others, !of_primary]
+        } else {
+            [of_primary, of_others].map(|carries| carries && theory.is_exact())
         };
-        let glory = has_glory.then(|| self.glory(variant, factor));
-        let corona = has_corona.then(|| self.corona(variant, factor));
+        let glory = has_glory.then(|| self.glory(shaping, factor));
+        let corona = has_corona.then(|| self.corona(shaping, factor));
         let rings = glory.into_iter().chain(corona);
-        rings.map(DirectedCurve::Round).collect()
+        DirectedCurve::Round(rings.fold(Curve::empty(), |sum, ring| sum.plus(&ring)))
     }
 
-    /// What the rings of a variant are beyond those of another; empty in theories without.
-    pub(super) fn ring_difference(&self, with: Variant, without: Variant, factor: &[f64]) -> Curve {
-        let has_rings = |variant: Variant| {
-            variant & bit(Effect::Supernumeraries) != 0 && self.request.theory.computes_drops()
-        };
-        if !has_rings(with) {
+    /// What the rings of a shape are beyond those of another; empty in theories without.
+    pub(super) fn ring_difference(
+        &self,
+        (with, without): (&Shaping, &Shaping),
+        factor: &[u64],
+    ) -> Curve {
+        let [is_with, is_without] = [with, without].map(|shaping| self.theory(shaping).is_exact());
+        if !is_with {
             return Curve::empty();
         }
-        if !has_rings(without) {
+        if !is_without {
             return self.glory(with, factor).plus(&self.corona(with, factor));
         }
-        let lines = self.request.lines;
-        let pairs = self.rings(with).iter().zip(self.rings(without));
-        let curves = pairs.map(|(with, without)| with.difference(without, lines, factor));
-        curves.fold(Curve::empty(), |sum, curve| sum.plus(&curve))
+        let curves = [Source::Glory, Source::Corona].map(|ring| {
+            let [with, without] = [with, without]
+                .map(|shaping| self.luminance(&(ring, shaping.clone(), None, factor.into())));
+            self.apart(&with, &without)
+        });
+        curves[0].plus(&curves[1])
     }
 
     /// Difference of the exact light to that of all orders near the antisolar point.
-    fn glory(&self, variant: Variant, factor: &[f64]) -> Curve {
-        let lines = self.request.lines;
-        let orders = self.bows(variant).iter().chain(self.higher(variant));
-        let filled = orders.filter(|light| !light.is_empty()).cloned();
-        let Some(orders) = filled.reduce(|a, b| a.plus(&b)) else {
+    fn glory(&self, shaping: &Shaping, factor: &[u64]) -> Curve {
+        let seen = |source| self.luminance(&(source, shaping.clone(), None, factor.into()));
+        let orders = BOWS.iter().chain(&self.higher_orders);
+        let orders = orders.map(|order| seen(Source::Order(*order)));
+        let Some(orders) = orders.reduce(|a, b| a.plus(&b).into()) else {
             return Curve::empty();
         };
-        let exact = &self.rings(variant)[GLORY];
-        let curve = exact.difference(&orders, lines, factor);
         // Sizes without visible rings have no exact light, and miss nothing.
-        let seen = exact.luminance(lines, factor);
-        let values = curve.values.iter().zip(&seen.values);
-        let values = values.map(|(missed, light)| if *light > 0.0 { *missed } else { 0.0 });
-        let curve = Curve {
-            values: values.collect(),
-            ..curve
+        let missed = |exact: f64, orders: f64| {
+            if exact > 0.0 {
+                (exact - orders).abs()
+            } else {
+                0.0
+            }
         };
-        curve.only(|theta_rad| theta_rad >= GLORY_RAD)
+        let curve = self.largest(&seen(Source::Glory).zip(&orders, missed));
+        // The disc blurs where the exact light begins.
+        curve.only(|theta_rad| theta_rad >= GLORY_START_RAD + SUN_DISC_DIAMETER_RAD)
     }
 
     /// Diffracted light near the sun.
-    fn corona(&self, variant: Variant, factor: &[f64]) -> Curve {
-        let light = &self.rings(variant)[CORONA];
-        light.luminance(self.request.lines, factor)
-    }
-
-    fn rings(&self, variant: Variant) -> &[BowLight; 2] {
-        self.rings[variant].get_or_init(|| {
-            if let Some(point) = without_disc(variant) {
-                let rings = self.rings(point).each_ref();
-                return rings.map(|light| light.seen_from_disc(SUN_DISC_DIAMETER_RAD));
-            }
-            let Some(range) = self.angles_rad() else {
-                return [BowLight::empty(), BowLight::empty()];
-            };
-            let sizes = self.sizes(variant);
-            let (lines, water) = (self.request.lines, self.request.water);
-            let glory = BowLight::of_rows(range, (&sizes, lines), |size, line, theta_rad| {
-                exact_glory(size, line, water, theta_rad)
-            });
-            let corona = BowLight::of_rows(range, (&sizes, lines), |size, line, theta_rad| {
-                let light = |theta: &f64| {
-                    if *theta <= CORONA_RAD {
-                        diffracted(size.0, line, *theta)
-                    } else {
-                        0.0
-                    }
-                };
-                theta_rad.iter().map(light).collect()
-            });
-            [glory, corona]
-        })
+    fn corona(&self, shaping: &Shaping, factor: &[u64]) -> Curve {
+        self.largest(&self.luminance(&(Source::Corona, shaping.clone(), None, factor.into())))
     }
 }
