@@ -5,6 +5,9 @@
 //! stands at every node of the bricks and is interpolated there like a moment, before the
 //! exponential: exp(-tau) of a mean is right along a straight shadow edge where the mean of exp(-tau)
 //! is not. All modes dim each other. The level's efficiency Q multiplies it later.
+//!
+//! Sunlight that water mirrors comes by two ways through the drops: down to the water, p, and up again,
+//! tau(x) = int_p^x pi M2 ds + tau_sun(p).
 
 use glam::DVec3;
 use niji_dropfield::Bricks;
@@ -18,6 +21,9 @@ use crate::levels::SunPath;
 use crate::piece::EXTINCTION_PER_M2;
 use crate::shadow_error::ShadowError;
 use crate::sun_sweep::SunSweep;
+use crate::water_surface::MirroredLight;
+use crate::water_surface::WaterSurface;
+use crate::water_surface::mirrored;
 
 /// More steps than this from a node to the sun are a mistake in the step's length.
 const MAX_STEPS: f64 = 1e6;
@@ -33,6 +39,20 @@ pub struct LitDrops {
     bounds: Option<Aabb>,
     size_range: Option<SizeRange>,
     shadow_error: Option<ShadowError>,
+    sun_path: SunPath,
+    mirrored: Option<Box<MirroredDrops>>,
+}
+
+/// The drops in the light that water mirrors.
+#[derive(Clone, Debug)]
+pub(crate) struct MirroredDrops {
+    pub(crate) surface: WaterSurface,
+    pub(crate) light: MirroredLight,
+    /// Towards the sun itself.
+    pub(crate) sun_direction: DVec3,
+    /// With the optical depth to the sun by way of the water.
+    pub(crate) bricks: Vec<Bricks>,
+    pub(crate) shadow_error: Option<ShadowError>,
 }
 
 /// Where the shadows in the bricks fall.
@@ -51,6 +71,8 @@ impl LitDrops {
             bounds: None,
             size_range: None,
             shadow_error: None,
+            sun_path: SunPath::Ignore,
+            mirrored: None,
         }
     }
 
@@ -74,14 +96,16 @@ impl LitDrops {
             bounds,
             size_range,
             shadow_error: None,
+            sun_path,
+            mirrored: None,
         };
         let Some(bounds) = bounds else { return Ok(lit) };
         match sun_path {
-            SunPath::Ignore => lit.store(|_, _| 0.0),
+            SunPath::Ignore => store(&mut lit.bricks, |_, _| 0.0),
             SunPath::Volume { voxel_m } => {
                 check_length("sun path: voxel_m", voxel_m)?;
                 let sweep = SunSweep::through(&lit.bricks, bounds, sun_direction, voxel_m)?;
-                lit.store(|_, point| sweep.at(point));
+                store(&mut lit.bricks, |_, point| sweep.at(point));
                 lit.shadow = Shadow::From { sun_direction };
             }
             SunPath::March { step_m } => {
@@ -99,7 +123,9 @@ impl LitDrops {
                     origin: point,
                     direction: sun_direction,
                 };
-                lit.store(|bricks, point| marched_depth(bricks, bounds, &to_sun(point), step_m));
+                store(&mut lit.bricks, |bricks, point| {
+                    marched_depth(bricks, bounds, &to_sun(point), step_m)
+                });
                 lit.shadow = Shadow::From { sun_direction };
             }
         }
@@ -107,6 +133,83 @@ impl LitDrops {
             lit.shadow_error = Some(ShadowError::of(&lit.bricks, bounds, sun_direction));
         }
         Ok(lit)
+    }
+
+    /// The same drops beside water that mirrors the sun which they were lit with, by the same level. Where
+    /// the sun is not above the horizon or no drops above the water, water adds nothing.
+    ///
+    /// Drops keep a second optical depth, so that they take twice the memory. In it waves do not bend the way
+    /// down: shadows are those of still water.
+    ///
+    /// # Errors
+    /// [`Error::Level`] if the water has a number that no water has; as [`LitDrops::new`].
+    pub fn beside_water(
+        mut self,
+        surface: WaterSurface,
+        light: MirroredLight,
+        sun_direction: DVec3,
+    ) -> Result<Self, Error> {
+        surface.check()?;
+        crate::request::check_sun_direction(sun_direction)?;
+        if self.has_shadow() && self.contradicts(sun_direction) {
+            let expected = sun_direction.to_array();
+            return Err(Error::ShadowOfAnotherSun { expected });
+        }
+        let Some(above) = self.bounds.and_then(|bounds| part_above(bounds, &surface)) else {
+            return Ok(self);
+        };
+        if sun_direction.y <= 0.0 {
+            return Ok(self);
+        }
+        let mut bricks = self.bricks.clone();
+        let mut shadow_error = None;
+        let up = sun_direction;
+        let down = mirrored(sun_direction);
+        let foot = |point: DVec3| surface.foot(point, sun_direction);
+        match self.sun_path {
+            SunPath::Ignore => (),
+            SunPath::Volume { voxel_m } => {
+                let sweep_down = SunSweep::through(&bricks, above, down, voxel_m)?;
+                let sweep_up = SunSweep::through(&bricks, above, up, voxel_m)?;
+                store(&mut bricks, |_, point| sweep_down.at(point));
+                shadow_error = Some(ShadowError::of(&bricks, above, down));
+                // Light that was dimmed on its way up to the sun, from where it enters the drops.
+                let from_foot = |point: DVec3| {
+                    let ray = Ray {
+                        origin: foot(point),
+                        direction: up,
+                    };
+                    let enter_m = above.intersect(&ray).map(|(enter_m, _)| enter_m);
+                    enter_m.map_or(0.0, |enter_m| sweep_up.at(ray.at(enter_m)))
+                };
+                store(&mut bricks, |_, point| {
+                    sweep_down.at(point) + from_foot(point)
+                });
+            }
+            SunPath::March { step_m } => {
+                let way = |bricks: &[Bricks], origin: DVec3, direction: DVec3| {
+                    marched_depth(bricks, above, &Ray { origin, direction }, step_m)
+                };
+                store(&mut bricks, |bricks, point| way(bricks, point, down));
+                shadow_error = Some(ShadowError::of(&bricks, above, down));
+                store(&mut bricks, |bricks, point| {
+                    way(bricks, point, down) + way(bricks, foot(point), up)
+                });
+            }
+        }
+        self.mirrored = Some(Box::new(MirroredDrops {
+            surface,
+            light,
+            sun_direction,
+            bricks,
+            shadow_error,
+        }));
+        Ok(self)
+    }
+
+    /// The drops in mirrored light.
+    pub(crate) fn mirrored(&self) -> Option<&MirroredDrops> {
+        self.mirrored.as_deref()
     }
 
     /// The modes.
@@ -150,16 +253,21 @@ impl LitDrops {
     pub(crate) fn has_shadow(&self) -> bool {
         self.shadow != Shadow::None
     }
+}
 
-    /// Set the optical depth of all nodes.
-    fn store(&mut self, depth_at: impl Fn(&[Bricks], DVec3) -> f32 + Sync) {
-        let bricks = &self.bricks;
-        let depths_of = |mode: &Bricks| mode.at_nodes(|point| depth_at(bricks, point));
-        let depths: Vec<NodeValues> = bricks.iter().map(depths_of).collect();
-        for (mode, depths) in self.bricks.iter_mut().zip(&depths) {
-            mode.set_tau_sun(depths);
-        }
+/// Set the optical depth of all nodes.
+fn store(bricks: &mut [Bricks], depth_at: impl Fn(&[Bricks], DVec3) -> f32 + Sync) {
+    let depths_of = |mode: &Bricks| mode.at_nodes(|point| depth_at(bricks, point));
+    let depths: Vec<NodeValues> = bricks.iter().map(depths_of).collect();
+    for (mode, depths) in bricks.iter_mut().zip(&depths) {
+        mode.set_tau_sun(depths);
     }
+}
+
+/// What of a box lies above water.
+fn part_above(bounds: Aabb, surface: &WaterSurface) -> Option<Aabb> {
+    let min = bounds.min.with_y(bounds.min.y.max(surface.height_m));
+    (min.y < bounds.max.y).then_some(Aabb { min, ..bounds })
 }
 
 /// The box around all modes that have drops.
