@@ -212,7 +212,7 @@ fn range_seen(
     // What estimates an error looks at neighbors too, which may lie beyond the table: there its
     // last angle stands for them.
     let strips = apron(request.region).into_iter();
-    let around = strips.filter_map(|strip| seen_in(strip));
+    let around = strips.filter_map(seen_in);
     let Some(seen) = seen.into_iter().chain(around).reduce(Seen::union) else {
         return Ok(None);
     };

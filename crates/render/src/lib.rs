@@ -121,6 +121,7 @@ mod levels;
 mod lit_drops;
 mod march;
 mod merged_cells;
+mod mirrored_drops;
 mod mirrored_table;
 mod moved_rows;
 mod painter;

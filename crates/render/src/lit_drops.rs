@@ -5,9 +5,6 @@
 //! stands at every node of the bricks and is interpolated there like a moment, before the
 //! exponential: exp(-tau) of a mean is right along a straight shadow edge where the mean of exp(-tau)
 //! is not. All modes dim each other. The level's efficiency Q multiplies it later.
-//!
-//! Sunlight that water mirrors comes by two ways through the drops: down to the water, p, and up again,
-//! tau(x) = int_p^x pi M2 ds + tau_sun(p).
 
 use glam::DVec3;
 use niji_dropfield::Bricks;
@@ -18,12 +15,13 @@ use niji_geometry::Ray;
 
 use crate::error::Error;
 use crate::levels::SunPath;
+use crate::mirrored_drops::Mirror;
+use crate::mirrored_drops::MirroredDrops;
 use crate::piece::EXTINCTION_PER_M2;
 use crate::shadow_error::ShadowError;
 use crate::sun_sweep::SunSweep;
 use crate::water_surface::MirroredLight;
 use crate::water_surface::WaterSurface;
-use crate::water_surface::mirrored;
 
 /// More steps than this from a node to the sun are a mistake in the step's length.
 const MAX_STEPS: f64 = 1e6;
@@ -41,18 +39,6 @@ pub struct LitDrops {
     shadow_error: Option<ShadowError>,
     sun_path: SunPath,
     mirrored: Option<Box<MirroredDrops>>,
-}
-
-/// The drops in the light that water mirrors.
-#[derive(Clone, Debug)]
-pub(crate) struct MirroredDrops {
-    pub(crate) surface: WaterSurface,
-    pub(crate) light: MirroredLight,
-    /// Towards the sun itself.
-    pub(crate) sun_direction: DVec3,
-    /// With the optical depth to the sun by way of the water.
-    pub(crate) bricks: Vec<Bricks>,
-    pub(crate) shadow_error: Option<ShadowError>,
 }
 
 /// Where the shadows in the bricks fall.
@@ -161,49 +147,13 @@ impl LitDrops {
         if sun_direction.y <= 0.0 {
             return Ok(self);
         }
-        let mut bricks = self.bricks.clone();
-        let mut shadow_error = None;
-        let up = sun_direction;
-        let down = mirrored(sun_direction);
-        let foot = |point: DVec3| surface.foot(point, sun_direction);
-        match self.sun_path {
-            SunPath::Ignore => (),
-            SunPath::Volume { voxel_m } => {
-                let sweep_down = SunSweep::through(&bricks, above, down, voxel_m)?;
-                let sweep_up = SunSweep::through(&bricks, above, up, voxel_m)?;
-                store(&mut bricks, |_, point| sweep_down.at(point));
-                shadow_error = Some(ShadowError::of(&bricks, above, down));
-                // Light that was dimmed on its way up to the sun, from where it enters the drops.
-                let from_foot = |point: DVec3| {
-                    let ray = Ray {
-                        origin: foot(point),
-                        direction: up,
-                    };
-                    let enter_m = above.intersect(&ray).map(|(enter_m, _)| enter_m);
-                    enter_m.map_or(0.0, |enter_m| sweep_up.at(ray.at(enter_m)))
-                };
-                store(&mut bricks, |_, point| {
-                    sweep_down.at(point) + from_foot(point)
-                });
-            }
-            SunPath::March { step_m } => {
-                let way = |bricks: &[Bricks], origin: DVec3, direction: DVec3| {
-                    marched_depth(bricks, above, &Ray { origin, direction }, step_m)
-                };
-                store(&mut bricks, |bricks, point| way(bricks, point, down));
-                shadow_error = Some(ShadowError::of(&bricks, above, down));
-                store(&mut bricks, |bricks, point| {
-                    way(bricks, point, down) + way(bricks, foot(point), up)
-                });
-            }
-        }
-        self.mirrored = Some(Box::new(MirroredDrops {
+        let mirror = Mirror {
             surface,
             light,
             sun_direction,
-            bricks,
-            shadow_error,
-        }));
+        };
+        let drops = MirroredDrops::new(&self.bricks, (mirror, above), self.sun_path)?;
+        self.mirrored = Some(Box::new(drops));
         Ok(self)
     }
 
@@ -256,7 +206,7 @@ impl LitDrops {
 }
 
 /// Set the optical depth of all nodes.
-fn store(bricks: &mut [Bricks], depth_at: impl Fn(&[Bricks], DVec3) -> f32 + Sync) {
+pub(crate) fn store(bricks: &mut [Bricks], depth_at: impl Fn(&[Bricks], DVec3) -> f32 + Sync) {
     let depths_of = |mode: &Bricks| mode.at_nodes(|point| depth_at(bricks, point));
     let depths: Vec<NodeValues> = bricks.iter().map(depths_of).collect();
     for (mode, depths) in bricks.iter_mut().zip(&depths) {
@@ -286,7 +236,7 @@ pub(crate) fn extinction_m1(bricks: &[Bricks], point: DVec3) -> f64 {
 }
 
 /// Midpoint rule from a point to the face of the box.
-fn marched_depth(bricks: &[Bricks], bounds: Aabb, ray: &Ray, step_m: f64) -> f32 {
+pub(crate) fn marched_depth(bricks: &[Bricks], bounds: Aabb, ray: &Ray, step_m: f64) -> f32 {
     let Some((enter_m, leave_m)) = bounds.intersect(ray) else {
         return 0.0;
     };

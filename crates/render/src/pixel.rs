@@ -91,10 +91,10 @@ impl Pixel {
         let multiple = share_f32 * weighted_sum(&light.multiple, xyz_weights);
         self.bow_multiple += multiple;
         self.beside_cd_m2 += multiple.y;
-        for (sum, reflected) in self.radiance.iter_mut().zip(&light.reflected) {
+        for (sum, reflected) in self.radiance.iter_mut().zip(light.reflected()) {
             *sum += share_f32 * reflected;
         }
-        self.bow_reflected += share_f32 * weighted_sum(&light.reflected, xyz_weights);
+        self.bow_reflected += share_f32 * weighted_sum(light.reflected(), xyz_weights);
         if light.glows {
             let glow = light.inscatter.iter().zip(&light.background);
             for (sum, (inscatter, background)) in self.radiance.iter_mut().zip(glow) {

@@ -26,6 +26,7 @@ use crate::march::March;
 use crate::march::Walk;
 use crate::moved_rows::MovedPlace;
 use crate::moved_rows::MovedStencil;
+use crate::reflection::RayThroughDrops;
 use crate::reflection::ReflectionRoom;
 use crate::scattering_angle::scattering_angle_rad;
 use crate::scattering_rows::RowStencil;
@@ -43,8 +44,6 @@ pub(crate) struct RayLight {
     pub(crate) bow: Vec<f32>,
     /// Light that drops scattered more than once; empty where it is not wanted.
     pub(crate) multiple: Vec<f32>,
-    /// Light of the bows in the sun that water mirrors; empty where it is not wanted.
-    pub(crate) reflected: Vec<f32>,
     /// Light of the air in front.
     pub(crate) inscatter: Vec<f32>,
     /// What shines behind, dimmed, and the light of the surroundings from the drops.
@@ -88,7 +87,6 @@ impl RayLight {
         Self {
             bow: dark.clone(),
             multiple: frame.multiple.as_ref().map_or(Vec::new(), |_| dark.clone()),
-            reflected: (frame.reflection.as_ref()).map_or(Vec::new(), |_| dark.clone()),
             inscatter: dark.clone(),
             background: dark.clone(),
             skylit: dark.clone(),
@@ -117,10 +115,18 @@ impl RayLight {
         }
     }
 
+    /// Light of the bows in the sun that water mirrors; empty where it is not wanted.
+    pub(crate) fn reflected(&self) -> &[f32] {
+        let light = self.reflection.as_ref().map(|room| &room.light[..]);
+        light.unwrap_or_default()
+    }
+
     fn clear(&mut self) {
         self.bow.fill(0.0);
         self.multiple.fill(0.0);
-        self.reflected.fill(0.0);
+        if let Some(reflection) = &mut self.reflection {
+            reflection.light.fill(0.0);
+        }
         // Without a glow these stay dark.
         if self.glows {
             self.inscatter.fill(0.0);
@@ -212,8 +218,12 @@ impl Frame<'_> {
         if let (Some(reflection), Some(room), Some(range_m)) =
             (&self.reflection, &mut out.reflection, drops_m)
         {
-            let into = (room, &mut out.reflected[..]);
-            let sums = reflection.add(self, (ray, range_m), manner, into);
+            let way = RayThroughDrops {
+                ray,
+                range_m,
+                manner,
+            };
+            let sums = reflection.add(self, way, room);
             out.errors.add(1.0, 1.0, &sums.errors);
         }
         if let (Some(light), Some(range_m)) = (&self.multiple, drops_m) {

@@ -10,11 +10,11 @@
 //!
 //! A second march follows the same ray through drops with another optical depth to the sun, between the two
 //! distances where the water lights it. Waves average the rows over a Gaussian of scattering angles; where
-//! drops are flattened, over seven even stretches of one.
+//! drops are flattened, over five even stretches, of the weights of a Gaussian, of which each has the
+//! 1/12 of the square of its width as its own part of the variance.
 //! Light of further orders and of the surroundings is that of the sun alone.
 
 use std::borrow::Cow;
-use std::f64::consts::TAU;
 
 use glam::DVec3;
 use niji_geometry::Ray;
@@ -25,9 +25,9 @@ use crate::angle_axis::RayPlace;
 use crate::deposits::Deposits;
 use crate::flattening::axis_squares;
 use crate::frame::Frame;
-use crate::lit_drops::MirroredDrops;
 use crate::march::March;
 use crate::march::Walk;
+use crate::mirrored_drops::MirroredDrops;
 use crate::mirrored_table::Polarization;
 use crate::mirrored_table::added_variance;
 use crate::mirrored_table::mirrored_table;
@@ -51,8 +51,10 @@ use crate::water_surface::mirrored;
 /// Steps of the table's angles over the narrowest standard deviation of the streak.
 const STEP: f64 = 0.5;
 
-/// Stretches that stand for a Gaussian where drops are flattened, on either side of its middle.
-const N_STRETCHES: i32 = 3;
+/// Stretches that stand for a Gaussian where drops are flattened, on either side of its middle, and how wide
+/// they are in standard deviations.
+const N_STRETCHES: i32 = 2;
+const STRETCH: f64 = 1.25;
 
 /// All that rays share of the light by way of water.
 pub(crate) struct Reflection<'a> {
@@ -73,9 +75,20 @@ struct Part<'a> {
     moved: Option<MovedRows>,
 }
 
-/// A thread's room for the light of one ray.
+/// A ray on its way through drops.
+#[derive(Clone, Copy)]
+pub(crate) struct RayThroughDrops<'a> {
+    pub(crate) ray: &'a Ray,
+    /// Distances between which it may meet them (m).
+    pub(crate) range_m: (f64, f64),
+    pub(crate) manner: Manner<'a>,
+}
+
+/// The light of one ray, and a thread's room for it.
 #[derive(Clone, Debug)]
 pub(crate) struct ReflectionRoom {
+    /// Light of the bows in the mirrored sun [W m^-2 sr^-1 nm^-1].
+    pub(crate) light: Vec<f32>,
     deposits: Deposits,
     stencils: Vec<RowStencil>,
     /// With the weights of their stretches.
@@ -91,7 +104,7 @@ pub(crate) struct ReflectionRoom {
 /// Direction towards the sun in still water, where the picture has its light.
 pub(crate) fn mirrored_sun(request: &RenderRequest) -> Option<DVec3> {
     let drops = request.drops.mirrored().filter(|_| request.wants_bow())?;
-    Some(mirrored(drops.sun_direction))
+    Some(mirrored(drops.mirror.sun_direction))
 }
 
 impl<'a> Reflection<'a> {
@@ -102,10 +115,11 @@ impl<'a> Reflection<'a> {
         range_rad: (f64, f64),
     ) -> Option<Self> {
         let drops = request.drops.mirrored()?;
+        let mirror = &drops.mirror;
         let table = request.table?;
-        let streak = SunStreak::new(&drops.surface, drops.sun_direction, &request.wavelengths)?;
-        let step_rad = STEP * SunStreak::narrowest_rad(&drops.surface, drops.sun_direction);
-        let reach_rad = drops.surface.streak_reach().0;
+        let streak = SunStreak::new(&mirror.surface, mirror.sun_direction, &request.wavelengths)?;
+        let step_rad = STEP * SunStreak::narrowest_rad(&mirror.surface, mirror.sun_direction);
+        let reach_rad = mirror.surface.streak_reach().0;
         let range_rad = (range_rad.0 - reach_rad, range_rad.1 + reach_rad);
         let nodes = || SizeNodes::of_drops(table, request.drops.size_range());
         let part = |polarization: Polarization| {
@@ -117,7 +131,7 @@ impl<'a> Reflection<'a> {
                 moved,
             }
         };
-        let polarizations: &[Polarization] = match drops.light {
+        let polarizations: &[Polarization] = match mirror.light {
             MirroredLight::Natural => &[Polarization::Natural],
             MirroredLight::Polarized => &[Polarization::Perpendicular, Polarization::Parallel],
         };
@@ -125,8 +139,8 @@ impl<'a> Reflection<'a> {
         let air = request.air.filter(|_| frame.air.is_some());
         let eye = request.camera.position();
         let air = air.map(|table| {
-            Air::new(table, request.levels.air_path, drops.sun_direction, eye)
-                .by_way_of(&drops.surface)
+            Air::new(table, request.levels.air_path, mirror.sun_direction, eye)
+                .by_way_of(&mirror.surface)
         });
         Some(Self {
             drops,
@@ -143,12 +157,13 @@ impl<'a> Reflection<'a> {
     pub(crate) fn room(&self, n_wavelengths: usize) -> ReflectionRoom {
         let n_moved = if self.parts[0].moved.is_none() {
             0
-        } else if self.drops.surface.slope > 0.0 {
+        } else if self.drops.mirror.surface.slope > 0.0 {
             2 * N_STRETCHES as usize + 1
         } else {
             1
         };
         ReflectionRoom {
+            light: vec![0.0; n_wavelengths],
             deposits: Deposits::new(self.parts[0].rows.axes()),
             stencils: vec![RowStencil::default(); self.parts.len()],
             moved: vec![(0.0, MovedStencil::default()); n_moved],
@@ -165,18 +180,26 @@ impl<'a> Reflection<'a> {
         self.parts.iter().map(|part| &part.rows)
     }
 
-    /// Add the light along a ray, which may meet drops within a range, to a spectrum; what it sums up to.
+    /// Add the light along a ray; what it sums up to.
     pub(crate) fn add(
         &self,
         frame: &Frame,
-        (ray, range_m): (&Ray, (f64, f64)),
-        manner: Manner,
-        (room, reflected): (&mut ReflectionRoom, &mut [f32]),
+        way: RayThroughDrops,
+        room: &mut ReflectionRoom,
     ) -> Sums {
+        let RayThroughDrops {
+            ray,
+            range_m,
+            manner,
+        } = way;
         let mut sums = Sums::default();
-        let sun_direction = self.drops.sun_direction;
+        let sun_direction = self.drops.mirror.sun_direction;
         let seen = self.streak.seen(ray.direction);
-        let lit = self.drops.surface.lit_range_m(ray, sun_direction, range_m);
+        let lit = self
+            .drops
+            .mirror
+            .surface
+            .lit_range_m(ray, sun_direction, range_m);
         let Some(lit_m) = lit.filter(|_| frame.wants(seen.theta_rad)) else {
             return sums;
         };
@@ -200,6 +223,7 @@ impl<'a> Reflection<'a> {
             }
         };
         let ReflectionRoom {
+            light,
             deposits,
             stencils,
             moved,
@@ -246,7 +270,7 @@ impl<'a> Reflection<'a> {
                 slabs.transmit(deposits, part);
                 multiply(slab, part);
             }
-            add_product(reflected, slab, &frame.irradiance);
+            add_product(light, slab, &frame.irradiance);
         });
         if let (Some(error), true) = (&self.drops.shadow_error, sums.light > 0.0) {
             sums.errors.shadow =
@@ -278,7 +302,7 @@ impl<'a> Reflection<'a> {
                 part.rows.stencil(&place, stencil);
             }
         }
-        let signs: &[f32] = match self.drops.light {
+        let signs: &[f32] = match self.drops.mirror.light {
             MirroredLight::Natural => &[0.0],
             MirroredLight::Polarized => &[1.0, -1.0],
         };
@@ -293,24 +317,22 @@ impl<'a> Reflection<'a> {
         let Some(rows) = &self.parts[0].moved else {
             return;
         };
-        let n = room.moved.len();
+        let stretches = if variance > 0.0 { N_STRETCHES } else { 0 };
         let sd_rad = (variance + of_pixel).sqrt();
-        for (index, (weight, stencil)) in room.moved.iter_mut().enumerate() {
-            let (offset_rad, width_rad) = if n == 1 {
-                *weight = 1.0;
-                (0.0, width_rad)
-            } else {
-                let offset = index as f64 - f64::from(N_STRETCHES);
-                // Even stretches of a width of 1 bring 1/12 of the variance along.
-                let places_variance = 1.0 - 1.0 / 12.0;
-                let density = (-0.5 * offset * offset / places_variance).exp();
-                *weight = (density / (TAU * places_variance).sqrt()) as f32;
-                (offset * sd_rad, sd_rad)
-            };
+        let width_rad = if variance > 0.0 {
+            STRETCH * sd_rad
+        } else {
+            width_rad
+        };
+        let places = (-stretches..=stretches).map(|index| STRETCH * f64::from(index));
+        let density = |place: f64| (-0.5 * place * place / (1.0 - STRETCH * STRETCH / 12.0)).exp();
+        let all: f64 = places.clone().map(density).sum();
+        for (place, (weight, stencil)) in places.zip(&mut room.moved) {
+            *weight = (density(place) / all) as f32;
             let place = MovedPlace {
-                theta_rad: seen.theta_rad + offset_rad,
+                theta_rad: seen.theta_rad + place * sd_rad,
                 width_rad,
-                axis_squares: axis_squares(direction, mirrored(self.drops.sun_direction)),
+                axis_squares: axis_squares(direction, mirrored(self.drops.mirror.sun_direction)),
             };
             rows.place(&place, stencil);
         }

@@ -247,8 +247,8 @@ impl RenderRequest<'_> {
 
     fn check_shadow(&self) -> Result<(), Error> {
         let mirrored = self.drops.mirrored();
-        if mirrored.is_some_and(|it| it.sun_direction.distance(self.sun_direction) > UNIT_TOLERANCE)
-        {
+        let sun = mirrored.map(|drops| drops.mirror.sun_direction);
+        if sun.is_some_and(|sun| sun.distance(self.sun_direction) > UNIT_TOLERANCE) {
             let expected = self.sun_direction.to_array();
             return Err(Error::ShadowOfAnotherSun { expected });
         }

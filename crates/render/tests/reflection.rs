@@ -1,5 +1,5 @@
 //! The reflection bow against closed forms: where it stands, how bright it is, what shades it.
-#![allow(clippy::float_cmp, reason = "what is off leaves the very same bits")]
+#![allow(clippy::unwrap_used, reason = "tests stop at what they did not expect")]
 
 mod common;
 
@@ -22,6 +22,7 @@ use niji_geometry::Aabb;
 use niji_geometry::Ray;
 use niji_radiometry::Nanometers;
 use niji_radiometry::Water;
+use niji_render::AirPath;
 use niji_render::Error;
 use niji_render::LitDrops;
 use niji_render::MirroredLight;
@@ -425,4 +426,40 @@ fn another_sun_than_that_of_the_water_is_refused() {
     let message = refused.map(|_| ()).unwrap_err().to_string();
     assert_eq!(message, "water surface: slope = 0.5, expected 0 to 0.35");
     assert_eq!(wavelengths().len(), 3);
+}
+
+#[test]
+fn light_by_way_of_the_water_has_the_air_below_the_drops_twice() {
+    let (height_m, elevation_deg, extinction_m1) = (200.0, 30.0_f64, 2e-4);
+    let grid = GridBox {
+        min: DVec3::new(-100.0, 150.0, -100.0),
+        max: DVec3::new(100.0, 250.0, 100.0),
+        voxel_m: 10.0,
+    };
+    let sun = sun_in_the_south(elevation_deg);
+    let table = table(|_, _| 0.1);
+    let mut air = common::air([extinction_m1; 3], [0.0; 3]);
+    // One kilometre of it.
+    air.top_height_m = 1000.0;
+    air.constituents[0].height_m = vec![0.0, 1000.0];
+    let dry = LitDrops::new(vec![bricks(&grid, |_| 1e-4)], sun, SunPath::Ignore).unwrap();
+    let wet = dry.clone();
+    let wet = wet.beside_water(endless(0.0), MirroredLight::Natural, sun);
+    let camera = camera(DVec3::new(-100.0, height_m, 0.0), (90.0, 0.0), 1e-4, (1, 1));
+    let (reflectance, _) = mirror(elevation_deg);
+    for air_path in [AirPath::Table, AirPath::Quadrature { n_nodes: 8 }] {
+        let light = |drops: &LitDrops| {
+            let mut request = request(&camera, sun, drops, &table);
+            request.air = Some(&air);
+            request.effects.sunlight_through_air = Toggle::On;
+            request.levels.air_path = air_path;
+            f64::from(rendered(&request).radiance[[1, 0, 0]])
+        };
+        let [dry, wet] = [&dry, wet.as_ref().unwrap()].map(light);
+        let more_m = 2.0 * height_m / elevation_deg.to_radians().sin();
+        let expected = reflectance * (-extinction_m1 * more_m).exp();
+        let found = (wet - dry) / dry;
+        // The planet's curvature over 2 km.
+        assert!(relative(found, expected) < 1e-3, "{found} {expected}");
+    }
 }
