@@ -291,7 +291,7 @@ mod tests {
                 (180.0, 2.0 * slope),
             ] {
                 let seen = streak.seen(view(elevation_deg, 42.0, clock_deg));
-                // Fresnel's weights and second orders; measured worst 0.03.
+                // Fresnel's weights and second orders.
                 let off = seen.sd_rad / expected - 1.0;
                 assert!(off.abs() < 0.05, "{elevation_deg} {clock_deg} {off}");
             }
@@ -317,7 +317,7 @@ mod tests {
                 let mean = sum / all;
                 let sd = (squares / all - mean * mean).sqrt();
                 let seen = streak.seen(direction);
-                // The suns at 3.75 standard deviations are the last; measured 0.004 and 0.01 of sd.
+                // The suns at 3.75 standard deviations are the last.
                 assert!((seen.theta_rad - mean).abs() < 0.01 * sd, "{clock_deg}");
                 assert!((seen.sd_rad / sd - 1.0).abs() < 0.02, "{clock_deg}");
                 let natural = f64::from(streak.natural[1]);

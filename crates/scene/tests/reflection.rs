@@ -332,7 +332,7 @@ fn the_bow_stands_as_high_as_the_sun_and_is_as_bright_as_the_water_makes_it() {
             let turned = degree * (2.0 * clock_rad).cos();
             let expected = 0.5 * (s * (1.0 + turned) + p * (1.0 - turned));
             let off = found / expected - 1.0;
-            // The table's own interpolation and the edges of the drops; measured worst 0.006.
+            // The table's own interpolation and the edges of the drops.
             assert!(
                 off.abs() < 0.02,
                 "{sun_deg} {clock_deg}: {found} {expected}"
