@@ -23,6 +23,7 @@ use niji_radiometry::WavelengthGrid;
 use niji_radiometry::solar_irradiance;
 use niji_render::Input;
 use niji_render::LitDrops;
+use niji_render::MirroredLight;
 use niji_render::RenderEffects;
 use niji_render::RenderRequest;
 use niji_render::Rendered;
@@ -35,6 +36,7 @@ use niji_scene::Picture;
 use niji_scene::Projection;
 use niji_scene::Spectrum;
 use niji_scene::Sun;
+use niji_scene::WaterSurface;
 use serde::Serialize;
 
 use crate::failure::Failure;
@@ -80,6 +82,12 @@ pub(crate) struct Settings {
     pub tolerance: Option<f64>,
     /// How the preview is shown.
     pub picture: Picture,
+    /// Water that lights the drops too, where it does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub water_surface: Option<WaterSurface>,
+    /// The same, and what of its light is followed.
+    #[serde(skip)]
+    pub mirrored_water: Option<(WaterSurface, MirroredLight)>,
     /// What is simulated, as the renderer takes it.
     #[serde(skip)]
     pub render_effects: RenderEffects,
@@ -99,6 +107,7 @@ impl Settings {
         if plan.sun_path() == SunPath::Ignore {
             render_effects.drop_shadow = Toggle::Off;
         }
+        let mirrored_water = scene.water_surface.zip(plan.mirrored_light());
         Self {
             camera: scene.camera,
             sun: scene.sun,
@@ -107,6 +116,8 @@ impl Settings {
             levels: plan.levels,
             tolerance: planned.tolerance_for_rays(),
             picture: scene.picture,
+            water_surface: mirrored_water.map(|(surface, _)| surface),
+            mirrored_water,
             render_effects,
             reference_luminance_cd_m2: plan.reference_luminance_cd_m2,
         }
@@ -336,12 +347,18 @@ fn lit_drops(settings: &Settings, path: &Path) -> Result<LitDrops, Failure> {
     } else {
         SunPath::Ignore
     };
+    let water = settings.mirrored_water;
     let allowed = settings.tolerance.map(|tolerance| Allowed {
         tolerance,
         efficiency: settings.levels.drop_extinction.efficiency(),
     });
-    sun_volume::lit(bricks, settings.sun.direction(), sun_path, allowed)
-        .map_err(|error| Failure::bad_input(path, error))
+    let sun_direction = settings.sun.direction();
+    let lit = sun_volume::lit(bricks, sun_direction, sun_path, allowed);
+    let lit = lit.and_then(|drops| match water {
+        Some((surface, light)) => drops.beside_water(surface.surface(), light, sun_direction),
+        None => Ok(drops),
+    });
+    lit.map_err(|error| Failure::bad_input(path, error))
 }
 
 fn aovs(rendered: &Rendered) -> Vec<Aov> {
@@ -370,6 +387,8 @@ fn aovs(rendered: &Rendered) -> Vec<Aov> {
     ];
     let multiple = rendered.bow_multiple.iter();
     aovs.extend(multiple.map(|light| xyz("bow.multiple", light)));
+    let reflected = rendered.bow_reflected.iter();
+    aovs.extend(reflected.map(|light| xyz("bow.reflected", light)));
     aovs.extend(rendered.skylit.iter().map(|light| xyz("skylit", light)));
     aovs.extend([
         plane("transmittance", ["Y", "-"], &rendered.transmittance),

@@ -20,6 +20,7 @@ use crate::gauss_nodes::AirStretch;
 use crate::gauss_nodes::GaussRule;
 use crate::levels::AirPath;
 use crate::levels::SkyModel;
+use crate::water_surface::WaterSurface;
 
 /// Constituents that a path keeps apart.
 pub(crate) const MAX_CONSTITUENTS: usize = 8;
@@ -47,6 +48,8 @@ pub(crate) struct Air<'a> {
     phase_sr1: Vec<Vec<f32>>,
     /// Light of higher orders, where the level wants it.
     diffuse: Option<DiffuseAir<'a>>,
+    /// The water by which sunlight comes; `None` for the sun itself.
+    mirror: Option<&'a WaterSurface>,
 }
 
 impl<'a> Air<'a> {
@@ -92,6 +95,7 @@ impl<'a> Air<'a> {
                 })
                 .collect(),
             diffuse: None,
+            mirror: None,
         };
         let eye_height_m = air.planet.height_m(eye);
         air.eye_density = air.densities(eye_height_m);
@@ -106,6 +110,14 @@ impl<'a> Air<'a> {
             SkyModel::MultipleScattering => DiffuseAir::new(self.table, self.sun_direction),
         };
         Self { diffuse, ..self }
+    }
+
+    /// The same air for sunlight that comes by way of water.
+    pub(crate) fn by_way_of(self, water: &'a WaterSurface) -> Self {
+        Self {
+            mirror: Some(water),
+            ..self
+        }
     }
 
     /// Light of higher orders.
@@ -161,6 +173,21 @@ impl<'a> Air<'a> {
 
     /// Lengths from a point to the sun; `None` in the planet's shadow.
     pub(crate) fn to_sun(&self, point: DVec3) -> Option<Lengths> {
+        let Some(water) = self.mirror else {
+            return self.straight_to_sun(point);
+        };
+        let foot = water.foot(point, self.sun_direction);
+        // Lakes may lie below the planet's mean ground.
+        let foot = foot.with_y(foot.y.max(0.0));
+        let sum = self.straight_to_sun(foot)?;
+        let way = point - foot;
+        let up = self.ray(foot, way.normalize_or(DVec3::Y));
+        let up = self.to_eye(up, way.length());
+        Some(std::array::from_fn(|index| sum[index] + up[index]))
+    }
+
+    /// The same without water.
+    fn straight_to_sun(&self, point: DVec3) -> Option<Lengths> {
         match self.level {
             AirPath::Constant => self.eye_to_sun,
             AirPath::Table => self.table_to_sun(point),

@@ -27,6 +27,8 @@ use crate::levels::PixelFootprint;
 use crate::march::March;
 use crate::moved_rows::MovedRows;
 use crate::piece_rule::PieceRule;
+use crate::reflection::Reflection;
+use crate::reflection::mirrored_sun;
 use crate::request::RenderRequest;
 use crate::scattering_angle::scattering_angle_rad;
 use crate::scattering_rows::ScatteringRows;
@@ -77,6 +79,8 @@ pub(crate) struct Frame<'a> {
     pub(crate) multiple: Option<MultipleLight>,
     /// What diffraction changes in the bows, where that light is wanted.
     pub(crate) diffraction: Option<Diffraction<'a>>,
+    /// Light of the drops in the sun that water mirrors.
+    pub(crate) reflection: Option<Reflection<'a>>,
 }
 
 /// Everything that rays share.
@@ -148,8 +152,13 @@ pub(crate) fn frame<'a>(
         surround,
         multiple: None,
         diffraction: None,
+        reflection: None,
     };
     frame.rows = rows(request, &frame, colorimetry)?;
+    if let Some(sun_direction) = mirrored_sun(request) {
+        let range_rad = range_seen(request, &frame, sun_direction)?;
+        frame.reflection = range_rad.and_then(|range| Reflection::new(request, &frame, range));
+    }
     frame.moved = (request.table.filter(|_| frame.rows.is_some())).and_then(|table| {
         let nodes = SizeNodes::of_drops(table, request.drops.size_range());
         MovedRows::new(table, &nodes, &luminance_weights(request, colorimetry))
@@ -163,7 +172,8 @@ impl Frame<'_> {
     /// Refuse a table in which rays have met a value that none can have.
     pub(crate) fn check_rows(&self) -> Result<(), Error> {
         let of_diffraction = self.diffraction.iter().flat_map(Diffraction::rows);
-        let mut all = self.rows.iter().chain(of_diffraction);
+        let mirrored = self.reflection.iter().flat_map(Reflection::rows);
+        let mut all = self.rows.iter().chain(of_diffraction).chain(mirrored);
         all.try_for_each(ScatteringRows::check)
     }
 }
@@ -177,28 +187,42 @@ fn rows<'a>(
     let Some(table) = request.table.filter(|_| request.wants_bow()) else {
         return Ok(None);
     };
-    let seen = directions_seen(request, frame, request.region);
-    if let Some(seen) = &seen {
+    let Some(range_rad) = range_seen(request, frame, request.sun_direction)? else {
+        return Ok(None);
+    };
+    let luminance_weights = luminance_weights(request, colorimetry);
+    let nodes = SizeNodes::of_drops(table, request.drops.size_range());
+    let source = (Cow::Borrowed(table), nodes);
+    let rows = ScatteringRows::new(source, range_rad, &luminance_weights);
+    Ok(Some(rows))
+}
+
+/// Smallest and largest scattering angle from a sun of the rays that see drops, pixels and their neighbors
+/// whole; `None` if there are none.
+fn range_seen(
+    request: &RenderRequest,
+    frame: &Frame,
+    sun_direction: DVec3,
+) -> Result<Option<(f64, f64)>, Error> {
+    let seen_in = |region: PixelRegion| directions_seen(request, frame, (sun_direction, region));
+    let seen = seen_in(request.region);
+    if let (Some(table), Some(seen)) = (request.table, &seen) {
         check_coverage(table, seen)?;
     }
     // What estimates an error looks at neighbors too, which may lie beyond the table: there its
     // last angle stands for them.
     let strips = apron(request.region).into_iter();
-    let around = strips.filter_map(|strip| directions_seen(request, frame, strip));
+    let around = strips.filter_map(seen_in);
     let Some(seen) = seen.into_iter().chain(around).reduce(Seen::union) else {
         return Ok(None);
     };
-    let luminance_weights = luminance_weights(request, colorimetry);
     // The footprint of a pixel reaches beyond its center.
     let margin_rad = match (request.levels.pixel_footprint, request.tolerance_cd_m2) {
         (PixelFootprint::Prefiltered, _) | (_, Some(_)) => request.camera.pixel_angle().0,
         (PixelFootprint::Center | PixelFootprint::Grid { .. }, None) => 0.0,
     };
-    let range_rad = (seen.theta_rad.0 - margin_rad, seen.theta_rad.1 + margin_rad);
-    let nodes = SizeNodes::of_drops(table, request.drops.size_range());
-    let source = (Cow::Borrowed(table), nodes);
-    let rows = ScatteringRows::new(source, range_rad, &luminance_weights);
-    Ok(Some(rows))
+    let (low_rad, high_rad) = seen.theta_rad;
+    Ok(Some((low_rad - margin_rad, high_rad + margin_rad)))
 }
 
 /// What the table errs by between its angles and radii, rms in parts of the peak of a bow; where that was
@@ -330,9 +354,13 @@ impl Extremes {
     }
 }
 
-fn directions_seen(request: &RenderRequest, frame: &Frame, region: PixelRegion) -> Option<Seen> {
+fn directions_seen(
+    request: &RenderRequest,
+    frame: &Frame,
+    (sun_direction, region): (DVec3, PixelRegion),
+) -> Option<Seen> {
     let n = rays_along(request.levels.pixel_footprint);
-    let (drops, sun_direction) = (frame.bounds?, request.sun_direction);
+    let drops = frame.bounds?;
     let wants = |direction: DVec3| {
         frame.sides == (true, true) || frame.wants(scattering_angle_rad(direction, sun_direction))
     };

@@ -11,6 +11,9 @@
 //! therefore *deposited* by drop size while the ray is followed ([`Integration`]), and *shaded* with
 //! spectra only at its end: the cost hardly depends on the number of wavelengths.
 //!
+//! Water mirrors the sun: then drops that know of it ([`LitDrops::beside_water`]) send the light of a second
+//! sun, or of a streak of suns, marched along the same rays.
+//!
 //! Scattering and air are known as tables only; any theory that fills one can be rendered.
 //!
 //! Start at [`render`]; light the drops first with [`LitDrops::new`].
@@ -118,6 +121,8 @@ mod levels;
 mod lit_drops;
 mod march;
 mod merged_cells;
+mod mirrored_drops;
+mod mirrored_table;
 mod moved_angles;
 mod moved_radii;
 mod moved_rows;
@@ -129,6 +134,7 @@ mod piece_rule;
 mod pixel;
 mod ray_light;
 mod refinement;
+mod reflection;
 mod rendered_rows;
 mod request;
 mod scattering_angle;
@@ -138,11 +144,14 @@ mod size_axes;
 mod size_nodes;
 mod size_rows;
 mod stretch;
+mod sun_streak;
 mod sun_sweep;
 mod surfaces;
 mod surround;
 mod turned;
 mod veil;
+mod water_reflectance;
+mod water_surface;
 
 pub use effects::RenderEffects;
 pub use effects::Toggle;
@@ -165,3 +174,6 @@ pub use picture_tiles::Rendered;
 pub use request::RenderRequest;
 pub use request::ask_for_memory;
 pub use surfaces::Surfaces;
+pub use water_surface::MirroredLight;
+pub use water_surface::WaterSurface;
+pub use water_surface::wave_slope;

@@ -15,9 +15,13 @@ use niji_geometry::Ray;
 
 use crate::error::Error;
 use crate::levels::SunPath;
+use crate::mirrored_drops::Mirror;
+use crate::mirrored_drops::MirroredDrops;
 use crate::piece::EXTINCTION_PER_M2;
 use crate::shadow_error::ShadowError;
 use crate::sun_sweep::SunSweep;
+use crate::water_surface::MirroredLight;
+use crate::water_surface::WaterSurface;
 
 /// More steps than this from a node to the sun are a mistake in the step's length.
 const MAX_STEPS: f64 = 1e6;
@@ -33,6 +37,8 @@ pub struct LitDrops {
     bounds: Option<Aabb>,
     size_range: Option<SizeRange>,
     shadow_error: Option<ShadowError>,
+    sun_path: SunPath,
+    mirrored: Option<Box<MirroredDrops>>,
 }
 
 /// Where the shadows in the bricks fall.
@@ -51,6 +57,8 @@ impl LitDrops {
             bounds: None,
             size_range: None,
             shadow_error: None,
+            sun_path: SunPath::Ignore,
+            mirrored: None,
         }
     }
 
@@ -74,14 +82,16 @@ impl LitDrops {
             bounds,
             size_range,
             shadow_error: None,
+            sun_path,
+            mirrored: None,
         };
         let Some(bounds) = bounds else { return Ok(lit) };
         match sun_path {
-            SunPath::Ignore => lit.store(|_, _| 0.0),
+            SunPath::Ignore => store(&mut lit.bricks, |_, _| 0.0),
             SunPath::Volume { voxel_m } => {
                 check_length("sun path: voxel_m", voxel_m)?;
                 let sweep = SunSweep::through(&lit.bricks, bounds, sun_direction, voxel_m)?;
-                lit.store(|_, point| sweep.at(point));
+                store(&mut lit.bricks, |_, point| sweep.at(point));
                 lit.shadow = Shadow::From { sun_direction };
             }
             SunPath::March { step_m } => {
@@ -99,7 +109,9 @@ impl LitDrops {
                     origin: point,
                     direction: sun_direction,
                 };
-                lit.store(|bricks, point| marched_depth(bricks, bounds, &to_sun(point), step_m));
+                store(&mut lit.bricks, |bricks, point| {
+                    marched_depth(bricks, bounds, &to_sun(point), step_m)
+                });
                 lit.shadow = Shadow::From { sun_direction };
             }
         }
@@ -107,6 +119,47 @@ impl LitDrops {
             lit.shadow_error = Some(ShadowError::of(&lit.bricks, bounds, sun_direction));
         }
         Ok(lit)
+    }
+
+    /// The same drops beside water that mirrors the sun which they were lit with, by the same level. Where
+    /// the sun is not above the horizon or no drops above the water, water adds nothing.
+    ///
+    /// Drops keep a second optical depth, so that they take twice the memory. In it waves do not bend the way
+    /// down: shadows are those of still water.
+    ///
+    /// # Errors
+    /// [`Error::Level`] if the water has a number that no water has; as [`LitDrops::new`].
+    pub fn beside_water(
+        mut self,
+        surface: WaterSurface,
+        light: MirroredLight,
+        sun_direction: DVec3,
+    ) -> Result<Self, Error> {
+        surface.check()?;
+        crate::request::check_sun_direction(sun_direction)?;
+        if self.has_shadow() && self.contradicts(sun_direction) {
+            let expected = sun_direction.to_array();
+            return Err(Error::ShadowOfAnotherSun { expected });
+        }
+        let Some(above) = self.bounds.and_then(|bounds| part_above(bounds, &surface)) else {
+            return Ok(self);
+        };
+        if sun_direction.y <= 0.0 {
+            return Ok(self);
+        }
+        let mirror = Mirror {
+            surface,
+            light,
+            sun_direction,
+        };
+        let drops = MirroredDrops::new(&self.bricks, (mirror, above), self.sun_path)?;
+        self.mirrored = Some(Box::new(drops));
+        Ok(self)
+    }
+
+    /// The drops in mirrored light.
+    pub(crate) fn mirrored(&self) -> Option<&MirroredDrops> {
+        self.mirrored.as_deref()
     }
 
     /// The modes.
@@ -150,16 +203,21 @@ impl LitDrops {
     pub(crate) fn has_shadow(&self) -> bool {
         self.shadow != Shadow::None
     }
+}
 
-    /// Set the optical depth of all nodes.
-    fn store(&mut self, depth_at: impl Fn(&[Bricks], DVec3) -> f32 + Sync) {
-        let bricks = &self.bricks;
-        let depths_of = |mode: &Bricks| mode.at_nodes(|point| depth_at(bricks, point));
-        let depths: Vec<NodeValues> = bricks.iter().map(depths_of).collect();
-        for (mode, depths) in self.bricks.iter_mut().zip(&depths) {
-            mode.set_tau_sun(depths);
-        }
+/// Set the optical depth of all nodes.
+pub(crate) fn store(bricks: &mut [Bricks], depth_at: impl Fn(&[Bricks], DVec3) -> f32 + Sync) {
+    let depths_of = |mode: &Bricks| mode.at_nodes(|point| depth_at(bricks, point));
+    let depths: Vec<NodeValues> = bricks.iter().map(depths_of).collect();
+    for (mode, depths) in bricks.iter_mut().zip(&depths) {
+        mode.set_tau_sun(depths);
     }
+}
+
+/// What of a box lies above water.
+fn part_above(bounds: Aabb, surface: &WaterSurface) -> Option<Aabb> {
+    let min = bounds.min.with_y(bounds.min.y.max(surface.height_m));
+    (min.y < bounds.max.y).then_some(Aabb { min, ..bounds })
 }
 
 /// The box around all modes that have drops.
@@ -178,7 +236,7 @@ pub(crate) fn extinction_m1(bricks: &[Bricks], point: DVec3) -> f64 {
 }
 
 /// Midpoint rule from a point to the face of the box.
-fn marched_depth(bricks: &[Bricks], bounds: Aabb, ray: &Ray, step_m: f64) -> f32 {
+pub(crate) fn marched_depth(bricks: &[Bricks], bounds: Aabb, ray: &Ray, step_m: f64) -> f32 {
     let Some((enter_m, leave_m)) = bounds.intersect(ray) else {
         return 0.0;
     };

@@ -69,6 +69,8 @@ pub fn render_in_steps(
     picture.skylit = (painter.frame.surround.is_some()).then(|| Array3::zeros((3, height, width)));
     picture.bow_multiple =
         (painter.frame.multiple.is_some()).then(|| Array3::zeros((3, height, width)));
+    picture.bow_reflected =
+        (painter.frame.reflection.is_some()).then(|| Array3::zeros((3, height, width)));
     picture.surface = (request.surfaces).map(|_| Array2::from_elem((height, width), f32::INFINITY));
     let reach = REACH_PX as usize;
     let mut glimpses = Array2::default((height + 2 * reach, width + 2 * reach));

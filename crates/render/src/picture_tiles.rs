@@ -38,6 +38,9 @@ pub struct Rendered {
     /// Light that drops scattered more than once, and what the light diffracted once changes in the
     /// bows: CIE X, Y, Z [cd/m²]; `None` where it is not wanted.
     pub bow_multiple: Option<Array3<f32>>,
+    /// Light of the drops in the sun that water mirrors, both bows: CIE X, Y, Z [cd/m²]; `None` where
+    /// it is not wanted.
+    pub bow_reflected: Option<Array3<f32>>,
     /// Light of the air from the eye to the far side of the drops: CIE X, Y, Z [cd/m²].
     pub inscatter: Array3<f32>,
     /// Light of the surroundings that the drops scatter to the eye: CIE X, Y, Z [cd/m²]; `None`
@@ -70,6 +73,7 @@ pub(crate) struct TileMut<'a> {
     pub(crate) bow_primary: ArrayViewMut3<'a, f32>,
     pub(crate) bow_secondary: ArrayViewMut3<'a, f32>,
     pub(crate) bow_multiple: Option<ArrayViewMut3<'a, f32>>,
+    pub(crate) bow_reflected: Option<ArrayViewMut3<'a, f32>>,
     pub(crate) inscatter: ArrayViewMut3<'a, f32>,
     pub(crate) skylit: Option<ArrayViewMut3<'a, f32>>,
     pub(crate) transmittance: ArrayViewMut2<'a, f32>,
@@ -91,6 +95,7 @@ impl Rendered {
             bow_primary: xyz(),
             bow_secondary: xyz(),
             bow_multiple: None,
+            bow_reflected: None,
             inscatter: xyz(),
             skylit: None,
             transmittance: plane(),
@@ -112,6 +117,8 @@ impl Rendered {
         let mut bow_secondary = tiles(self.bow_secondary.view_mut(), rows);
         let bow_multiple = self.bow_multiple.as_mut();
         let mut bow_multiple = bow_multiple.map(|planes| tiles(planes.view_mut(), rows));
+        let bow_reflected = self.bow_reflected.as_mut();
+        let mut bow_reflected = bow_reflected.map(|planes| tiles(planes.view_mut(), rows));
         let mut inscatter = tiles(self.inscatter.view_mut(), rows);
         let skylit = self.skylit.as_mut();
         let mut skylit = skylit.map(|planes| tiles(planes.view_mut(), rows));
@@ -135,6 +142,10 @@ impl Rendered {
                 bow_primary: bow_primary.next()?,
                 bow_secondary: bow_secondary.next()?,
                 bow_multiple: match &mut bow_multiple {
+                    Some(tiles) => Some(tiles.next()?),
+                    None => None,
+                },
+                bow_reflected: match &mut bow_reflected {
                     Some(tiles) => Some(tiles.next()?),
                     None => None,
                 },
@@ -219,6 +230,9 @@ impl TileMut<'_> {
         }
         if let Some(planes) = &mut self.bow_multiple {
             put_xyz(planes, (x, y), pixel.bow_multiple);
+        }
+        if let Some(planes) = &mut self.bow_reflected {
+            put_xyz(planes, (x, y), pixel.bow_reflected);
         }
         if let Some(planes) = &mut self.skylit {
             put_xyz(planes, (x, y), pixel.skylit);

@@ -13,6 +13,7 @@ pub(crate) struct Pixel {
     pub(crate) bow_primary: Vec4,
     pub(crate) bow_secondary: Vec4,
     pub(crate) bow_multiple: Vec4,
+    pub(crate) bow_reflected: Vec4,
     pub(crate) inscatter: Vec4,
     pub(crate) skylit: Vec4,
     pub(crate) transmittance: f64,
@@ -31,6 +32,7 @@ impl Pixel {
             bow_primary: Vec4::ZERO,
             bow_secondary: Vec4::ZERO,
             bow_multiple: Vec4::ZERO,
+            bow_reflected: Vec4::ZERO,
             inscatter: Vec4::ZERO,
             skylit: Vec4::ZERO,
             transmittance: 0.0,
@@ -54,7 +56,12 @@ impl Pixel {
 
     /// All light [cd/m²].
     pub(crate) fn luminance(&self) -> f64 {
-        f64::from(self.bow_primary.y + self.bow_secondary.y + self.beside_cd_m2)
+        f64::from(self.bows_cd_m2() + self.beside_cd_m2)
+    }
+
+    /// Light of the bows [cd/m²].
+    fn bows_cd_m2(&self) -> f32 {
+        self.bow_primary.y + self.bow_secondary.y + self.bow_reflected.y
     }
 
     /// Add the error of the air's light, relative to it.
@@ -66,7 +73,7 @@ impl Pixel {
     /// What an estimate of a footprint's error looks at.
     pub(crate) fn glimpse(&self) -> Glimpse {
         Glimpse {
-            bow: self.bow_primary.y + self.bow_secondary.y,
+            bow: self.bows_cd_m2(),
             beside: self.beside_cd_m2,
             light: self.light as f32,
         }
@@ -84,6 +91,10 @@ impl Pixel {
         let multiple = share_f32 * weighted_sum(&light.multiple, xyz_weights);
         self.bow_multiple += multiple;
         self.beside_cd_m2 += multiple.y;
+        for (sum, reflected) in self.radiance.iter_mut().zip(light.reflected()) {
+            *sum += share_f32 * reflected;
+        }
+        self.bow_reflected += share_f32 * weighted_sum(light.reflected(), xyz_weights);
         if light.glows {
             let glow = light.inscatter.iter().zip(&light.background);
             for (sum, (inscatter, background)) in self.radiance.iter_mut().zip(glow) {

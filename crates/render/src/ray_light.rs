@@ -26,10 +26,13 @@ use crate::march::March;
 use crate::march::Walk;
 use crate::moved_rows::MovedPlace;
 use crate::moved_rows::MovedStencil;
+use crate::reflection::RayThroughDrops;
+use crate::reflection::ReflectionRoom;
 use crate::scattering_angle::scattering_angle_rad;
 use crate::scattering_rows::RowStencil;
 use crate::scattering_rows::ScatteringRows;
 use crate::scattering_rows::SunlitLuminance;
+use crate::shadow_error::ShadowError;
 use crate::size_axes::SizeAxes;
 use crate::surfaces::Sight;
 use crate::surround::skylit_radiance;
@@ -64,6 +67,7 @@ pub(crate) struct RayLight {
     /// Estimated errors of luminance [cd/m²], those of the bows as if there were no air.
     pub(crate) errors: RayErrors,
     diffraction: Option<DiffractionRoom>,
+    reflection: Option<ReflectionRoom>,
     deposits: Deposits,
     stencil: RowStencil,
     moved: MovedStencil,
@@ -99,6 +103,7 @@ impl RayLight {
                 .diffraction
                 .as_ref()
                 .map(|diffraction| diffraction.room(dark.len())),
+            reflection: (frame.reflection.as_ref()).map(|light| light.room(dark.len())),
             deposits: Deposits::new(axes),
             stencil: RowStencil::default(),
             moved: MovedStencil::default(),
@@ -110,9 +115,18 @@ impl RayLight {
         }
     }
 
+    /// Light of the bows in the sun that water mirrors; empty where it is not wanted.
+    pub(crate) fn reflected(&self) -> &[f32] {
+        let light = self.reflection.as_ref().map(|room| &room.light[..]);
+        light.unwrap_or_default()
+    }
+
     fn clear(&mut self) {
         self.bow.fill(0.0);
         self.multiple.fill(0.0);
+        if let Some(reflection) = &mut self.reflection {
+            reflection.light.fill(0.0);
+        }
         // Without a glow these stay dark.
         if self.glows {
             self.inscatter.fill(0.0);
@@ -200,6 +214,17 @@ impl Frame<'_> {
         }
         if let Some(range_m) = drops_m {
             self.through_drops((ray, march), range_m, (theta_rad, width_rad), out);
+        }
+        if let (Some(reflection), Some(room), Some(range_m)) =
+            (&self.reflection, &mut out.reflection, drops_m)
+        {
+            let way = RayThroughDrops {
+                ray,
+                range_m,
+                manner,
+            };
+            let sums = reflection.add(self, way, room);
+            out.errors.add(1.0, 1.0, &sums.errors);
         }
         if let (Some(light), Some(range_m)) = (&self.multiple, drops_m) {
             if let (Some(diffraction), Some(room), true) = (
@@ -313,7 +338,7 @@ impl Frame<'_> {
     }
 
     /// Luminance in sunlight of a spectrum of the table's unit.
-    fn luminance(&self, spectrum: &[f32]) -> f64 {
+    pub(crate) fn luminance(&self, spectrum: &[f32]) -> f64 {
         let weights = self.luminance_weights.iter().zip(spectrum);
         weights
             .map(|(weight, value)| weight * f64::from(*value))
@@ -325,12 +350,7 @@ impl Frame<'_> {
         let Some((error, efficiency)) = self.shadow_error.filter(|_| sums.light > 0.0) else {
             return 0.0;
         };
-        let middle_m = sums.light_m / sums.light;
-        // As if the light came evenly from a stretch of its mean and variance.
-        let variance = (sums.light_m2 / sums.light - middle_m * middle_m).max(0.0);
-        let half_m = (3.0 * variance).sqrt();
-        let depth = error.along(ray, (middle_m - half_m, middle_m + half_m));
-        efficiency * depth * sums.luminance_cd_m2
+        efficiency * sums.shadow_depth(error, ray) * sums.luminance_cd_m2
     }
 
     fn add_glow(
@@ -386,17 +406,26 @@ const ANGLES_SAFETY: f64 = 1.5;
 
 /// Sums over the slabs of a ray.
 #[derive(Default)]
-struct Sums {
-    light: f64,
+pub(crate) struct Sums {
+    pub(crate) light: f64,
     light_m: f64,
     light_m2: f64,
     light_tau_sun: f64,
-    luminance_cd_m2: f64,
-    errors: RayErrors,
+    pub(crate) luminance_cd_m2: f64,
+    pub(crate) errors: RayErrors,
 }
 
 impl Sums {
-    fn add(&mut self, luminance: &SunlitLuminance, deposits: &Deposits) {
+    /// Mean error of the optical depth to the sun over the light of a ray, of which there is some, at Q = 1.
+    pub(crate) fn shadow_depth(&self, error: &ShadowError, ray: &Ray) -> f64 {
+        let middle_m = self.light_m / self.light;
+        // As if the light came evenly from a stretch of its mean and variance.
+        let variance = (self.light_m2 / self.light - middle_m * middle_m).max(0.0);
+        let half_m = (3.0 * variance).sqrt();
+        error.along(ray, (middle_m - half_m, middle_m + half_m))
+    }
+
+    pub(crate) fn add(&mut self, luminance: &SunlitLuminance, deposits: &Deposits) {
         self.light += deposits.light;
         self.light_m += deposits.light_m;
         self.light_m2 += deposits.light_m2;
@@ -413,14 +442,14 @@ impl Sums {
 }
 
 /// Multiply spectra, wavelength by wavelength.
-fn multiply(values: &mut [f32], factors: &[f32]) {
+pub(crate) fn multiply(values: &mut [f32], factors: &[f32]) {
     for (value, factor) in values.iter_mut().zip(factors) {
         *value *= factor;
     }
 }
 
 /// Add the product of two spectra.
-fn add_product(sums: &mut [f32], a: &[f32], b: &[f32]) {
+pub(crate) fn add_product(sums: &mut [f32], a: &[f32], b: &[f32]) {
     for ((sum, a), b) in sums.iter_mut().zip(a).zip(b) {
         *sum += a * b;
     }

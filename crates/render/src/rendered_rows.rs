@@ -23,6 +23,7 @@ impl Rendered {
             bow_primary: planes(&self.bow_primary),
             bow_secondary: planes(&self.bow_secondary),
             bow_multiple: self.bow_multiple.as_ref().map(planes),
+            bow_reflected: self.bow_reflected.as_ref().map(planes),
             inscatter: planes(&self.inscatter),
             skylit: self.skylit.as_ref().map(planes),
             transmittance: plane(&self.transmittance),

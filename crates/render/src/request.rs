@@ -162,8 +162,10 @@ impl RenderRequest<'_> {
     /// What all arrays of the picture, and the glimpses that its error is estimated from, take.
     pub(crate) fn bytes_per_pixel(&self) -> u64 {
         let n_optional = |on: bool| usize::from(on);
-        let n_xyz =
-            3 + n_optional(self.wanted_orders().is_some()) + n_optional(self.wants_skylit_drops());
+        let n_xyz = 3
+            + n_optional(self.wanted_orders().is_some())
+            + n_optional(self.wants_skylit_drops())
+            + n_optional(self.drops.mirrored().is_some());
         // Transmittance, optical depth and distance, the error and its parts, and surfaces.
         let n_single = 3 + 1 + N_PARTS + n_optional(self.surfaces.is_some());
         let n_planes = self.wavelengths.len() + 3 * n_xyz + n_single;
@@ -239,6 +241,12 @@ impl RenderRequest<'_> {
     }
 
     fn check_shadow(&self) -> Result<(), Error> {
+        let mirrored = self.drops.mirrored();
+        let sun = mirrored.map(|drops| drops.mirror.sun_direction);
+        if sun.is_some_and(|sun| sun.distance(self.sun_direction) > UNIT_TOLERANCE) {
+            let expected = self.sun_direction.to_array();
+            return Err(Error::ShadowOfAnotherSun { expected });
+        }
         if !self.effects.drop_shadow.is_on() || self.drops.bounds().is_none() {
             return Ok(());
         }

@@ -68,6 +68,16 @@ pub(crate) struct SunlitLuminance {
     pub(crate) off_lines: f64,
 }
 
+impl SunlitLuminance {
+    /// Add that of a share of other light.
+    pub(crate) fn add(&mut self, share: f64, other: &Self) {
+        self.value += share * other.value;
+        self.bend += share * other.bend;
+        self.kinks += share * other.kinks;
+        self.off_lines += share * other.off_lines;
+    }
+}
+
 impl RowStencil {
     /// The light that was taken note of.
     pub(crate) fn light(&self) -> &[(usize, f32)] {
@@ -169,6 +179,12 @@ impl<'a> ScatteringRows<'a> {
     pub(crate) fn stencil(&self, place: &RayPlace, stencil: &mut RowStencil) {
         let RowStencil { terms, near, .. } = stencil;
         self.angles.set_terms(place, near, terms);
+    }
+
+    /// Take note of a Gaussian of angles, by its mean and standard deviation, on which a ray has light.
+    pub(crate) fn gaussian_stencil(&self, gaussian_rad: (f64, f64), stencil: &mut RowStencil) {
+        let RowStencil { terms, near, .. } = stencil;
+        self.angles.set_gaussian_terms(gaussian_rad, near, terms);
     }
 
     /// Set `spectrum` [1/sr] to the rows of the light of a ray, by the widest vectors that the processor

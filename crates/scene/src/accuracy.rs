@@ -8,6 +8,7 @@ use niji_render::AirPath;
 use niji_render::DropExtinctionModel;
 use niji_render::DropOrders;
 use niji_render::Integration;
+use niji_render::MirroredLight;
 use niji_render::PixelFootprint;
 use niji_render::RenderLevels;
 use niji_render::SkyModel;
@@ -61,6 +62,7 @@ impl Preset {
             air_path: AirPath::Table,
             sky: SkyModel::MultipleScattering,
             pixel_footprint: PixelFootprint::Prefiltered,
+            mirrored_light: MirroredLight::Polarized,
         };
         match self {
             Self::Draft => Levels {
@@ -135,6 +137,12 @@ pub struct Levels {
     /// What of a pixel is seen.
     #[serde(with = "level_names::PixelFootprintName")]
     pub pixel_footprint: PixelFootprint,
+    /// What of the light that water mirrors is followed; written where it is not all.
+    #[serde(
+        with = "level_names::MirroredLightName",
+        skip_serializing_if = "is_polarized"
+    )]
+    pub mirrored_light: MirroredLight,
 }
 
 impl Levels {
@@ -169,6 +177,12 @@ impl Levels {
 /// Whether nothing is to be said of further orders.
 fn is_single_scattering(orders: &DropOrders) -> bool {
     *orders == DropOrders::SingleScattering
+}
+
+/// Whether nothing is to be said of mirrored light.
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde hands it over so")]
+fn is_polarized(light: &MirroredLight) -> bool {
+    *light == MirroredLight::Polarized
 }
 
 /// `"center"` as `center`, `{"grid": {"n": 4}}` as `grid n=4`.
@@ -279,6 +293,14 @@ pub struct Accuracy {
     )]
     #[schemars(with = "Option<level_names::PixelFootprintName>")]
     pub pixel_footprint: Option<PixelFootprint>,
+    /// Replaces the polarization of the light that water mirrors by that of natural light.
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        with = "level_names::mirrored_light"
+    )]
+    #[schemars(with = "Option<level_names::MirroredLightName>")]
+    pub mirrored_light: Option<MirroredLight>,
 }
 
 /// One percent of the luminance of a gray card.
@@ -303,6 +325,7 @@ impl Default for Accuracy {
             air_path: None,
             sky: None,
             pixel_footprint: None,
+            mirrored_light: None,
         }
     }
 }
@@ -335,6 +358,7 @@ impl Accuracy {
             air_path: self.air_path.unwrap_or(preset.air_path),
             sky: self.sky.unwrap_or(preset.sky),
             pixel_footprint: self.pixel_footprint.unwrap_or(preset.pixel_footprint),
+            mirrored_light: self.mirrored_light.unwrap_or(preset.mirrored_light),
         }
     }
 }

@@ -57,6 +57,8 @@ pub(crate) fn scene(scene: &Scene, lines: &BTreeMap<String, usize>) -> Result<()
     drops(scene, &check)?;
     let water = scene.water().check();
     water.map_err(|error| check.refused("water", &error))?;
+    let surface = scene.water_surface;
+    surface.map_or(Ok(()), |surface| surface.check(&check))?;
     let motion = scene.drop_motion.validate();
     motion.map_err(|error| check.refused("drop_motion", &error))?;
     check.number("ground.albedo", scene.ground.albedo, (0.0, 1.0))?;
@@ -383,6 +385,11 @@ fn effects(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {
         let switch = scene.effects.of(effect);
         if switch == Switch::On && effect.needs_air() && scene.air.is_none() {
             let expected = "\"auto\" or \"off\" in a scene without an [air] section";
+            return Err(check.out_of_range(&key, "\"on\"".to_string(), expected));
+        }
+        if switch == Switch::On && effect == Effect::ReflectionBow && scene.water_surface.is_none()
+        {
+            let expected = "\"auto\" or \"off\" in a scene without a [water_surface] section";
             return Err(check.out_of_range(&key, "\"on\"".to_string(), expected));
         }
         let missing = effect

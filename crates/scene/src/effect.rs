@@ -43,6 +43,8 @@ pub enum Effect {
     /// Light scattered by two or more drops. It needs a table of all angles and paths through the
     /// drops, so that `auto` leaves it out but for the preset `reference`.
     MultipleScattering,
+    /// Water mirrors the sun: drops send the light of a second sun, below the horizon.
+    ReflectionBow,
     /// The air dims and reddens sunlight before it reaches the drops.
     SunlightThroughAir,
     /// The air between drops and eye takes light away.
@@ -57,7 +59,7 @@ pub enum Effect {
 
 impl Effect {
     /// Every effect, in the order in which plans list them.
-    pub const ALL: [Self; 18] = [
+    pub const ALL: [Self; 19] = [
         Self::PrimaryBow,
         Self::SecondaryBow,
         Self::HigherOrders,
@@ -71,6 +73,7 @@ impl Effect {
         Self::DropShadow,
         Self::SkylitDrops,
         Self::MultipleScattering,
+        Self::ReflectionBow,
         Self::SunlightThroughAir,
         Self::AirExtinction,
         Self::AirInscatter,
@@ -94,6 +97,7 @@ impl Effect {
             Self::DropShadow => "drop_shadow",
             Self::SkylitDrops => "skylit_drops",
             Self::MultipleScattering => "multiple_scattering",
+            Self::ReflectionBow => "reflection_bow",
             Self::SunlightThroughAir => "sunlight_through_air",
             Self::AirExtinction => "air_extinction",
             Self::AirInscatter => "air_inscatter",
@@ -135,6 +139,7 @@ impl Effect {
             | Self::DropShadow
             | Self::SkylitDrops
             | Self::MultipleScattering
+            | Self::ReflectionBow
             | Self::SunlightThroughAir
             | Self::AirExtinction
             | Self::AirInscatter
@@ -166,6 +171,7 @@ impl Effect {
             | Self::DropExtinction
             | Self::DropShadow
             | Self::SkylitDrops
+            | Self::ReflectionBow
             | Self::SunlightThroughAir
             | Self::AirExtinction
             | Self::AirInscatter
@@ -191,6 +197,7 @@ impl Effect {
             | Self::DropShadow
             | Self::SkylitDrops
             | Self::MultipleScattering
+            | Self::ReflectionBow
             | Self::Occluders => false,
         }
     }

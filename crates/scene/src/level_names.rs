@@ -8,6 +8,7 @@ use niji_render::AirPath;
 use niji_render::DropExtinctionModel;
 use niji_render::DropOrders;
 use niji_render::Integration;
+use niji_render::MirroredLight;
 use niji_render::PixelFootprint;
 use niji_render::SkyModel;
 use niji_render::SunPath;
@@ -146,6 +147,16 @@ pub(crate) enum PixelFootprintName {
     },
 }
 
+/// What of the light that water mirrors is followed.
+#[derive(Serialize, Deserialize, JsonSchema)]
+#[serde(remote = "MirroredLight", rename_all = "kebab-case")]
+pub(crate) enum MirroredLightName {
+    /// Its irradiance alone, as if it were natural light.
+    Natural,
+    /// Its polarization too.
+    Polarized,
+}
+
 /// A module that reads and writes an optional level by its name.
 macro_rules! optional_level {
     ($module:ident, $level:ident, $name:literal) => {
@@ -185,3 +196,4 @@ optional_level!(sun_path, SunPath, "SunPathName");
 optional_level!(air_path, AirPath, "AirPathName");
 optional_level!(sky, SkyModel, "SkyName");
 optional_level!(pixel_footprint, PixelFootprint, "PixelFootprintName");
+optional_level!(mirrored_light, MirroredLight, "MirroredLightName");

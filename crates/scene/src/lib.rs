@@ -37,6 +37,7 @@ mod schema;
 mod sections;
 mod sequence;
 mod sun_section;
+mod water_surface;
 
 pub use accuracy::Accuracy;
 pub use accuracy::Levels;
@@ -111,3 +112,4 @@ pub use sequence::Sequence;
 pub use sun_section::Moment;
 pub use sun_section::SunPosition;
 pub use sun_section::SunSection;
+pub use water_surface::WaterSurface;

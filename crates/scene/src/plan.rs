@@ -48,6 +48,7 @@ use std::collections::BTreeSet;
 
 use niji_atmosphere::ScatteringOrders;
 use niji_render::DropOrders;
+use niji_render::MirroredLight;
 use niji_render::RenderEffects;
 use niji_render::SunPath;
 use niji_render::Toggle;
@@ -168,7 +169,9 @@ pub fn plan(scene: &Scene, drops: Option<DropSummary>) -> Result<Plan, PlanError
     let table = situation.air_table(scene)?;
     let air = situation.air_light(table.as_ref());
     let curves = situation.curves(scene);
-    let bound_scene = situation.bound_scene(&curves, air.as_ref());
+    let mirrored_curves = situation.mirrored_curves(scene);
+    let curves_of_suns = (&curves, mirrored_curves.as_ref());
+    let bound_scene = situation.bound_scene(curves_of_suns, air.as_ref());
     let bound = |effect: Effect, assumed: &Assumed| bound_scene.bound(effect, assumed);
     let switches = decide::settled(&scene.effects, &scene.accuracy);
     let mut on = decide::decide(&switches, scene.accuracy.tolerance, &bound).on;
@@ -306,6 +309,12 @@ impl Plan {
         } else {
             SunPath::Ignore
         }
+    }
+
+    /// What of the light that the scene's water mirrors lights the drops; `None` if it does not.
+    pub fn mirrored_light(&self) -> Option<MirroredLight> {
+        let is_lit = self.is_on(Effect::ReflectionBow) && self.scattering.is_some();
+        is_lit.then_some(self.levels.mirrored_light)
     }
 
     /// Whether no enabled effect sends any light: a request that cannot be met.

@@ -30,6 +30,7 @@ use crate::sequence::Sequence;
 use crate::sun_section::Moment;
 use crate::sun_section::SunPosition;
 use crate::sun_section::SunSection;
+use crate::water_surface::WaterSurface;
 use niji_scatter::DropMotion;
 
 /// The version of the scene format that this crate reads.
@@ -94,6 +95,9 @@ pub struct Scene<S = Sun> {
     /// What the drops are made of.
     #[serde(default)]
     pub water: Water,
+    /// Water that mirrors the sun.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub water_surface: Option<WaterSurface>,
     /// How falling drops tilt and tremble.
     #[serde(default)]
     pub drop_motion: DropMotion,
@@ -205,6 +209,7 @@ impl Scene<SunSection> {
             spectrum: self.spectrum,
             drops: self.drops,
             water: self.water,
+            water_surface: self.water_surface,
             drop_motion: self.drop_motion,
             air: self.air,
             ground: self.ground,

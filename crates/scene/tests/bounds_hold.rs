@@ -121,6 +121,10 @@ impl Studio {
         let build = |mode| Bricks::build(mode, plan.levels.interpolation).unwrap();
         let bricks = volume.modes.iter().map(build).collect();
         let drops = LitDrops::new(bricks, sun, plan.sun_path()).unwrap();
+        let drops = match scene.water_surface.zip(plan.mirrored_light()) {
+            Some((water, light)) => drops.beside_water(water.surface(), light, sun).unwrap(),
+            None => drops,
+        };
         let airy = self.airy.get_or_insert_with(AiryTable::compute);
         let table = plan.scattering.as_ref().map(|need| {
             let make = || scattering_table(&need.request(grid, Some(airy)), &|_| {}).unwrap();
@@ -257,6 +261,18 @@ fn proved_bounds_hold_for_a_gradient() {
 #[test]
 fn proved_bounds_hold_for_rain_far_away() {
     check("far, others on", &scene(FAR, 12.0, 15.0), &|_| Switch::On);
+}
+
+#[test]
+fn proved_bounds_hold_beside_water() {
+    let tested: Vec<Effect> = TESTED.into_iter().chain([Effect::ReflectionBow]).collect();
+    for (label, sun, slope) in [("mirror", 20.0, 0.0), ("waves", 8.0, 0.01)] {
+        let mut scene = scene(NEAR, sun, 20.0);
+        let text = format!("slope = {slope}");
+        scene.water_surface = Some(toml::from_str(&text).unwrap());
+        scene.effects.set(Effect::DropFlattening, Switch::Off);
+        check_some(label, &scene, (&tested, &|_| Switch::On));
+    }
 }
 
 #[test]

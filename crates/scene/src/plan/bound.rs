@@ -77,6 +77,7 @@ pub(super) fn kind(effect: Effect, has_further_orders: bool) -> BoundKind {
         | Effect::HigherOrders
         | Effect::DropExtinction
         | Effect::DropShadow
+        | Effect::ReflectionBow
         | Effect::SunlightThroughAir
         | Effect::AirExtinction => {
             if has_further_orders {

@@ -20,6 +20,9 @@
 //! * where the theory has no separate orders and others show the same light, an order changes no more
 //!   than the error of a table;
 //! * glory and corona are what the exact light has beyond the orders of other theories (see `rings`);
+//! * water adds no more than R_s P(theta') c, theta' from the sun in the water, R_s the reflectance of light
+//!   polarized along it, for no polarization is mirrored better (waves: at the largest P within their
+//!   streak); and what else changes the bow of the sun changes the water's by as much, R_s times;
 //! * flat drops change P by what moving the bow of every size does (see `flat_drops`).
 //!
 //! All of it is the light itself: the error of the tables that a picture is made with, which is a level
@@ -74,14 +77,35 @@ impl Assumed {
     }
 }
 
+/// How sunlight comes to the drops.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Way {
+    Straight,
+    ByWater,
+}
+
+/// A sun that lights the drops: itself or mirrored by water.
+pub(super) struct LitBy<'a> {
+    pub(super) way: Way,
+    /// The blocks of the picture with their scattering angles from it.
+    pub(super) blocks: &'a [Block],
+    /// Light of the drops by these angles.
+    pub(super) light: &'a LightCurves<'a>,
+    /// Largest optical depth of the drops towards it at Q = 1.
+    pub(super) sun_depth: f64,
+    /// Largest share of the sun's light that it has.
+    pub(super) share: f64,
+    /// How far its light may come from beside it, rad.
+    pub(super) reach_rad: f64,
+}
+
 /// A scene as bounds see it.
 pub(super) struct BoundScene<'a> {
-    pub(super) blocks: &'a [Block],
+    pub(super) sun: LitBy<'a>,
+    /// The sun in the water; `None` where there is none.
+    pub(super) mirrored: Option<LitBy<'a>>,
     pub(super) lines: &'a [Line],
-    pub(super) light: &'a LightCurves<'a>,
     pub(super) air: Option<&'a AirLight>,
-    /// Largest optical depth of the drops towards the sun at Q = 1.
-    pub(super) sun_depth: f64,
     /// Extinction efficiency of the level.
     pub(super) efficiency: f64,
     /// Largest error of the scattering table over its peak: all that an order changes that the exact
@@ -128,8 +152,35 @@ enum Change {
 impl BoundScene<'_> {
     /// Bound on an effect.
     pub(super) fn bound(&self, effect: Effect, assumed: &Assumed) -> Bound {
-        let (kind, change) = self.change(effect, assumed);
-        self.largest(kind, &self.by_block(&change, assumed))
+        let (kind, change) = self.change(effect, assumed, self.own_sun(effect));
+        let changes = self.of_both_suns(effect, assumed, &change);
+        self.largest(kind, &changes)
+    }
+
+    /// The sun by which an effect is explained.
+    fn own_sun(&self, effect: Effect) -> &LitBy<'_> {
+        match &self.mirrored {
+            Some(mirrored) if effect == Effect::ReflectionBow => mirrored,
+            Some(_) | None => &self.sun,
+        }
+    }
+
+    /// Changes by block: of the light of the own sun, and of what water may mirror besides.
+    fn of_both_suns(&self, effect: Effect, assumed: &Assumed, change: &Change) -> Vec<f64> {
+        let mut changes = self.by_block(change, assumed, self.own_sun(effect));
+        let water = self.mirrored.as_ref().filter(|_| {
+            effect != Effect::ReflectionBow && assumed.may_be_on.contains(&Effect::ReflectionBow)
+        });
+        if let Some(water) = water {
+            let (_, change) = self.change(effect, assumed, water);
+            if let Change::Column { .. } | Change::Extinction { .. } = change {
+                let more = self.by_block(&change, assumed, water);
+                for (sum, more) in changes.iter_mut().zip(more) {
+                    *sum += more;
+                }
+            }
+        }
+        changes
     }
 
     /// Bound on an effect with its numbers where it is largest; none where it is 0 everywhere.
@@ -138,24 +189,24 @@ impl BoundScene<'_> {
         effect: Effect,
         assumed: &Assumed,
     ) -> (Bound, Option<BoundTerms>) {
-        let (kind, change) = self.change(effect, assumed);
-        let values = self.by_block(&change, assumed);
+        let (kind, change) = self.change(effect, assumed, self.own_sun(effect));
+        let values = self.of_both_suns(effect, assumed, &change);
         let worst = (0..values.len()).max_by(|a, b| values[*a].total_cmp(&values[*b]));
         let worst = worst.filter(|index| values[*index] > 0.0);
         let terms = worst.map(|index| self.terms(effect, assumed, (&change, index, values[index])));
         (self.largest(kind, &values), terms)
     }
 
-    fn by_block(&self, change: &Change, assumed: &Assumed) -> Vec<f64> {
-        (0..self.blocks.len())
-            .map(|index| self.of_block(change, index, assumed))
+    fn by_block(&self, change: &Change, assumed: &Assumed, sun: &LitBy<'_>) -> Vec<f64> {
+        (0..sun.blocks.len())
+            .map(|index| self.of_block(change, (index, sun), assumed))
             .collect()
     }
 
     /// Maximum and RMS over the picture of changes by block.
     fn largest(&self, kind: BoundKind, changes: &[f64]) -> Bound {
         let (mut value, mut square) = (0.0_f64, 0.0);
-        for (block, change) in self.blocks.iter().zip(changes) {
+        for (block, change) in self.sun.blocks.iter().zip(changes) {
             value = value.max(*change);
             square += block.share * change * change;
         }
@@ -170,17 +221,18 @@ impl BoundScene<'_> {
         assumed: &Assumed,
         (change, index, value): (&Change, usize, f64),
     ) -> BoundTerms {
-        let (block, depth) = (&self.blocks[index], self.depth(index));
+        let sun = self.own_sun(effect);
+        let (block, depth) = (&sun.blocks[index], self.depth(index));
         let efficiency = self.efficiency;
         let (column, light, share) = match change {
             Change::Column { light, share } => (
                 Some(self.column(index, assumed)),
-                Some(self.brightest(light, index)),
-                (*share < 1.0).then_some(*share),
+                Some(brightest(light, (index, sun))),
+                (share * sun.share < 1.0).then_some(share * sun.share),
             ),
             Change::Extinction { light } => (
                 Some(taken(efficiency * depth) / efficiency),
-                Some(self.brightest(light, index)),
+                Some(brightest(light, (index, sun))),
                 Some(taken(efficiency * depth)),
             ),
             Change::Taken { light } => (None, Some(*light), Some(taken(depth))),
@@ -196,18 +248,19 @@ impl BoundScene<'_> {
             ),
             distance_m: block.drops.map(|chord| (chord.enter_m, chord.leave_m)),
             optical_depth: depth,
-            sun_optical_depth: shaded.then_some(self.sun_depth),
+            sun_optical_depth: shaded.then_some(sun.sun_depth),
             column,
             light,
             share,
         }
     }
 
-    fn change(&self, effect: Effect, assumed: &Assumed) -> (BoundKind, Change) {
+    fn change(&self, effect: Effect, assumed: &Assumed, sun: &LitBy<'_>) -> (BoundKind, Change) {
         let (shapes, sunlight) = (assumed.shapes(), self.sunlight(assumed));
+        let bows = |factor: &[f64]| bows(assumed, factor, sun.light);
         if self.is_shown_anyway(effect, assumed) {
             let change = Change::Column {
-                light: self.bows(assumed, &sunlight),
+                light: bows(&sunlight),
                 share: self.table_error,
             };
             return (BoundKind::TableDifference, change);
@@ -215,23 +268,25 @@ impl BoundScene<'_> {
         let whole = |light: DirectedCurve| Change::Column { light, share: 1.0 };
         let change = match effect {
             Effect::PrimaryBow | Effect::SecondaryBow => {
-                whole(self.light.bow(effect, &sunlight, &shapes))
+                whole(sun.light.bow(effect, &sunlight, &shapes))
             }
             Effect::Supernumeraries | Effect::SunDisc | Effect::SizeSpread => {
-                whole(self.light.difference(effect, &sunlight, &shapes))
+                whole(sun.light.difference(effect, &sunlight, &shapes))
             }
             Effect::HigherOrders => {
                 let shown = BOWS.map(|bow| assumed.is_on.contains(&bow));
-                whole(self.light.higher_light(&sunlight, &shapes, shown))
+                whole(sun.light.higher_light(&sunlight, &shapes, shown))
             }
-            Effect::Glory | Effect::Corona => whole(self.light.ring(effect, &sunlight, &shapes)),
-            Effect::DropFlattening => whole(self.light.flattening(&sunlight, &shapes)),
+            Effect::Glory | Effect::Corona => whole(sun.light.ring(effect, &sunlight, &shapes)),
+            Effect::DropFlattening => whole(sun.light.flattening(&sunlight, &shapes)),
+            Effect::ReflectionBow if self.mirrored.is_none() => Change::Nothing,
+            Effect::ReflectionBow => whole(bows(&sunlight)),
             Effect::DropExtinction => Change::Extinction {
-                light: self.bows(assumed, &sunlight),
+                light: bows(&sunlight),
             },
             Effect::DropShadow => Change::Column {
-                light: self.bows(assumed, &sunlight),
-                share: taken(self.efficiency * self.sun_depth),
+                light: bows(&sunlight),
+                share: taken(self.efficiency * sun.sun_depth),
             },
             // What scatters the light of the surroundings is what extinction takes.
             Effect::SkylitDrops if !assumed.may_be_on.contains(&Effect::DropExtinction) => {
@@ -242,13 +297,18 @@ impl BoundScene<'_> {
             },
             Effect::SunlightThroughAir => {
                 let lost = self.air.map(AirLight::sunlight_lost).unwrap_or_default();
-                whole(self.bows(assumed, &lost))
+                // Light by way of the water has more air to pass.
+                let lost = match sun.way {
+                    Way::Straight => lost,
+                    Way::ByWater => vec![1.0; lost.len()],
+                };
+                whole(bows(&lost))
             }
             Effect::AirExtinction => {
                 let lost = self.air.map(|air| air.view_lost(self.farthest_m));
                 let lost = lost.unwrap_or_default().into_iter().zip(&sunlight);
                 let factor: Vec<f64> = lost.map(|(lost, sunlight)| lost * sunlight).collect();
-                whole(self.bows(assumed, &factor))
+                whole(bows(&factor))
             }
             Effect::AirInscatter => Change::Inscatter,
             Effect::Sky => Change::Sky,
@@ -257,7 +317,7 @@ impl BoundScene<'_> {
                 let lines = self.lines.iter().zip(&sunlight);
                 let sunlight: f64 = lines.map(|(line, factor)| line.weight * factor).sum();
                 Change::Further {
-                    light: taken(0.5 * self.sun_depth) * sunlight / (4.0 * PI),
+                    light: taken(0.5 * sun.sun_depth) * sunlight / (4.0 * PI),
                 }
             }
         };
@@ -282,22 +342,35 @@ impl BoundScene<'_> {
             | Effect::DropShadow
             | Effect::SkylitDrops
             | Effect::MultipleScattering
+            | Effect::ReflectionBow
             | Effect::SunlightThroughAir
             | Effect::AirExtinction
             | Effect::AirInscatter
             | Effect::Sky
             | Effect::Occluders => false,
         };
-        is_shown && self.light.is_whole(&assumed.shapes())
+        is_shown && self.sun.light.is_whole(&assumed.shapes())
     }
 
     /// Largest change in a block.
-    fn of_block(&self, change: &Change, index: usize, assumed: &Assumed) -> f64 {
+    fn of_block(
+        &self,
+        change: &Change,
+        (index, sun): (usize, &LitBy<'_>),
+        assumed: &Assumed,
+    ) -> f64 {
         match change {
             Change::Column { light, share } => {
-                share * self.brightest(light, index) * self.column(index, assumed)
+                let light = sun.share * brightest(light, (index, sun));
+                share * light * self.column(index, assumed)
             }
-            Change::Extinction { light } => self.extinction_change(index, light, assumed),
+            Change::Extinction { light } => {
+                let from_bow = self.extinct(index, sun.share * brightest(light, (index, sun)));
+                match sun.way {
+                    Way::Straight => self.extinction_change(index, from_bow, assumed),
+                    Way::ByWater => from_bow,
+                }
+            }
             Change::Taken { light } => taken(self.depth(index)) * light,
             Change::Further { light } => {
                 let depth = self.depth(index);
@@ -311,13 +384,7 @@ impl BoundScene<'_> {
 
     /// Largest optical depth of the drops on any ray of a block, Q = 1.
     pub(super) fn depth(&self, block_index: usize) -> f64 {
-        self.blocks[block_index].depth
-    }
-
-    /// Largest value of a curve within a block.
-    fn brightest(&self, curve: &DirectedCurve, block_index: usize) -> f64 {
-        let block = &self.blocks[block_index];
-        curve.max_within(block.theta_rad, block.rise)
+        self.sun.blocks[block_index].depth
     }
 
     /// Effective column of the drops that scatters into the view.
@@ -338,22 +405,6 @@ impl BoundScene<'_> {
         }
     }
 
-    /// Light of all orders that may be on.
-    fn bows(&self, assumed: &Assumed, factor: &[f64]) -> DirectedCurve {
-        let shapes = assumed.shapes();
-        let bows = BOWS
-            .into_iter()
-            .filter(|bow| assumed.may_be_on.contains(bow))
-            .map(|bow| self.light.bow(bow, factor, &shapes));
-        let higher = assumed
-            .may_be_on
-            .contains(&Effect::HigherOrders)
-            .then(|| self.light.higher_light(factor, &shapes, [true; 2]));
-        bows.chain(higher)
-            .reduce(|a, b| a.plus(&b))
-            .unwrap_or_else(DirectedCurve::empty)
-    }
-
     /// Light of the air in front of the far side of the drops. It is dimmed by the air in any case.
     fn inscatter(&self, block_index: usize) -> f64 {
         self.air.map_or(0.0, |air| air.inscatter(block_index))
@@ -371,17 +422,18 @@ impl BoundScene<'_> {
         }
     }
 
-    /// What extinction takes from the bows and from the light behind the drops. Skylit drops exist
-    /// only with it and add light, so the larger of both changes bounds their difference.
-    fn extinction_change(
-        &self,
-        block_index: usize,
-        curve: &DirectedCurve,
-        assumed: &Assumed,
-    ) -> f64 {
+    /// What extinction takes from a bow of this light.
+    fn extinct(&self, block_index: usize, light: f64) -> f64 {
         let depth = self.depth(block_index);
         let share = taken(self.efficiency * depth);
-        let from_bow = self.brightest(curve, block_index) * (depth - share / self.efficiency);
+        (light * (depth - share / self.efficiency)).max(0.0)
+    }
+
+    /// What extinction takes from the bows and from the light behind the drops. Skylit drops exist
+    /// only with it and add light, so the larger of both changes bounds their difference.
+    fn extinction_change(&self, block_index: usize, from_bow: f64, assumed: &Assumed) -> f64 {
+        let depth = self.depth(block_index);
+        let share = taken(self.efficiency * depth);
         let when = |effect, light: f64| {
             if assumed.may_be_on.contains(&effect) {
                 light
@@ -392,6 +444,30 @@ impl BoundScene<'_> {
         let behind = when(Effect::Sky, self.sky(block_index))
             + when(Effect::AirInscatter, self.inscatter(block_index));
         let skylit = when(Effect::SkylitDrops, self.surround(assumed)) * taken(depth);
-        (from_bow.max(0.0) + behind * share).max(skylit)
+        (from_bow + behind * share).max(skylit)
     }
+}
+
+/// Largest value of a curve within a block, as far as light comes from beside a sun.
+fn brightest(curve: &DirectedCurve, (block_index, sun): (usize, &LitBy<'_>)) -> f64 {
+    let block = &sun.blocks[block_index];
+    let (low_rad, high_rad) = block.theta_rad;
+    let theta_rad = (low_rad - sun.reach_rad, high_rad + sun.reach_rad);
+    curve.max_within(theta_rad, block.rise)
+}
+
+/// Light of all orders that may be on.
+fn bows(assumed: &Assumed, factor: &[f64], light: &LightCurves<'_>) -> DirectedCurve {
+    let shapes = assumed.shapes();
+    let bows = BOWS
+        .into_iter()
+        .filter(|bow| assumed.may_be_on.contains(bow))
+        .map(|bow| light.bow(bow, factor, &shapes));
+    let higher = assumed
+        .may_be_on
+        .contains(&Effect::HigherOrders)
+        .then(|| light.higher_light(factor, &shapes, [true; 2]));
+    bows.chain(higher)
+        .reduce(|a, b| a.plus(&b))
+        .unwrap_or_else(DirectedCurve::empty)
 }

@@ -136,6 +136,7 @@ fn drop_dependents(switches: &EffectSwitches, on: &mut BTreeSet<Effect>) {
             Effect::SunDisc,
             Effect::SizeSpread,
             Effect::DropFlattening,
+            Effect::ReflectionBow,
         ];
         on.retain(|effect| !(of_bows.contains(effect) && is_open(effect)));
     }

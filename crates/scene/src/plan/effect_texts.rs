@@ -128,6 +128,17 @@ const TEXTS: [(Effect, [&str; 3]); Effect::ALL.len()] = [
         ],
     ),
     (
+        Effect::ReflectionBow,
+        [
+            "water mirrors the sun: a second sun below the horizon makes a second bow, whose center is as \
+             high as the sun and which meets the bow of the sun at the horizon",
+            "R_s max P(theta') c; theta' from the sun in the water, R_s its reflectance of light polarized \
+             along it",
+            "Born and Wolf, Principles of Optics, Cambridge (1999), section 1.5.2; Cox and Munk, J. Opt. \
+             Soc. Am. 44, 838-850 (1954)",
+        ],
+    ),
+    (
         Effect::SunlightThroughAir,
         [
             "the air between the sun and the drops dims and reddens sunlight; how near the drops are \

@@ -67,13 +67,14 @@ impl Plan {
     }
 
     /// The scene of this plan with all its decisions spelt out and one of them the other way; `None`
-    /// where it cannot be: surfaces always hide, a theory has its rings or not, a vacuum has no air,
-    /// and what another effect needs stays.
+    /// where it cannot be: surfaces always hide, a theory has its rings or not, a vacuum has no air, dry
+    /// ground mirrors nothing, and what another effect needs stays.
     pub fn switched(&self, scene: &Scene, effect: Effect) -> Option<Scene> {
         let is_needed = |it: &EffectDecision| it.on && it.effect.needs().contains(&effect);
         let is_fixed = effect == Effect::Occluders
             || effect.comes_with_theory()
             || (effect.needs_air() && scene.air.is_none())
+            || (effect == Effect::ReflectionBow && scene.water_surface.is_none())
             || self.effects.iter().any(is_needed);
         if is_fixed {
             return None;

@@ -25,6 +25,8 @@ use super::View;
 use super::air_light::AirLight;
 use super::air_light::AirRequest;
 use super::bounds::BoundScene;
+use super::bounds::LitBy;
+use super::bounds::Way;
 use super::depth::largest_sun_depth;
 use super::flat_drops::FlatDrops;
 use super::light_curves::CurvesRequest;
@@ -58,8 +60,22 @@ pub(super) struct Situation {
     pub(super) reference_luminance_cd_m2: f64,
     /// Scattering angle of the rainbow rays of order 2 and 3, rad.
     pub(super) bows_rad: (f64, f64),
+    /// The sun in the water, where there is water and a sun above it.
+    pub(super) mirrored: Option<MirroredSun>,
     lines: Vec<Line>,
     blocks: Vec<Block>,
+}
+
+/// The sun that water mirrors, as a plan sees it.
+pub(super) struct MirroredSun {
+    blocks: Vec<Block>,
+    /// Scattering angles in view of the drops, with those that waves bring into view, rad.
+    pub(super) theta_rad: Option<(f64, f64)>,
+    sun_depth: f64,
+    /// Largest share of the sun's light that it has.
+    pub(super) share: f64,
+    /// How far waves spread it, rad.
+    reach_rad: f64,
 }
 
 impl Situation {
@@ -82,6 +98,28 @@ impl Situation {
         let (lines, sun_luminance) = lines(&grid, line_albedo);
         let view = seen(&blocks, sun_depth);
         let levels = scene.accuracy.levels(drops.voxel_m);
+        let mirrored = scene.water_surface.as_ref().and_then(|water| {
+            let surface = water.surface();
+            let share = surface.largest_share(sun, &grid)?;
+            let towards = DVec3::new(sun.x, -sun.y, sun.z);
+            let blocks = view::blocks(&camera, scene.camera.region().ok()?, towards, &extent);
+            let reach_rad = surface.streak_reach().0;
+            let seen = seen(&blocks, 0.0).theta_deg;
+            Some(MirroredSun {
+                theta_rad: seen.map(|(low, high)| {
+                    let (low_rad, high_rad) = (low.to_radians(), high.to_radians());
+                    (
+                        (low_rad - reach_rad).max(0.0),
+                        (high_rad + reach_rad).min(std::f64::consts::PI),
+                    )
+                }),
+                // Down to the water and up to the sun.
+                sun_depth: sun_depth + self::sun_depth(&drops, towards),
+                blocks,
+                share,
+                reach_rad,
+            })
+        });
         Ok(Self {
             levels: theory_by_size::in_scene(levels, &scene.effects, (&drops, &view, grid)),
             view,
@@ -91,6 +129,7 @@ impl Situation {
             drops,
             reference_luminance_cd_m2: reference_albedo * sun_luminance / std::f64::consts::PI,
             bows_rad: dark_band_rad(scene.water()).into(),
+            mirrored,
             lines,
             grid,
             blocks,
@@ -137,16 +176,33 @@ impl Situation {
     }
 
     pub(super) fn curves(&self, scene: &Scene) -> LightCurves<'_> {
+        let theta_deg = self.view.theta_deg;
+        let theta_rad = theta_deg.map(|(a, b)| (a.to_radians(), b.to_radians()));
+        self.curves_at(scene, (theta_rad, self.rise), self.flat_drops(scene))
+    }
+
+    /// The same for the sun in the water.
+    pub(super) fn mirrored_curves(&self, scene: &Scene) -> Option<LightCurves<'_>> {
+        let mirrored = self.mirrored.as_ref()?;
+        let flat = FlatDrops::new(-self.sun.y, scene.drop_motion, scene.water());
+        let seen = (mirrored.theta_rad, rise_seen(&mirrored.blocks));
+        Some(self.curves_at(scene, seen, flat))
+    }
+
+    /// Light at scattering angles and rises of the view.
+    fn curves_at(
+        &self,
+        scene: &Scene,
+        (theta_rad, rise): (Option<(f64, f64)>, Option<(f64, f64)>),
+        flat: FlatDrops,
+    ) -> LightCurves<'_> {
         LightCurves::new(CurvesRequest {
-            flat: self.flat_drops(scene),
-            rise: self.rise.unwrap_or_default(),
+            flat,
+            rise: rise.unwrap_or_default(),
             theory: self.levels.theory,
             lines: &self.lines,
             sizes: self.sizes(),
-            theta_rad: self
-                .view
-                .theta_deg
-                .map(|(a, b)| (a.to_radians(), b.to_radians())),
+            theta_rad,
             split_rad: 0.5 * (self.bows_rad.0 + self.bows_rad.1),
             water: scene.water(),
         })
@@ -154,15 +210,32 @@ impl Situation {
 
     pub(super) fn bound_scene<'a>(
         &'a self,
-        light: &'a LightCurves<'a>,
+        (light, mirrored): (&'a LightCurves<'a>, Option<&'a LightCurves<'a>>),
         air: Option<&'a AirLight>,
     ) -> BoundScene<'a> {
         BoundScene {
-            blocks: &self.blocks,
+            sun: LitBy {
+                way: Way::Straight,
+                blocks: &self.blocks,
+                light,
+                sun_depth: self.view.max_sun_optical_depth,
+                share: 1.0,
+                reach_rad: 0.0,
+            },
+            mirrored: self
+                .mirrored
+                .as_ref()
+                .zip(mirrored)
+                .map(|(sun, light)| LitBy {
+                    way: Way::ByWater,
+                    blocks: &sun.blocks,
+                    light,
+                    sun_depth: sun.sun_depth,
+                    share: sun.share,
+                    reach_rad: sun.reach_rad,
+                }),
             lines: &self.lines,
-            light,
             air,
-            sun_depth: self.view.max_sun_optical_depth,
             efficiency: self.levels.drop_extinction.efficiency(),
             table_error: self.levels.table_relative_error,
             farthest_m: self.view.distance_m.map_or(0.0, |(_, far_m)| far_m),
@@ -203,6 +276,8 @@ impl Situation {
             largest_radius_um: self.drops.effective_radius_um.1,
             smallest_radius_um: self.drops.effective_radius_um.0,
             theory: table_theory(self.levels.theory, on),
+            mirrored_share: (scene.water_surface)
+                .map(|_| self.mirrored.as_ref().map_or(0.0, |sun| sun.share)),
         }
     }
 }

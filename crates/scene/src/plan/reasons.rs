@@ -27,6 +27,8 @@ pub(super) struct Facts {
     pub(super) smallest_radius_um: f64,
     /// The theory of the table that is made.
     pub(super) theory: Theory,
+    /// Largest share of the sun's light that water mirrors; `None` without water.
+    pub(super) mirrored_share: Option<f64>,
 }
 
 /// The reason for a decision.
@@ -120,6 +122,14 @@ fn fact(effect: Effect, facts: &Facts) -> String {
         Effect::SkylitDrops | Effect::MultipleScattering => {
             format!("optical depth of the drops up to {}", brief(facts.depth))
         }
+        Effect::ReflectionBow => match facts.mirrored_share {
+            Some(share) => format!(
+                "water mirrors up to {} % of sunlight with the sun at {} degrees",
+                brief(100.0 * share),
+                brief(facts.sun_elevation_deg)
+            ),
+            None => "there is no [water_surface]".to_string(),
+        },
         Effect::SunlightThroughAir => format!(
             "with the sun at {} degrees the air takes up to {} % of a wavelength, however near the \
              drops are",

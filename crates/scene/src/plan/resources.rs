@@ -184,16 +184,24 @@ pub(super) fn picture(
     let size_px = [situation.camera.width_px(), situation.camera.height_px()];
     let [width, height] = size_px.map(|size| f64::from(size + overscan_px));
     // Light of the surroundings and of further orders in XYZ, distances of surfaces.
-    let more = [Effect::SkylitDrops, Effect::MultipleScattering].into_iter();
-    let n_more = 3 * more.filter(|layer| on.contains(layer)).count();
+    let more = [
+        Effect::SkylitDrops,
+        Effect::MultipleScattering,
+        Effect::ReflectionBow,
+    ];
+    let n_more = 3 * more.iter().filter(|layer| on.contains(layer)).count();
     let surface = f64::from(u8::from(scene.occluders.is_some() || scene.photo.is_some()));
     let planes = situation.grid.len() as f64 + PLANES + n_more as f64 + surface;
     let picture = NUMBER_BYTES * planes * width * height;
-    let nodes = situation.drops.n_nodes as f64 * (VOLUME_NODE_BYTES + BRICK_NODE_BYTES);
+    // Drops keep a second way of the light, and the table both its polarizations.
+    let n_mirrored = f64::from(u8::from(on.contains(&Effect::ReflectionBow)));
+    let bricks = BRICK_NODE_BYTES * (1.0 + n_mirrored);
+    let nodes = situation.drops.n_nodes as f64 * (VOLUME_NODE_BYTES + bricks);
+    let table_copies = TABLE_COPIES.1 + 2.0 * n_mirrored;
     let memory = PROGRAM_BYTES
         + RENDER_WORK_BYTES
         + PICTURE_COPIES * picture
         + nodes
-        + table.map_or(0.0, |table| TABLE_COPIES.1 * table.file_bytes as f64);
+        + table.map_or(0.0, |table| table_copies * table.file_bytes as f64);
     Resources::new(memory, picture)
 }

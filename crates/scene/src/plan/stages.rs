@@ -242,9 +242,15 @@ fn angles_needed(situation: &Situation, on: &BTreeSet<Effect>, bows: &[u32]) -> 
         return None;
     }
     let (low_deg, high_deg) = situation.view.theta_deg?;
+    let mut seen_rad = (low_deg.to_radians(), high_deg.to_radians());
+    if on.contains(&Effect::ReflectionBow)
+        && let Some((low, high)) = situation.mirrored.as_ref().and_then(|sun| sun.theta_rad)
+    {
+        seen_rad = (seen_rad.0.min(low), seen_rad.1.max(high));
+    }
     let margin_rad = ANGLE_MARGIN_DEG.to_radians() + situation.camera.pixel_angle().0;
-    let mut low_rad = (low_deg.to_radians() - margin_rad).max(0.0);
-    let mut high_rad = (high_deg.to_radians() + margin_rad).min(PI);
+    let mut low_rad = (seen_rad.0 - margin_rad).max(0.0);
+    let mut high_rad = (seen_rad.1 + margin_rad).min(PI);
     // The renderer leaves out the side of a bow that is off; its split lies between both bows.
     let (primary_rad, secondary_rad) = situation.bows_rad;
     if bows == [2] && !both_sides {
