@@ -76,7 +76,7 @@ fn the_tolerance_is_kept_against_the_reference() {
         let inside = folder.path().join(name);
         fs::create_dir(&inside).unwrap();
         let exact = ("accuracy.theory", "{ debye = { max_order = 7 } }");
-        let grid = ("accuracy.pixel_footprint", "{ grid = { n = 12 } }");
+        let grid = ("accuracy.pixel_footprint", "{ level = \"grid\", n = 12 }");
         let reference = drizzle(&inside, &[own.as_slice(), &[exact, grid]].concat());
         let out = inside.join("reference");
         let run = ["run", text(&reference), "-o", text(&out), "-q"];

@@ -41,4 +41,3 @@ pub use crate::partial_waves::PartialWaves;
 pub use crate::partial_waves::cross_sections_of_each;
 pub use crate::refractive_index::RefractiveIndex;
 pub use crate::sphere::Sphere;
-pub use crate::sphere::check_size;

@@ -24,31 +24,6 @@ const MIN_SIZE_PARAMETER: f64 = 1e-6;
 /// The largest size parameter; a drop of 6 mm radius at 380 nm. Checked against 60 digits to 5e4.
 const MAX_SIZE_PARAMETER: f64 = 1e5;
 
-/// Refuses a sphere of this radius in light of this wavelength, both in the surroundings, whose size
-/// parameter is beyond what is computed, before anything is.
-///
-/// # Errors
-/// If x is not within 1e-6 to 1e5.
-pub fn check_size(radius: Micrometers, wavelength: Nanometers) -> Result<(), Error> {
-    check_size_parameter(size_parameter(radius, wavelength))
-}
-
-fn size_parameter(radius: Micrometers, wavelength: Nanometers) -> f64 {
-    TAU * radius.0 / Micrometers::from(wavelength).0
-}
-
-fn check_size_parameter(size_parameter: f64) -> Result<(), Error> {
-    let range = MIN_SIZE_PARAMETER..=MAX_SIZE_PARAMETER;
-    range
-        .contains(&size_parameter)
-        .then_some(())
-        .ok_or(Error::SizeParameter {
-            found: size_parameter,
-            min: MIN_SIZE_PARAMETER,
-            max: MAX_SIZE_PARAMETER,
-        })
-}
-
 /// A homogeneous sphere, with its Lorenz-Mie coefficients.
 ///
 /// ```
@@ -76,7 +51,13 @@ impl Sphere {
     /// If x is not within 1e-6 to 1e5, or the index is not that of a passive medium.
     pub fn new(size_parameter: f64, index: RefractiveIndex) -> Result<Self, Error> {
         let m = index.checked()?;
-        check_size_parameter(size_parameter)?;
+        if !(MIN_SIZE_PARAMETER..=MAX_SIZE_PARAMETER).contains(&size_parameter) {
+            return Err(Error::SizeParameter {
+                found: size_parameter,
+                min: MIN_SIZE_PARAMETER,
+                max: MAX_SIZE_PARAMETER,
+            });
+        }
         let waves = partial_waves(size_parameter, m);
         let efficiencies = Efficiencies::new(&waves);
         Ok(Self {
@@ -95,7 +76,7 @@ impl Sphere {
         wavelength: Nanometers,
         index: RefractiveIndex,
     ) -> Result<Self, Error> {
-        Self::new(size_parameter(radius, wavelength), index)
+        Self::new(TAU * radius.0 / Micrometers::from(wavelength).0, index)
     }
 
     /// Size parameter x.

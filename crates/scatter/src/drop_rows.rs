@@ -11,7 +11,6 @@ use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-use niji_mie::check_size;
 use niji_radiometry::Micrometers;
 use rayon::prelude::*;
 
@@ -272,41 +271,6 @@ fn summed(uses: Vec<Uses>, lights: Vec<Vec<Part>>) -> Vec<(Uses, Vec<Part>)> {
         }
     }
     summed
-}
-
-/// Refuses drops that the exact theories do not compute, before any light is.
-pub(crate) fn check_sizes(request: &TableRequest) -> Result<(), Error> {
-    match request.theory {
-        Theory::Debye { .. } | Theory::Mie => (),
-        Theory::GeometricPublished
-        | Theory::Geometric
-        | Theory::AiryPublished
-        | Theory::Airy
-        | Theory::Uniform
-        // Its large drops are of the uniform theory.
-        | Theory::BySize => return Ok(()),
-    }
-    let nodes = size_nodes(
-        &request.effective_radius_um,
-        &request.effective_variance,
-        sampling(request).sizes,
-    )?;
-    let wavelengths = request.wavelengths;
-    let shortest = wavelengths.center(0);
-    let longest = wavelengths.center(wavelengths.len() - 1);
-    let ends = [(nodes.first(), longest), (nodes.last(), shortest)];
-    for (node, wavelength) in ends {
-        let Some(SizeNode { radius, .. }) = node else {
-            continue;
-        };
-        check_size(*radius, wavelength).map_err(|reason| Error::Size {
-            theory: request.theory.name(),
-            radius_um: radius.0,
-            wavelength_nm: wavelength.0,
-            reason: reason.to_string(),
-        })?;
-    }
-    Ok(())
 }
 
 /// How a request is sampled.

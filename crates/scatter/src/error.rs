@@ -59,22 +59,6 @@ pub enum Error {
     /// Water of which nobody measured the index.
     #[error(transparent)]
     Water(niji_radiometry::Error),
-    /// A drop so large or so small that the exact theories do not compute it.
-    #[error(
-        "drops of {radius_um:.4} um in light of {wavelength_nm:.0} nm: {reason} for the theory {theory}: take \
-         another (theory = \"uniform\" in [accuracy], --theory uniform) or a narrower range of sizes \
-         ([drops], --effective-radius-um, --effective-variance)"
-    )]
-    Size {
-        /// The theory.
-        theory: &'static str,
-        /// Radius (um).
-        radius_um: f64,
-        /// Wavelength (nm).
-        wavelength_nm: f64,
-        /// Found and expected size parameter.
-        reason: String,
-    },
     /// A drop that the exact theory refuses.
     #[error("{0}")]
     Drop(String),

@@ -181,7 +181,7 @@ fn the_orders_that_move_are_kept_apart_and_all_light_is_that_of_spheres() {
     for theory in [Theory::Uniform, Theory::Mie, Theory::Debye { max_order: 3 }] {
         let mut spheres = TableRequest {
             theory,
-            effective_radius_um: vec![50.0],
+            effective_radius_um: vec![120.0],
             ..spheres.clone()
         };
         let round = table(&spheres);

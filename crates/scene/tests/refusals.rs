@@ -4,7 +4,6 @@
 
 mod support;
 
-use niji_scatter::Theory;
 use niji_scene::Plan;
 use niji_scene::PlanError;
 use niji_scene::Scene;
@@ -86,17 +85,5 @@ fn drops_that_tumble_are_refused_at_their_section() {
             error.contains("drop_motion") && error.contains(words),
             "{error}"
         );
-    }
-}
-
-#[test]
-fn drops_too_large_for_an_exact_theory_are_refused_by_the_plan_with_another() {
-    let large = FIGURE_3.replace("radius_um = 100.0", "radius_um = 9000.0");
-    let mut large = scene(&large);
-    assert_eq!(planned(&large).unwrap().table_refused, None);
-    large.accuracy.theory = Some(Theory::Debye { max_order: 7 });
-    let refused = planned(&large).unwrap().table_refused.unwrap().to_string();
-    for words in ["9000", "size parameter", "theory = \"uniform\"", "[drops]"] {
-        assert!(refused.contains(words), "{words} in {refused}");
     }
 }

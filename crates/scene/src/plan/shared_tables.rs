@@ -14,6 +14,8 @@ use crate::plan::stages::ScatteringNeed;
 const ANGLE_STEP_DEG: f64 = 90.0;
 /// Step of effective variances.
 const VARIANCE_STEP: f64 = 0.05;
+/// Largest effective variance that is rounded to.
+const LARGEST_ROUNDED: f64 = 0.499;
 /// A number that is as near to a step counts as one: f32 files round.
 const ROUNDOFF: f64 = 1e-5;
 
@@ -32,7 +34,11 @@ impl DropSummary {
             } else {
                 (smallest, largest)
             },
-            effective_variance: (variance.0.max(0.0), variance.1),
+            // No law has a half.
+            effective_variance: (
+                variance.0.max(0.0),
+                variance.1.min(broadest.max(LARGEST_ROUNDED)),
+            ),
             ..self
         }
     }
