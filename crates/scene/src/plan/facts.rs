@@ -78,6 +78,14 @@ pub(super) struct MirroredSun {
     reach_rad: f64,
 }
 
+/// Where the light of one sun is seen.
+struct SeenFrom {
+    /// Scattering angles, rad.
+    theta_rad: Option<(f64, f64)>,
+    rise: Option<(f64, f64)>,
+    flat: FlatDrops,
+}
+
 impl Situation {
     pub(super) fn new(scene: &Scene, drops: Option<DropSummary>) -> Result<Self, PlanError> {
         let drops = summary(scene, drops)?;
@@ -144,7 +152,7 @@ impl Situation {
         let model = air.model(self.grid, scene.ground.albedo, &scene.sun)?;
         let table = model.tabulate()?;
         // The plan has no time for more than a glance; bounds are widened for it.
-        Ok(Some(match scene.scattering_orders() {
+        Ok(Some(match scene.accuracy.scattering_orders() {
             Some(_) => with_diffuse_light(table, ScatteringOrders::DRAFT),
             None => table,
         }))
@@ -177,32 +185,33 @@ impl Situation {
 
     pub(super) fn curves(&self, scene: &Scene) -> LightCurves<'_> {
         let theta_deg = self.view.theta_deg;
-        let theta_rad = theta_deg.map(|(a, b)| (a.to_radians(), b.to_radians()));
-        self.curves_at(scene, (theta_rad, self.rise), self.flat_drops(scene))
+        let seen = SeenFrom {
+            theta_rad: theta_deg.map(|(a, b)| (a.to_radians(), b.to_radians())),
+            rise: self.rise,
+            flat: self.flat_drops(scene),
+        };
+        self.curves_at(scene, &seen)
     }
 
     /// The same for the sun in the water.
     pub(super) fn mirrored_curves(&self, scene: &Scene) -> Option<LightCurves<'_>> {
         let mirrored = self.mirrored.as_ref()?;
-        let flat = FlatDrops::new(-self.sun.y, scene.drop_motion, scene.water());
-        let seen = (mirrored.theta_rad, rise_seen(&mirrored.blocks));
-        Some(self.curves_at(scene, seen, flat))
+        let seen = SeenFrom {
+            theta_rad: mirrored.theta_rad,
+            rise: rise_seen(&mirrored.blocks),
+            flat: FlatDrops::new(-self.sun.y, scene.drop_motion, scene.water()),
+        };
+        Some(self.curves_at(scene, &seen))
     }
 
-    /// Light at scattering angles and rises of the view.
-    fn curves_at(
-        &self,
-        scene: &Scene,
-        (theta_rad, rise): (Option<(f64, f64)>, Option<(f64, f64)>),
-        flat: FlatDrops,
-    ) -> LightCurves<'_> {
+    fn curves_at(&self, scene: &Scene, seen: &SeenFrom) -> LightCurves<'_> {
         LightCurves::new(CurvesRequest {
-            flat,
-            rise: rise.unwrap_or_default(),
+            flat: seen.flat,
+            rise: seen.rise.unwrap_or_default(),
             theory: self.levels.theory,
             lines: &self.lines,
             sizes: self.sizes(),
-            theta_rad,
+            theta_rad: seen.theta_rad,
             split_rad: 0.5 * (self.bows_rad.0 + self.bows_rad.1),
             water: scene.water(),
         })
