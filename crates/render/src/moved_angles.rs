@@ -1,6 +1,6 @@
 //! The angles of a scattering table over which moved light is integrated.
 //!
-//! <t> = (I(θ + w/2) − I(θ − w/2))/w,   I = ∫ t dθ  linear between the table's angles
+//! ⟨t⟩ = (I(θ + w/2) − I(θ − w/2))/w,   I = ∫ t dθ  linear between the table's angles
 //! `w` width of the stretch of angles over which the mean is taken, no narrower than the step of the table
 //! there. At 0 and 180 degrees the table is continued by its mirror.
 
