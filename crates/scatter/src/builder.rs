@@ -5,6 +5,8 @@ use std::sync::Mutex;
 
 use ndarray::Array4;
 use ndarray::Array5;
+use ndarray::ArrayViewMut3;
+use ndarray::ArrayViewMut4;
 use ndarray::Axis;
 use niji_exchange::MovedBows;
 use niji_exchange::RowUse;
@@ -62,6 +64,19 @@ pub(crate) struct Values {
     pub(crate) all: Array5<f32>,
     /// That of each order which is kept apart, for the radii that move.
     moved: Vec<Array4<f32>>,
+}
+
+/// All light and that of each order that is kept apart, at one wavelength.
+type Planes<'a> = (ArrayViewMut4<'a, f32>, Vec<ArrayViewMut3<'a, f32>>);
+
+impl Values {
+    /// By wavelength.
+    fn planes(&mut self) -> Vec<Planes<'_>> {
+        let moved = self.moved.iter_mut();
+        let mut moved: Vec<_> = moved.map(|order| order.axis_iter_mut(Axis(2))).collect();
+        let of_orders = |all| (all, moved.iter_mut().filter_map(Iterator::next).collect());
+        self.all.axis_iter_mut(Axis(3)).map(of_orders).collect()
+    }
 }
 
 /// The values of a table at angles of one's own.
@@ -147,17 +162,11 @@ fn values_of_moving(
         .enumerate()
         .map(part)
         .collect::<Result<Vec<_>, _>>()?;
-    // All of them, in the order of the parts; one alone is not copied.
-    let all = match &parts[..] {
-        [_] if moved.is_empty() => parts.remove(0),
-        parts => {
-            let mut all = zeros(request, theta_rad.len());
-            for part in parts {
-                all += part;
-            }
-            all
-        }
-    };
+    // In the order of the parts.
+    let mut all = zeros(request, theta_rad.len());
+    for part in &parts {
+        all += part;
+    }
     parts.truncate(moved.len());
     let moved = parts.into_iter().map(|part| part.remove_axis(Axis(2)));
     Ok(Values {
@@ -200,22 +209,16 @@ fn drop_values(
     let n_variances = request.effective_variance.len();
     let n_rows = request.effective_radius_um.len() * n_variances;
     let count = Count::new(request.wavelengths.len() * rows.nodes().len(), progress);
-    let mut all = zeros(request, theta_rad.len());
+    let all = zeros(request, theta_rad.len());
     let (_, n_radii, _, n_wavelengths, n_angles) = all.dim();
     let orders = MovedOrders::new(request);
     let n_still = orders.n_still;
     let of_part = Array4::zeros((2, n_radii - n_still, n_wavelengths, n_angles));
-    let mut moved = vec![of_part; orders.len()];
-    let mut of_moved: Vec<_> = (moved.iter_mut())
-        .map(|values| values.axis_iter_mut(Axis(2)))
-        .collect();
-    let mut planes = Vec::with_capacity(request.wavelengths.len());
-    for plane in all.axis_iter_mut(Axis(3)) {
-        let of_orders: Vec<_> = of_moved.iter_mut().filter_map(Iterator::next).collect();
-        planes.push((plane, of_orders));
-    }
+    let moved = vec![of_part; orders.len()];
+    let mut values = Values { all, moved };
     // Wavelength by wavelength: rows are f64, and all of them would take more than the table.
-    planes
+    values
+        .planes()
         .into_par_iter()
         .enumerate()
         .try_for_each(|(index, (mut all, mut moved))| {
@@ -238,7 +241,7 @@ fn drop_values(
             }
             Ok::<(), Error>(())
         })?;
-    Ok(Values { all, moved })
+    Ok(values)
 }
 
 /// Uniform light first, then the drops that take its place.
@@ -263,15 +266,8 @@ fn by_size_values(
     );
     let n_variances = request.effective_variance.len();
     let n_rows = request.effective_radius_um.len() * n_variances;
-    let mut of_moved: Vec<_> = (values.moved.iter_mut())
-        .map(|values| values.axis_iter_mut(Axis(2)))
-        .collect();
-    let mut planes = Vec::with_capacity(request.wavelengths.len());
-    for plane in values.all.axis_iter_mut(Axis(3)) {
-        let of_orders: Vec<_> = of_moved.iter_mut().filter_map(Iterator::next).collect();
-        planes.push((plane, of_orders));
-    }
-    planes
+    values
+        .planes()
         .into_par_iter()
         .enumerate()
         .try_for_each(|(index, (mut all, mut moved))| {
