@@ -75,7 +75,7 @@ impl SeenShift {
 
     /// ∂Δθ/∂e.
     #[inline]
-    pub(crate) fn eccentricity_slope(&self, eccentricity: f64) -> f64 {
+    pub fn eccentricity_slope(&self, eccentricity: f64) -> f64 {
         self.shift_rad[0] + 2.0 * eccentricity * self.shift_rad[1]
     }
 }

@@ -1,133 +1,89 @@
-//! The radii at which light of flattened drops is moved: as many as a size law asks for.
+//! The radii at which light of flattened drops is moved: as many as the narrowest law of a picture asks for.
 //!
-//! A table's single sizes lie as close together as its narrowest law asks for. A law of effective variance
-//! v is the sum of fewer: every second, fourth, ... of them, each the mean over what lies around it, where
-//! their step of ln r is no more than [`bin_step`] of v, as if the table had been made for that law alone.
+//! A table's single sizes may lie closer together than a picture needs. A law of effective variance v is the
+//! sum of fewer: every second, fourth, ... of them, each the mean over what lies around it, where their step of
+//! ln r is no more than [`bin_step`] of v, as if the table had been made for that law alone.
 //!
-//! The bow of a large drop moves by more than the sun is wide from one radius to the next. There a row is
-//! used several times, each at the shift of its own radius.
+//! A radius stands for all half way to its neighbors. Their bows lie over a stretch of angles, which belongs to
+//! the width over which its light is taken: the stretches of neighbors touch, however far their bows lie apart.
 
-use std::f64::consts::PI;
-
+use niji_exchange::Attitude;
 use niji_exchange::FallingDrops;
 use niji_exchange::MovedBows;
 use niji_exchange::ScatteringTable;
+use niji_exchange::SeenShift;
 use niji_sizes::bin_step;
 
 use crate::size_nodes::SizeNodes;
-
-/// How far a bow may move from one shaded radius to the next: half of the sun's diameter, or the standard
-/// deviation of trembling drops.
-pub(crate) const SHIFT_STEP_RAD: f64 = 0.25 * PI / 180.0;
-/// Most radii for one row.
-const MOST_USES: f64 = 64.0;
+use crate::size_nodes::step;
 
 /// Rows of what moves and their weights in a row that is moved.
 pub(crate) type RowMean = Vec<(usize, f64)>;
 
-/// A radius at which light is moved.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct ShadedRadius {
-    /// Of the rows that are moved, the nearest one.
-    pub(crate) row: usize,
-    pub(crate) drops: FallingDrops,
-}
-
-/// Radii for laws of any width.
+/// Radii at which light is moved, and those that stay.
 #[derive(Clone, Debug)]
 pub(crate) struct MovedRadii {
-    /// By distance of their radii, from the closest.
-    rungs: Vec<Rung>,
-    /// All rows that are moved.
-    pub(crate) rows: Vec<RowMean>,
-    /// All radii at which they are.
-    pub(crate) shaded: Vec<ShadedRadius>,
-}
-
-/// Radii at about one distance.
-#[derive(Clone, Debug)]
-pub(crate) struct Rung {
-    /// Rows of the table from one to the next.
-    stride: usize,
-    /// Micrometres, ascending, those that do not move before those that do.
+    /// Micrometres, ascending, all that do not move before those that do: what moves is what rows that stay
+    /// leave out.
     pub(crate) radii_um: Vec<f64>,
     /// How many of them do not move.
     pub(crate) n_still: usize,
-    /// Where those that do stand among all shaded radii.
-    pub(crate) first: usize,
+    /// What each that moves is made of.
+    pub(crate) rows: Vec<RowMean>,
+    /// The drops of each that moves.
+    pub(crate) drops: Vec<DropsAround>,
+}
+
+/// Drops around a radius.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct DropsAround {
+    pub(crate) drops: FallingDrops,
+    /// From half way to the smaller neighbor to half way to the larger one.
+    pub(crate) eccentricity_step: f64,
 }
 
 impl MovedRadii {
     /// Those that the nodes of sizes ask for.
     pub(crate) fn new(table: &ScatteringTable, moved: &MovedBows, nodes: &SizeNodes) -> Self {
-        let mut radii = Self {
-            rungs: Vec::new(),
-            rows: Vec::new(),
-            shaded: Vec::new(),
-        };
-        let mut strides: Vec<usize> = (nodes.variance.iter())
-            .map(|variance| stride_of(table, *variance))
-            .collect();
-        strides.sort_unstable();
-        strides.dedup();
-        for stride in strides {
-            radii.add_rung((table, moved), stride);
-        }
-        radii
-    }
-
-    /// The radii for a law of an effective variance.
-    pub(crate) fn of_law(&self, table: &ScatteringTable, variance: f64) -> &Rung {
-        let stride = stride_of(table, variance);
-        let index = self.rungs.partition_point(|rung| rung.stride < stride);
-        &self.rungs[index]
-    }
-
-    fn add_rung(&mut self, (table, moved): (&ScatteringTable, &MovedBows), stride: usize) {
-        let table_um = &table.effective_radius_um;
-        let (k_rad, n_still) = (largest_k_rad(moved), first_moved_row(table, moved));
-        let rows = Moving(moved.drops.len());
-        let moved_um = &table_um[n_still..];
-        let kept = rows.every(stride);
-        let mut rung = Rung {
-            stride,
-            // All of them, so that what moves is what rows that stay leave out.
-            radii_um: table_um[..n_still].to_vec(),
-            n_still,
-            first: self.shaded.len(),
-        };
-        for (index, &here) in kept.iter().enumerate() {
-            let of_rows = self.rows.len();
-            self.rows.push(rows.mean_around(here, stride));
-            let next = *kept.get(index + 1).unwrap_or(&here);
-            let [drops, next_drops] = [here, next].map(|row| moved.drops[row]);
-            let apart_rad = k_rad * (next_drops.eccentricity - drops.eccentricity).abs();
-            let step_rad = SHIFT_STEP_RAD.max(k_rad * drops.eccentricity_sd);
-            let n = (apart_rad / step_rad).ceil().clamp(1.0, MOST_USES);
-            for use_index in 0..n as usize {
-                let part = use_index as f64 / n;
-                let mixed = |a: f64, b: f64| a * (1.0 - part) + b * part;
-                let ratio = moved_um[next] / moved_um[here];
-                rung.radii_um.push(moved_um[here] * ratio.powf(part));
-                self.shaded.push(ShadedRadius {
-                    row: if part < 0.5 { of_rows } else { of_rows + 1 },
-                    drops: FallingDrops {
-                        eccentricity: mixed(drops.eccentricity, next_drops.eccentricity),
-                        eccentricity_sd: mixed(drops.eccentricity_sd, next_drops.eccentricity_sd),
-                        ..drops
-                    },
-                });
+        let (table_um, n_still) = (&table.effective_radius_um, first_moved_row(table, moved));
+        let stride = stride_of(table, nodes.variance[0]);
+        let all = Moving(moved.drops.len());
+        let kept = all.every(stride);
+        let eccentricity = |place: usize| moved.drops[kept[place]].eccentricity;
+        let last = kept.len().saturating_sub(1);
+        let around = |(place, row): (usize, &usize)| {
+            let (below, above) = (place.saturating_sub(1), (place + 1).min(last));
+            DropsAround {
+                drops: moved.drops[*row],
+                eccentricity_step: 0.5 * (eccentricity(above) - eccentricity(below)).abs(),
             }
+        };
+        let still_um = table_um[..n_still].iter();
+        let moving_um = kept.iter().map(|row| &table_um[n_still + row]);
+        Self {
+            radii_um: still_um.chain(moving_um).copied().collect(),
+            n_still,
+            rows: kept
+                .iter()
+                .map(|&row| all.mean_around(row, stride))
+                .collect(),
+            drops: kept.iter().enumerate().map(around).collect(),
         }
-        self.rungs.push(rung);
+    }
+}
+
+impl DropsAround {
+    /// How wide a stretch their bows lie over, seen from a direction, as a variance in rad².
+    #[inline]
+    pub(crate) fn variance_rad2(&self, seen: &SeenShift, attitude: &Attitude) -> f64 {
+        let apart_rad = seen.eccentricity_slope(self.drops.eccentricity) * self.eccentricity_step;
+        self.drops.variance_rad2(seen, attitude) + apart_rad * apart_rad / 12.0
     }
 }
 
 /// How many rows of the table apart the radii of a law may lie, a power of two.
 fn stride_of(table: &ScatteringTable, variance: f64) -> usize {
-    let radii = &table.effective_radius_um;
-    let steps = radii.windows(2).map(|pair| (pair[1] / pair[0]).ln());
-    let step = steps.fold(0.0, f64::max);
+    let step = step(table);
     match bin_step(variance, table.relative_error.clamp(1e-5, 1.0)) {
         Some(wanted) if step > 0.0 && wanted >= step => {
             1 << ((wanted / step).log2() as u32).min(16)
@@ -168,13 +124,6 @@ impl Moving {
 /// The first row of a table whose bows move.
 pub(crate) fn first_moved_row(table: &ScatteringTable, moved: &MovedBows) -> usize {
     table.effective_radius_um.len() - moved.drops.len()
-}
-
-/// The largest factor of the first order in the shift.
-fn largest_k_rad(moved: &MovedBows) -> f64 {
-    let shifts = moved.orders.iter().flat_map(|order| &order.shifts);
-    let k_rad = shifts.map(|shift| shift.coefficients_rad[0].abs());
-    k_rad.fold(0.0, f64::max)
 }
 
 #[cfg(test)]

@@ -3,7 +3,8 @@
 //! L = Σ_a u_a Σ_p <t_p(θ − Δθ_p(a); a)>,   u_a = Σ_b W_b w_ba
 //! `W_b` light deposited at a node b of sizes, `w_ba` share of the radius a in its law, `t_p` the light of
 //! order p of single drops, <> the mean over a stretch of angles as wide as the pixel, and as the spread of
-//! tilted and trembling drops, together: of the variance w²/12 = footprint²/12 + sd². It is never narrower
+//! tilted and trembling drops and of all that a radius stands for, together: of the variance
+//! w²/12 = footprint²/12 + sd² + (∂Δθ/∂e δe)²/12, `δe` step of eccentricity around it. It is never narrower
 //! than the step of the table there. The mean is a difference of the integral over θ, linear between the
 //! table's angles, so that it costs the same for any width.
 //!
@@ -31,9 +32,9 @@ use rayon::prelude::*;
 
 use crate::moved_angles::AngleMean;
 use crate::moved_angles::MovedAngles;
+use crate::moved_radii::DropsAround;
 use crate::moved_radii::MovedRadii;
 use crate::moved_radii::RowMean;
-use crate::moved_radii::ShadedRadius;
 use crate::size_nodes::SizeNodes;
 
 /// How far the bows of wavelengths that go together may lie apart: a 25th of the sun's diameter, or this
@@ -48,8 +49,8 @@ const LANES: usize = 8;
 pub(crate) struct MovedRows {
     angles: MovedAngles,
     orders: Vec<OrderRows>,
-    radii: Vec<ShadedRadius>,
-    /// By node of sizes: shaded radii and their weights.
+    drops: Vec<DropsAround>,
+    /// By node of sizes: rows and their weights.
     laws: Vec<Vec<(u32, f32)>>,
     n_padded: usize,
 }
@@ -72,7 +73,7 @@ pub(crate) struct MovedStencil {
     attitude: Attitude,
     /// By order and half of a lane.
     seen: Vec<SeenShift>,
-    /// Weight of each shaded radius.
+    /// Weight of each row.
     weights: Vec<f32>,
     sums: Vec<f32>,
 }
@@ -100,13 +101,12 @@ impl MovedRows {
         let radii = MovedRadii::new(table, moved, nodes);
         let n_bins = nodes.radius_um.len() * nodes.variance.len();
         let law = |bin: usize| {
-            let rung = radii.of_law(table, nodes.variance[bin % nodes.variance.len()]);
-            let weights = nodes.weights(bin, &rung.radii_um).into_iter();
-            let moving = weights.filter(|(radius, _)| *radius >= rung.n_still);
-            let shaded = |radius: usize| (rung.first + radius - rung.n_still) as u32;
-            moving
-                .map(|(radius, weight)| (shaded(radius), weight as f32))
-                .collect()
+            let weights = nodes.weights(bin, &radii.radii_um).into_iter();
+            let moving = weights.filter_map(|(radius, weight)| {
+                let row = radius.checked_sub(radii.n_still)?;
+                Some((row as u32, weight as f32))
+            });
+            moving.collect()
         };
         let order = |order: &MovedOrder| {
             let source = OrderSource {
@@ -121,7 +121,7 @@ impl MovedRows {
             orders: moved.orders.iter().map(order).collect(),
             laws: (0..n_bins).into_par_iter().map(law).collect(),
             n_padded: table.wavelengths.len().next_multiple_of(LANES),
-            radii: radii.shaded,
+            drops: radii.drops,
             angles,
         })
     }
@@ -130,7 +130,7 @@ impl MovedRows {
     pub(crate) fn place(&self, place: &MovedPlace, stencil: &mut MovedStencil) {
         stencil.place = *place;
         stencil.seen.clear();
-        let Some(first) = self.radii.first() else {
+        let Some(first) = self.drops.first() else {
             return;
         };
         // All drops tilt alike.
@@ -157,10 +157,10 @@ impl MovedRows {
             sums,
         } = stencil;
         weights.clear();
-        weights.resize(self.radii.len(), 0.0);
+        weights.resize(self.drops.len(), 0.0);
         for (bin, light) in light {
-            for (radius, weight) in &self.laws[*bin] {
-                weights[*radius as usize] += light * weight;
+            for (row, weight) in &self.laws[*bin] {
+                weights[*row as usize] += light * weight;
             }
         }
         sums.clear();
@@ -204,7 +204,7 @@ impl WithSimd for Adding<'_> {
     fn with_simd<S: Simd>(mut self, _: S) -> f64 {
         let n_lanes = self.rows.n_padded / LANES;
         let mut peaks = 0.0;
-        for (radius, weight) in self.rows.radii.iter().zip(self.weights) {
+        for (row, weight) in self.weights.iter().enumerate() {
             if *weight <= 0.0 {
                 continue;
             }
@@ -214,8 +214,8 @@ impl WithSimd for Adding<'_> {
                 .iter()
                 .zip(self.seen.chunks_exact(2 * n_lanes + 1));
             for (order, seen) in of_orders {
-                peaks += f64::from(*weight) * order.peaks[radius.row];
-                self.add_order((order, seen), radius, *weight);
+                peaks += f64::from(*weight) * order.peaks[row];
+                self.add_order((order, seen), row, *weight);
             }
         }
         peaks
@@ -224,24 +224,19 @@ impl WithSimd for Adding<'_> {
 
 #[allow(clippy::inline_always, reason = "as above")]
 impl Adding<'_> {
-    /// Add one order at one radius: lanes whose bows lie close together at one shift.
+    /// Add one order of one row: lanes whose bows lie close together at one shift.
     #[inline(always)]
-    fn add_order(
-        &mut self,
-        (order, seen): (&OrderRows, &[SeenShift]),
-        radius: &ShadedRadius,
-        weight: f32,
-    ) {
+    fn add_order(&mut self, (order, seen): (&OrderRows, &[SeenShift]), row: usize, weight: f32) {
         let (angles, n_padded) = (&self.rows.angles, self.rows.n_padded);
-        let n_lanes = seen.len() / 2;
-        let shift_rad = |half: usize| seen[half].shift_rad(radius.drops.eccentricity);
-        let variance = radius.drops.variance_rad2(&seen[n_lanes], self.attitude);
+        let (n_lanes, around) = (seen.len() / 2, &self.rows.drops[row]);
+        let shift_rad = |half: usize| seen[half].shift_rad(around.drops.eccentricity);
+        let variance = around.variance_rad2(&seen[n_lanes], self.attitude);
         let width_rad = (12.0 * variance + self.place.width_rad.powi(2)).sqrt();
         let (first_rad, last_rad) = (shift_rad(0), shift_rad(2 * n_lanes));
         let alike_rad = APART_RAD.max(APART_OF_WIDTH * width_rad);
         let n_apart = ((first_rad - last_rad).abs() / alike_rad).ceil().max(1.0) as usize;
         let n_groups = n_apart.min(n_lanes);
-        let row = radius.row * angles.theta_rad.len() * n_padded;
+        let row = row * angles.theta_rad.len() * n_padded;
         for group in 0..n_groups {
             let [from, to] = [group, group + 1].map(|edge| edge * n_lanes / n_groups);
             let moved_rad = shift_rad(from + to).clamp(-FARTHEST_SHIFT_RAD, FARTHEST_SHIFT_RAD);

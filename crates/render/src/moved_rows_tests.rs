@@ -9,8 +9,6 @@ use niji_exchange::RowUse;
 use niji_radiometry::Water;
 use niji_radiometry::WavelengthGrid;
 
-use crate::moved_radii::SHIFT_STEP_RAD;
-
 use super::*;
 
 /// More wavelengths than two lanes, no multiple of them.
@@ -216,7 +214,7 @@ fn the_widest_vectors_and_none_give_the_same_bits() {
         axis_squares: [0.6, 0.1],
     };
     rows.place(&place, &mut stencil);
-    let weights: Vec<f32> = (0..rows.radii.len())
+    let weights: Vec<f32> = (0..rows.drops.len())
         .map(|index| 0.3 / (1.0 + index as f32))
         .collect();
     let add = |sums: &mut [f32], is_wide: bool| -> f64 {
@@ -247,29 +245,25 @@ fn the_widest_vectors_and_none_give_the_same_bits() {
 }
 
 #[test]
-fn radii_are_added_until_bows_lie_close() {
-    let shaded = |eccentricity_sd: f64| {
-        let drops = |radius_um: f64| FallingDrops {
-            eccentricity_sd,
-            ..still(1e-4 * radius_um)
-        };
-        let sizes = (vec![2.0, 2.1], vec![100.0, 110.0, 300.0]);
-        let table = table(sizes, drops, shifts(|_| 1.5), |_, _| 1.0);
-        let nodes = SizeNodes::of_table(&table);
-        let radii = MovedRadii::new(&table, table.moved.as_ref().unwrap(), &nodes);
-        (radii.of_law(&table, 0.0).radii_um.clone(), radii.shaded)
-    };
-    let (radii_um, radii) = shaded(0.0);
-    assert!(radii_um.windows(2).all(|pair| pair[0] < pair[1]));
-    assert_eq!((radii_um[0], radii_um[1]), (100.0, 110.0));
-    assert_eq!(radii_um.last(), Some(&300.0));
-    for pair in radii.windows(2) {
-        let apart = 1.5 * (pair[1].drops.eccentricity - pair[0].drops.eccentricity);
-        assert!(apart > 0.0 && apart < SHIFT_STEP_RAD * (1.0 + 1e-9));
-        assert!(pair[0].row <= pair[1].row);
+fn the_bows_of_neighbors_lie_over_stretches_that_touch() {
+    let radii_um = vec![100.0, 110.0, 300.0, 900.0];
+    let drops = |radius_um: f64| still(1e-4 * radius_um);
+    let table = table(
+        (vec![2.0, 2.1], radii_um),
+        drops,
+        shifts(|_| 1.5),
+        |_, _| 1.0,
+    );
+    let nodes = SizeNodes::of_table(&table);
+    let radii = MovedRadii::new(&table, table.moved.as_ref().unwrap(), &nodes);
+    for (place, around) in radii.drops.iter().enumerate() {
+        let last = radii.drops.len() - 1;
+        let eccentricity = |place: usize| radii.drops[place].drops.eccentricity;
+        let half = |place: usize| 0.5 * (eccentricity(place + 1) - eccentricity(place));
+        let below = if place > 0 { half(place - 1) } else { 0.0 };
+        let above = if place < last { half(place) } else { 0.0 };
+        assert!((around.eccentricity_step - below - above).abs() < 1e-15);
     }
-    // Drops that tremble need fewer.
-    assert!(shaded(0.02).0.len() < radii_um.len());
 }
 
 #[test]

@@ -13,6 +13,7 @@ use niji_exchange::RowUse;
 use niji_exchange::ScatteringTable;
 use niji_radiometry::Micrometers;
 use niji_sizes::law_weights;
+use niji_sizes::narrowest_variance;
 use niji_sizes::radius_axis;
 use niji_sizes::variance_axis;
 
@@ -46,11 +47,15 @@ impl SizeNodes {
         let Some(drops) = drops.filter(|_| table.row_use == RowUse::Sums) else {
             return own;
         };
+        let tolerance = table.relative_error.clamp(1e-5, 1.0);
         let (radius_um, variance) = (
             settled(drops.effective_radius_um),
             settled(drops.effective_variance),
         );
-        let radii = radius_axis(radius_um, variance.0, table.relative_error.clamp(1e-5, 1.0));
+        // Laws narrower than the table's single sizes lie apart have their width.
+        let narrowest = narrowest_variance(step(table), tolerance);
+        let variance = (variance.0.max(narrowest), variance.1.max(narrowest));
+        let radii = radius_axis(radius_um, variance.0, tolerance);
         match (radii, variance_axis(variance)) {
             (Ok(radius_um), Ok(variance)) => Self {
                 radius_um,
@@ -74,6 +79,14 @@ impl SizeNodes {
         let weights = law_weights(radii_um, radius, self.variance[bin % n_variances]);
         weights.expect("nodes lie within what laws can have")
     }
+}
+
+/// The largest step of ln r from one radius of a table to the next; 0 for one radius.
+pub(crate) fn step(table: &ScatteringTable) -> f64 {
+    let radii = table.effective_radius_um.windows(2);
+    radii
+        .map(|pair| (pair[1] / pair[0]).ln())
+        .fold(0.0, f64::max)
 }
 
 /// The ends of a range, one where rounding alone sets them apart.

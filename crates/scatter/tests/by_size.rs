@@ -176,7 +176,9 @@ fn literal((radius_um, variance): (f64, f64), theta_rad: &[f64], n_radii: usize)
 /// Rms over bow angles below 80 degrees, glory and all, and over the bow alone, in parts of its peak, of fog
 /// from bins to a tolerance.
 fn fog_errors((theory, tolerance): (Theory, f64), law: (f64, f64)) -> [f64; 2] {
-    let ln_step = bin_step(law.1, tolerance).unwrap();
+    let ln_step = theory
+        .widest_bin(tolerance)
+        .min(bin_step(law.1, tolerance).unwrap());
     let ends = law_support(Micrometers(law.0), law.1, 5e-5).unwrap();
     let fog = table(&TableRequest {
         tolerance,

@@ -87,6 +87,7 @@ pub use plan::DropSummary;
 pub use plan::EffectDecision;
 pub use plan::Estimate;
 pub use plan::Explanation;
+pub use plan::LawsInLight;
 pub use plan::Plan;
 pub use plan::PlanError;
 pub use plan::ScatteringNeed;

@@ -17,9 +17,11 @@ const ERROR_AT_STEPS: f64 = 4.5e-3;
 /// nodes is enough.
 const BROAD_VARIANCE: f64 = 0.04;
 /// Step of ln r between bins, the error it is for, and its largest part of the width of a law.
-const BIN_STEP: f64 = 0.053;
+const BIN_STEP: f64 = 0.1;
 const BIN_ERROR: f64 = 5e-3;
-const BIN_OF_WIDTH: f64 = 0.3;
+const BIN_OF_WIDTH: f64 = 0.5;
+/// Of steps of a file.
+const ROUNDOFF: f64 = 1e-6;
 /// Nodes of the effective variance. Half way between them the uniform theory is off by at most 1.2e-3
 /// rms of the peak, measured for 20, 50, 150 and 500 µm radius.
 const VARIANCES: [f64; 13] = [
@@ -89,9 +91,26 @@ pub fn radius_axis(
 pub fn bin_step(narrowest_variance: f64, tolerance: f64) -> Option<f64> {
     let root = tolerance.sqrt();
     let of_peak = BIN_STEP * root / BIN_ERROR.sqrt();
-    let of_single_size = ERROR_AT_STEPS.sqrt().recip() * root / STEPS_PER_EFOLD;
+    let of_single_size = single_size_step(tolerance);
     let step = of_peak.min(BIN_OF_WIDTH * narrowest_variance.sqrt());
     (step > of_single_size).then_some(step)
+}
+
+/// Step of ln r at which single sizes serve as laws of their own.
+fn single_size_step(tolerance: f64) -> f64 {
+    (tolerance / ERROR_AT_STEPS).sqrt() / STEPS_PER_EFOLD
+}
+
+/// Effective variance of the narrowest law that is a sum of single sizes at this step of ln r, to an error
+/// of the bow's peak; 0 where single sizes serve as laws of their own. What [`bin_step`] undoes.
+pub fn narrowest_variance(ln_step: f64, tolerance: f64) -> f64 {
+    let of_single_size = single_size_step(tolerance);
+    // Steps of an axis that was divided evenly are a little shorter.
+    if ln_step > (1.0 + ROUNDOFF) * of_single_size {
+        (ln_step / BIN_OF_WIDTH).powi(2)
+    } else {
+        0.0
+    }
 }
 
 /// Radii at whole steps of ln r in micrometres that hold a range, so that ranges share theirs.
@@ -132,9 +151,15 @@ mod tests {
     #[test]
     fn bins_hold_their_range_at_whole_steps_and_narrow_laws_have_none() {
         let step = bin_step(1.0 / 3.0, 5e-3).unwrap();
-        assert!((step - 0.053).abs() < 1e-12);
-        assert!((bin_step(0.02, 5e-3).unwrap() - 0.3 * 0.02_f64.sqrt()).abs() < 1e-12);
+        assert!((step - 0.1).abs() < 1e-12);
+        assert!((bin_step(0.02, 5e-3).unwrap() - 0.5 * 0.02_f64.sqrt()).abs() < 1e-12);
         assert!(bin_step(0.0, 5e-3).is_none() && bin_step(1e-3, 5e-3).is_none());
+        for variance in [3e-3, 0.01, 0.02] {
+            let narrowest = narrowest_variance(bin_step(variance, 5e-3).unwrap(), 5e-3);
+            assert!((narrowest - variance).abs() < 1e-12);
+        }
+        assert!(narrowest_variance(step, 5e-3) <= 1.0 / 3.0);
+        assert_eq!(narrowest_variance(1.0 / 46.0, 5e-3), 0.0);
         let radii = bins((20.0, 3000.0), step);
         assert!(radii[0] <= 20.0 && radii[1] > 20.0);
         assert!(radii[radii.len() - 1] >= 3000.0 && radii[radii.len() - 2] < 3000.0);

@@ -2,9 +2,13 @@
 //!
 //! t(r_e, v_e) = sum_a w_a t(a),   w_a = int p(ln r) h_a(ln r) dln r,   sum w_a = 1
 //! `p` share of the cross-section for each ln r, `h_a` the hat of the radius `a`: 1 there, linear in ln r
-//! to 0 at its neighbors; beyond the outermost radii these stand for all others. The weights are exact for
-//! light that is linear in ln r between the radii; otherwise the law counts as wider by a sixth of the
-//! squared step, on the mean: a law of no width between two radii has the light of both.
+//! to 0 at its neighbors; beyond the outermost radii these stand for all others. Light of a radius is a mean
+//! over the step around it, which makes a law wider by a twelfth of the squared step, and hats do by a sixth, on
+//! the mean. So a law narrower by as much is spread over them:
+//!   v = v_e − (h²/4)/(dσ²/dv),   σ² = v + v²/2 + v³/6
+//!   ln r_e' = ln r_e + m(v_e) − m(v),   m(v) = −v/2 − v²/12
+//! `h` step of ln r around r_e, `σ²` variance and `m` mean of ln(r/r_e) over the cross-section of a gamma law.
+//! The mean stays. A law of less width than that lies between two radii and has the light of both.
 //!
 //! A law has drops of every size. [`law_support`] says where all but a given share of its cross-section
 //! lies.
@@ -37,10 +41,16 @@ pub fn law_weights(
 ) -> Result<Vec<(usize, f64)>, Error> {
     assert!(!radii_um.is_empty(), "a law is spread over some radii");
     let efolds = (radii_um[radii_um.len() - 1] / radii_um[0]).ln();
-    let steps = (radii_um.len() - 1) as f64 * (REACH * effective_variance.sqrt() / efolds).min(1.0);
+    let ln_step = ln_step_around(radii_um, effective_radius.0);
+    let variance = (effective_variance
+        - 0.25 * ln_step * ln_step / (1.0 + effective_variance + 0.5 * effective_variance.powi(2)))
+    .max(0.0);
+    let steps = (radii_um.len() - 1) as f64 * (REACH * variance.sqrt() / efolds).min(1.0);
     // A single radius has no steps, and 0/0 of them.
     let n_nodes = N_LEAST_NODES + (NODES_PER_STEP * steps.max(0.0)).ceil() as usize;
-    let nodes = gamma_area_quadrature(effective_radius, effective_variance, n_nodes)?;
+    let moved = (mean_ln(effective_variance) - mean_ln(variance)).exp();
+    let radius = Micrometers(effective_radius.0 * moved);
+    let nodes = gamma_area_quadrature(radius, variance, n_nodes)?;
     let mut weights = vec![0.0; radii_um.len()];
     for (radius_um, weight) in nodes {
         let (lower, fraction) = place(radii_um, radius_um);
@@ -80,6 +90,18 @@ pub fn law_support(
         }
     }
     Ok((low_um, high_um))
+}
+
+/// Mean of ln(r/r_e) over the cross-section of a gamma law: ψ(k) − ln k, k = 1/v, to v⁴/120.
+fn mean_ln(variance: f64) -> f64 {
+    -variance / 2.0 - variance * variance / 12.0
+}
+
+/// The step of ln r that a radius lies in; 0 of a single one.
+fn ln_step_around(radii_um: &[f64], radius_um: f64) -> f64 {
+    let (lower, _) = place(radii_um, radius_um);
+    let upper = (lower + 1).min(radii_um.len() - 1);
+    (radii_um[upper] / radii_um[upper.saturating_sub(1)]).ln()
 }
 
 /// Lower neighbor of a radius and the fraction of the step above it, in ln r; the ends hold beyond.
@@ -147,17 +169,20 @@ mod tests {
     }
 
     #[test]
-    fn waves_of_the_radius_are_averaged_as_the_step_allows() {
+    fn waves_of_the_radius_are_averaged_as_fine_steps_do() {
         let coarse = lattice(1.0, 20.0, 9.0);
         let fine = lattice(1.0, 2000.0, 9.0);
         for omega in [0.5, 1.0, 2.0_f64] {
             let wave = |radius: f64| (omega * (radius / 100.0).ln()).cos();
-            let found = sum(&coarse, (100.0, 1.0 / 3.0), wave);
+            // Over a step of 1/20.
+            let half = omega / 40.0;
+            let of_step = |radius: f64| wave(radius) * half.sin() / half;
+            let found = sum(&coarse, (100.0, 1.0 / 3.0), of_step);
             let exact = sum(&fine, (100.0, 1.0 / 3.0), wave);
-            // The hats take h² omega²/12 of a wave, h = 1/20; measured 1.0 of that.
-            let lost = exact.abs() * (omega / 20.0).powi(2) / 12.0;
+            // Of the h² omega²/8 of a wave that steps and hats take, h = 1/20, a narrower law leaves a quarter at most.
+            let lost = exact.abs() * (omega / 20.0).powi(2) / 8.0;
             assert!(
-                (found - exact).abs() < 1.3 * lost + 1e-6,
+                (found - exact).abs() < 0.3 * lost + 1e-6,
                 "{omega}: {found} {exact}"
             );
         }

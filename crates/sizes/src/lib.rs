@@ -50,6 +50,7 @@ pub use hansen_travis::HansenTravis;
 pub use law::SizeLaw;
 pub use law_nodes::bin_step;
 pub use law_nodes::bins;
+pub use law_nodes::narrowest_variance;
 pub use law_nodes::radius_axis;
 pub use law_nodes::variance_axis;
 pub use law_weights::law_support;

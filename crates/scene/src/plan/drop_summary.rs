@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use glam::DVec3;
 use niji_dropfield::DropMode;
 use niji_dropfield::DropVolume;
+use niji_dropfield::LawShare;
 use niji_dropfield::mixture_variance;
 use niji_droplets::Shape;
 use niji_geometry::Aabb;
@@ -14,6 +15,7 @@ use crate::drops::Drops;
 use super::drop_file;
 use super::drop_parts::DropPart;
 use super::drop_parts::parts;
+use super::laws_in_light::LawsInLight;
 
 /// Figures of drops: of shapes before they are laid out, or of files after they were read.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,6 +37,8 @@ pub struct DropSummary {
     pub effective_radius_um: (f64, f64),
     /// Smallest and largest effective variance, mixtures between nodes included.
     pub effective_variance: (f64, f64),
+    /// Their laws and what light is theirs.
+    pub laws: LawsInLight,
     /// Boxes that hold all drops, each with the largest extinction in it.
     pub parts: Vec<DropPart>,
 }
@@ -58,6 +62,7 @@ impl DropSummary {
         Some(Self {
             effective_radius_um: snapped(found.effective_radius_um, whole.effective_radius_um),
             effective_variance: snapped(found.effective_variance, own_variance),
+            laws: found.laws,
             parts: found.parts,
             n_nodes: found.n_nodes,
             file_bytes: found.file_bytes,
@@ -108,6 +113,7 @@ impl DropSummary {
             max_extinction_m1_q1: self.max_extinction_m1_q1 + other.max_extinction_m1_q1,
             effective_radius_um: wider(self.effective_radius_um, other.effective_radius_um),
             effective_variance: wider(self.effective_variance, other.effective_variance),
+            laws: self.laws.beside(other.laws),
             parts: self.parts.into_iter().chain(others).collect(),
         }
     }
@@ -130,6 +136,7 @@ impl DropSummary {
             .product();
         let max_extinction_m1_q1 = shape.max_extinction_m1_q1();
         let radii = shape.effective_radius_range_um();
+        let variances = (narrowest, mixture_variance(radii, broadest));
         Some(Self {
             min_m: bounds.min,
             max_m: bounds.max,
@@ -144,7 +151,8 @@ impl DropSummary {
                 within: Vec::new(),
             }],
             effective_radius_um: radii,
-            effective_variance: (narrowest, mixture_variance(radii, broadest)),
+            effective_variance: variances,
+            laws: LawsInLight::between(radii, variances),
         })
     }
 
@@ -175,7 +183,21 @@ impl DropSummary {
             parts,
             effective_radius_um: summary.effective_radius_um,
             effective_variance: (low, mixtures.fold(high, f64::max)),
+            laws: LawsInLight::of_volume(volume),
         })
+    }
+
+    /// The same drops, each law one size.
+    pub(super) fn without_spread(self) -> Self {
+        let laws = self.laws.each(|law| LawShare {
+            effective_variance: (0.0, 0.0),
+            ..law
+        });
+        Self {
+            effective_variance: (0.0, 0.0),
+            laws,
+            ..self
+        }
     }
 
     /// The box outside of which there are no drops.

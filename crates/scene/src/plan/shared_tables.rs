@@ -2,10 +2,12 @@
 //!
 //! The ranges that a frame needs are rounded outward: angles to the forward half, the backward half or
 //! all of them (outside of the bows a table is coarse, so that they cost little), radii to powers of 2,
-//! variances to twentieths, flattenings to nodes at multiples of a power of 2. A frame's table then
+//! variances to twentieths and below the first to hundredths, flattenings to nodes at multiples of a power of 2. A frame's table then
 //! follows from the frame alone, whichever other frames are made with it.
 
 use std::f64::consts::PI;
+
+use niji_dropfield::LawShare;
 
 use crate::plan::drop_summary::DropSummary;
 use crate::plan::stages::ScatteringNeed;
@@ -14,6 +16,7 @@ use crate::plan::stages::ScatteringNeed;
 const ANGLE_STEP_DEG: f64 = 90.0;
 /// Step of effective variances.
 const VARIANCE_STEP: f64 = 0.05;
+const NARROW_STEP: f64 = 0.01;
 /// Largest effective variance that is rounded to.
 const LARGEST_ROUNDED: f64 = 0.499;
 /// A number that is as near to a step counts as one: f32 files round.
@@ -23,25 +26,38 @@ impl DropSummary {
     /// The same drops with sizes rounded outward.
     #[must_use]
     pub fn with_rounded_sizes(self) -> Self {
-        let (smallest, largest) = self.effective_radius_um;
-        let (narrowest, broadest) = self.effective_variance;
-        let power = |exponent: f64| exponent.exp2();
-        let variance = rounded_out((narrowest, broadest), VARIANCE_STEP);
         Self {
-            effective_radius_um: if smallest > 0.0 {
-                let exponents = rounded_out((smallest.log2(), largest.log2()), 1.0);
-                (power(exponents.0), power(exponents.1))
-            } else {
-                (smallest, largest)
-            },
-            // No law has a half.
-            effective_variance: (
-                variance.0.max(0.0),
-                variance.1.min(broadest.max(LARGEST_ROUNDED)),
-            ),
+            effective_radius_um: rounded_radii(self.effective_radius_um),
+            effective_variance: rounded_variances(self.effective_variance),
+            laws: self.laws.each(|law| LawShare {
+                effective_radius_um: rounded_radii(law.effective_radius_um),
+                effective_variance: rounded_variances(law.effective_variance),
+                ..law
+            }),
             ..self
         }
     }
+}
+
+/// Radii rounded outward to powers of 2.
+fn rounded_radii((smallest, largest): (f64, f64)) -> (f64, f64) {
+    if smallest <= 0.0 {
+        return (smallest, largest);
+    }
+    let (low, high) = rounded_out((smallest.log2(), largest.log2()), 1.0);
+    (low.exp2(), high.exp2())
+}
+
+/// Variances rounded outward to twentieths, narrow ones to hundredths.
+fn rounded_variances((narrowest, broadest): (f64, f64)) -> (f64, f64) {
+    let (low, high) = rounded_out((narrowest, broadest), VARIANCE_STEP);
+    let low = if low <= 0.0 {
+        rounded_out((narrowest, narrowest), NARROW_STEP).0
+    } else {
+        low
+    };
+    // No law has a half.
+    (low.max(0.0), high.min(broadest.max(LARGEST_ROUNDED)))
 }
 
 impl ScatteringNeed {

@@ -1,5 +1,6 @@
 //! The stages that run, with only the tables and angles that are needed, and what they take.
 
+use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::f64::consts::PI;
 
@@ -7,7 +8,6 @@ use niji_airy::AiryTable;
 use niji_atmosphere::ScatteringOrders;
 use niji_droplets::Shape;
 use niji_exchange::AtmosphereTable;
-use niji_radiometry::Micrometers;
 use niji_radiometry::Water;
 use niji_radiometry::WavelengthGrid;
 use niji_scatter::DropMotion;
@@ -16,7 +16,6 @@ use niji_scatter::TableRequest;
 use niji_scatter::Theory;
 use niji_sizes::bin_step;
 use niji_sizes::bins;
-use niji_sizes::law_support;
 use niji_sizes::radius_axis;
 use niji_sizes::variance_axis;
 use serde::Serialize;
@@ -25,6 +24,7 @@ use crate::drops::DropSource;
 use crate::effect::Effect;
 use crate::scene::Scene;
 
+use super::DropSummary;
 use super::PlanError;
 use super::facts::Situation;
 use super::light_curves::LightCurves;
@@ -173,13 +173,11 @@ pub(super) fn scattering_need(
         orders.sort_unstable();
     }
     let levels = &situation.levels;
-    let (narrowest, broadest) = situation.drops.effective_variance;
-    let variances = if on.contains(&Effect::SizeSpread) {
-        (narrowest, broadest)
+    let drops = if on.contains(&Effect::SizeSpread) {
+        Cow::Borrowed(&situation.drops)
     } else {
-        (0.0, 0.0)
+        Cow::Owned(situation.drops.clone().without_spread())
     };
-    let radii = situation.drops.effective_radius_um;
     let with_disc = on.contains(&Effect::SunDisc);
     let error = levels.table_relative_error;
     if on.contains(&Effect::MultipleScattering) {
@@ -194,11 +192,11 @@ pub(super) fn scattering_need(
     }
     let is_flat = on.contains(&Effect::DropFlattening) && situation.rise.is_some();
     let motion = is_flat.then_some(scene.drop_motion);
-    let sizes = table_sizes((radii, variances), error, is_flat)?;
+    let sizes = table_sizes(&drops, (theory, error), is_flat)?;
     if is_flat {
         let reach_rad = situation
             .flat_drops(scene)
-            .farthest_rad((radii.1, variances.1));
+            .farthest_rad((drops.effective_radius_um.1, drops.effective_variance.1));
         let (low_rad, high_rad) = theta_range_rad;
         theta_range_rad = (
             (low_rad - reach_rad).max(0.0),
@@ -268,41 +266,30 @@ struct TableSizes {
     rows: SizeRows,
 }
 
-/// Share of the cross-section that the single sizes of a table leave out on either side of a law.
-const LEFT_OUT: f64 = 5e-5;
-
-/// The sizes that drops of these effective radii and variances need: their laws, or, where these are more or
-/// drops are flattened, the single sizes of which they are sums.
+/// The sizes that drops need: their laws, or, where these are more or drops are flattened, the single sizes of
+/// which they are sums.
 fn table_sizes(
-    (radii_um, variances): ((f64, f64), (f64, f64)),
-    error: f64,
+    drops: &DropSummary,
+    (theory, error): (Theory, f64),
     is_flat: bool,
 ) -> Result<TableSizes, PlanError> {
+    let (radii_um, variances) = (drops.effective_radius_um, drops.effective_variance);
     let laws = TableSizes {
         radius_um: radius_axis(radii_um, variances.0, error)?,
         variance: variance_axis(variances)?,
         rows: SizeRows::Laws,
     };
-    let (low_um, _) = law_support(Micrometers(radii_um.0), variances.1, LEFT_OUT)?;
-    let (_, high_um) = law_support(Micrometers(radii_um.1), variances.1, LEFT_OUT)?;
-    let (radius_um, rows) = match bin_step(variances.0, error) {
-        Some(ln_step) => {
-            let narrowest_variance = variances.0;
-            let rows = SizeRows::Bins {
-                ln_step,
-                narrowest_variance,
-            };
-            (bins((low_um, high_um), ln_step), rows)
-        }
+    let narrowest_variance = drops.laws.narrowest_variance(error);
+    let step = bin_step(narrowest_variance, error).map(|step| step.min(theory.widest_bin(error)));
+    let rows = SizeRows::Bins {
+        ln_step: step.unwrap_or(0.0),
+        narrowest_variance,
+    };
+    let (radius_um, rows) = match step {
+        Some(ln_step) => (bins(drops.laws.support_um()?, ln_step), rows),
         // One size everywhere is a law, as are all where their spread is left out.
         None if variances.1 <= 0.0 => (laws.radius_um.clone(), SizeRows::Laws),
-        None => {
-            let rows = SizeRows::Bins {
-                ln_step: 0.0,
-                narrowest_variance: variances.0,
-            };
-            (radius_axis((low_um, high_um), 0.0, error)?, rows)
-        }
+        None => (radius_axis(drops.laws.support_um()?, 0.0, error)?, rows),
     };
     if !is_flat && laws.radius_um.len() * laws.variance.len() <= radius_um.len() {
         return Ok(laws);
