@@ -22,6 +22,7 @@ use crate::error::Error;
 use crate::moved_orders::MovedOrders;
 use crate::request::SizeRows;
 use crate::request::TableRequest;
+use crate::small_drops::RowLight;
 use crate::small_drops::SmallDrops;
 use crate::theory::Theory;
 use crate::theta_axis::theta_axis;
@@ -70,6 +71,39 @@ pub(crate) struct Values {
 type Planes<'a> = (ArrayViewMut4<'a, f32>, Vec<ArrayViewMut3<'a, f32>>);
 
 impl Values {
+    /// Adds the rows of each wavelength, all light and then each order that is kept apart, to a share of
+    /// what is there. Wavelength by wavelength: rows are f64, and all of them would take more than the table.
+    fn add(
+        &mut self,
+        rows_at: impl Fn(usize) -> Result<Vec<RowLight>, Error> + Sync,
+    ) -> Result<(), Error> {
+        let (_, n_radii, n_variances, _, _) = self.all.dim();
+        let n_rows = n_radii * n_variances;
+        let n_still = n_radii - self.moved.first().map_or(0, |order| order.dim().1);
+        let add_all = |(index, (mut all, mut moved)): (usize, Planes<'_>)| {
+            for (row, light) in rows_at(index)?.into_iter().enumerate() {
+                let (part, row) = (row / n_rows, row % n_rows);
+                let (radius, variance) = (row / n_variances, row % n_variances);
+                if part > 0 && (radius < n_still || moved.is_empty()) {
+                    continue;
+                }
+                for (angle, pair) in light.added.iter().enumerate() {
+                    for (j, &added) in pair.iter().enumerate() {
+                        let value = if part == 0 {
+                            &mut all[[j, radius, variance, angle]]
+                        } else {
+                            &mut moved[part - 1][[j, radius - n_still, angle]]
+                        };
+                        *value = stored(light.uniform_share * f64::from(*value) + added);
+                    }
+                }
+            }
+            Ok(())
+        };
+        let planes = self.planes().into_par_iter().enumerate();
+        planes.try_for_each(add_all)
+    }
+
     /// By wavelength.
     fn planes(&mut self) -> Vec<Planes<'_>> {
         let moved = self.moved.iter_mut();
@@ -206,41 +240,21 @@ fn drop_values(
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<Values, Error> {
     let rows = DropRows::new(request, theta_rad)?;
-    let n_variances = request.effective_variance.len();
-    let n_rows = request.effective_radius_um.len() * n_variances;
     let count = Count::new(request.wavelengths.len() * rows.nodes().len(), progress);
+    let orders = MovedOrders::new(request);
     let all = zeros(request, theta_rad.len());
     let (_, n_radii, _, n_wavelengths, n_angles) = all.dim();
-    let orders = MovedOrders::new(request);
-    let n_still = orders.n_still;
-    let of_part = Array4::zeros((2, n_radii - n_still, n_wavelengths, n_angles));
-    let moved = vec![of_part; orders.len()];
+    let of_order = Array4::zeros((2, n_radii - orders.n_still, n_wavelengths, n_angles));
+    let moved = vec![of_order; orders.len()];
     let mut values = Values { all, moved };
-    // Wavelength by wavelength: rows are f64, and all of them would take more than the table.
-    values
-        .planes()
-        .into_par_iter()
-        .enumerate()
-        .try_for_each(|(index, (mut all, mut moved))| {
-            let rows = rows.at(Bin::new(request, index), &|n| count.add(n))?;
-            for (row, light) in rows.iter().enumerate() {
-                let (part, row) = (row / n_rows, row % n_rows);
-                let (radius, variance) = (row / n_variances, row % n_variances);
-                if part > 0 && (radius < n_still || moved.is_empty()) {
-                    continue;
-                }
-                for (angle, pair) in light.iter().enumerate() {
-                    for (j, &value) in pair.iter().enumerate() {
-                        if part == 0 {
-                            all[[j, radius, variance, angle]] = stored(value);
-                        } else {
-                            moved[part - 1][[j, radius - n_still, angle]] = stored(value);
-                        }
-                    }
-                }
-            }
-            Ok::<(), Error>(())
-        })?;
+    values.add(|index| {
+        let rows = rows.at(Bin::new(request, index), &|n| count.add(n))?;
+        let light = |added| RowLight {
+            uniform_share: 0.0,
+            added,
+        };
+        Ok(rows.into_iter().map(light).collect())
+    })?;
     Ok(values)
 }
 
@@ -251,7 +265,6 @@ fn by_size_values(
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<Values, Error> {
     let small = SmallDrops::new(request, theta_rad)?;
-    let n_still = MovedOrders::new(request).n_still;
     let in_laws = small.in_laws();
     let uniform = match &in_laws {
         Some(request) => Some(BowRows::new(request, BowTheory::Uniform, theta_rad)?),
@@ -260,37 +273,9 @@ fn by_size_values(
     let of_large = |done: f64| progress(LARGE_DROPS_PROGRESS * done);
     let mut values = values_of_bows(request, BowTheory::Uniform, theta_rad, &of_large)?;
     let of_small = |done: f64| progress(LARGE_DROPS_PROGRESS + (1.0 - LARGE_DROPS_PROGRESS) * done);
-    let count = Count::new(
-        request.wavelengths.len() * small.n_drops().max(1),
-        &of_small,
-    );
-    let n_variances = request.effective_variance.len();
-    let n_rows = request.effective_radius_um.len() * n_variances;
-    values
-        .planes()
-        .into_par_iter()
-        .enumerate()
-        .try_for_each(|(index, (mut all, mut moved))| {
-            let rows = small.at(index, uniform.as_ref(), &|n| count.add(n))?;
-            for (row, of_row) in rows.into_iter().enumerate() {
-                let (part, row) = (row / n_rows, row % n_rows);
-                let (radius, variance) = (row / n_variances, row % n_variances);
-                if part > 0 && (radius < n_still || moved.is_empty()) {
-                    continue;
-                }
-                for (angle, pair) in of_row.added.iter().enumerate() {
-                    for (j, &value) in pair.iter().enumerate() {
-                        let uniform = if part == 0 {
-                            &mut all[[j, radius, variance, angle]]
-                        } else {
-                            &mut moved[part - 1][[j, radius - n_still, angle]]
-                        };
-                        *uniform = stored(of_row.uniform_share * f64::from(*uniform) + value);
-                    }
-                }
-            }
-            Ok::<(), Error>(())
-        })?;
+    let n_drops = request.wavelengths.len() * small.n_drops().max(1);
+    let count = Count::new(n_drops, &of_small);
+    values.add(|index| small.at(index, uniform.as_ref(), &|n| count.add(n)))?;
     Ok(values)
 }
 

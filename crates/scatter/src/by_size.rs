@@ -11,8 +11,8 @@
 //! 10.4, 10.1, 10.0, 9.6 at 650. In the bow alone, 30 to 45 degrees, it is half of that; within 15 degrees
 //! of the antisolar point it has no glory.
 //!
-//! A law whose small drops the uniform theory makes to the tolerance in the bow, ε/2 weighed with W, has no
-//! drop computed; one with next to no large drops has no uniform light.
+//! A law, or a mixture of laws, whose small drops the uniform theory makes to the tolerance in the bow, ε/2
+//! weighed with W, has no drop computed; one with next to no large drops has no uniform light.
 
 use std::f64::consts::TAU;
 
@@ -117,32 +117,49 @@ pub(crate) fn exact_share(radius: Micrometers, wavelength: Nanometers, tolerance
     1.0 - p * p * (3.0 - 2.0 * p)
 }
 
-/// The theory that [`Theory::BySize`] comes to for a gamma law of an effective radius and variance: itself,
-/// or the one of the two that makes all of its light.
+/// The theory that [`Theory::BySize`] comes to for a gamma law of an effective radius and variance.
+fn theory_for_law(
+    (radius, effective_variance): (Micrometers, f64),
+    wavelengths: WavelengthGrid,
+    tolerance: f64,
+) -> Result<Theory, Error> {
+    theory_for_laws([(radius, effective_variance, 1.0)], wavelengths, tolerance)
+}
+
+/// The theory that [`Theory::BySize`] comes to for a mixture of gamma laws of an effective radius, an effective
+/// variance and a share of the cross-section each: itself, or the one of the two that makes all of its light.
 ///
 /// # Errors
 /// [`Error::Drop`] for a law that does not exist.
 ///
 /// ```
 /// use niji_radiometry::{Micrometers, WavelengthGrid};
-/// use niji_scatter::{Theory, theory_for_law};
+/// use niji_scatter::{Theory, theory_for_laws};
 ///
 /// let wavelengths = WavelengthGrid::new(380.0, 10.0, 41)?;
 /// let theory = |radius_um, variance| {
-///     theory_for_law((Micrometers(radius_um), variance), wavelengths, 5e-3)
+///     theory_for_laws([(Micrometers(radius_um), variance, 1.0)], wavelengths, 5e-3)
 /// };
 /// assert_eq!(theory(10.0, 0.1)?, Theory::Mie);
 /// assert_eq!(theory(60.0, 0.1)?, Theory::BySize);
 /// assert_eq!(theory(500.0, 1.0 / 3.0)?, Theory::Uniform);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub fn theory_for_law(
-    (radius, effective_variance): (Micrometers, f64),
+pub fn theory_for_laws(
+    laws: impl IntoIterator<Item = (Micrometers, f64, f64)>,
     wavelengths: WavelengthGrid,
     tolerance: f64,
 ) -> Result<Theory, Error> {
-    let sizes = gamma_area_quadrature(radius, effective_variance, N_SIZES)
-        .map_err(|error| Error::Drop(error.to_string()))?;
+    let mut sizes: Vec<(f64, f64)> = Vec::new();
+    for (radius, variance, share) in laws {
+        let of_law = gamma_area_quadrature(radius, variance, N_SIZES)
+            .map_err(|error| Error::Drop(error.to_string()))?;
+        sizes.extend(
+            of_law
+                .into_iter()
+                .map(|(radius_um, weight)| (radius_um, share * weight)),
+        );
+    }
     let [shortest, middle] = [0, wavelengths.len() / 2].map(|index| wavelengths.center(index));
     let uniform_weight = |(radius_um, weight): &(f64, f64)| {
         weight * (1.0 - exact_share(Micrometers(*radius_um), shortest, tolerance))

@@ -22,8 +22,8 @@ use crate::order_light::natural;
 
 /// Where the glory begins, as a scattering angle (rad).
 pub const GLORY_START_RAD: f64 = 165.0 * PI / 180.0;
-/// Larger drops have it within 0.3 degrees of the antisolar point, where the sun's disc blurs it.
-const LARGEST_UM: f64 = 60.0;
+/// Larger drops have it within 0.3 degrees of the antisolar point, where the sun's disc blurs it (µm).
+pub const GLORY_LARGEST_UM: f64 = 60.0;
 /// A law this narrow stands for one size: it spreads as many sizes as a bin of light spreads x.
 const NARROWEST_VARIANCE: f64 = 1e-4;
 /// Sizes that stand for a law: enough for an envelope, not for a table.
@@ -48,7 +48,7 @@ pub(crate) fn glory(request: &GloryRequest) -> Vec<f64> {
     let Ok(angles) = ScatteringAngles::new(&lit) else {
         return light;
     };
-    if lit.is_empty() || radius_um > LARGEST_UM {
+    if lit.is_empty() || radius_um > GLORY_LARGEST_UM {
         return light;
     }
     let first = light.len() - lit.len();

@@ -1,7 +1,7 @@
 //! Effective radii and variances between which the light of drops is interpolated linearly.
 //!
-//! Even steps of ln r_e, 46 for a factor e at an error of 0.45 % of the bow's peak; a quarter of them for
-//! broad laws. Steps of v_e from a list. Both are measured, not derived: for theories of bows and Debye
+//! Even steps of ln r_e, 46 for a factor e at an error of 0.45 % of the bow's peak; fewer for broad laws, down to
+//! a quarter. Steps of v_e from a list. Both are measured, not derived: for theories of bows and Debye
 //! orders the error half way between radii is a fifth to a hundredth of the tolerance from 5 µm to 3 mm,
 //! and the exact solution keeps it from v_e = 0.05 on.
 
@@ -13,9 +13,10 @@ use crate::Error;
 const STEPS_PER_EFOLD: f64 = 46.0;
 /// The error at these steps; it falls with the square of the step.
 const ERROR_AT_STEPS: f64 = 4.5e-3;
-/// Effective variance from which on the bow changes so slowly with the radius that a quarter of the
-/// nodes is enough.
-const BROAD_VARIANCE: f64 = 0.04;
+/// Broader laws change more slowly with the radius: their nodes may lie apart by this part of their width,
+/// up to four steps of a single size.
+const STEP_OF_WIDTH: f64 = 0.46;
+const MOST_SINGLE_STEPS: f64 = 4.0;
 /// Step of ln r between bins, the error it is for, and its largest part of the width of a law.
 const BIN_STEP: f64 = 0.1;
 const BIN_ERROR: f64 = 5e-3;
@@ -68,13 +69,10 @@ pub fn radius_axis(
     if efolds < 1e-6 {
         return Ok(vec![min_um]);
     }
-    let density = STEPS_PER_EFOLD * (ERROR_AT_STEPS / tolerance).sqrt();
-    let density = if smallest_variance >= BROAD_VARIANCE {
-        0.25 * density
-    } else {
-        density
-    };
-    let n_steps = (efolds * density).ceil().max(1.0) as usize;
+    let single_step = single_size_step(tolerance);
+    let of_width = STEP_OF_WIDTH * smallest_variance.sqrt() * (tolerance / BIN_ERROR).sqrt();
+    let widest = of_width.clamp(single_step, MOST_SINGLE_STEPS * single_step);
+    let n_steps = (efolds / widest).ceil().max(1.0) as usize;
     let step = efolds / n_steps as f64;
     let mut axis: Vec<f64> = (0..=n_steps)
         .map(|i| min_um * (step * i as f64).exp())

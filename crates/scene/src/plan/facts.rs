@@ -211,6 +211,7 @@ impl Situation {
             theory: self.levels.theory,
             lines: &self.lines,
             sizes: self.sizes(),
+            smallest_um: (self.drops.laws).smallest_radius_um(self.levels.table_relative_error),
             theta_rad: seen.theta_rad,
             split_rad: 0.5 * (self.bows_rad.0 + self.bows_rad.1),
             water: scene.water(),

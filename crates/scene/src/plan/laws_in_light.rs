@@ -15,8 +15,8 @@ use niji_sizes::law_support;
 
 use super::PlanError;
 
-/// Share of the cross-section in laws that may be narrower than a table holds, in tolerances.
-const NARROWER_SHARE: f64 = 2.0;
+/// Share of a mode's cross-section in laws that need not be held, in tolerances.
+const UNSEEN_SHARE: f64 = 2.0;
 /// Share of a mode's cross-section that the single sizes of a table leave out on either side.
 const LEFT_OUT: f64 = 5e-5;
 
@@ -60,19 +60,33 @@ impl LawsInLight {
         self
     }
 
+    /// The laws of each mode.
+    pub(super) fn modes(&self) -> &[Vec<LawShare>] {
+        &self.modes
+    }
+
     /// Effective variance of the narrowest law that a table of a tolerance has to hold.
     pub(super) fn narrowest_variance(&self, tolerance: f64) -> f64 {
+        self.first_held(tolerance, |law| law.effective_variance.0)
+    }
+
+    /// Smallest effective radius that has as much light (um).
+    pub(super) fn smallest_radius_um(&self, tolerance: f64) -> f64 {
+        self.first_held(tolerance, |law| law.effective_radius_um.0)
+    }
+
+    /// The smallest value, of the modes, below which laws have too little light to count; 0 without drops.
+    fn first_held(&self, tolerance: f64, value: impl Fn(&LawShare) -> f64) -> f64 {
         let of_mode = |laws: &Vec<LawShare>| {
-            let mut laws: Vec<(f64, f64)> = (laws.iter())
-                .map(|law| (law.effective_variance.0, law.share))
-                .collect();
+            let mut laws: Vec<(f64, f64)> =
+                laws.iter().map(|law| (value(law), law.share)).collect();
             laws.sort_by(|a, b| a.0.total_cmp(&b.0));
-            let mut narrower = 0.0;
+            let mut less = 0.0;
             let held = laws.into_iter().find(|(_, share)| {
-                narrower += share;
-                narrower > NARROWER_SHARE * tolerance
+                less += share;
+                less > UNSEEN_SHARE * tolerance
             });
-            held.map(|(variance, _)| variance)
+            held.map(|(value, _)| value)
         };
         let modes = self.modes.iter().filter_map(of_mode);
         modes.reduce(f64::min).unwrap_or(0.0)

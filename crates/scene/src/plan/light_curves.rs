@@ -88,6 +88,8 @@ pub(super) struct CurvesRequest<'a> {
     pub(super) lines: &'a [Line],
     /// (effective radius (um), effective variance) of the drops that occur.
     pub(super) sizes: Vec<(f64, f64)>,
+    /// Smaller drops have too little light for their glory to be seen (um).
+    pub(super) smallest_um: f64,
     /// Scattering angles in view of the drops; `None` where no drops are.
     pub(super) theta_rad: Option<(f64, f64)>,
     /// How flat drops move bows.
@@ -226,7 +228,16 @@ impl<'a> LightCurves<'a> {
             let lines = self.request.lines.iter().zip(factor);
             let weight = |(line, factor): (&Line, &u64)| line.weight * f64::from_bits(*factor);
             let weights: Vec<f64> = lines.map(weight).collect();
-            Luminance::new(&light.slice(s![self.places(shaping), .., ..]), &weights)
+            let mut luminance =
+                Luminance::new(&light.slice(s![self.places(shaping), .., ..]), &weights);
+            if *source == Source::Glory {
+                for ((radius_um, _), row) in self.request.sizes.iter().zip(&mut luminance.rows) {
+                    if *radius_um < self.request.smallest_um {
+                        row.fill(0.0);
+                    }
+                }
+            }
+            luminance
         })
     }
 

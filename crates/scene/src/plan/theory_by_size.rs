@@ -1,14 +1,17 @@
 //! What theory by size comes to in a scene.
 //!
-//! A scene whose laws of size are all made by one theory takes that alone: rain the uniform one, fog that of
-//! Lorenz and Mie. So does a scene that switches an order off by hand, because the exact light of small drops
+//! A scene whose light is made by one theory, to the tolerance over that of each mode, takes that alone: rain the
+//! uniform one, fog that of Lorenz and Mie. So does a scene that switches an order off by hand, because the exact light of small drops
 //! has them all: the uniform one. Where the sun is in view, diffracted light is added however large the drops
-//! are.
+//! are, and where the antisolar point is, small drops that are more than next to none have their glory.
 
+use niji_dropfield::LawShare;
 use niji_radiometry::Micrometers;
 use niji_radiometry::WavelengthGrid;
+use niji_scatter::GLORY_LARGEST_UM;
+use niji_scatter::GLORY_START_RAD;
 use niji_scatter::Theory;
-use niji_scatter::theory_for_law;
+use niji_scatter::theory_for_laws;
 
 use crate::accuracy::Levels;
 use crate::effect::Effect;
@@ -30,14 +33,16 @@ pub(super) fn in_scene(
     if levels.theory != Theory::BySize {
         return levels;
     }
-    let sees_sun = view
-        .theta_deg
-        .is_some_and(|(low_deg, _)| low_deg < CORONA_DEG);
+    let sees_rings = view.theta_deg.is_some_and(|(low_deg, high_deg)| {
+        let tolerance = levels.table_relative_error;
+        let have_glory = drops.laws.smallest_radius_um(tolerance) < GLORY_LARGEST_UM;
+        low_deg < CORONA_DEG || have_glory && high_deg.to_radians() > GLORY_START_RAD
+    });
     let theory = if has_orders_off(switches) {
         Theory::Uniform
     } else {
-        match of_all_laws(drops, wavelengths, levels.table_relative_error) {
-            Theory::Uniform if sees_sun => Theory::BySize,
+        match of_all_modes(drops, wavelengths, levels.table_relative_error) {
+            Theory::Uniform if sees_rings => Theory::BySize,
             theory => theory,
         }
     };
@@ -54,20 +59,34 @@ fn has_orders_off(switches: &EffectSwitches) -> bool {
     orders.into_iter().any(is_off)
 }
 
-/// The theory on which laws of all sizes agree: the smallest drops are as narrow as any, since a mixture with
-/// larger ones, which is broader, has a larger radius.
-fn of_all_laws(drops: &DropSummary, wavelengths: WavelengthGrid, tolerance: f64) -> Theory {
-    let (radii, variances) = (drops.effective_radius_um, drops.effective_variance);
-    let laws = [
-        (radii.0, variances.0),
-        ((radii.0 * radii.1).sqrt(), variances.1),
-        (radii.1, variances.1),
-    ]
-    .into_iter()
-    .map(|(radius_um, variance)| (Micrometers(radius_um), variance));
-    // What is no law is said by those who make the table.
-    let mut theories =
-        laws.map(|law| theory_for_law(law, wavelengths, tolerance).unwrap_or(Theory::BySize));
+/// The theory on which the light of all modes agrees.
+fn of_all_modes(drops: &DropSummary, wavelengths: WavelengthGrid, tolerance: f64) -> Theory {
+    let of_mode = |laws: &[LawShare]| {
+        // The smallest drops are as narrow as any, since a mixture with larger ones, which is broader, has a
+        // larger radius.
+        let ends: [fn(&LawShare) -> (f64, f64); 3] = [
+            |law| (law.effective_radius_um.0, law.effective_variance.0),
+            |law| {
+                let (low_um, high_um) = law.effective_radius_um;
+                ((low_um * high_um).sqrt(), law.effective_variance.1)
+            },
+            |law| (law.effective_radius_um.1, law.effective_variance.1),
+        ];
+        let theory = |end: fn(&LawShare) -> (f64, f64)| {
+            let laws = laws.iter().map(|law| {
+                let (radius_um, variance) = end(law);
+                (Micrometers(radius_um), variance, law.share)
+            });
+            // What is no law is said by those who make the table.
+            theory_for_laws(laws, wavelengths, tolerance).unwrap_or(Theory::BySize)
+        };
+        agreed(ends.map(theory))
+    };
+    agreed(drops.laws.modes().iter().map(|laws| of_mode(laws)))
+}
+
+fn agreed(theories: impl IntoIterator<Item = Theory>) -> Theory {
+    let mut theories = theories.into_iter();
     let first = theories.next().unwrap_or(Theory::BySize);
     if theories.all(|theory| theory == first) {
         first
