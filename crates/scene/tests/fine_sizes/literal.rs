@@ -40,7 +40,7 @@ const SUN_DISC_RAD: f64 = 0.533 * PI / 180.0;
 /// Light of single spheres, ready to be summed.
 pub(crate) struct Literal {
     /// Radii [µm] and their shares.
-    radii: Vec<(f64, f64)>,
+    pub(crate) radii: Vec<(f64, f64)>,
     /// By order.
     tables: [ScatteringTable; 2],
 }
@@ -106,6 +106,12 @@ impl Literal {
             };
             of_order(0) + of_order(1)
         };
+        sights.iter().map(light).collect()
+    }
+
+    /// Light of the primary alone [1/sr], moved by the same everywhere, by radius.
+    pub(crate) fn of_primary(&self, sights: &[Sight], shifts_rad: &[f64]) -> Vec<f64> {
+        let light = |sight| self.light(0, sight, |radius| shifts_rad[radius]);
         sights.iter().map(light).collect()
     }
 

@@ -9,9 +9,13 @@
 
 #[path = "../../../render/tests/common/mod.rs"]
 mod common;
+mod fraser;
 mod literal;
 mod profile;
 mod rain;
+#[allow(dead_code, reason = "the tests of shifts use the rest")]
+#[path = "../../../scatter/src/spheroid_trace.rs"]
+mod spheroid_trace;
 #[path = "../support/mod.rs"]
 mod support;
 
