@@ -116,8 +116,8 @@ fn modes_of_a_mixture_are_those_of_its_parts() {
     let of_files = format!(
         "{}[[drops]]\nfile = \"small.vdb\"\nname = \"small\"\n[[drops]]\nname = \"large\"\n\
          shape = \"from-vdb\"\nfile = \"large.vdb\"\ngrid = \"number_density\"\n\
-         density_means = \"number\"\nscale = 1.0\neffective_radius_um = 500.0\n\
-         effective_variance = 0.005\n\n{}",
+         density_means = \"number\"\nscale = 1.0\neffective_radius_um = 510.0\n\
+         effective_variance = 0.003\n\n{}",
         &twinned()[..start],
         &twinned()[end..]
     );
@@ -150,9 +150,9 @@ fn bow_light(image: &SpectralImage) -> f64 {
 fn the_bow_of_thin_mixtures_is_the_sum_of_the_bows_of_their_parts() {
     // So few drops that they hide nothing of each other.
     let thin = |text: String| {
-        let text = text.replace("number_density_m3 = 845.8", "number_density_m3 = 0.8458");
-        let text = text.replace("number_density_m3 = 129.3", "number_density_m3 = 0.1293");
-        assert!(text.contains("0.8458") || text.contains("0.1293"));
+        let text = text.replace("number_density_m3 = 707.4", "number_density_m3 = 0.7074");
+        let text = text.replace("number_density_m3 = 123.5", "number_density_m3 = 0.1235");
+        assert!(text.contains("0.7074") || text.contains("0.1235"));
         let effects = "[effects]\ndrop_flattening = \"off\"\nsky = \"off\"\n\n[accuracy]";
         // Nothing is too faint for one picture that another has.
         let text = text.replace("tolerance = 0.01", "tolerance = 1e-6");
@@ -177,7 +177,7 @@ fn the_bow_of_thin_mixtures_is_the_sum_of_the_bows_of_their_parts() {
 #[test]
 fn a_sequence_changes_one_population_by_its_name() {
     let folder = tempfile::tempdir().unwrap();
-    let text = twinned() + "\n[sequence]\ndrops.large.number_density_m3 = [[1, 129.3], [3, 0.5]]\n";
+    let text = twinned() + "\n[sequence]\ndrops.large.number_density_m3 = [[1, 123.5], [3, 0.5]]\n";
     let scene = written(folder.path(), "sequence.toml", &text);
     let out = folder.path().join("out");
     let scene = support::text(&scene);
@@ -206,7 +206,7 @@ fn a_sequence_changes_one_population_by_its_name() {
         .iter()
         .map(|mode| mode.nodes().next().unwrap().1.number_density_m3)
         .collect();
-    assert_eq!(found, [845.8, 64.9]);
+    assert_eq!(found, [707.4, 62.0]);
 }
 
 #[test]

@@ -12,6 +12,8 @@ use std::path::PathBuf;
 use std::process::Command;
 use std::process::Output;
 
+use ndarray::Array2;
+use ndarray::Axis;
 use niji_exchange::SpectralImage;
 use niji_geometry::Camera;
 use niji_scene::Scene;
@@ -138,26 +140,36 @@ pub fn profile(
     wavelength_nm: f64,
     keep: impl Fn(usize, usize) -> bool,
 ) -> Profile {
-    let camera: Camera = scene.camera.camera().expect("shipped scenes have a camera");
-    let antisolar = -scene.sun.direction();
     let wavelength = (0..image.wavelengths.len())
         .find(|&index| (image.wavelengths.center(index).0 - wavelength_nm).abs() < 1e-6)
         .expect("the wavelength is in the grid");
+    let radiance = image.radiance.index_axis(Axis(0), wavelength);
+    profile_of(&radiance.mapv(f64::from), scene, keep)
+}
+
+/// The same of any picture by row and column.
+pub fn profile_of(
+    picture: &Array2<f64>,
+    scene: &Scene,
+    keep: impl Fn(usize, usize) -> bool,
+) -> Profile {
+    let camera: Camera = scene.camera.camera().expect("shipped scenes have a camera");
+    let antisolar = -scene.sun.direction();
     let step_deg = 0.1;
     let mut sum = vec![0.0; 900];
     let mut count = vec![0.0; 900];
-    let (_, height, width) = image.radiance.dim();
-    for y in 0..height {
-        for x in (0..width).filter(|&x| keep(x, y)) {
-            let Some(ray) = camera.ray(x as f64 + 0.5, y as f64 + 0.5) else {
-                continue;
-            };
-            let angle_deg = ray.direction.angle_between(antisolar).to_degrees();
-            let index = (angle_deg / step_deg) as usize;
-            if index < sum.len() {
-                sum[index] += f64::from(image.radiance[[wavelength, y, x]]);
-                count[index] += 1.0;
-            }
+    for ((y, x), value) in picture.indexed_iter() {
+        if !keep(x, y) {
+            continue;
+        }
+        let Some(ray) = camera.ray(x as f64 + 0.5, y as f64 + 0.5) else {
+            continue;
+        };
+        let angle_deg = ray.direction.angle_between(antisolar).to_degrees();
+        let index = (angle_deg / step_deg) as usize;
+        if index < sum.len() {
+            sum[index] += value;
+            count[index] += 1.0;
         }
     }
     let values = sum
