@@ -81,13 +81,15 @@ impl Theory {
         self.holds_every_order() && self.bow_theory().is_none()
     }
 
-    /// Largest step of ln r between single sizes that are summed to laws, for an error of the bow's peak:
-    /// 5.3 % at 0.5 % where small drops are exact, 10 % otherwise. Sums over steps echo waves of the radius of
-    /// the period of a step, which exact drops of 5 µm have in their glory at twice that step (0.9 % of the
-    /// peak, rms, in place of 0.4).
+    /// Largest step of ln r between single sizes that are summed to laws, for an error of the bow's peak: 5.3 %
+    /// at 0.5 % where small drops are exact, any otherwise. Sums over steps echo waves of the radius whose
+    /// period is a step: at 10 % the glory of a law of 5 µm is off by 0.9 % of the peak (rms), at 5.3 % by 0.4.
     pub fn widest_bin(self, tolerance: f64) -> f64 {
-        let at_standard = if self.is_exact() { 0.053 } else { 0.1 };
-        at_standard * (tolerance / 5e-3).sqrt()
+        if self.is_exact() {
+            0.053 * (tolerance / 5e-3).sqrt()
+        } else {
+            f64::INFINITY
+        }
     }
 
     /// Are drops made of partial waves, small ones at least, so that there are diffraction and glory?

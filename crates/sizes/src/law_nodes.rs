@@ -18,7 +18,7 @@ const ERROR_AT_STEPS: f64 = 4.5e-3;
 const STEP_OF_WIDTH: f64 = 0.46;
 const MOST_SINGLE_STEPS: f64 = 4.0;
 /// Step of ln r between bins, the error it is for, and its largest part of the width of a law.
-const BIN_STEP: f64 = 0.1;
+const BIN_STEP: f64 = 0.07;
 const BIN_ERROR: f64 = 5e-3;
 const BIN_OF_WIDTH: f64 = 0.5;
 /// Of steps of a file.
@@ -82,10 +82,9 @@ pub fn radius_axis(
 }
 
 /// Step of ln r of single sizes whose sum is any law no narrower than `narrowest_variance`, to an error of the
-/// bow's peak: 5.3 % at an error of 0.5 %, where Marshall-Palmer rain errs by 5e-5 of the peak (rms) as spheres
-/// and is as wide as flattening makes it; never more than 0.3 of the narrowest law's width, of which the step
-/// takes 0.75 % then. `None` where single sizes serve as laws of their own: narrower bins than
-/// [`radius_axis`] has for a single size.
+/// bow's peak: 7 % at an error of 0.5 %, where Marshall-Palmer rain of 25 mm/h, flat and moved, errs by 0.25 % of
+/// the peak (rms), and by 0.04 % at an error of 0.05 %; never more than half of the narrowest law's width.
+/// `None` where single sizes serve as laws of their own: narrower bins than [`radius_axis`] has for a single size.
 pub fn bin_step(narrowest_variance: f64, tolerance: f64) -> Option<f64> {
     let root = tolerance.sqrt();
     let of_peak = BIN_STEP * root / BIN_ERROR.sqrt();
@@ -149,10 +148,10 @@ mod tests {
     #[test]
     fn bins_hold_their_range_at_whole_steps_and_narrow_laws_have_none() {
         let step = bin_step(1.0 / 3.0, 5e-3).unwrap();
-        assert!((step - 0.1).abs() < 1e-12);
-        assert!((bin_step(0.02, 5e-3).unwrap() - 0.5 * 0.02_f64.sqrt()).abs() < 1e-12);
+        assert!((step - 0.07).abs() < 1e-12);
+        assert!((bin_step(0.01, 5e-3).unwrap() - 0.05).abs() < 1e-12);
         assert!(bin_step(0.0, 5e-3).is_none() && bin_step(1e-3, 5e-3).is_none());
-        for variance in [3e-3, 0.01, 0.02] {
+        for variance in [3e-3, 0.01, 0.015] {
             let narrowest = narrowest_variance(bin_step(variance, 5e-3).unwrap(), 5e-3);
             assert!((narrowest - variance).abs() < 1e-12);
         }

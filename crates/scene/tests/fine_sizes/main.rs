@@ -39,14 +39,9 @@ const PLACES: [Place; 4] = [
 /// A preset and how far it may err: the root mean square of the errors from 30 to 50 degrees from the antisolar
 /// point, in parts of the bow's peak.
 type Bound = (&'static str, f64);
-/// Goals. Measured worst 2.3e-3 and 3.7e-4, of spheres 2.0e-3 and 1.8e-4.
+/// Goals. Measured worst 2.5e-3 and 4.4e-4, of spheres 2.0e-3 and 1.8e-4.
 const STANDARD: Bound = ("standard", 5e-3);
 const REFERENCE: Bound = ("reference", 5e-4);
-/// Heavy rain misses that goal where its bow moves: measured 7.8e-4 where m is 1, in parts of a peak a fifth as
-/// high as that of spheres. Radii from which light is moved lie up to a quarter of a degree of shift apart, at
-/// every tolerance; a tenth of a degree makes it 3.8e-4.
-const REFERENCE_OF_HEAVY_RAIN: Bound = ("reference", 1.02e-3);
-
 fn rms_error(found: &[f64], expected: &[f64]) -> f64 {
     let peak = expected.iter().copied().fold(0.0, f64::max);
     let both = found.iter().zip(expected);
@@ -57,7 +52,7 @@ fn rms_error(found: &[f64], expected: &[f64]) -> f64 {
 }
 
 /// Holds pictures of rain against their reference, as spheres and flat.
-fn check((name, rain): (&str, &Rain), reference: Bound) -> Literal {
+fn check((name, rain): (&str, &Rain)) -> Literal {
     let literal = Literal::gamma(rain);
     let hold = |(preset, bound): Bound, place: Place, light: [Vec<f64>; 2]| {
         let [found, expected] = light;
@@ -67,7 +62,7 @@ fn check((name, rain): (&str, &Rain), reference: Bound) -> Literal {
     };
     let of_spheres = literal.of_spheres(&PLACES[0].sights());
     let of_flat_drops = PLACES.map(|place| literal.of_flat_drops(&place.sights()));
-    for bound in [STANDARD, reference] {
+    for bound in [STANDARD, REFERENCE] {
         let table = rain.table(bound.0, None);
         let found = PLACES[0].picture(rain, &table);
         hold(bound, PLACES[0], [found, of_spheres.clone()]);
@@ -85,23 +80,16 @@ fn check((name, rain): (&str, &Rain), reference: Bound) -> Literal {
 
 #[test]
 fn bows_of_natural_rain_are_the_literal_sum_over_its_radii() {
-    for (rate_mm_h, reference) in [
-        (1.0, REFERENCE),
-        (5.0, REFERENCE),
-        (25.0, REFERENCE_OF_HEAVY_RAIN),
-    ] {
+    for rate_mm_h in [1.0, 5.0, 25.0] {
         let rain = Rain::of(&MarshallPalmer::untruncated(rate_mm_h).moments());
-        check((&format!("{rate_mm_h} mm/h"), &rain), reference);
+        check((&format!("{rate_mm_h} mm/h"), &rain));
     }
 }
 
 #[test]
 fn bows_of_narrow_laws_and_of_two_modes_are_the_literal_sum_over_their_radii() {
-    check(("gamma", &Rain(vec![(300.0, 0.1)])), REFERENCE);
-    check(
-        ("two modes", &Rain(vec![(200.0, 0.02), (500.0, 0.005)])),
-        REFERENCE,
-    );
+    check(("gamma", &Rain(vec![(300.0, 0.1)])));
+    check(("two modes", &Rain(vec![(200.0, 0.02), (500.0, 0.005)])));
 }
 
 /// Radii of the lognormal law; their reach in standard deviations either way.
@@ -117,7 +105,7 @@ fn bows_of_a_lognormal_law_are_those_of_its_gamma_law() {
         d_max_mm: None,
     };
     let rain = Rain::of(&law.moments());
-    let gamma = check(("lognormal", &rain), REFERENCE);
+    let gamma = check(("lognormal", &rain));
     // By cross-section ln r is normal about ln r_g + 2 s²: what the volume no longer knows.
     let s = law.geometric_standard_deviation.ln();
     let radius = |step: i32| {
