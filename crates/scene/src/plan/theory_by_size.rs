@@ -1,9 +1,9 @@
 //! What theory by size comes to in a scene.
 //!
 //! A scene whose laws of size are all made by one theory takes that alone: rain the uniform one, fog that of
-//! Lorenz and Mie. So does a scene that switches an order off by hand, because the exact light of small drops
-//! has them all: the uniform one. Where the sun is in view, diffracted light is added however large the drops
-//! are.
+//! Lorenz and Mie. Where the sun is in view, diffracted light is added however large the drops are. No switch
+//! of an effect decides on it: exact light of small drops keeps an order that is off (see `reasons`), and
+//! switching that order on changes no other light.
 
 use niji_radiometry::Micrometers;
 use niji_radiometry::WavelengthGrid;
@@ -11,9 +11,6 @@ use niji_scatter::Theory;
 use niji_scatter::theory_for_law;
 
 use crate::accuracy::Levels;
-use crate::effect::Effect;
-use crate::effect::EffectSwitches;
-use crate::effect::Switch;
 
 use super::DropSummary;
 use super::View;
@@ -24,7 +21,6 @@ const CORONA_DEG: f64 = 15.0;
 /// The levels with the theory that the drops in view are made with.
 pub(super) fn in_scene(
     levels: Levels,
-    switches: &EffectSwitches,
     (drops, view, wavelengths): (&DropSummary, &View, WavelengthGrid),
 ) -> Levels {
     if levels.theory != Theory::BySize {
@@ -33,25 +29,11 @@ pub(super) fn in_scene(
     let sees_sun = view
         .theta_deg
         .is_some_and(|(low_deg, _)| low_deg < CORONA_DEG);
-    let theory = if has_orders_off(switches) {
-        Theory::Uniform
-    } else {
-        match of_all_laws(drops, wavelengths, levels.table_relative_error) {
-            Theory::Uniform if sees_sun => Theory::BySize,
-            theory => theory,
-        }
+    let theory = match of_all_laws(drops, wavelengths, levels.table_relative_error) {
+        Theory::Uniform if sees_sun => Theory::BySize,
+        theory => theory,
     };
     Levels { theory, ..levels }
-}
-
-fn has_orders_off(switches: &EffectSwitches) -> bool {
-    let orders = [
-        Effect::PrimaryBow,
-        Effect::SecondaryBow,
-        Effect::HigherOrders,
-    ];
-    let is_off = |order: Effect| switches.of(order) == Switch::Off;
-    orders.into_iter().any(is_off)
 }
 
 /// The theory on which laws of all sizes agree: the smallest drops are as narrow as any, since a mixture with
