@@ -44,26 +44,21 @@ pub(super) fn in_scene(
 
 /// The theory on which the light of all modes agrees.
 fn of_all_modes(drops: &DropSummary, wavelengths: WavelengthGrid, tolerance: f64) -> Theory {
+    // At a part of the way from an entry's smallest radius to its largest. The smallest drops are as narrow as
+    // any, since a mixture with larger ones, which is broader, has a larger radius.
+    let law_at = |law: &LawShare, part: f64| {
+        let (low_um, high_um) = law.effective_radius_um;
+        let (narrow, broad) = law.effective_variance;
+        let radius = Micrometers(low_um.powf(1.0 - part) * high_um.powf(part));
+        (radius, if part > 0.0 { broad } else { narrow }, law.share)
+    };
     let of_mode = |laws: &[LawShare]| {
-        // The smallest drops are as narrow as any, since a mixture with larger ones, which is broader, has a
-        // larger radius.
-        let ends: [fn(&LawShare) -> (f64, f64); 3] = [
-            |law| (law.effective_radius_um.0, law.effective_variance.0),
-            |law| {
-                let (low_um, high_um) = law.effective_radius_um;
-                ((low_um * high_um).sqrt(), law.effective_variance.1)
-            },
-            |law| (law.effective_radius_um.1, law.effective_variance.1),
-        ];
-        let theory = |end: fn(&LawShare) -> (f64, f64)| {
-            let laws = laws.iter().map(|law| {
-                let (radius_um, variance) = end(law);
-                (Micrometers(radius_um), variance, law.share)
-            });
+        let theory = |part: f64| {
+            let laws = laws.iter().map(|law| law_at(law, part));
             // What is no law is said by those who make the table.
             theory_for_laws(laws, wavelengths, tolerance).unwrap_or(Theory::BySize)
         };
-        agreed(ends.map(theory))
+        agreed([0.0, 0.5, 1.0].map(theory))
     };
     agreed(drops.laws.modes().iter().map(|laws| of_mode(laws)))
 }
