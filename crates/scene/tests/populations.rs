@@ -241,7 +241,7 @@ fn the_table_of_a_plan_holds_the_sizes_of_all() {
     let ends = |axis: &[f64]| (axis[0], axis[axis.len() - 1]);
     // Flattened drops: single sizes, as far as the laws of both reach.
     let (first_um, last_um) = ends(&need.effective_radius_um);
-    assert!(first_um < 150.0 && last_um > 700.0, "{first_um} {last_um}");
+    assert!(first_um < 130.0 && last_um > 640.0, "{first_um} {last_um}");
     assert_eq!(need.effective_variance, [0.0]);
     let drops = both
         .stages

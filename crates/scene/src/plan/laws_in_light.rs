@@ -153,7 +153,7 @@ mod tests {
         assert!(ends.is_sorted_by(|a, b| a.0 < b.0));
         assert!(
             ends.iter()
-                .all(|(low_um, high_um)| *low_um <= 50.0 && *high_um > 500.0)
+                .all(|(low_um, high_um)| *low_um <= 50.0 && *high_um >= 500.0)
         );
     }
 }

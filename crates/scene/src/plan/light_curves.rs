@@ -40,6 +40,9 @@ use super::luminance::Luminance;
 /// Diameter of the sun's disc, 0.533 degrees.
 pub(super) const SUN_DISC_DIAMETER_RAD: f64 = 0.533 * PI / 180.0;
 
+/// Of radii that a volume holds as f32.
+const ROUNDOFF: f64 = 1e-5;
+
 /// The first of the other orders that has a bow; flat drops move no light of those below.
 const FIRST_HIGHER_BOW: u32 = 4;
 
@@ -232,7 +235,7 @@ impl<'a> LightCurves<'a> {
                 Luminance::new(&light.slice(s![self.places(shaping), .., ..]), &weights);
             if *source == Source::Glory {
                 for ((radius_um, _), row) in self.request.sizes.iter().zip(&mut luminance.rows) {
-                    if *radius_um < self.request.smallest_um {
+                    if *radius_um < (1.0 - ROUNDOFF) * self.request.smallest_um {
                         row.fill(0.0);
                     }
                 }
