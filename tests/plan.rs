@@ -222,11 +222,15 @@ fn committed_bounds() -> Vec<BoundRow> {
 /// Most that a proved bound may be above the change; measured 20.1 (the shadow in a spray that lies low).
 const LOOSEST_PROVED: f64 = 21.0;
 
-/// The exceptions, measured 84 and 37: bounds take the densest way of light through the nozzle's jet, in
-/// front of which few of the drops in view fall, and the brightest bow of any flattening that is seen.
-const LOOSER: [(&str, &str, f64); 2] = [
+/// The exceptions, measured 84, 34, 46 and 21.3: bounds take the densest way of light through the nozzle's
+/// jet, in front of which few of the drops in view fall, and the brightest bow of any flattening that is
+/// seen; and they count orders of all of a spray's drops, most of which are so small that their exact light
+/// has every order in any case.
+const LOOSER: [(&str, &str, f64); 4] = [
     ("garden-fountain", "drop_shadow", 90.0),
     ("garden-fountain", "drop_extinction", 40.0),
+    ("sea-spray", "secondary_bow", 50.0),
+    ("sea-spray", "higher_orders", 22.0),
 ];
 
 /// Changes below it do not show in a picture.

@@ -160,12 +160,13 @@ pub(crate) fn measure(planned: &Planned, verbosity: Verbosity) -> Result<Measure
 }
 
 /// The scene in a small picture of few wavelengths and without a photograph, with the effects of a plan
-/// spelt out.
+/// spelt out, and its theory: that by size depends on the error of tables, which is another here.
 fn small(scene: &Scene, plan: &Plan) -> Scene {
     let mut small = plan.settled(scene);
     shrink(&mut small.camera, WIDTH_PX);
     small.spectrum = in_wider_bins(small.spectrum, N_WAVELENGTHS);
     small.accuracy.pixel_footprint = Some(PixelFootprint::Center);
+    small.accuracy.theory = Some(plan.levels.theory);
     let ((fine, few), (coarse, many)) = (FINE_TABLE, COARSE_TABLE);
     let (n_rows, own) = (
         plan.scattering.as_ref().map_or(0, ScatteringNeed::n_rows),

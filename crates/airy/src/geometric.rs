@@ -42,6 +42,15 @@ const GAUSS_NODES: [(f64, f64); 6] = [
     (0.932_469_514_203_152, 0.171_324_492_379_170_3),
 ];
 
+/// The same of three nodes, which reach rounding over a fifth of a degree.
+const FEW_NODES: [(f64, f64); 3] = [
+    (-0.774_596_669_241_483_4, 0.555_555_555_555_555_6),
+    (0.0, 0.888_888_888_888_888_9),
+    (0.774_596_669_241_483_4, 0.555_555_555_555_555_6),
+];
+/// Half of that, rad.
+const FEW_UP_TO_RAD: f64 = 2e-3;
+
 /// The rays of one order through a sphere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GeometricOrder {
@@ -185,7 +194,12 @@ impl GeometricOrder {
         };
         let (one, other) = (at(low.min(limit)), at(high.min(limit)));
         let (middle, half) = (0.5 * (one + other), 0.5 * (other - one).abs());
-        for (node, weight) in GAUSS_NODES {
+        let nodes: &[(f64, f64)] = if half < FEW_UP_TO_RAD {
+            &FEW_NODES
+        } else {
+            &GAUSS_NODES
+        };
+        for (node, weight) in nodes {
             let ray = self.path.ray(middle + half * node);
             for (light, amplitude) in light.iter_mut().zip(ray.amplitudes()) {
                 *light +=

@@ -17,7 +17,7 @@ pub(crate) struct MovedAngles {
     pub(crate) theta_rad: Vec<f64>,
     /// One over the step from each angle to the next.
     per_step: Vec<f64>,
-    widest_step_rad: f64,
+    pub(crate) widest_step_rad: f64,
     guide: Vec<u32>,
     guide_per_rad: f64,
 }

@@ -42,6 +42,8 @@ use crate::size_nodes::SizeNodes;
 /// part of the width over which they are taken.
 const APART_RAD: f64 = 0.02 * PI / 180.0;
 const APART_OF_WIDTH: f64 = 0.1;
+/// Share of the light of a row that is left out on either side of where it is lit.
+const DARK: f32 = 1e-6;
 /// Wavelengths are shaded in lanes of so many.
 const LANES: usize = 8;
 
@@ -65,6 +67,8 @@ struct OrderRows {
     integrals: Vec<f32>,
     /// Largest luminance of each row in front of 90 degrees and behind, in sunlight [cd/m² per unit of light].
     peaks: Vec<[f64; 2]>,
+    /// Angles between which all but a millionth of the light of each row lies, of every wavelength.
+    lit_rad: Vec<[f64; 2]>,
 }
 
 /// Where a ray stands, and what it adds up.
@@ -230,17 +234,27 @@ impl Adding<'_> {
     fn add_order(&mut self, (order, seen): (&OrderRows, &[SeenShift]), row: usize, weight: f32) {
         let (angles, n_padded) = (&self.rows.angles, self.rows.n_padded);
         let (n_lanes, around) = (seen.len() / 2, &self.rows.drops[row]);
-        let shift_rad = |half: usize| seen[half].shift_rad(around.drops.eccentricity);
+        let shift_rad = |half: usize| {
+            let shift_rad = seen[half].shift_rad(around.drops.eccentricity);
+            shift_rad.clamp(-FARTHEST_SHIFT_RAD, FARTHEST_SHIFT_RAD)
+        };
         let variance = around.variance_rad2(&seen[n_lanes], self.attitude);
         let width_rad = (12.0 * variance + self.place.width_rad.powi(2)).sqrt();
         let (first_rad, last_rad) = (shift_rad(0), shift_rad(2 * n_lanes));
+        // From secondary to primary one of them is dark, and so is the other beyond.
+        let reach_rad = (first_rad - last_rad).abs() + 0.5 * width_rad.max(angles.widest_step_rad);
+        let [lit_from, lit_to] = order.lit_rad[row];
+        let seen_rad = self.place.theta_rad - first_rad;
+        if seen_rad + reach_rad < lit_from || seen_rad - reach_rad > lit_to {
+            return;
+        }
         let alike_rad = APART_RAD.max(APART_OF_WIDTH * width_rad);
         let n_apart = ((first_rad - last_rad).abs() / alike_rad).ceil().max(1.0) as usize;
         let n_groups = n_apart.min(n_lanes);
         let row = row * angles.theta_rad.len() * n_padded;
         for group in 0..n_groups {
             let [from, to] = [group, group + 1].map(|edge| edge * n_lanes / n_groups);
-            let moved_rad = shift_rad(from + to).clamp(-FARTHEST_SHIFT_RAD, FARTHEST_SHIFT_RAD);
+            let moved_rad = shift_rad(from + to);
             let mean = angles.mean(self.place.theta_rad - moved_rad, width_rad);
             let Some(AngleMean { ends, shares }) = mean else {
                 continue;
@@ -297,19 +311,46 @@ impl OrderSource<'_> {
         let n_padded = n_wavelengths.next_multiple_of(LANES);
         let mut integrals = vec![0.0; means.len() * self.angles.theta_rad.len() * n_padded];
         let of_rows = integrals.par_chunks_mut(self.angles.theta_rad.len() * n_padded);
-        let peaks = (of_rows.zip(means))
+        let (peaks, lit_rad) = (of_rows.zip(means))
             .map(|(integrals, mean)| {
                 let light = self.natural_light(mean);
                 self.integrate(&light, integrals);
-                self.peaks(&light)
+                (self.peaks(&light), self.lit_rad(integrals, n_padded))
             })
-            .collect();
+            .unzip();
         let half = |index: usize| self.order.shifts[(index * LANES / 2).min(n_wavelengths - 1)];
         OrderRows {
             shifts: (0..=2 * n_padded / LANES).map(half).collect(),
             integrals,
             peaks,
+            lit_rad,
         }
+    }
+
+    /// The angles between which each wavelength has all but a millionth of its integral.
+    fn lit_rad(&self, integrals: &[f32], n_padded: usize) -> [f64; 2] {
+        let all = &integrals[integrals.len() - n_padded..];
+        let of_angles: Vec<&[f32]> = integrals.chunks_exact(n_padded).collect();
+        let outside = |share: f32| {
+            move |values: &&[f32]| {
+                values
+                    .iter()
+                    .zip(all)
+                    .all(|(value, all)| *value <= share * all)
+            }
+        };
+        let last = of_angles.len() - 1;
+        let first_lit = of_angles.partition_point(outside(DARK));
+        // Where some wavelength lacks more than that.
+        let is_whole = |values: &&[f32]| {
+            let both = values.iter().zip(all);
+            both.into_iter()
+                .all(|(value, all)| *value >= (1.0 - DARK) * all)
+        };
+        let last_lit = of_angles
+            .partition_point(|values| !is_whole(values))
+            .min(last);
+        [first_lit.saturating_sub(1), last_lit].map(|angle| self.angles.theta_rad[angle])
     }
 
     /// [wavelength, angle of the table].

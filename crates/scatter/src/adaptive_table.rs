@@ -19,7 +19,7 @@ use crate::interpolation_error::theta_error;
 use crate::interpolation_error::worse;
 use crate::request::SizeRows;
 use crate::request::TableRequest;
-use crate::theta_axis::theta_axis;
+use crate::theta_axis::axis_and_lights;
 
 /// An interval is halved at most so many times.
 const N_HALVINGS: usize = 4;
@@ -38,7 +38,7 @@ pub fn adaptive_table(
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<ScatteringTable, Error> {
     request.check()?;
-    let theta_rad = theta_axis(request)?;
+    let (theta_rad, lights) = axis_and_lights(request)?;
     request.check_size(theta_rad.len())?;
     let mut request = request.clone();
     let [variance, radius] = match request.rows {
@@ -55,7 +55,7 @@ pub fn adaptive_table(
         SizeRows::Bins { .. } => [AxisError::default(), bins_error(&request, &theta_rad)?],
     };
     let theta = theta_error(&request, &theta_rad)?;
-    let mut table = table_at(&request, theta_rad, progress)?;
+    let mut table = table_at(&request, (theta_rad, lights), progress)?;
     table.interpolation_error = Some(InterpolationError {
         theta,
         radius,

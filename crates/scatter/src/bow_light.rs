@@ -1,8 +1,8 @@
-//! The orders of one wavelength by rays, Airy's theory or the uniform one, for every size law.
+//! An order of one wavelength by rays, Airy's theory or the uniform one, for every size law.
 //!
 //! t_j = x^(1/3) (A_j F(z) + B_j x^(−2/3) G(z)) + rays_j,   z = argument x^(2/3)
-//! What does not depend on size is computed once: for each order the argument at the edges of the rings
-//! and the strengths A, B and rays in them; [`MeanSquare`] then gives the means F and G over sizes and
+//! What does not depend on size is computed once: the argument at the edges of the rings and the strengths A,
+//! B and rays in them; [`MeanSquare`] then gives the means F and G over sizes and
 //! ring. Orders without a bow, 0 and 1, are rays in every theory.
 
 use std::ops::Range;
@@ -16,7 +16,6 @@ use niji_airy::UniformBow;
 use niji_radiometry::Nanometers;
 use niji_radiometry::Radians;
 
-use crate::error::Error;
 use crate::mean_square::MeanSquare;
 use crate::mean_square::Primitives;
 use crate::request::TableRequest;
@@ -114,17 +113,17 @@ pub(crate) enum Order {
     Uniform(Box<UniformBow>),
 }
 
-/// The orders of one wavelength.
+/// One order of one wavelength.
 #[derive(Clone, Debug)]
 pub(crate) struct BowLight {
     /// What no size changes, in 1/sr.
     rays: Vec<[f64; 2]>,
-    orders: Vec<WaveOrder>,
+    waves: Option<Waves>,
 }
 
 /// The part of an order that depends on size.
 #[derive(Clone, Debug)]
-struct WaveOrder {
+struct Waves {
     /// Places where a strength is not zero.
     active: Range<usize>,
     /// z x^(−2/3) at the edges of the active rings, or in the active directions.
@@ -133,60 +132,47 @@ struct WaveOrder {
     strengths: Vec<[[f64; 2]; 2]>,
 }
 
-impl BowLight {
-    pub(crate) fn new(
-        theory: BowTheory,
-        bin: Bin,
-        orders: &[u32],
-        places: &Places,
-    ) -> Result<Self, Error> {
-        let order = |&p: &u32| {
-            theory.order(bin, p).ok_or_else(|| Error::Orders {
-                found: orders.to_vec(),
-            })
-        };
-        let orders = orders.iter().map(order).collect::<Result<Vec<_>, _>>()?;
-        Ok(Self::of(&orders, places))
-    }
+/// Drops of a law.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LawDrops<'a> {
+    /// The size factor and the size parameter of the effective radius.
+    pub(crate) factor: f64,
+    pub(crate) parameter: f64,
+    pub(crate) mean_square: &'a MeanSquare,
+}
 
-    /// The light of some orders.
-    pub(crate) fn of(orders: &[Order], places: &Places) -> Self {
+impl BowLight {
+    pub(crate) fn new(order: &Order, places: &Places) -> Self {
         let mut light = Self {
             rays: vec![[0.0; 2]; places.n()],
-            orders: Vec::new(),
+            waves: None,
         };
-        for order in orders {
-            match order {
-                Order::Colors(bow) => light.add_rays(
-                    places,
-                    |from, to| bow.mean_over_ring(from, to),
-                    |theta| bow.normalized_cross_section(theta),
-                ),
-                Order::Rays(rays) => light.add_rays(
-                    places,
-                    |from, to| rays.mean_over_ring(from, to),
-                    |theta| rays.normalized_cross_section(theta),
-                ),
-                Order::Airy(bow, AiryForm::Absolute) => {
-                    light.add_bow(
-                        places,
-                        |theta| bow.argument(theta),
-                        |theta| bow.direction(theta),
-                    );
-                }
-                Order::Airy(bow, AiryForm::Published) => light.add_bow(
-                    places,
-                    |theta| bow.argument(theta),
-                    |theta| bow.published_direction(theta),
-                ),
-                Order::Uniform(bow) => {
-                    light.add_bow(
-                        places,
-                        |theta| bow.argument(theta),
-                        |theta| bow.direction(theta),
-                    );
-                }
-            }
+        match order {
+            Order::Colors(bow) => light.add_rays(
+                places,
+                |from, to| bow.mean_over_ring(from, to),
+                |theta| bow.normalized_cross_section(theta),
+            ),
+            Order::Rays(rays) => light.add_rays(
+                places,
+                |from, to| rays.mean_over_ring(from, to),
+                |theta| rays.normalized_cross_section(theta),
+            ),
+            Order::Airy(bow, AiryForm::Absolute) => light.add_waves(
+                places,
+                |theta| bow.argument(theta),
+                |theta| bow.direction(theta),
+            ),
+            Order::Airy(bow, AiryForm::Published) => light.add_waves(
+                places,
+                |theta| bow.argument(theta),
+                |theta| bow.published_direction(theta),
+            ),
+            Order::Uniform(bow) => light.add_waves(
+                places,
+                |theta| bow.argument(theta),
+                |theta| bow.direction(theta),
+            ),
         }
         light
     }
@@ -209,7 +195,7 @@ impl BowLight {
         }
     }
 
-    fn add_bow(
+    fn add_waves(
         &mut self,
         places: &Places,
         argument: impl Fn(Radians) -> f64,
@@ -236,7 +222,7 @@ impl BowLight {
                 .map(|&angle| argument(Radians(angle)))
                 .collect(),
         };
-        self.orders.push(WaveOrder {
+        self.waves = Some(Waves {
             active: first..end,
             arguments,
             strengths: strengths[first..end].to_vec(),
@@ -245,41 +231,38 @@ impl BowLight {
 
     /// The largest z x^(−2/3) that will be looked up.
     pub(crate) fn largest_argument(&self) -> f64 {
-        let arguments = self.orders.iter().flat_map(|order| &order.arguments);
+        let arguments = self.waves.iter().flat_map(|waves| &waves.arguments);
         arguments.copied().fold(0.0, f64::max)
     }
 
-    /// (dσ/dΩ)/(π⟨r²⟩) in 1/sr at every place, for drops with the size factor and the size parameter
-    /// of their effective radius.
-    pub(crate) fn evaluate(
-        &self,
-        size_factor: f64,
-        size_parameter: f64,
-        mean_square: &MeanSquare,
-    ) -> Vec<[f64; 2]> {
-        let scale = (size_parameter * size_parameter).cbrt();
+    /// Adds (dσ/dΩ)/(π⟨r²⟩) in 1/sr at every place.
+    pub(crate) fn add_to(&self, light: &mut [[f64; 2]], drops: &LawDrops) {
+        for (sum, rays) in light.iter_mut().zip(&self.rays) {
+            add(sum, *rays);
+        }
+        let Some(waves) = &self.waves else {
+            return;
+        };
+        let scale = (drops.parameter * drops.parameter).cbrt();
         // Of F and of G.
-        let factors = [size_factor, size_factor / scale];
-        let mut light = self.rays.clone();
-        for order in &self.orders {
-            let is_rings = order.arguments.len() > order.strengths.len();
-            let lit = light[order.active.clone()].iter_mut().zip(&order.strengths);
-            if is_rings {
-                let at = |argument: f64| mean_square.primitives(scale * argument);
-                let mut from: Primitives = at(order.arguments[0]);
-                for ((sum, strengths), &argument) in lit.zip(&order.arguments[1..]) {
-                    let to = at(argument);
-                    add_wave(sum, strengths, factors, mean_square.means(&from, &to));
-                    from = to;
-                }
-            } else {
-                for ((sum, strengths), argument) in lit.zip(&order.arguments) {
-                    let squares = mean_square.values(scale * argument);
-                    add_wave(sum, strengths, factors, squares);
-                }
+        let factors = [drops.factor, drops.factor / scale];
+        let is_rings = waves.arguments.len() > waves.strengths.len();
+        let lit = light[waves.active.clone()].iter_mut();
+        let lit = lit.zip(&waves.strengths);
+        if is_rings {
+            let at = |argument: f64| drops.mean_square.primitives(scale * argument);
+            let mut from: Primitives = at(waves.arguments[0]);
+            for ((sum, strengths), &argument) in lit.zip(&waves.arguments[1..]) {
+                let to = at(argument);
+                add_wave(sum, strengths, factors, drops.mean_square.means(&from, &to));
+                from = to;
+            }
+        } else {
+            for ((sum, strengths), argument) in lit.zip(&waves.arguments) {
+                let squares = drops.mean_square.values(scale * argument);
+                add_wave(sum, strengths, factors, squares);
             }
         }
-        light
     }
 }
 

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use crate::bow_light::Bin;
 use crate::bow_light::BowLight;
 use crate::bow_light::BowTheory;
+use crate::bow_light::LawDrops;
 use crate::bow_light::Places;
 use crate::by_size::Blend;
 use crate::error::Error;
@@ -26,12 +27,70 @@ const RINGS_PER_DISC: f64 = 20.0;
 /// Largest error of means over sizes.
 const MEAN_ERROR: f64 = 1e-5;
 
+/// What no size changes of the orders of a table.
+#[derive(Debug)]
+pub(crate) struct BowLights {
+    theory: BowTheory,
+    places: Places,
+    /// By wavelength, order by order.
+    orders: Vec<Vec<(u32, BowLight)>>,
+}
+
+impl BowLights {
+    /// Of all orders of a request, to be seen from these angles.
+    pub(crate) fn new(
+        request: &TableRequest,
+        theory: BowTheory,
+        theta_rad: &[f64],
+    ) -> Result<Self, Error> {
+        let (places, orders) = (places(request, theta_rad), request.orders_in());
+        let light = |(index, p): (usize, u32)| {
+            let order = theory.order(Bin::new(request, index), p);
+            let order = order.ok_or_else(|| Error::Orders {
+                found: orders.clone(),
+            })?;
+            Ok((p, BowLight::new(&order, &places)))
+        };
+        let of_wavelength = |index| orders.iter().map(|p| light((index, *p))).collect();
+        let wavelengths = (0..request.wavelengths.len()).into_par_iter();
+        let of_wavelengths = wavelengths
+            .map(of_wavelength)
+            .collect::<Result<_, Error>>()?;
+        Ok(Self {
+            theory,
+            orders: of_wavelengths,
+            places,
+        })
+    }
+
+    /// Whether they serve other angles of the same request.
+    pub(crate) fn are_rings(&self) -> bool {
+        matches!(self.places, Places::Rings(_))
+    }
+
+    fn at(&self, wavelength_index: usize, wanted: &[u32]) -> impl Iterator<Item = &BowLight> {
+        let orders = self.orders[wavelength_index].iter();
+        orders.filter_map(move |(p, light)| wanted.contains(p).then_some(light))
+    }
+
+    /// The largest z for drops of a radius (µm).
+    fn highest_z(&self, request: &TableRequest, orders: &[u32]) -> f64 {
+        let largest_um = request.effective_radius_um.last().copied().unwrap_or(1.0);
+        let z = |index: usize| {
+            let x = TAU * 1e3 * largest_um / request.wavelengths.center(index).0;
+            let arguments = self.at(index, orders).map(BowLight::largest_argument);
+            arguments.fold(0.0, f64::max) * (x * x).cbrt()
+        };
+        (0..self.orders.len()).map(z).fold(0.0, f64::max)
+    }
+}
+
 /// Everything that the rows of all sizes and wavelengths share.
 pub(crate) struct BowRows<'a> {
     request: &'a TableRequest<'a>,
-    theory: BowTheory,
-    /// By wavelength.
-    lights: Vec<BowLight>,
+    lights: &'a BowLights,
+    /// Those that take part.
+    orders: Vec<u32>,
     /// By effective variance.
     mean_squares: Vec<MeanSquare>,
     /// By angle of the table; `None` without a disc.
@@ -50,24 +109,17 @@ pub(crate) struct SizeRow {
 impl<'a> BowRows<'a> {
     pub(crate) fn new(
         request: &'a TableRequest<'a>,
-        theory: BowTheory,
+        lights: &'a BowLights,
         theta_rad: &[f64],
     ) -> Result<Self, Error> {
-        let (places, averages) = places(request, theta_rad);
-        let lights: Vec<BowLight> = (0..request.wavelengths.len())
-            .into_par_iter()
-            .map(|index| {
-                let bin = Bin::new(request, index);
-                BowLight::new(theory, bin, &request.orders_in(), &places)
-            })
-            .collect::<Result<_, _>>()?;
-        let mean_squares = mean_squares(request, theory, highest_z(request, &lights));
+        let orders = request.orders_in();
+        let highest_z = lights.highest_z(request, &orders);
         Ok(Self {
             request,
-            theory,
+            mean_squares: mean_squares(request, lights.theory, highest_z),
+            averages: averages(request, &lights.places, theta_rad),
             lights,
-            mean_squares,
-            averages,
+            orders,
             blend: match request.theory {
                 Theory::BySize => Some(Blend::new(request)?),
                 Theory::GeometricPublished
@@ -105,11 +157,15 @@ impl<'a> BowRows<'a> {
     pub(crate) fn row(&self, wavelength_index: usize, size: &SizeRow) -> Vec<[f64; 2]> {
         let wavelength = self.request.wavelengths.center(wavelength_index);
         let radius = Micrometers(self.request.effective_radius_um[size.radius_index]);
-        let light = self.lights[wavelength_index].evaluate(
-            self.theory.form().size_factor(radius, wavelength),
-            TAU * 1e3 * radius.0 / wavelength.0,
-            &self.mean_squares[size.variance_index],
-        );
+        let drops = LawDrops {
+            factor: self.lights.theory.form().size_factor(radius, wavelength),
+            parameter: TAU * 1e3 * radius.0 / wavelength.0,
+            mean_square: &self.mean_squares[size.variance_index],
+        };
+        let mut light = vec![[0.0; 2]; self.lights.places.n()];
+        for order in self.lights.at(wavelength_index, &self.orders) {
+            order.add_to(&mut light, &drops);
+        }
         match &self.averages {
             Some(averages) => averages.iter().map(|row| row.apply(&light)).collect(),
             None => light,
@@ -117,29 +173,23 @@ impl<'a> BowRows<'a> {
     }
 }
 
-/// Where light is computed for the angles of a table, and how the sun's disc is averaged over.
-pub(crate) fn places(
-    request: &TableRequest,
-    theta_rad: &[f64],
-) -> (Places, Option<Vec<AverageRow>>) {
+/// Where light is computed for the angles of a table.
+pub(crate) fn places(request: &TableRequest, theta_rad: &[f64]) -> Places {
     let radius_rad = 0.5 * request.sun_disc_diameter_rad;
     if radius_rad <= 0.0 {
-        return (Places::Angles(theta_rad.to_vec()), None);
+        return Places::Angles(theta_rad.to_vec());
     }
     let step_rad = 2.0 * radius_rad / RINGS_PER_DISC;
-    let rings = Rings::over(request.theta_range_rad, step_rad, radius_rad);
-    let row = |&theta: &f64| rings.disc_row(theta, radius_rad);
-    let averages = theta_rad.par_iter().map(row).collect();
-    (Places::Rings(rings), Some(averages))
+    Places::Rings(Rings::over(request.theta_range_rad, step_rad, radius_rad))
 }
 
-fn highest_z(request: &TableRequest, lights: &[BowLight]) -> f64 {
-    let largest_um = request.effective_radius_um.last().copied().unwrap_or(1.0);
-    let z = |(index, light): (usize, &BowLight)| {
-        let x = TAU * 1e3 * largest_um / request.wavelengths.center(index).0;
-        light.largest_argument() * (x * x).cbrt()
+/// How the sun's disc is averaged over at the angles of a table.
+fn averages(request: &TableRequest, places: &Places, theta_rad: &[f64]) -> Option<Vec<AverageRow>> {
+    let Places::Rings(rings) = places else {
+        return None;
     };
-    lights.iter().enumerate().map(z).fold(0.0, f64::max)
+    let row = |&theta: &f64| rings.disc_row(theta, 0.5 * request.sun_disc_diameter_rad);
+    Some(theta_rad.par_iter().map(row).collect())
 }
 
 fn mean_squares(request: &TableRequest, theory: BowTheory, highest_z: f64) -> Vec<MeanSquare> {

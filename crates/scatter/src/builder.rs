@@ -14,7 +14,7 @@ use niji_exchange::ScatteringTable;
 use rayon::prelude::*;
 
 use crate::bow_light::Bin;
-use crate::bow_light::BowTheory;
+use crate::bow_rows::BowLights;
 use crate::bow_rows::BowRows;
 use crate::dark_band::dark_band_rad;
 use crate::drop_rows::DropRows;
@@ -25,7 +25,7 @@ use crate::request::TableRequest;
 use crate::small_drops::RowLight;
 use crate::small_drops::SmallDrops;
 use crate::theory::Theory;
-use crate::theta_axis::theta_axis;
+use crate::theta_axis::axis_and_lights;
 
 /// Half of the light that a large drop takes out of a beam is diffracted forward.
 const DIFFRACTED_FRACTION: f64 = 0.5;
@@ -45,16 +45,17 @@ pub fn scattering_table(
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<ScatteringTable, Error> {
     request.check()?;
-    table_at(request, theta_axis(request)?, progress)
+    table_at(request, axis_and_lights(request)?, progress)
 }
 
 /// The table at angles that were chosen already.
 pub(crate) fn table_at(
     request: &TableRequest,
-    theta_rad: Vec<f64>,
+    (theta_rad, lights): (Vec<f64>, BowLights),
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<ScatteringTable, Error> {
-    let values = values_at(request, &theta_rad, progress)?;
+    let lights = lights.are_rings().then_some(lights);
+    let values = values_with((request, lights), &theta_rad, progress)?;
     let moved = MovedOrders::new(request).bows(values.moved);
     Ok(described((request, theta_rad), values.all, moved))
 }
@@ -119,18 +120,33 @@ pub(crate) fn values_at(
     theta_rad: &[f64],
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<Values, Error> {
+    values_with((request, None), theta_rad, progress)
+}
+
+/// The values, with what is known of the bows.
+fn values_with(
+    (request, lights): (&TableRequest, Option<BowLights>),
+    theta_rad: &[f64],
+    progress: &(dyn Fn(f64) + Sync),
+) -> Result<Values, Error> {
     request.check_size(theta_rad.len())?;
-    match request.theory.bow_theory() {
-        None => drop_values(request, theta_rad, progress),
-        Some(_) if request.theory == Theory::BySize => by_size_values(request, theta_rad, progress),
-        Some(theory) => values_of_bows(request, theory, theta_rad, progress),
+    let Some(theory) = request.theory.bow_theory() else {
+        return drop_values(request, theta_rad, progress);
+    };
+    let lights = match lights {
+        Some(lights) => lights,
+        None => BowLights::new(request, theory, theta_rad)?,
+    };
+    if request.theory == Theory::BySize {
+        by_size_values((request, &lights), theta_rad, progress)
+    } else {
+        values_of_bows((request, &lights), theta_rad, progress)
     }
 }
 
 /// Drops that stay have all of their light in one, the others each order that moves apart.
 fn values_of_bows(
-    request: &TableRequest,
-    theory: BowTheory,
+    (request, lights): (&TableRequest, &BowLights),
     theta_rad: &[f64],
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<Values, Error> {
@@ -142,22 +158,22 @@ fn values_of_bows(
         ..request.clone()
     };
     if moving.is_empty() {
-        let all = bow_values(request, theory, theta_rad, progress)?;
+        let all = bow_values((request, lights), theta_rad, progress)?;
         return Ok(Values {
             all,
             moved: Vec::new(),
         });
     }
     if still.is_empty() {
-        return values_of_moving(request, theory, theta_rad, progress);
+        return values_of_moving((request, lights), theta_rad, progress);
     }
     // One part of light to three.
     let share = 1.0 / (1.0 + 3.0 * moving.len() as f64 / still.len() as f64);
     let of_still = |done: f64| progress(share * done);
     let of_moving = |done: f64| progress(share + (1.0 - share) * done);
-    let still = bow_values(&of_radii(still, None), theory, theta_rad, &of_still)?;
+    let still = bow_values((&of_radii(still, None), lights), theta_rad, &of_still)?;
     let moving = of_radii(moving, request.motion);
-    let moving = values_of_moving(&moving, theory, theta_rad, &of_moving)?;
+    let moving = values_of_moving((&moving, lights), theta_rad, &of_moving)?;
     let mut all = zeros(request, theta_rad.len());
     let (mut low, mut high) = all.view_mut().split_at(Axis(1), n_still);
     low.assign(&still);
@@ -169,8 +185,7 @@ fn values_of_bows(
 }
 
 fn values_of_moving(
-    request: &TableRequest,
-    theory: BowTheory,
+    (request, lights): (&TableRequest, &BowLights),
     theta_rad: &[f64],
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<Values, Error> {
@@ -189,7 +204,7 @@ fn values_of_moving(
             ..request.clone()
         };
         let progress = |done: f64| progress((index as f64 + done) / n_parts);
-        bow_values(&request, theory, theta_rad, &progress)
+        bow_values((&request, lights), theta_rad, &progress)
     };
     let mut parts = parts
         .into_iter()
@@ -210,12 +225,11 @@ fn values_of_moving(
 }
 
 fn bow_values(
-    request: &TableRequest,
-    theory: BowTheory,
+    (request, lights): (&TableRequest, &BowLights),
     theta_rad: &[f64],
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<Array5<f32>, Error> {
-    let rows = BowRows::new(request, theory, theta_rad)?;
+    let rows = BowRows::new(request, lights, theta_rad)?;
     let sizes = rows.size_rows();
     let count = Count::new(request.wavelengths.len() * sizes.len(), progress);
     let mut values = zeros(request, theta_rad.len());
@@ -260,18 +274,18 @@ fn drop_values(
 
 /// Uniform light first, then the drops that take its place.
 fn by_size_values(
-    request: &TableRequest,
+    (request, lights): (&TableRequest, &BowLights),
     theta_rad: &[f64],
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<Values, Error> {
     let small = SmallDrops::new(request, theta_rad)?;
     let in_laws = small.in_laws();
     let uniform = match &in_laws {
-        Some(request) => Some(BowRows::new(request, BowTheory::Uniform, theta_rad)?),
+        Some(request) => Some(BowRows::new(request, lights, theta_rad)?),
         None => None,
     };
     let of_large = |done: f64| progress(LARGE_DROPS_PROGRESS * done);
-    let mut values = values_of_bows(request, BowTheory::Uniform, theta_rad, &of_large)?;
+    let mut values = values_of_bows((request, lights), theta_rad, &of_large)?;
     let of_small = |done: f64| progress(LARGE_DROPS_PROGRESS + (1.0 - LARGE_DROPS_PROGRESS) * done);
     let n_drops = request.wavelengths.len() * small.n_drops().max(1);
     let count = Count::new(n_drops, &of_small);

@@ -20,6 +20,7 @@ use rayon::prelude::*;
 use crate::bow_light::Bin;
 use crate::bow_light::BowLight;
 use crate::bow_light::BowTheory;
+use crate::bow_light::LawDrops;
 use crate::bow_light::Order;
 use crate::bow_light::Places;
 use crate::corona::corona;
@@ -132,15 +133,19 @@ impl DropLight {
                 Order::Rays(_) | Order::Colors(_) => Places::Rings(request.rings),
                 Order::Airy(..) | Order::Uniform(_) => Places::Angles(request.rings.angles()),
             };
-            let light = BowLight::of(&[order], &places);
+            let light = BowLight::new(&order, &places);
             let row = |(radius_um, variance): &(f64, f64)| {
                 let known = self
                     .mean_squares
                     .partition_point(|(known, _)| known < variance);
-                let mean_square = &self.mean_squares[known].1;
+                let mut both = vec![[0.0; 2]; places.n()];
                 let radius = Micrometers(*radius_um);
-                let factor = self.theory.form().size_factor(radius, bin.center);
-                let both = light.evaluate(factor, size_parameter(*radius_um, bin), mean_square);
+                let drops = LawDrops {
+                    factor: self.theory.form().size_factor(radius, bin.center),
+                    parameter: size_parameter(*radius_um, bin),
+                    mean_square: &self.mean_squares[known].1,
+                };
+                light.add_to(&mut both, &drops);
                 let mut row: Vec<f64> = both.into_iter().map(natural).collect();
                 if let Some((index, light)) = caustic {
                     row[index] = row[index].max(light);

@@ -173,7 +173,7 @@ struct DiffractedLight {
 
 impl DiffractedLight {
     fn new(request: &TableRequest, theta_rad: &[f64]) -> Result<Self, Error> {
-        let (places, _) = places(request, theta_rad);
+        let places = places(request, theta_rad);
         let radius_rad = 0.5 * request.sun_disc_diameter_rad;
         let averages = match &places {
             // The lobe of large drops lies within a ring.

@@ -77,7 +77,8 @@ impl Theory {
     }
 
     /// Is it the same whatever orders are asked for?
-    pub(crate) fn ignores_orders(self) -> bool {
+    #[must_use]
+    pub fn ignores_orders(self) -> bool {
         self.holds_every_order() && self.bow_theory().is_none()
     }
 

@@ -12,6 +12,7 @@ use std::f64::consts::TAU;
 use rayon::prelude::*;
 
 use crate::bow_light::BowTheory;
+use crate::bow_rows::BowLights;
 use crate::bow_rows::BowRows;
 use crate::bow_rows::SizeRow;
 use crate::error::Error;
@@ -34,10 +35,16 @@ const RESOLVED_RAD: f64 = 12.0 * PI / 180.0;
 /// # Errors
 /// As [`crate::scattering_table`].
 pub fn theta_axis(request: &TableRequest) -> Result<Vec<f64>, Error> {
+    Ok(axis_and_lights(request)?.0)
+}
+
+/// The angles, and what was computed of the bows on the way.
+pub(crate) fn axis_and_lights(request: &TableRequest) -> Result<(Vec<f64>, BowLights), Error> {
     let candidates = candidates(request);
     let probe = probe(request);
     let theory = request.theory.bow_theory().unwrap_or(EXACT_BOWS);
-    let rows = BowRows::new(&probe, theory, &candidates)?;
+    let lights = BowLights::new(&probe, theory, &candidates)?;
+    let rows = BowRows::new(&probe, &lights, &candidates)?;
     let sizes = rows.size_rows();
     let curves: Vec<Vec<Vec<f64>>> = (0..request.wavelengths.len())
         .into_par_iter()
@@ -54,12 +61,10 @@ pub fn theta_axis(request: &TableRequest) -> Result<Vec<f64>, Error> {
     let angles: Vec<f64> = kept.into_iter().map(|index| candidates[index]).collect();
     if request.theory.is_exact() && radius_of(request) > 0.0 {
         let root = (2.0 * request.tolerance / RIPPLE).sqrt();
-        return Ok(with_steps_up_to(
-            &angles,
-            root * 2.0 * radius_of(request) / PI,
-        ));
+        let filled = with_steps_up_to(&angles, root * 2.0 * radius_of(request) / PI);
+        return Ok((filled, lights));
     }
-    Ok(angles)
+    Ok((angles, lights))
 }
 
 fn radius_of(request: &TableRequest) -> f64 {

@@ -254,6 +254,17 @@ fn nobody_takes_the_glory_out_of_the_exact_light() {
 }
 
 #[test]
+fn an_order_that_is_off_leaves_the_theory_as_it_is() {
+    let mut scene = scene(FOG);
+    let with = planned(&scene);
+    scene.effects.set(Effect::SecondaryBow, Switch::Off);
+    let without = planned(&scene);
+    assert_eq!(without.levels.theory, with.levels.theory);
+    let reason = reason(&without, Effect::SecondaryBow);
+    assert!(reason.contains("exact light"), "{reason}");
+}
+
+#[test]
 fn drops_above_a_millimetre_of_diameter_are_flat_and_those_of_fog_are_round() {
     let plan = planned(&all_auto(FLAT_RAIN));
     assert!(plan.is_on(Effect::DropFlattening), "{plan}");

@@ -18,7 +18,8 @@
 //! * light scattered by the air is bounded by itself (see `air_light`);
 //! * sun's disc, spread of sizes and supernumeraries change P by a difference of two curves;
 //! * where the theory has no separate orders and others show the same light, an order changes no more
-//!   than the error of a table;
+//!   than the error of a table; by size large drops have separate orders, and drops of every size count
+//!   as large;
 //! * glory and corona are what the exact light has beyond the orders of other theories (see `rings`);
 //! * water adds no more than R_s P(theta') c, theta' from the sun in the water, R_s the reflectance of light
 //!   polarized along it, for no polarization is mirrored better (waves: at the largest P within their

@@ -53,6 +53,10 @@ impl DropSummary {
     /// Figures of a shape; `None` if it is not valid or has no drops. Shapes of up to a million nodes
     /// are laid out to find where the drops are, larger ones count as full and as mixed throughout.
     pub fn of_shape(shape: &Shape) -> Option<Self> {
+        // What a fountain knows of itself comes from laying it out, each figure anew.
+        if matches!(shape, Shape::Fountain(_)) {
+            return Self::of_volume(&shape.volume().ok()?);
+        }
         let own_variance = shape.effective_variance_range();
         let whole = Self::in_closed_form(shape, own_variance)?;
         if whole.n_nodes > MAX_NODES_LAID_OUT {

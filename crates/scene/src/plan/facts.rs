@@ -133,7 +133,7 @@ impl Situation {
             })
         });
         Ok(Self {
-            levels: theory_by_size::in_scene(levels, &scene.effects, (&drops, &view, grid)),
+            levels: theory_by_size::in_scene(levels, (&drops, &view, grid)),
             view,
             rise: rise_seen(&blocks),
             camera,

@@ -327,8 +327,8 @@ impl<'a> LightCurves<'a> {
         })
     }
 
-    /// Light of the other orders, and, on the side of a bow that is not `shown` by itself, of that
-    /// of the other bow, largest over `shapes`.
+    /// Light of the other orders, and, on the side of a bow that is not `shown` by itself, that of both
+    /// bows, largest over `shapes`. What a table holds whatever is asked for is new on such a side only.
     pub(super) fn higher_light(
         &self,
         factor: &[f64],
@@ -338,14 +338,18 @@ impl<'a> LightCurves<'a> {
         let factor = bits(factor);
         let is_hidden = |theta_rad: f64| !shown[usize::from(theta_rad < self.request.split_rad)];
         largest(shapes, |shaping| {
-            let shape = (shaping, shapes.flat);
-            let rings = self.rings_of(Effect::HigherOrders, shaping, &factor);
-            let higher = self.higher_curve(shape, &factor).plus(&rings);
-            let higher = if self.theory(shaping).holds_every_order() {
-                higher.only(is_hidden)
-            } else {
-                higher
+            let (shape, theory) = ((shaping, shapes.flat), self.theory(shaping));
+            let added = |light: DirectedCurve, is_held: bool| {
+                if is_held {
+                    light.only(is_hidden)
+                } else {
+                    light
+                }
             };
+            let orders = self.higher_curve(shape, &factor);
+            let orders = added(orders, theory.ignores_orders());
+            let rings = self.rings_of(Effect::HigherOrders, shaping, &factor);
+            let higher = orders.plus(&added(rings, theory.holds_every_order()));
             if shown == [true; 2] {
                 return higher;
             }
@@ -385,7 +389,7 @@ impl<'a> LightCurves<'a> {
     /// Whether no way of shaping the light has separate orders to leave out.
     pub(super) fn is_whole(&self, shapes: &Shapes) -> bool {
         let mut shapings = shapes.shapings.iter();
-        shapings.all(|shaping| self.theory(shaping).holds_every_order())
+        shapings.all(|shaping| self.theory(shaping).ignores_orders())
     }
 
     /// What a shaping effect changes, largest over `shapes`.

@@ -6,6 +6,7 @@ use crate::effect::Effect;
 use crate::effect::Switch;
 
 use super::bound::Bound;
+use super::rings::ORDERS;
 
 /// What reasons speak of.
 pub(super) struct Facts {
@@ -44,6 +45,9 @@ pub(super) fn reason(
     let fact = fact(effect, facts);
     match asked {
         Switch::On => format!("the scene asks for it; {fact}"),
+        Switch::Off if ORDERS.contains(&effect) && facts.theory.holds_every_order() => {
+            format!("the scene leaves it out, but exact light of drops is not without it; {fact}")
+        }
         Switch::Off => format!("the scene leaves it out; {fact}"),
         Switch::Auto if is_on && effect == Effect::Occluders => fact,
         Switch::Auto if is_on => format!("kept; {fact}"),

@@ -7,8 +7,8 @@ use niji_scatter::Theory;
 
 use crate::effect::Effect;
 
-/// The effects whose light a table holds that sends glory and corona.
-const CARRIERS: [Effect; 3] = [
+/// The effects that are light of some orders: without any of them there is no table.
+pub(super) const ORDERS: [Effect; 3] = [
     Effect::PrimaryBow,
     Effect::SecondaryBow,
     Effect::HigherOrders,
@@ -21,7 +21,7 @@ pub(super) fn held(theory: Theory, on: &BTreeSet<Effect>) -> Vec<Effect> {
         return Vec::new();
     }
     // All orders are there, but no table is made for none of them.
-    let whole = theory.holds_every_order() && CARRIERS.iter().any(|carrier| on.contains(carrier));
+    let whole = theory.holds_every_order() && ORDERS.iter().any(|order| on.contains(order));
     let rings = [
         (Effect::Glory, Effect::PrimaryBow),
         (Effect::Corona, Effect::HigherOrders),

@@ -1,9 +1,10 @@
 //! What theory by size comes to in a scene.
 //!
 //! A scene whose light is made by one theory, to the tolerance over that of each mode, takes that alone: rain the
-//! uniform one, fog that of Lorenz and Mie. So does a scene that switches an order off by hand, because the exact light of small drops
-//! has them all: the uniform one. Where the sun is in view, diffracted light is added however large the drops
-//! are, and where the antisolar point is, small drops that are more than next to none have their glory.
+//! uniform one, fog that of Lorenz and Mie. Where the sun is in view, diffracted light is added however large the
+//! drops are, and where the antisolar point is, small drops that are more than next to none have their glory. No
+//! switch of an effect decides on it: exact light of small drops keeps an order that is off (see `reasons`), and
+//! switching that order on changes no other light.
 
 use niji_dropfield::LawShare;
 use niji_radiometry::Micrometers;
@@ -14,9 +15,6 @@ use niji_scatter::Theory;
 use niji_scatter::theory_for_laws;
 
 use crate::accuracy::Levels;
-use crate::effect::Effect;
-use crate::effect::EffectSwitches;
-use crate::effect::Switch;
 
 use super::DropSummary;
 use super::View;
@@ -27,60 +25,40 @@ const CORONA_DEG: f64 = 15.0;
 /// The levels with the theory that the drops in view are made with.
 pub(super) fn in_scene(
     levels: Levels,
-    switches: &EffectSwitches,
     (drops, view, wavelengths): (&DropSummary, &View, WavelengthGrid),
 ) -> Levels {
     if levels.theory != Theory::BySize {
         return levels;
     }
+    let tolerance = levels.table_relative_error;
     let sees_rings = view.theta_deg.is_some_and(|(low_deg, high_deg)| {
-        let tolerance = levels.table_relative_error;
         let have_glory = drops.laws.smallest_radius_um(tolerance) < GLORY_LARGEST_UM;
         low_deg < CORONA_DEG || have_glory && high_deg.to_radians() > GLORY_START_RAD
     });
-    let theory = if has_orders_off(switches) {
-        Theory::Uniform
-    } else {
-        match of_all_modes(drops, wavelengths, levels.table_relative_error) {
-            Theory::Uniform if sees_rings => Theory::BySize,
-            theory => theory,
-        }
+    let theory = match of_all_modes(drops, wavelengths, tolerance) {
+        Theory::Uniform if sees_rings => Theory::BySize,
+        theory => theory,
     };
     Levels { theory, ..levels }
 }
 
-fn has_orders_off(switches: &EffectSwitches) -> bool {
-    let orders = [
-        Effect::PrimaryBow,
-        Effect::SecondaryBow,
-        Effect::HigherOrders,
-    ];
-    let is_off = |order: Effect| switches.of(order) == Switch::Off;
-    orders.into_iter().any(is_off)
-}
-
 /// The theory on which the light of all modes agrees.
 fn of_all_modes(drops: &DropSummary, wavelengths: WavelengthGrid, tolerance: f64) -> Theory {
+    // At a part of the way from an entry's smallest radius to its largest. The smallest drops are as narrow as
+    // any, since a mixture with larger ones, which is broader, has a larger radius.
+    let law_at = |law: &LawShare, part: f64| {
+        let (low_um, high_um) = law.effective_radius_um;
+        let (narrow, broad) = law.effective_variance;
+        let radius = Micrometers(low_um.powf(1.0 - part) * high_um.powf(part));
+        (radius, if part > 0.0 { broad } else { narrow }, law.share)
+    };
     let of_mode = |laws: &[LawShare]| {
-        // The smallest drops are as narrow as any, since a mixture with larger ones, which is broader, has a
-        // larger radius.
-        let ends: [fn(&LawShare) -> (f64, f64); 3] = [
-            |law| (law.effective_radius_um.0, law.effective_variance.0),
-            |law| {
-                let (low_um, high_um) = law.effective_radius_um;
-                ((low_um * high_um).sqrt(), law.effective_variance.1)
-            },
-            |law| (law.effective_radius_um.1, law.effective_variance.1),
-        ];
-        let theory = |end: fn(&LawShare) -> (f64, f64)| {
-            let laws = laws.iter().map(|law| {
-                let (radius_um, variance) = end(law);
-                (Micrometers(radius_um), variance, law.share)
-            });
+        let theory = |part: f64| {
+            let laws = laws.iter().map(|law| law_at(law, part));
             // What is no law is said by those who make the table.
             theory_for_laws(laws, wavelengths, tolerance).unwrap_or(Theory::BySize)
         };
-        agreed(ends.map(theory))
+        agreed([0.0, 0.5, 1.0].map(theory))
     };
     agreed(drops.laws.modes().iter().map(|laws| of_mode(laws)))
 }
