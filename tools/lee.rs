@@ -240,6 +240,7 @@ fn diagram(command: &LeeCommand) -> Result<Diagram, Failure> {
             relative_error: RELATIVE_ERROR,
             effective_radius_um: radii.collect(),
             effective_variance: vec![command.effective_variance],
+            support_um: (low_um, high_um),
             rows: SizeRows::Laws,
             motion: None,
             sun_disc_diameter_rad: command.sun_disc_deg.to_radians(),

@@ -33,7 +33,8 @@ pub(crate) struct RenderCommand {
     /// The drop volume.
     #[arg(long, value_name = "VDB")]
     drops: PathBuf,
-    /// The scattering table.
+    /// The scattering table: the scene's own, or any of the same water, wavelengths and theory that holds at
+    /// least its sizes, angles and orders.
     #[arg(long, value_name = "EXR")]
     table: Option<PathBuf>,
     /// The air.
@@ -79,6 +80,9 @@ pub(crate) fn execute(command: &RenderCommand, common: &Common) -> Result<(), Fa
         planned.plan.scattering.is_some(),
         &command.table,
     )?;
+    if table.is_none() && command.table.is_some() {
+        stages::given_table::warn_unused(common.verbosity());
+    }
     let runs_air = planned.plan.runs(niji_scene::Stage::Atmosphere);
     let air = need(("air", "atmosphere"), runs_air, &command.air)?;
     let scene = &planned.scene;
@@ -88,8 +92,7 @@ pub(crate) fn execute(command: &RenderCommand, common: &Common) -> Result<(), Fa
             "this scene needs --depth, a file that `niji depth` writes".to_owned(),
         ));
     }
-    let tables = (table.as_deref(), air.as_deref());
-    stages::other_scene::warn(scene, tables, common.verbosity());
+    stages::other_scene::warn(scene, air.as_deref(), common.verbosity());
     let inputs = Inputs {
         drops: &command.drops,
         table: table.as_deref(),

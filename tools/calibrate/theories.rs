@@ -72,6 +72,7 @@ pub(super) fn rows(date: &str, verbosity: Verbosity) -> Result<Vec<TheoryRow>, F
                 relative_error: TABLE_ERROR,
                 effective_radius_um: vec![radius_um],
                 effective_variance: vec![effective_variance],
+                support_um: (radius_um, radius_um),
                 rows: SizeRows::Laws,
                 motion: None,
                 sun_disc_diameter_rad: f64::to_radians(SUN_DISC_DEG),

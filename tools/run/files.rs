@@ -24,6 +24,8 @@ pub(crate) struct Files {
     pub airy: PathBuf,
     /// The scattering table.
     pub table: PathBuf,
+    /// Whether it is there already, and not made.
+    pub is_table_given: bool,
     /// The air.
     pub air: PathBuf,
     /// The spectral image.
@@ -40,8 +42,19 @@ impl Files {
             drops: (planned.drop_file.clone()).unwrap_or_else(|| inside(stages::drops::FILE)),
             airy: inside(stages::airy::FILE),
             table: inside(stages::scatter::FILE),
+            is_table_given: false,
             air: inside(stages::atmosphere::FILE),
             image: inside(stages::render::FILE),
+        }
+    }
+
+    /// With a finished scattering table, where one is given.
+    #[must_use]
+    pub(super) fn with_table(self, given: Option<PathBuf>) -> Self {
+        Self {
+            is_table_given: given.is_some(),
+            table: given.unwrap_or(self.table),
+            ..self
         }
     }
 

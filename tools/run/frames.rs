@@ -16,12 +16,14 @@ use crate::failure::Failure;
 use crate::output;
 use crate::progress::Verbosity;
 use crate::run::Outcome;
+use crate::run::RunCommand;
 use crate::run::files::Files;
 use crate::run::report;
 use crate::run::run_stages_to;
 use crate::scene_file;
 use crate::stages::Done;
 use crate::stages::accuracy;
+use crate::stages::given_table;
 
 /// Frames by number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,13 +66,13 @@ pub(super) struct FrameDone {
 /// # Errors
 /// A scene in which nothing changes, or whatever a frame reports, with its number.
 pub(super) fn execute(
-    scene_file: &Path,
-    folder: &Path,
-    (range, step): (FrameRange, u32),
+    command: &RunCommand,
+    range: FrameRange,
     common: &Common,
 ) -> Result<(), Failure> {
+    let (scene_file, folder): (&Path, &Path) = (&command.scene, &command.output);
     let sequence = sequence(scene_file)?;
-    let numbers = || (range.first..=range.last).step_by(step as usize);
+    let numbers = || (range.first..=range.last).step_by(command.step as usize);
     // What is wrong with the last frame is told before the first is made.
     for number in numbers() {
         let text = sequence.scene_text(number);
@@ -92,7 +94,8 @@ pub(super) fn execute(
             }
             warn_of_jump(&planned.plan, &mut effects);
         }
-        let files = Files::of_frame(&planned, folder, number)?;
+        let given = given_table::given(&planned, command.table.as_deref(), verbosity);
+        let files = Files::of_frame(&planned, folder, number)?.with_table(given.map_err(in_frame)?);
         let outcome = run_stages_to(&planned, &files, common.manner());
         let Outcome { done, .. } = outcome.map_err(in_frame)?;
         if accuracy.is_ok() {

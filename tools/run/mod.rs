@@ -26,6 +26,7 @@ use crate::stages;
 use crate::stages::Done;
 use crate::stages::Manner;
 use crate::stages::accuracy;
+use crate::stages::given_table;
 use crate::stages::render::Inputs;
 use crate::stages::render::Target;
 use crate::sun::report::FindingText;
@@ -40,6 +41,7 @@ use crate::sun::report::FindingText;
   niji run data/scenes/paper-c-figure-3.toml -o out
   niji run scene.toml -o draft --accuracy draft
   niji run scene.toml -o out --tolerance 0.01
+  niji run scene.toml -o out --table any-rain.exr
   niji run sequence.toml -o out --frames 1-240
 
 Leaves drops.vdb, airy.exr, scatter.exr, atmosphere.exr (where the plan needs them), image.exr,
@@ -52,6 +54,10 @@ pub(crate) struct RunCommand {
     /// The folder to write to.
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
+    /// A finished scattering table in place of the scene's own: of the same water, wavelengths and theory,
+    /// with at least the sizes, angles and orders that the plan asks for (see `niji scatter --radii-um`).
+    #[arg(long, value_name = "EXR")]
+    table: Option<PathBuf>,
     /// The frames of a sequence to make: A, or A-B; what changes from frame to frame stands in the
     /// scene's section [sequence] and in file names with ####. Values lie between those given as numbers
     /// do, angles too: a turn over north is from 350 to 370 degrees.
@@ -78,7 +84,7 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
         return Err(Failure::Usage(message));
     }
     if let Some(frames) = command.frames {
-        return frames::execute(&command.scene, folder, (frames, command.step), common);
+        return frames::execute(command, frames, common);
     }
     let planned = scene_file::load(&command.scene, common)?;
     if planned.scene.sequence.is_some() {
@@ -89,7 +95,9 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
     }
     planned.check()?;
     let manner = common.manner();
-    let Outcome { done, findings } = run_stages(&planned, folder, manner)?;
+    let given = given_table::given(&planned, command.table.as_deref(), manner.verbosity)?;
+    let files = Files::of_scene(&planned, folder).with_table(given);
+    let Outcome { done, findings } = run_stages_to(&planned, &files, manner)?;
     let image = folder.join(stages::render::FILE);
     let reached = accuracy::reached(&planned, &image)?;
     let report = report::json(&planned, &done, reached.as_ref());
@@ -152,6 +160,7 @@ fn run_stages_to(planned: &Planned, files: &Files, manner: Manner) -> Result<Out
         drops,
         airy,
         table,
+        is_table_given,
         air,
         image,
     } = files;
@@ -165,6 +174,7 @@ fn run_stages_to(planned: &Planned, files: &Files, manner: Manner) -> Result<Out
                 };
                 stages::drops::make(source, niji_vdb::Compression::None, drops, manner)
             }
+            Stage::Airy | Stage::Scatter if *is_table_given => continue,
             Stage::Airy => stages::airy::make(airy, manner),
             Stage::Scatter => {
                 let Some(need) = &plan.scattering else {

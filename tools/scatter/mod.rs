@@ -13,6 +13,8 @@ use niji_scatter::DropMotion;
 use niji_scatter::SizeRows;
 use niji_scatter::Theory;
 use niji_scene::ScatteringNeed;
+use niji_sizes::bin_step;
+use niji_sizes::bins;
 use niji_sizes::radius_axis;
 use niji_sizes::variance_axis;
 
@@ -38,6 +40,9 @@ use crate::water_flags::WaterFlags;
   niji scatter --theory mie --effective-radius-um 10 --effective-variance 0.1 -o fog.exr
   niji scatter --theory uniform --effective-radius-um 100,1000 --theta-deg 120,180 -o rain.exr
   niji scatter --theory uniform --radii-um 20,3000 --flattened --theta-deg 100,180 -o any-rain.exr
+  niji scatter --theory by-size --radii-um 1,4000 --effective-variance 0.05 --flattened \
+      --orders 0,2,3,6,7 --theta-deg 50,180 --relative-error 0.005 --temperature-c 15 \
+      -o fog-to-rain.exr
   niji scatter --compare airy,uniform,mie --effective-radius-um 8 --plot fogbow.svg
   niji scatter --table rain.exr --plot rain.svg
   niji scatter --theory mie --effective-radius-um 100 --export csv -o phase.csv
@@ -68,11 +73,13 @@ pub(crate) struct ScatterCommand {
     /// Effective radius, or the smallest and largest of a range.
     #[arg(long, value_name = "UM[,UM]", required_unless_present_any = ["scene", "table", "radii_um"])]
     effective_radius_um: Option<String>,
-    /// Effective variance, or the smallest and largest of a range.
+    /// Effective variance, or the smallest and largest of a range; beside --radii-um that of the narrowest
+    /// law, the larger the fewer radii, 0 for drops of one size.
     #[arg(long, value_name = "V[,V]", default_value = "0")]
     effective_variance: String,
-    /// Single radii of a range in place of --effective-radius-um: a table that serves any law of such drops.
-    #[arg(long, value_name = "UM,UM", conflicts_with_all = ["effective_radius_um", "effective_variance"])]
+    /// Single radii of a range in place of --effective-radius-um: a table that serves any law of such drops,
+    /// and any scene of the same water, wavelengths and theory.
+    #[arg(long, value_name = "UM,UM", conflicts_with = "effective_radius_um")]
     radii_um: Option<String>,
     /// Keep apart what flattening moves, so that the table serves flattened drops too.
     #[arg(long)]
@@ -186,6 +193,7 @@ fn of_flags(command: &ScatterCommand) -> Result<(ScatteringNeed, WavelengthGrid)
     let wavelengths = spectrum(&command.spectrum)?;
     let orders = orders(command.orders.as_deref().unwrap_or(BOWS))?;
     let sizes = sizes(command)?;
+    let ends = sizes.0.first().copied().zip(sizes.0.last().copied());
     let need = ScatteringNeed {
         theory: command.theory.map_or(Theory::Airy, Theory::from),
         orders,
@@ -193,6 +201,7 @@ fn of_flags(command: &ScatterCommand) -> Result<(ScatteringNeed, WavelengthGrid)
         relative_error: command.relative_error,
         effective_radius_um: sizes.0,
         effective_variance: sizes.1,
+        support_um: ends.unwrap_or_default(),
         rows: sizes.2,
         motion: command.flattened.then(DropMotion::default),
         sun_disc_diameter_rad: command.sun_disc_deg.to_radians(),
@@ -207,12 +216,19 @@ fn sizes(command: &ScatterCommand) -> Result<(Vec<f64>, Vec<f64>, SizeRows), Fai
     let error = command.relative_error;
     if let Some(radii) = &command.radii_um {
         let radii = range("radii-um", radii)?;
-        let radii = radius_axis(radii, 0.0, error).map_err(usage)?;
+        let (narrowest_variance, _) = range("effective-variance", &command.effective_variance)?;
+        variance_axis((narrowest_variance, narrowest_variance)).map_err(usage)?;
+        let axis = radius_axis(radii, 0.0, error).map_err(usage)?;
+        let widest = command.theory.map_or(f64::INFINITY, |theory| {
+            Theory::from(theory).widest_bin(error)
+        });
+        let step = bin_step(narrowest_variance, error).map(|step| step.min(widest));
         let rows = SizeRows::Bins {
-            ln_step: 0.0,
-            narrowest_variance: 0.0,
+            ln_step: step.unwrap_or(0.0),
+            narrowest_variance,
         };
-        return Ok((radii, vec![0.0], rows));
+        let axis = step.map_or(axis, |step| bins(radii, step));
+        return Ok((axis, vec![0.0], rows));
     }
     let radii = command.effective_radius_um.as_deref().unwrap_or("");
     let radii = range("effective-radius-um", radii)?;

@@ -9,6 +9,7 @@ pub(crate) mod airy;
 pub(crate) mod assembly;
 pub(crate) mod atmosphere;
 pub(crate) mod drops;
+pub(crate) mod given_table;
 pub(crate) mod other_scene;
 pub(crate) mod photo;
 pub(crate) mod render;

@@ -34,6 +34,7 @@ use niji_scene::Effect;
 use niji_scene::Levels;
 use niji_scene::Picture;
 use niji_scene::Projection;
+use niji_scene::ScatteringNeed;
 use niji_scene::Spectrum;
 use niji_scene::Sun;
 use niji_scene::WaterSurface;
@@ -49,6 +50,7 @@ use crate::stages::Done;
 use crate::stages::Manner;
 use crate::stages::Request;
 use crate::stages::accuracy;
+use crate::stages::given_table;
 use crate::stages::perform;
 use crate::stages::saved_rows;
 use crate::stages::saved_rows::Saving;
@@ -94,6 +96,9 @@ pub(crate) struct Settings {
     /// What a tolerance is relative to [cd/m²].
     #[serde(skip)]
     pub reference_luminance_cd_m2: f64,
+    /// What the scattering table has to hold.
+    #[serde(skip)]
+    pub scattering: Option<ScatteringNeed>,
 }
 
 impl Settings {
@@ -120,6 +125,7 @@ impl Settings {
             mirrored_water,
             render_effects,
             reference_luminance_cd_m2: plan.reference_luminance_cd_m2,
+            scattering: plan.scattering.clone(),
         }
     }
 
@@ -221,7 +227,12 @@ fn picture(
     let wavelengths = settings.spectrum.grid().map_err(|error| usage(&error))?;
     // First, as nothing takes more memory than drops beside their bricks.
     let drops = lit_drops(settings, inputs.drops)?;
-    let table: Option<ScatteringTable> = inputs.table.map(stages::scatter::read).transpose()?;
+    let need = settings.scattering.as_ref();
+    let table = inputs.table.zip(need).map(|(path, need)| {
+        let table = given_table::read(path, need, wavelengths)?;
+        Ok(given_table::as_needed(table, need))
+    });
+    let table: Option<ScatteringTable> = table.transpose()?;
     let air: Option<AtmosphereTable> = inputs.air.map(stages::atmosphere::read).transpose()?;
     let surfaces = inputs.surfaces.read(settings.camera)?;
     let sun_irradiance = settings.sun.irradiance(&wavelengths);

@@ -59,7 +59,7 @@ pub enum Error {
     },
     /// The optical-depth volume would not fit.
     #[error(
-        "a sun volume with voxels of {found_m} m needs more than 2^26 nodes, expected voxels of at \
+        "sun path: a volume with voxels of {found_m} m needs more than 2^26 nodes, expected voxels of at \
          least {smallest_m:.3} m"
     )]
     SunVolumeTooLarge {

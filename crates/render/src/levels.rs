@@ -4,7 +4,10 @@
 //! and density over 64^3 nodes and on a homogeneous box, 640 x 480 rays, shadows on, the same table
 //! and sun volume on both sides (`cargo bench -p niji-render`, November 2026).
 
+use niji_geometry::Aabb;
+
 use crate::drop_orders::n_paths;
+use crate::sun_sweep::fitting_voxel_m;
 
 /// How the integral along a view ray through the drops is taken.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,6 +72,19 @@ pub enum SunPath {
         /// Length of a step in metres.
         step_m: f64,
     },
+}
+
+impl SunPath {
+    /// The level with a voxel that is large enough for a box of drops; itself where it fits.
+    #[must_use]
+    pub fn fitting(self, bounds: Aabb) -> Self {
+        match self {
+            Self::Volume { voxel_m } => Self::Volume {
+                voxel_m: fitting_voxel_m(bounds.max - bounds.min, voxel_m),
+            },
+            Self::Ignore | Self::March { .. } => self,
+        }
+    }
 }
 
 /// How much air lies on a path.

@@ -14,6 +14,7 @@
 //! Where the moved light of a radius comes from beyond the angles of the table, it is dark; at 0 and 180
 //! degrees it comes from the mirrored angle.
 
+use std::f64::consts::FRAC_PI_2;
 use std::f64::consts::PI;
 
 use ndarray::Array1;
@@ -64,8 +65,8 @@ struct OrderRows {
     shifts: Vec<BowShift>,
     /// Integral over the angle by [row, angle, wavelength], lanes of 0 behind the last wavelength.
     integrals: Vec<f32>,
-    /// Largest luminance of each row, in sunlight [cd/m² per unit of light].
-    peaks: Vec<f64>,
+    /// Largest luminance of each row in front of 90 degrees and behind, in sunlight [cd/m² per unit of light].
+    peaks: Vec<[f64; 2]>,
     /// Angles between which all but a millionth of the light of each row lies, of every wavelength.
     lit_rad: Vec<[f64; 2]>,
 }
@@ -207,7 +208,7 @@ impl WithSimd for Adding<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, _: S) -> f64 {
         let n_lanes = self.rows.n_padded / LANES;
-        let mut peaks = 0.0;
+        let (mut peaks, side) = (0.0, side_of(self.place.theta_rad));
         for (row, weight) in self.weights.iter().enumerate() {
             if *weight <= 0.0 {
                 continue;
@@ -218,7 +219,7 @@ impl WithSimd for Adding<'_> {
                 .iter()
                 .zip(self.seen.chunks_exact(2 * n_lanes + 1));
             for (order, seen) in of_orders {
-                peaks += f64::from(*weight) * order.peaks[row];
+                peaks += f64::from(*weight) * order.peaks[row][side];
                 self.add_order((order, seen), row, *weight);
             }
         }
@@ -284,6 +285,12 @@ impl Adding<'_> {
     }
 }
 
+/// In front of 90 degrees or behind: errors of a table are parts of the peak on their side, and that of light
+/// that is diffracted forward is thousands of times a bow's.
+fn side_of(theta_rad: f64) -> usize {
+    usize::from(theta_rad >= FRAC_PI_2)
+}
+
 /// A copy of one lane of wavelengths.
 fn at(index: usize) -> impl Fn(&[[f32; LANES]]) -> [f32; LANES] {
     move |lanes| lanes[index]
@@ -308,7 +315,7 @@ impl OrderSource<'_> {
             .map(|(integrals, mean)| {
                 let light = self.natural_light(mean);
                 self.integrate(&light, integrals);
-                (self.peak(&light), self.lit_rad(integrals, n_padded))
+                (self.peaks(&light), self.lit_rad(integrals, n_padded))
             })
             .unzip();
         let half = |index: usize| self.order.shifts[(index * LANES / 2).min(n_wavelengths - 1)];
@@ -383,10 +390,15 @@ impl OrderSource<'_> {
         }
     }
 
-    /// Largest luminance in sunlight.
-    fn peak(&self, light: &Array2<f64>) -> f64 {
+    /// Largest luminance in sunlight on either side.
+    fn peaks(&self, light: &Array2<f64>) -> [f64; 2] {
         let weights = Array1::from(self.luminance_weights.to_vec());
-        weights.dot(light).into_iter().fold(0.0, f64::max)
+        let mut peaks = [0.0_f64; 2];
+        for (theta_rad, luminance) in self.theta_rad.iter().zip(weights.dot(light)) {
+            let peak = &mut peaks[side_of(*theta_rad)];
+            *peak = peak.max(luminance);
+        }
+        peaks
     }
 }
 

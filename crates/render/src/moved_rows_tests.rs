@@ -307,3 +307,26 @@ fn moved_light_is_what_still_rows_leave_out() {
         }
     }
 }
+
+#[test]
+fn light_diffracted_forward_is_no_peak_of_a_bow() {
+    let bow = |_: usize, theta: f64| (-0.5 * ((theta - 2.4) / 0.01).powi(2)).exp();
+    let lobe = |wavelength: usize, theta: f64| bow(wavelength, theta) + 1e5 * (-50.0 * theta).exp();
+    let with = |value: fn(f64, f64) -> f64| {
+        let value = |w: usize, theta: f64| value(bow(w, theta), lobe(w, theta));
+        let drops = |_| still(0.01);
+        let table = table((all_angles(), vec![100.0]), drops, shifts(|_| 1.0), value);
+        let rows = rows(&table);
+        let mut stencil = MovedStencil::default();
+        let place = MovedPlace {
+            theta_rad: 2.3,
+            width_rad: 0.0,
+            axis_squares: ALONG_T,
+        };
+        rows.place(&place, &mut stencil);
+        rows.add(&[(0, 1.0)], &mut stencil, &mut [0.0; N_WAVELENGTHS])
+    };
+    let [alone, beside] = [with(|bow, _| bow), with(|_, lobe| lobe)];
+    assert!(alone > 0.0);
+    assert_eq!(alone, beside);
+}

@@ -22,11 +22,34 @@ use crate::piece::EXTINCTION_PER_M2;
 /// 256 MiB of f32.
 const MAX_NODES: f64 = (1_u64 << 26) as f64;
 
+/// By so much a voxel grows at least, until it fits.
+const WIDENING: f64 = 1.001;
+
 /// Stretches of a layer's crossing; beyond, the sweep's voxels are far coarser than the drops'.
 const MAX_STRETCHES: f64 = 64.0;
 
 /// Offsets of the two Gauss points from the middle of a stretch, in units of its length.
 const GAUSS_OFFSET: f64 = 0.288_675_134_594_812_9;
+
+/// Cells of a lattice over a box.
+fn n_cells(size_m: DVec3, voxel_m: f64) -> DVec3 {
+    (size_m / voxel_m).ceil().max(DVec3::ONE)
+}
+
+fn n_nodes(n_cells: DVec3) -> f64 {
+    (n_cells + DVec3::ONE).element_product()
+}
+
+/// The voxel (m), or a larger one by which a box has no more nodes than fit.
+pub(crate) fn fitting_voxel_m(size_m: DVec3, mut voxel_m: f64) -> f64 {
+    loop {
+        let excess = n_nodes(n_cells(size_m, voxel_m)) / MAX_NODES;
+        if excess <= 1.0 || !excess.is_finite() {
+            return voxel_m;
+        }
+        voxel_m *= excess.cbrt().max(WIDENING);
+    }
+}
 
 /// Optical depth at Q = 1 on a lattice over the drops' box.
 pub(crate) struct SunSweep {
@@ -51,13 +74,11 @@ impl SunSweep {
         voxel_m: f64,
     ) -> Result<Self, Error> {
         let size = bounds.max - bounds.min;
-        let n_cells = (size / voxel_m).ceil().max(DVec3::ONE);
-        let total = (n_cells.x + 1.0) * (n_cells.y + 1.0) * (n_cells.z + 1.0);
-        if total > MAX_NODES {
-            let smallest_m = voxel_m * (total / MAX_NODES).cbrt();
+        let n_cells = n_cells(size, voxel_m);
+        if n_nodes(n_cells) > MAX_NODES {
             return Err(Error::SunVolumeTooLarge {
                 found_m: voxel_m,
-                smallest_m,
+                smallest_m: fitting_voxel_m(size, voxel_m),
             });
         }
         let swept = sun_direction.abs().max_position();

@@ -7,6 +7,7 @@ mod common;
 use common::*;
 use glam::DVec3;
 use niji_dropfield::GridBox;
+use niji_geometry::Aabb;
 use niji_radiometry::WavelengthGrid;
 use niji_render::AirPath;
 use niji_render::Error;
@@ -211,6 +212,12 @@ fn a_sun_volume_that_does_not_fit_says_which_would() {
     let path = SunPath::Volume { voxel_m: 0.01 };
     let found = LitDrops::new(vec![volume.clone()], sun, path).unwrap_err();
     assert!(matches!(found, Error::SunVolumeTooLarge { smallest_m, .. } if smallest_m > 0.1));
+    // What is told fits, and what fits stays.
+    let (min, max) = volume.world_bounds().unwrap();
+    let bounds = Aabb { min, max };
+    let fitting = path.fitting(bounds);
+    assert!(LitDrops::new(vec![volume.clone()], sun, fitting).is_ok());
+    assert_eq!(fitting.fitting(bounds), fitting);
     for path in [
         SunPath::Volume { voxel_m: -1.0 },
         SunPath::March {

@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use crate::drop_motion::DropMotion;
 use crate::error::Error;
+use crate::moved_orders::MovedOrders;
 use crate::theory::Theory;
 
 /// Largest table: the renderer holds all of it.
@@ -73,6 +74,12 @@ impl TableRequest<'_> {
         let moves = self.motion.is_some();
         let moved = moves.then(|| self.theory.moved_orders(&self.orders));
         moved.unwrap_or_default()
+    }
+
+    /// Does the table keep light apart that flattening moves? Not where all drops are too small.
+    #[must_use]
+    pub fn moves(&self) -> bool {
+        MovedOrders::new(self).len() > 0
     }
 
     /// The orders that take part.

@@ -88,6 +88,7 @@ pub use plan::EffectDecision;
 pub use plan::Estimate;
 pub use plan::Explanation;
 pub use plan::LawsInLight;
+pub use plan::Misfit;
 pub use plan::Plan;
 pub use plan::PlanError;
 pub use plan::ScatteringNeed;

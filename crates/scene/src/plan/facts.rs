@@ -105,7 +105,11 @@ impl Situation {
         let line_albedo = reference_albedo / scene.sun.irradiance_scale();
         let (lines, sun_luminance) = lines(&grid, line_albedo);
         let view = seen(&blocks, sun_depth);
-        let levels = scene.accuracy.levels(drops.voxel_m);
+        let mut levels = scene.accuracy.levels(drops.voxel_m);
+        if scene.accuracy.sun_path.is_none() {
+            // Fine drops in a corner of a large volume ask for more than there is room for.
+            levels.sun_path = levels.sun_path.fitting(drops.bounds());
+        }
         let mirrored = scene.water_surface.as_ref().and_then(|water| {
             let surface = water.surface();
             let share = surface.largest_share(sun, &grid)?;

@@ -114,6 +114,9 @@ pub struct ScatteringNeed {
     pub effective_radius_um: Vec<f64>,
     /// Effective variances.
     pub effective_variance: Vec<f64>,
+    /// Smallest and largest single radii of all laws that have light, um; what is made does not depend on it.
+    #[serde(skip)]
+    pub support_um: (f64, f64),
     /// What the rows stand for.
     pub rows: SizeRows,
     /// How flattened drops move, where the light that flattening moves is kept apart; `None` for spheres.
@@ -210,6 +213,7 @@ pub(super) fn scattering_need(
         relative_error: error,
         effective_radius_um: sizes.radius_um,
         effective_variance: sizes.variance,
+        support_um: drops.laws.support_um()?,
         rows: sizes.rows,
         motion,
         sun_disc_diameter_rad: if with_disc {
