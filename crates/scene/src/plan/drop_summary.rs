@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use glam::DVec3;
 use niji_dropfield::DropMode;
 use niji_dropfield::DropVolume;
+use niji_dropfield::GridBox;
 use niji_dropfield::LawShare;
 use niji_dropfield::mixture_variance;
 use niji_droplets::Shape;
@@ -55,7 +56,14 @@ impl DropSummary {
     pub fn of_shape(shape: &Shape) -> Option<Self> {
         // What a fountain knows of itself comes from laying it out, each figure anew.
         if matches!(shape, Shape::Fountain(_)) {
-            return Self::of_volume(&shape.volume().ok()?);
+            let volume = shape.volume().ok()?;
+            let bounds = box_of(&shape.grid())?;
+            return Some(Self {
+                min_m: bounds.min,
+                max_m: bounds.max,
+                max_extinction_m1_q1: volume.summary().max_extinction_m1_q1,
+                ..Self::of_volume(&volume)?
+            });
         }
         let own_variance = shape.effective_variance_range();
         let whole = Self::in_closed_form(shape, own_variance)?;
@@ -126,14 +134,7 @@ impl DropSummary {
     /// over, because a fountain has to be laid out for it.
     fn in_closed_form(shape: &Shape, (narrowest, broadest): (f64, f64)) -> Option<Self> {
         let grid = shape.grid();
-        let counts = grid.n_nodes().ok()?;
-        let n = DVec3::from(counts.map(f64::from));
-        // Trilinear drops fade out over the voxel beyond the outermost nodes.
-        let half = DVec3::splat(0.5 * grid.voxel_m);
-        let bounds = Aabb {
-            min: grid.min - half,
-            max: grid.min + n * grid.voxel_m + half,
-        };
+        let (counts, bounds) = (grid.n_nodes().ok()?, box_of(&grid)?);
         let n_nodes = counts
             .iter()
             .map(|count| u64::from(count.unsigned_abs()))
@@ -211,6 +212,16 @@ impl DropSummary {
             max: self.max_m,
         }
     }
+}
+
+/// The box of trilinear drops, which fade out over the voxel beyond the outermost nodes.
+fn box_of(grid: &GridBox) -> Option<Aabb> {
+    let n = DVec3::from(grid.n_nodes().ok()?.map(f64::from));
+    let half = DVec3::splat(0.5 * grid.voxel_m);
+    Some(Aabb {
+        min: grid.min - half,
+        max: grid.min + n * grid.voxel_m + half,
+    })
 }
 
 /// The shape's own ends of a range, unless the nodes found others.
