@@ -12,7 +12,8 @@
 //! of the angle, however many fringes they hold. Both follow from f'' = −c z f by differentiation; for
 //! Ai they are DLMF 9.11.4 and the like.
 //!
-//! Where the sizes have blurred the fringes to below 1e-5 only their mean is left (DLMF 9.8.20, 9.8.21):
+//! Where the sizes have blurred the fringes to below 1e-5 only their mean is left, smooth in ln z. Far enough
+//! out for most of the small drops too it is (DLMF 9.8.20, 9.8.21)
 //! F = V²/(2π) (⟨t^(q−1/3)⟩ y^(−1/2) − (5/32) ⟨t^(q−7/3)⟩ y^(−7/2)),   y = A z,   A = c^(1/3)
 //! G = A² V²/(2π) (⟨t^(q−1/3)⟩ y^(1/2) + (7/32) ⟨t^(q−7/3)⟩ y^(−5/2)),   f = V Ai(−y)
 //! [HT74] J. E. Hansen and L. D. Travis, Space Sci. Rev. 16, 527-610 (1974), eq. 2.56. [DLMF]
@@ -45,6 +46,9 @@ const LOWEST_OF_ALL_Z: f64 = -150.0;
 const LEFT_BELOW: f64 = 1e-10;
 /// Step between nodes in the coordinate of [`fringe_coordinate`]: 0.18 rad of the phase of f².
 const STEP: f64 = 0.1;
+/// Step of ln z between nodes where fringes are damped: these are left to 1e-5, and their curvature must not
+/// be taken for that of the mean.
+const SMOOTH_STEP: f64 = 0.05;
 /// The expansion of the mean is good to the error from this z on, for a narrow law.
 const MEAN_FROM_Z: f64 = 30.0;
 
@@ -56,19 +60,27 @@ const FINE: f64 = 1e-5;
 pub(crate) enum MeanSquare {
     /// Of one size: nothing to be averaged.
     Single,
-    /// At nodes that are even in phase.
+    /// At nodes.
     Law(LawMean),
 }
 
-/// F, G, P and Q of a law at nodes that are even in phase.
+/// F, G, P and Q of a law at nodes that are even in phase, and then in ln z.
 #[derive(Clone, Debug)]
 pub(crate) struct LawMean {
     nodes: Vec<Node>,
-    /// Coordinate of the first, and the step from one to the next.
-    low: f64,
-    step: f64,
+    axis: Axis,
     /// ⟨t^(q−1/3)⟩ and ⟨t^(q−7/3)⟩.
     moments: [f64; 2],
+}
+
+/// Where nodes stand.
+#[derive(Clone, Copy, Debug)]
+struct Axis {
+    /// Phase coordinate of the first, and the step from one to the next.
+    low: f64,
+    step: f64,
+    /// From here on they are [`SMOOTH_STEP`] apart.
+    damped_z: f64,
 }
 
 /// z and there P, F, F', F'' and Q, G, G', G''.
@@ -158,10 +170,14 @@ impl LawMean {
         let damped_z = damped_from_z(exponent, effective_variance, error);
         // There the second term of the expansion is as small as it is for a narrow law.
         let mean_z = damped_z.max((broad / coarser).cbrt() * MEAN_FROM_Z);
-        let high = fringe_coordinate(averaging.highest_z.min(mean_z).max(1.0));
-        let low = fringe_coordinate(lowest_z(exponent, effective_variance));
-        let n_nodes = ((high - low) / step).ceil() as usize + 2;
-        let law = sample(from_fringe_coordinate(high));
+        let highest_z = averaging.highest_z.min(mean_z).max(1.0);
+        let axis = Axis {
+            low: fringe_coordinate(lowest_z(exponent, effective_variance)),
+            step,
+            damped_z,
+        };
+        let n_nodes = axis.position(highest_z).ceil() as usize + 2;
+        let law = sample(highest_z);
         // A sum over sizes evens out the error of a table, 2e-8.
         let integral = |z: f64| {
             averaging.airy_table.map_or_else(
@@ -172,15 +188,14 @@ impl LawMean {
         let nodes = (0..n_nodes)
             .into_par_iter()
             .map(|index| {
-                let z = from_fringe_coordinate(low + step * index as f64);
+                let z = axis.z(index);
                 let squares = law.mean(z, integral);
                 Node { z, squares }
             })
             .collect();
         Self {
             nodes,
-            low,
-            step,
+            axis,
             moments,
         }
     }
@@ -214,7 +229,7 @@ impl LawMean {
     }
 
     fn look_up(&self, z: f64, quantity: impl Fn([f64; 4]) -> [f64; 3]) -> [f64; 2] {
-        let position = (fringe_coordinate(z) - self.low) / self.step;
+        let position = self.axis.position(z);
         if position.is_nan() || position < 0.0 {
             return [0.0; 2];
         }
@@ -224,6 +239,28 @@ impl LawMean {
             let end = |node: &Node| (node.z, quantity(node.squares[j]));
             quintic_hermite(end(left), end(right), z).0
         })
+    }
+}
+
+impl Axis {
+    /// Steps from the first node to a place.
+    fn position(&self, z: f64) -> f64 {
+        let in_fringes = |z: f64| (fringe_coordinate(z) - self.low) / self.step;
+        if z <= self.damped_z {
+            in_fringes(z)
+        } else {
+            in_fringes(self.damped_z) + (z / self.damped_z).ln() / SMOOTH_STEP
+        }
+    }
+
+    /// Place of a node.
+    fn z(&self, index: usize) -> f64 {
+        let beyond = index as f64 - self.position(self.damped_z);
+        if beyond <= 0.0 {
+            from_fringe_coordinate(self.low + self.step * index as f64)
+        } else {
+            self.damped_z * (SMOOTH_STEP * beyond).exp()
+        }
     }
 }
 
@@ -289,7 +326,7 @@ mod tests {
 
     #[test]
     fn the_means_are_those_of_the_literal_sum_over_sizes() {
-        for variance in [0.0, 1e-8, 1e-4, 2e-3, 0.05, 1.0 / 3.0] {
+        for variance in [0.0, 1e-8, 1e-4, 2e-3, 0.05, 1.0 / 3.0, 0.45] {
             for exponent in [1.0 / 3.0, -2.0 / 3.0] {
                 let mean = MeanSquare::compute(averaging(exponent, variance));
                 for z in [-10.0, -3.0, -0.5, 0.0, 1.087, 2.4955, 7.3, 21.0, 33.0, 61.0] {
