@@ -67,22 +67,6 @@ pub enum Error {
         /// Unique name of the grid whose tree is to be shared.
         parent: String,
     },
-    /// A grid that is to be edited and is not there.
-    #[error("there is no grid `{grid}`, expected one of: {}", found.join(", "))]
-    NoGrid {
-        /// The name that was asked for.
-        grid: String,
-        /// The names of the grids of the file.
-        found: Vec<String>,
-    },
-    /// A metadata item that cannot be edited.
-    #[error(
-        "the item `{item}` follows from the grid's voxels or name; expected an item that does not"
-    )]
-    DerivedItem {
-        /// Name of the item.
-        item: String,
-    },
     /// Valid for OpenVDB, but not read here.
     #[error("{what} `{found}` is not supported, expected {expected}")]
     Unsupported {

@@ -14,22 +14,10 @@ const ITEM: &str = "a metadata item";
 const TEMPORARY: &str = "__";
 
 /// An item as it stands in a file.
-pub(crate) struct RawItem {
-    pub(crate) name: Vec<u8>,
+struct RawItem {
+    name: Vec<u8>,
     type_name: Vec<u8>,
     value: Vec<u8>,
-}
-
-impl RawItem {
-    /// An item that is to be written.
-    pub(crate) fn new(name: &[u8], value: &MetaValue) -> Self {
-        let (type_name, value) = encoded(value);
-        Self {
-            name: name.to_vec(),
-            type_name: type_name.as_bytes().to_vec(),
-            value,
-        }
-    }
 }
 
 /// Read all items.
@@ -49,12 +37,6 @@ pub(crate) fn read(input: &mut impl Source) -> Result<Metadata, Error> {
         }
     }
     Ok(metadata)
-}
-
-/// Read all items as they are, in their order.
-pub(crate) fn read_raw(input: &mut impl Source) -> Result<Vec<RawItem>, Error> {
-    let n_items = input.u32("the number of metadata items")?;
-    (0..n_items).map(|_| raw_item(input)).collect()
 }
 
 fn raw_item(input: &mut impl Source) -> Result<RawItem, Error> {
@@ -106,16 +88,10 @@ fn three<T: Bytes>(bytes: &[u8]) -> Option<[T; 3]> {
 
 /// Append all items.
 pub(crate) fn push(bytes: &mut Vec<u8>, metadata: &Metadata) {
-    let items = metadata.iter();
-    let items = items.map(|(name, value)| RawItem::new(name.as_bytes(), value));
-    push_raw(bytes, &items.collect::<Vec<_>>());
-}
-
-/// Append items as they are.
-pub(crate) fn push_raw(bytes: &mut Vec<u8>, items: &[RawItem]) {
-    bytes.extend_from_slice(&(items.len() as u32).to_le_bytes());
-    for item in items {
-        for part in [&item.name, &item.type_name, &item.value] {
+    bytes.extend_from_slice(&(metadata.len() as u32).to_le_bytes());
+    for (name, value) in metadata.iter() {
+        let (type_name, value) = encoded(value);
+        for part in [name.as_bytes(), type_name.as_bytes(), &value] {
             bytes.extend_from_slice(&(part.len() as u32).to_le_bytes());
             bytes.extend_from_slice(part);
         }

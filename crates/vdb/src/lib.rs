@@ -8,9 +8,8 @@
 //! bool grids, reals also saved as halves, uncompressed, zip or Blosc, with any linear map; a
 //! [`VdbHeader`] reads what stands in front of the voxels alone, and [`VdbFile::read_grids`] some of
 //! the grids. Writes version 224 (225 for halves), uncompressed or zip, with a UUID made from the
-//! content, so that equal volumes give equal bytes. [`edit_metadata`] changes metadata and nothing
-//! else; a [`FrameSequence`] names the files of an animation. Leaves are decoded and encoded in
-//! parallel. Everything else is a typed [`Error`] that names the grid.
+//! content, so that equal volumes give equal bytes. A [`FrameSequence`] names the files of an
+//! animation. Leaves are decoded and encoded in parallel. Everything else is a typed [`Error`] that names the grid.
 //!
 //! The layout follows the OpenVDB library, <https://github.com/AcademySoftwareFoundation/openvdb>,
 //! and \[Mus13\] K. Museth, "VDB: High-Resolution Sparse Volumes with Dynamic Topology",
@@ -36,7 +35,6 @@
 
 mod blosc;
 mod decode;
-mod edit;
 mod encode;
 mod error;
 mod grid;
@@ -56,8 +54,6 @@ mod value;
 mod write;
 mod write_tree;
 
-pub use edit::MetadataEdit;
-pub use edit::edit_metadata;
 pub use error::Error;
 pub use grid::Compression;
 pub use grid::FOG_VOLUME;

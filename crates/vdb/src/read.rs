@@ -9,7 +9,6 @@
 use std::collections::HashMap;
 use std::io::Read;
 use std::io::Seek;
-use std::ops::Range;
 
 use crate::Error;
 use crate::Grid;
@@ -34,9 +33,6 @@ const OLDEST_VERSION: u32 = 222;
 /// The newest version there is (OpenVDB 13).
 const NEWEST_VERSION: u32 = 225;
 
-/// Where the UUID stands: behind the magic number, three versions and the flag for offsets.
-pub(crate) const UUID_POSITION: u64 = 21;
-
 /// Length of the UUID in characters.
 pub(crate) const UUID_LENGTH: usize = 36;
 
@@ -55,8 +51,6 @@ pub(crate) struct Archive<R> {
     /// Whether the offsets in the descriptors mean something.
     pub(crate) has_offsets: bool,
     metadata: Metadata,
-    /// Where the metadata of the file stand.
-    pub(crate) items: Range<u64>,
     /// The grids in the order of the file.
     pub(crate) entries: Vec<Entry>,
 }
@@ -79,10 +73,6 @@ pub(crate) struct Entry {
 
 /// Where the parts of a grid stand, in the order of the file.
 pub(crate) struct Places {
-    /// The three offsets of 64 bits that end the descriptor.
-    pub(crate) offsets: u64,
-    /// The metadata.
-    pub(crate) items: Range<u64>,
     tree: u64,
     /// The leaves, as the file says.
     pub(crate) leaves: i64,
@@ -95,9 +85,7 @@ impl<R: Read + Seek> Archive<R> {
     pub(crate) fn open(source: R, length: u64) -> Result<Self, Error> {
         let mut input = Input::new(source, length);
         let (file_version, has_offsets) = file_head(&mut input)?;
-        let items_start = input.position();
         let metadata = items::read(&mut input)?;
-        let items = items_start..input.position();
         let n_grids = input.i32("the number of grids")?;
         if n_grids < 0 {
             return Err(input.damaged(format!("{n_grids} grids")));
@@ -113,7 +101,6 @@ impl<R: Read + Seek> Archive<R> {
             file_version,
             has_offsets,
             metadata,
-            items,
             entries,
         })
     }
@@ -216,7 +203,6 @@ fn entry<R: Read + Seek>(input: &mut Input<R>, has_offsets: bool) -> Result<Entr
     let unique_name = input.text(WHAT)?;
     let grid_type = input.text(WHAT)?;
     let parent = input.text(WHAT)?;
-    let offsets = input.position();
     let [start, leaves, end] = [input.i64(WHAT)?, input.i64(WHAT)?, input.i64(WHAT)?];
     let entry = Entry {
         header: GridHeader {
@@ -228,8 +214,6 @@ fn entry<R: Read + Seek>(input: &mut Input<R>, has_offsets: bool) -> Result<Entr
             transform: None,
         },
         places: Places {
-            offsets,
-            items: 0..0,
             tree: 0,
             leaves,
             end: 0,
@@ -256,9 +240,7 @@ fn complete<R: Read + Seek>(
         input.skip_to(start, "the start of a grid")?;
     }
     entry.compression = input.u32("the compression of a grid")?;
-    let items_start = input.position();
     entry.header.set_metadata(items::read(input)?);
-    entry.places.items = items_start..input.position();
     match maps::read(input) {
         Ok(transform) => entry.header.transform = Some(transform),
         Err(fault) if offsets.is_some() && fault.is_of_a_map() => entry.map_fault = Some(fault),
