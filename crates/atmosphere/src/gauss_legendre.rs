@@ -7,9 +7,7 @@
 //! integral and the optical depth at every sample on the way.
 //! [AS64] Abramowitz and Stegun, Handbook of Mathematical Functions (1964), 25.4.29 and 22.7.10.
 
-use std::num::NonZeroUsize;
-
-use gauss_quad::GaussLegendre;
+use niji_radiometry::gauss_legendre;
 
 /// Nodes and weights on 0..1 and the matrix of running integrals.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,10 +21,7 @@ pub(crate) struct Rule {
 impl Rule {
     /// The rule of `n_nodes` nodes, at least 1.
     pub(crate) fn new(n_nodes: usize) -> Self {
-        let degree = NonZeroUsize::new(n_nodes).unwrap_or(NonZeroUsize::MIN);
-        let rule = GaussLegendre::new(degree);
-        let mut pairs = rule.as_node_weight_pairs().to_vec();
-        pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let pairs = gauss_legendre(n_nodes.max(1));
         let t: Vec<f64> = pairs.iter().map(|pair| pair.0).collect();
         let weights: Vec<f64> = pairs.iter().map(|pair| 0.5 * pair.1).collect();
         let legendre: Vec<Vec<f64>> = t.iter().map(|&t| legendre_up_to(t, pairs.len())).collect();

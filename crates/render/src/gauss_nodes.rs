@@ -9,8 +9,8 @@
 
 use std::num::NonZeroUsize;
 
-use gauss_quad::GaussLegendre;
 use niji_geometry::Planet;
+use niji_radiometry::gauss_legendre;
 
 /// Beyond this length nodes are crowded at the dense end.
 const LONG_M: f64 = 30_000.0;
@@ -117,12 +117,10 @@ fn crowd(place: f64) -> (f64, f64) {
 impl GaussRule {
     /// The rule with `n` nodes.
     pub(crate) fn new(n: NonZeroUsize) -> Self {
-        let rule = GaussLegendre::new(n);
-        let mut nodes: Vec<(f64, f64)> = rule
-            .iter()
+        let rule = gauss_legendre(n.get()).into_iter();
+        let nodes: Vec<(f64, f64)> = rule
             .map(|(x, weight)| (0.5 + 0.5 * x, 0.5 * weight))
             .collect();
-        nodes.sort_by(|a, b| a.0.total_cmp(&b.0));
         let crowded = nodes.iter().map(|(x, weight)| {
             let (place, slope) = crowd(*x);
             (place, slope * weight)

@@ -11,8 +11,7 @@
 //! large numbers, and only logarithms are compared. Each integrand has a single maximum; a
 //! composite Gauss-Legendre rule covers it down to e^-40 of that maximum.
 
-use gauss_quad::GaussLegendre;
-use std::num::NonZeroUsize;
+use niji_radiometry::gauss_legendre;
 
 use crate::Error;
 use crate::SizeMoments;
@@ -35,7 +34,7 @@ const N_THIRDS: usize = 90;
 const N_PANELS: usize = 96;
 
 /// Nodes in a panel.
-const N_NODES: NonZeroUsize = NonZeroUsize::new(16).unwrap();
+const N_NODES: usize = 16;
 
 /// Radii (um) of a range of diameters (mm), 0 and infinity where an end is missing.
 pub(crate) fn radius_range_um(d_min_mm: Option<f64>, d_max_mm: Option<f64>) -> (f64, f64) {
@@ -77,7 +76,7 @@ pub(crate) fn truncated_moments(
     range_um: (f64, f64),
     ln_area_weight: impl Fn(f64) -> f64,
 ) -> SizeMoments {
-    let rule = GaussLegendre::new(N_NODES);
+    let rule = gauss_legendre(N_NODES);
     let end = |radius_um: f64| (radius_um / reference_um).ln().clamp(-WIDEST, WIDEST);
     let range = (end(range_um.0), end(range_um.1));
     let sum = |power: f64| Hump::find(range, |v| ln_area_weight(v) + power * v);
@@ -137,12 +136,13 @@ impl Hump {
     }
 
     /// Sum over the panels from low to high.
-    fn integral(&self, rule: &GaussLegendre, integrand: impl Fn(f64) -> f64) -> f64 {
+    fn integral(&self, rule: &[(f64, f64)], integrand: impl Fn(f64) -> f64) -> f64 {
         let panel = (self.high - self.low) / N_PANELS as f64;
         (0..N_PANELS)
             .map(|index| {
-                let from = self.low + index as f64 * panel;
-                rule.integrate(from, from + panel, &integrand)
+                let middle = self.low + (index as f64 + 0.5) * panel;
+                let value = |(x, weight): &(f64, f64)| weight * integrand(middle + 0.5 * panel * x);
+                0.5 * panel * rule.iter().map(value).sum::<f64>()
             })
             .sum()
     }
