@@ -7,7 +7,7 @@ use std::fs;
 use std::path::Path;
 
 /// What each crate may see, besides `radiometry`, which every crate but `vdb` may see.
-const ARROWS: [(&str, &[&str]); 15] = [
+const ARROWS: [(&str, &[&str]); 16] = [
     ("radiometry", &[]),
     ("vdb", &[]),
     ("geometry", &[]),
@@ -35,6 +35,22 @@ const ARROWS: [(&str, &[&str]); 15] = [
             "atmosphere",
             "render",
             "ice",
+        ],
+    ),
+    (
+        "picture",
+        &[
+            "geometry",
+            "vdb",
+            "exchange",
+            "dropfield",
+            "droplets",
+            "airy",
+            "scatter",
+            "atmosphere",
+            "render",
+            "photo",
+            "scene",
         ],
     ),
 ];

@@ -4,12 +4,12 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::cli::Common;
 use crate::failure::Failure;
+use crate::flags::Common;
 use crate::scene_file;
-use crate::scene_file::Planned;
 use crate::stages;
 use crate::stages::sky::Panorama;
+use niji_picture::PlannedScene;
 
 /// Widest panorama, pixels.
 const MAX_WIDTH_PX: usize = 32_768;
@@ -73,14 +73,14 @@ pub(crate) struct AtmosphereCommand {
 /// As [`stages::atmosphere::make`] and [`stages::sky::make`]; a size or height out of range.
 pub(crate) fn execute(command: &AtmosphereCommand, common: &Common) -> Result<(), Failure> {
     if let Some(table) = &command.output {
-        let Planned { scene, plan, .. } = scene_file::load(&command.scene, common)?;
+        let PlannedScene { scene, plan, .. } = scene_file::load(&command.scene, common.goal())?;
         let orders = plan.scattering_orders(&scene);
         stages::atmosphere::make((&scene, orders), table, common.manner())?;
     }
     let Some(sky) = &command.sky else {
         return Ok(());
     };
-    let mut scene = scene_file::read(&command.scene, common)?;
+    let mut scene = scene_file::read(&command.scene, common.goal())?;
     let width_px = command.width_px;
     if !(2..=MAX_WIDTH_PX).contains(&width_px) || !width_px.is_multiple_of(2) {
         return Err(Failure::Usage(format!(

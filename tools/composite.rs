@@ -1,7 +1,5 @@
 //! `niji composite`: a rendered bow set into a photograph or a plate.
 
-mod background;
-
 use std::path::Path;
 use std::path::PathBuf;
 
@@ -9,30 +7,28 @@ use clap::Args;
 use clap::ValueEnum;
 use niji_exchange::Provenance;
 use niji_exchange::SpectralImage;
-use niji_photo::AddedLight;
-use niji_photo::Exposure;
 use niji_photo::LinearPicture;
 use niji_photo::alpha_over;
-use niji_photo::card_value;
-use niji_photo::composite;
 use niji_photo::read_depth_map;
-use niji_photo::scale_to_white;
 use niji_photo::write_jpeg;
 use niji_photo::write_png;
 use niji_photo::write_premultiplied;
+use niji_picture::CardExposure;
+use niji_picture::Composite;
+use niji_picture::CompositeRequest;
+use niji_picture::DEPTH_MAP;
+use niji_picture::Error;
 use niji_radiometry::RgbPrimaries;
 use serde_json::json;
 
-use crate::cli::Common;
 use crate::failure::Failure;
+use crate::flags::Common;
 use crate::output;
 use crate::progress::Verbosity;
 use crate::stages::Done;
 use crate::stages::Manner;
 use crate::stages::Request;
 use crate::stages::perform;
-
-use background::Background;
 
 /// Set a rendered bow into a photograph (EXR, PNG, JPEG).
 ///
@@ -76,7 +72,7 @@ pub(crate) struct CompositeCommand {
     /// Value of a sunlit white card in the photograph, linear: `match` takes the mean of the picture
     /// for grey, `camera` the f-number, time and speed in EXIF, a number is taken as it is.
     #[arg(long, value_name = "match|camera|VALUE", default_value = "match", value_parser = exposure)]
-    exposure: ExposureChoice,
+    exposure: CardExposure,
     /// Exposure of the PNG or JPEG, in stops: EXR files hold the light as it is.
     #[arg(
         long,
@@ -108,14 +104,6 @@ impl From<PrimariesName> for RgbPrimaries {
             PrimariesName::AcesCg => Self::AcesCg,
         }
     }
-}
-
-/// The exposure by its name on the command line.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum ExposureChoice {
-    Match,
-    Camera,
-    Value(f64),
 }
 
 /// Kind of a picture by its name.
@@ -178,46 +166,28 @@ pub(crate) fn make(command: &CompositeCommand, manner: Manner) -> Result<Done, F
     })
 }
 
-/// The picture and what it is made of.
-struct Composite {
-    background: Background,
-    picture: LinearPicture,
-    added: AddedLight,
-    gain: f64,
-}
-
 fn picture(command: &CompositeCommand) -> Result<Composite, Failure> {
-    let named = command.plate_primaries.map(RgbPrimaries::from);
-    let wanted = command.primaries.map(RgbPrimaries::from);
-    let mut background = Background::read(&command.photo, named, wanted)?;
-    if let Some(path) = &command.depth {
-        let of_depth = |error: niji_photo::Error| Failure::bad_input(path, error);
-        let surface_m = read_depth_map(path).map_err(of_depth)?;
-        background.set_surfaces(surface_m).map_err(of_depth)?;
-    }
+    let depth_m = command.depth.as_ref().map(|path| {
+        let depth_m = read_depth_map(path);
+        depth_m.map_err(|error| Failure::bad_input(path, error))
+    });
+    let request = CompositeRequest {
+        photo: &command.photo,
+        depth_m: depth_m.transpose()?,
+        plate_primaries: command.plate_primaries.map(RgbPrimaries::from),
+        primaries: command.primaries.map(RgbPrimaries::from),
+        exposure: command.exposure,
+        scales_to_white: command.published,
+    };
     let image = SpectralImage::read_spectral(&command.image)
         .map_err(|error| Failure::bad_input(&command.image, error))?;
-    let added = background.added(&image, &command.image)?;
-    let exposure = match command.exposure {
-        ExposureChoice::Match => Exposure::GreyWorld,
-        ExposureChoice::Camera => Exposure::Camera {
-            card_cd_m2: image.white_luminance_cd_m2,
-        },
-        ExposureChoice::Value(value) => Exposure::Card(value),
-    };
-    drop(image);
-    let of_photo = |error: niji_photo::Error| Failure::bad_input(&command.photo, error);
-    let rec709 = background.rec709(&background.light);
-    let gain = card_value(exposure, &rec709, &background.notes).map_err(of_photo)?;
-    let mut picture = composite(&background.light, &added, gain).map_err(of_photo)?;
-    if command.published {
-        scale_to_white(&mut picture);
-    }
-    Ok(Composite {
-        background,
-        picture,
-        added,
-        gain,
+    request.with_bow(&image).map_err(|error| match error {
+        // Of all sizes only that of the depth map is a file's of its own.
+        Error::Photo(niji_photo::Error::Size {
+            what: DEPTH_MAP, ..
+        }) => Failure::bad_input(command.depth.as_ref().unwrap_or(&command.image), error),
+        Error::Photo(_) | Error::PartOfFrame => Failure::bad_input(&command.image, error),
+        error => error.into(),
     })
 }
 
@@ -265,9 +235,9 @@ fn write_over(result: &Composite, to: &Path, provenance: &Provenance) -> Result<
 
 fn settings(command: &CompositeCommand) -> String {
     let exposure = match command.exposure {
-        ExposureChoice::Match => json!("match"),
-        ExposureChoice::Camera => json!("camera"),
-        ExposureChoice::Value(value) => json!(value),
+        CardExposure::Match => json!("match"),
+        CardExposure::Camera => json!("camera"),
+        CardExposure::Value(value) => json!(value),
     };
     let name = |primaries: PrimariesName| format!("{primaries:?}");
     json!({
@@ -280,12 +250,12 @@ fn settings(command: &CompositeCommand) -> String {
     .to_string()
 }
 
-fn exposure(text: &str) -> Result<ExposureChoice, String> {
+fn exposure(text: &str) -> Result<CardExposure, String> {
     match text {
-        "match" => Ok(ExposureChoice::Match),
-        "camera" => Ok(ExposureChoice::Camera),
+        "match" => Ok(CardExposure::Match),
+        "camera" => Ok(CardExposure::Camera),
         _ => match text.parse() {
-            Ok(value) if value > 0.0 && f64::is_finite(value) => Ok(ExposureChoice::Value(value)),
+            Ok(value) if value > 0.0 && f64::is_finite(value) => Ok(CardExposure::Value(value)),
             _ => Err(format!(
                 "found {text:?}, expected match, camera or a number above 0"
             )),

@@ -7,32 +7,27 @@ use clap::Args;
 use clap::ValueEnum;
 use ndarray::Array2;
 use niji_exchange::Provenance;
-use niji_photo::Anchor;
 use niji_photo::ClusterCount;
 use niji_photo::DepthAlong;
-use niji_photo::DepthKind;
-use niji_photo::Layer;
 use niji_photo::Layers;
 use niji_photo::LinearPicture;
 use niji_photo::Photograph;
-use niji_photo::depth_from_values;
-use niji_photo::depth_of_layers;
 use niji_photo::layers_to_toml;
-use niji_photo::propose_layers;
-use niji_photo::read_depth_values;
-use niji_photo::read_labels;
-use niji_photo::read_layer_distances;
-use niji_photo::upsample_depth;
-use niji_photo::upsample_labels;
 use niji_photo::write_depth_map;
 use niji_photo::write_labels;
 use niji_photo::write_png;
+use niji_picture::DepthMap;
+use niji_picture::Distances;
+use niji_picture::EYE_HEIGHT;
+use niji_picture::MapValues;
+use niji_picture::POSITION_WEIGHT;
+use niji_picture::PhotoDepthRequest;
 use niji_radiometry::Meters;
 use serde_json::json;
 
-use crate::cli;
-use crate::cli::Common;
 use crate::failure::Failure;
+use crate::flags;
+use crate::flags::Common;
 use crate::output;
 use crate::stages::Done;
 use crate::stages::Manner;
@@ -63,10 +58,10 @@ pub(crate) struct DepthCommand {
     #[arg(long, value_name = "N")]
     clusters: Option<usize>,
     /// Weight of position beside color: 0 for color alone, as published.
-    #[arg(long, value_name = "W", default_value_t = 0.3)]
+    #[arg(long, value_name = "W", default_value_t = POSITION_WEIGHT)]
     position_weight: f64,
     /// Height of the eye above level ground in metres, for proposed distances.
-    #[arg(long, value_name = "M", default_value_t = 1.6)]
+    #[arg(long, value_name = "M", default_value_t = EYE_HEIGHT.0)]
     eye_height_m: f64,
     /// Corrected distances of layers.
     #[arg(
@@ -160,92 +155,50 @@ pub(crate) fn make(command: &DepthCommand, manner: Manner) -> Result<Done, Failu
         outputs,
     };
     perform(&job, manner, |provenance| {
-        let depth_m = if proposes {
-            let layers = propose(command, &photo, &camera)?;
-            write_layers(&layers, &toml, &labels)?;
-            depth_of_layers(&layers).map_err(|error| Failure::Usage(error.to_string()))?
-        } else if let Some(map) = &command.map {
-            from_map(command, map, &photo, &camera)?
-        } else {
-            corrected(command, &photo)?
+        let request = PhotoDepthRequest {
+            photo: &photo,
+            camera: camera.request(),
+            distances: distances(command)?,
         };
-        write(&depth_m, (&command.output, &preview), &provenance)
+        let found = request.depth()?;
+        if let Some(layers) = &found.layers {
+            write_layers(layers, &toml, &labels)?;
+        }
+        write(&found.depth_m, (&command.output, &preview), &provenance)
     })
 }
 
-fn propose(command: &DepthCommand, photo: &Photograph, camera: &Camera) -> Result<Layers, Failure> {
-    let count = command
-        .clusters
-        .map_or(ClusterCount::Criterion, ClusterCount::Given);
-    let eye_height = Meters(command.eye_height_m);
-    let weight = command.position_weight;
-    let pinhole = camera.pinhole()?;
-    propose_layers(&photo.light, count, weight, (&pinhole, eye_height))
-        .map_err(|error| Failure::Usage(error.to_string()))
-}
-
-fn corrected(command: &DepthCommand, photo: &Photograph) -> Result<Array2<f32>, Failure> {
-    let (Some(toml), Some(png)) = (&command.layers, &command.labels) else {
-        return Err(Failure::Usage(
-            "expected --layers and --labels together".to_owned(),
-        ));
-    };
-    let distances = read_layer_distances(toml).map_err(|error| Failure::bad_input(toml, error))?;
-    let labels =
-        read_labels(png, distances.len()).map_err(|error| Failure::bad_input(png, error))?;
-    let labels =
-        upsample_labels(&labels, &photo.light).map_err(|error| Failure::bad_input(png, error))?;
-    let layers = distances.into_iter().map(|distance_m| Layer {
-        color: [0.0; 3],
-        share: 0.0,
-        distance_m,
-    });
-    let layers = Layers {
-        labels,
-        layers: layers.collect(),
-    };
-    depth_of_layers(&layers).map_err(|error| Failure::bad_input(toml, error))
-}
-
-fn from_map(
-    command: &DepthCommand,
-    map: &Path,
-    photo: &Photograph,
-    camera: &Camera,
-) -> Result<Array2<f32>, Failure> {
-    let of_map = |error: niji_photo::Error| Failure::bad_input(map, error);
-    let mut values = read_depth_values(map).map_err(of_map)?;
-    let (height, width) = values.dim();
-    let map_camera = Camera {
-        width_px: width as u32,
-        height_px: height as u32,
-        ..camera.clone()
-    };
-    let anchors = command.anchors.iter().map(|[x, y, distance_m]| {
-        let at = |value: f64, n: usize, n_photo: usize| {
-            ((value + 0.5) * n as f64 / n_photo as f64).max(0.0) as usize
+/// Where the distances come from.
+fn distances(command: &DepthCommand) -> Result<Distances<'_>, Failure> {
+    if let Some(path) = &command.map {
+        let values = match command.kind {
+            Some(Kind::Inverse) => MapValues::Inverse(&command.anchors),
+            Some(Kind::Relative) => MapValues::Relative(&command.anchors),
+            Some(Kind::Metres) | None => MapValues::Metres(command.unit_m),
         };
-        Anchor {
-            pixel: [at(*x, width, photo.width()), at(*y, height, photo.height())],
-            distance_m: *distance_m,
-        }
-    });
-    let kind = match command.kind {
-        Some(Kind::Inverse) => DepthKind::Inverse(anchors.collect()),
-        Some(Kind::Relative) => DepthKind::Relative(anchors.collect()),
-        Some(Kind::Metres) | None => {
-            let unit_m = command.unit_m as f32;
-            values.mapv_inplace(|value| value * unit_m);
-            DepthKind::Metres
-        }
-    };
-    let along = match command.along {
-        Along::Ray => DepthAlong::Ray,
-        Along::Axis => DepthAlong::Axis,
-    };
-    let coarse_m =
-        depth_from_values(&values, &kind, along, &map_camera.pinhole()?).map_err(of_map)?;
-    upsample_depth(&coarse_m, &photo.light).map_err(of_map)
+        let along = match command.along {
+            Along::Ray => DepthAlong::Ray,
+            Along::Axis => DepthAlong::Axis,
+        };
+        return Ok(Distances::Map(DepthMap {
+            path,
+            values,
+            along,
+        }));
+    }
+    match (&command.layers, &command.labels) {
+        (Some(distances), Some(labels)) => Ok(Distances::Layers { distances, labels }),
+        (None, None) => Ok(Distances::Proposed {
+            count: command
+                .clusters
+                .map_or(ClusterCount::Criterion, ClusterCount::Given),
+            position_weight: command.position_weight,
+            eye_height: Meters(command.eye_height_m),
+        }),
+        _ => Err(Failure::Usage(
+            "expected --layers and --labels together".to_owned(),
+        )),
+    }
 }
 
 fn write_layers(layers: &Layers, toml: &Path, labels: &Path) -> Result<(), Failure> {
@@ -285,7 +238,7 @@ fn settings(command: &DepthCommand, camera: &Camera) -> String {
 
 /// `320,41,12.5`.
 fn anchor(text: &str) -> Result<[f64; 3], String> {
-    let values = cli::numbers(text)?;
+    let values = flags::numbers(text)?;
     <[f64; 3]>::try_from(values.as_slice())
         .map_err(|_| format!("found {text:?}, expected X,Y,METRES, say 320,41,12.5"))
 }

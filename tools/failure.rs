@@ -7,6 +7,10 @@ use std::path::Path;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use niji_scene::NoSuchMoment;
+
+use crate::shell_word::quoted;
+
 /// A failure of the program: one message, one exit code.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum Failure {
@@ -35,16 +39,75 @@ pub(crate) enum Failure {
     ComparisonFailed(String),
 }
 
+impl From<NoSuchMoment> for Failure {
+    fn from(error: NoSuchMoment) -> Self {
+        Self::Usage(error.to_string())
+    }
+}
+
+impl From<niji_picture::Error> for Failure {
+    fn from(error: niji_picture::Error) -> Self {
+        use niji_picture::Error;
+        let text = error.to_string();
+        match error {
+            Error::File { path, message } => Self::BadInput { path, message },
+            Error::NoDrops { ref path, .. } => {
+                Self::bad_input(path, text + &how_to_make_drops(&error))
+            }
+            Error::Drops(_) | Error::Dark { .. } => Self::Impossible(text),
+            Error::Render(niji_render::Error::Memory { .. }) => {
+                Self::Failed(format!("{text} (`niji render --tiles` or `--region`)"))
+            }
+            Error::Stopped
+            | Error::Photo(_)
+            | Error::PartOfFrame
+            | Error::Volume(_)
+            | Error::Light(_) => Self::Failed(text),
+            Error::Plan(_)
+            | Error::Scattering(_)
+            | Error::Air(_)
+            | Error::Scene(_)
+            | Error::TooManyMeshes { .. }
+            | Error::Render(_) => Self::Usage(text),
+        }
+    }
+}
+
+/// The command that makes drops of what a file holds instead of some.
+fn how_to_make_drops(error: &niji_picture::Error) -> String {
+    let niji_picture::Error::NoDrops {
+        path, densities, ..
+    } = error
+    else {
+        return String::new();
+    };
+    let choice = match &densities[..] {
+        [only] => only,
+        _ if densities.iter().any(|name| name == "density") => "density",
+        _ => "NAME",
+    };
+    format!(
+        "; to make drops of a density grid: niji drops from-vdb {} --grid {} --density-means \
+         optical-depth --scale 1 --effective-radius-um 100 -o drops.vdb",
+        quoted(path),
+        quoted(Path::new(choice))
+    )
+}
+
 impl Failure {
     /// A damaged, missing or impossible input file.
     pub(crate) fn bad_input(path: &Path, error: impl std::fmt::Display) -> Self {
         let message = error.to_string();
         // Libraries name the path themselves where they open the file: say it once.
-        let prefix = format!("{}: ", path.display());
-        let message = message.strip_prefix(&prefix).unwrap_or(&message).to_owned();
+        let path_text = path.display();
+        let named = [
+            format!("{path_text}: "),
+            format!("cannot read {path_text}: "),
+        ];
+        let unnamed = named.iter().find_map(|name| message.strip_prefix(&**name));
         Self::BadInput {
+            message: unnamed.unwrap_or(&message).to_owned(),
             path: path.to_owned(),
-            message,
         }
     }
 

@@ -22,8 +22,8 @@ use niji_scene::ScatteringNeed;
 use niji_scene::canonical_json;
 
 use crate::bow_curves::BowCurves;
-use crate::cli::Common;
 use crate::failure::Failure;
+use crate::flags::Common;
 use crate::output;
 use crate::plot::Picture;
 use crate::scatter::orders;
@@ -32,9 +32,9 @@ use crate::scatter::spectrum;
 use crate::stages;
 use crate::stages::Request;
 use crate::stages::perform;
-use crate::stages::render::white_luminance_cd_m2;
 use crate::theory_name::TheoryName;
 use crate::water_flags::WaterFlags;
+use niji_picture::white_luminance_cd_m2;
 
 /// Interpolation error of the table behind the picture, over the peak of the bow.
 const RELATIVE_ERROR: f64 = 1e-3;

@@ -27,8 +27,6 @@ use serde::Serialize;
 use crate::failure::Failure;
 use crate::progress;
 use crate::progress::Verbosity;
-use crate::scene_file;
-use crate::scene_file::Planned;
 use crate::stages;
 use crate::stages::Done;
 use crate::timed_run::luminance;
@@ -36,6 +34,7 @@ use crate::timed_run::rounded;
 use crate::timed_run::run_once;
 use crate::timed_run::shrink;
 use crate::timed_run::temporary_folder;
+use niji_picture::PlannedScene;
 
 /// Pixels across the small picture.
 const WIDTH_PX: u32 = 96;
@@ -119,11 +118,14 @@ struct Measured {
 ///
 /// # Errors
 /// Whatever a stage reports.
-pub(crate) fn measure(planned: &Planned, verbosity: Verbosity) -> Result<MeasuredEffects, Failure> {
+pub(crate) fn measure(
+    planned: &PlannedScene,
+    verbosity: Verbosity,
+) -> Result<MeasuredEffects, Failure> {
     let small = small(&planned.scene, &planned.plan);
     let folder = temporary_folder()?;
     let bar = progress::bar("measure", 1 + Effect::ALL.len() as u64, verbosity);
-    let base = Run::of(&small, &planned.file, folder.path())?;
+    let base = Run::of(&planned.replanned(small.clone())?, folder.path())?;
     bar.inc(1);
     let mut effects = Vec::new();
     for decision in &planned.plan.effects {
@@ -137,7 +139,7 @@ pub(crate) fn measure(planned: &Planned, verbosity: Verbosity) -> Result<Measure
             (Some(switched), None) => Some(base.measured(&switched, planned, on)?),
             (Some(switched), Some(scene)) => {
                 let folder = temporary_folder()?;
-                let base = Run::of(scene, &planned.file, folder.path())?;
+                let base = Run::of(&planned.replanned(scene.clone())?, folder.path())?;
                 Some(base.measured(&switched, planned, on)?)
             }
         };
@@ -225,9 +227,8 @@ struct Run<'a> {
 
 impl<'a> Run<'a> {
     /// Runs a scene in a folder whose tables are kept where they fit.
-    fn of(scene: &Scene, file: &Path, folder: &'a Path) -> Result<Self, Failure> {
-        let planned = scene_file::planned(scene.clone(), file)?;
-        let (done, image) = run_once(&planned, folder)?;
+    fn of(planned: &PlannedScene, folder: &'a Path) -> Result<Self, Failure> {
+        let (done, image) = run_once(planned, folder)?;
         Ok(Self {
             folder,
             done,
@@ -239,7 +240,7 @@ impl<'a> Run<'a> {
     fn measured(
         &self,
         scene: &Scene,
-        planned: &Planned,
+        planned: &PlannedScene,
         was_on: bool,
     ) -> Result<Measured, Failure> {
         let failed = |error: std::io::Error| Failure::Failed(error.to_string());
@@ -250,7 +251,7 @@ impl<'a> Run<'a> {
                 fs::copy(from, to).map_err(failed)?;
             }
         }
-        let other = Run::of(scene, &planned.file, folder.path())?;
+        let other = Run::of(&planned.replanned(scene.clone())?, folder.path())?;
         let seconds = other.seconds_with(&self.done) - self.seconds_with(&[]);
         let reference = planned.plan.reference_luminance_cd_m2;
         let pairs = self.luminance.iter().zip(&other.luminance);

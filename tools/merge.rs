@@ -13,8 +13,8 @@ use niji_geometry::PixelRegion;
 use niji_scene::Picture;
 use serde_json::Value;
 
-use crate::cli::Common;
 use crate::failure::Failure;
+use crate::flags::Common;
 use crate::output;
 use crate::stages::assembly::Assembly;
 use crate::stages::assembly::Misfit;

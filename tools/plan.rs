@@ -11,14 +11,15 @@ use niji_scene::Plan;
 use niji_scene::Stage;
 use serde::Serialize;
 
-use crate::cli::Common;
 use crate::failure::Failure;
+use crate::flags::Common;
 use crate::measure_effects::MeasuredEffects;
 use crate::measure_effects::measure;
 use crate::output;
 use crate::scene_file;
-use crate::scene_file::Planned;
+use crate::shell_word::quoted;
 use crate::stages;
+use niji_picture::PlannedScene;
 
 /// Say which effects and stages a scene calls for, and why.
 ///
@@ -57,7 +58,7 @@ const ALL: &str = "all";
 /// # Errors
 /// A scene that is missing or wrong.
 pub(crate) fn execute(command: &PlanCommand, common: &Common) -> Result<(), Failure> {
-    let planned = scene_file::load(&command.scene, common)?;
+    let planned = scene_file::load(&command.scene, common.goal())?;
     planned.check_inputs()?;
     let text = if command.script {
         script(&planned, &command.scene, &command.output, common)
@@ -72,7 +73,7 @@ pub(crate) fn execute(command: &PlanCommand, common: &Common) -> Result<(), Fail
     output::print(&text)?;
     // What the run would refuse, with the plan as the reason.
     planned.check_light()?;
-    planned.check_memory()
+    Ok(planned.check_memory()?)
 }
 
 /// A result as JSON where that is asked for, else as text.
@@ -89,7 +90,7 @@ fn in_form<T: Serialize>(
 }
 
 /// What one effect is in a scene, or all of them.
-fn explained(planned: &Planned, name: &str, common: &Common) -> Result<String, Failure> {
+fn explained(planned: &PlannedScene, name: &str, common: &Common) -> Result<String, Failure> {
     if name == ALL {
         let all = Effect::ALL.into_iter();
         let all: Vec<Explanation> = all.map(|it| planned.plan.explain(it, None)).collect();
@@ -97,13 +98,13 @@ fn explained(planned: &Planned, name: &str, common: &Common) -> Result<String, F
     }
     let effect = Effect::from_name(name).map_err(Failure::Usage)?;
     let switched = planned.plan.switched(&planned.scene, effect);
-    let switched = switched.map(|scene| scene_file::planned(scene, &planned.file));
+    let switched = switched.map(|scene| planned.replanned(scene));
     let switched = switched.transpose()?.map(|planned| planned.plan);
     let explanation = planned.plan.explain(effect, switched.as_ref());
     in_form(common, &explanation, Explanation::to_string)
 }
 
-fn script(planned: &Planned, scene: &Path, folder: &Path, common: &Common) -> String {
+fn script(planned: &PlannedScene, scene: &Path, folder: &Path, common: &Common) -> String {
     let scene = quoted(scene);
     let inside = |name: &str| quoted(&folder.join(name));
     let drops = planned
@@ -166,25 +167,12 @@ fn script(planned: &Planned, scene: &Path, folder: &Path, common: &Common) -> St
 
 fn accuracy_flags(common: &Common) -> String {
     let mut flags = String::new();
-    if let Some(preset) = common.accuracy {
-        let _ = write!(
-            flags,
-            " --accuracy {}",
-            niji_scene::Preset::from(preset).name()
-        );
+    let goal = common.goal();
+    if let Some(preset) = goal.preset {
+        let _ = write!(flags, " --accuracy {}", preset.name());
     }
-    if let Some(tolerance) = common.tolerance {
+    if let Some(tolerance) = goal.tolerance {
         let _ = write!(flags, " --tolerance {tolerance}");
     }
     flags
-}
-
-/// A path as a shell reads it back.
-pub(crate) fn quoted(path: &Path) -> String {
-    let text = path.display().to_string();
-    let is_plain = |c: char| c.is_ascii_alphanumeric() || "/._-+".contains(c);
-    if !text.is_empty() && text.chars().all(is_plain) {
-        return text;
-    }
-    format!("'{}'", text.replace('\'', r"'\''"))
 }

@@ -4,14 +4,15 @@ use std::path::PathBuf;
 
 use clap::Args;
 use niji_geometry::PixelRegion;
+use niji_picture::PictureSettings;
+use niji_picture::SurfaceFiles;
 
-use crate::cli::Common;
 use crate::failure::Failure;
+use crate::flags::Common;
 use crate::scene_file;
 use crate::stages;
 use crate::stages::render::Inputs;
 use crate::stages::render::Target;
-use crate::stages::surfaces::Surfaces;
 use crate::stages::tile::TileOfMany;
 use crate::stages::tile::parse_region;
 use crate::stages::tile::parse_tile;
@@ -66,7 +67,7 @@ pub(crate) struct RenderCommand {
 /// # Errors
 /// As [`stages::render::make`]; a file that the scene's plan needs and that is not named.
 pub(crate) fn execute(command: &RenderCommand, common: &Common) -> Result<(), Failure> {
-    let planned = scene_file::load(&command.scene, common)?;
+    let planned = scene_file::load(&command.scene, common.goal())?;
     planned.check_light()?;
     let need = |(name, maker), is_needed: bool, given: &Option<PathBuf>| match (is_needed, given) {
         (true, None) => Err(Failure::Usage(format!(
@@ -86,7 +87,7 @@ pub(crate) fn execute(command: &RenderCommand, common: &Common) -> Result<(), Fa
     let runs_air = planned.plan.runs(niji_scene::Stage::Atmosphere);
     let air = need(("air", "atmosphere"), runs_air, &command.air)?;
     let scene = &planned.scene;
-    let surfaces = surfaces(command, Surfaces::of_scene(scene, &command.scene))?;
+    let surfaces = surfaces(command, SurfaceFiles::of_scene(scene, &planned.folder))?;
     if scene.photo.is_some() && surfaces.depth.is_none() {
         return Err(Failure::Usage(
             "this scene needs --depth, a file that `niji depth` writes".to_owned(),
@@ -99,17 +100,18 @@ pub(crate) fn execute(command: &RenderCommand, common: &Common) -> Result<(), Fa
         air: air.as_deref(),
         surfaces: &surfaces,
     };
-    let settings = stages::render::Settings::of(&planned);
+    let settings = PictureSettings::of(&planned);
     let target = Target {
         path: &command.output,
         region: region(command, settings.whole()?)?,
     };
-    stages::render::make(&settings, inputs, target, common.manner())?;
+    let need = planned.plan.scattering.as_ref();
+    stages::render::make((&settings, need), inputs, target, common.manner())?;
     stages::accuracy::check(&planned, &command.output)
 }
 
 /// The surfaces that are given, or those of the scene.
-fn surfaces(command: &RenderCommand, of_scene: Surfaces) -> Result<Surfaces, Failure> {
+fn surfaces(command: &RenderCommand, of_scene: SurfaceFiles) -> Result<SurfaceFiles, Failure> {
     let surfaces = match &command.depth {
         Some(path) => of_scene.with_depth(path.clone()),
         None => of_scene,
@@ -117,7 +119,7 @@ fn surfaces(command: &RenderCommand, of_scene: Surfaces) -> Result<Surfaces, Fai
     if command.mesh.is_empty() {
         return Ok(surfaces);
     }
-    surfaces.with_meshes(&command.mesh)
+    Ok(surfaces.with_meshes(&command.mesh)?)
 }
 
 /// The part of a picture that is asked for.

@@ -15,10 +15,10 @@ use crate::failure::Failure;
 use crate::output::Existing;
 use crate::progress::Verbosity;
 use crate::run::run_stages;
-use crate::scene_file::Planned;
 use crate::stages;
 use crate::stages::Done;
 use crate::stages::Manner;
+use niji_picture::PlannedScene;
 
 /// Runs of each level; the fastest counts, because other programs only ever slow one down.
 pub(crate) const N_REPEATS: usize = 3;
@@ -27,7 +27,7 @@ pub(crate) const N_REPEATS: usize = 3;
 ///
 /// # Errors
 /// Whatever a stage reports.
-pub(crate) fn timed_run(planned: &Planned) -> Result<(Vec<Done>, SpectralImage), Failure> {
+pub(crate) fn timed_run(planned: &PlannedScene) -> Result<(Vec<Done>, SpectralImage), Failure> {
     let start = Instant::now();
     let (mut fastest, image) = run_somewhere(planned)?;
     for _ in 1..N_REPEATS {
@@ -43,7 +43,7 @@ pub(crate) fn timed_run(planned: &Planned) -> Result<(Vec<Done>, SpectralImage),
     Ok((fastest, image))
 }
 
-fn run_somewhere(planned: &Planned) -> Result<(Vec<Done>, SpectralImage), Failure> {
+fn run_somewhere(planned: &PlannedScene) -> Result<(Vec<Done>, SpectralImage), Failure> {
     run_once(planned, temporary_folder()?.path())
 }
 
@@ -61,7 +61,7 @@ pub(crate) fn temporary_folder() -> Result<TempDir, Failure> {
 /// # Errors
 /// Whatever a stage reports.
 pub(crate) fn run_once(
-    planned: &Planned,
+    planned: &PlannedScene,
     folder: &Path,
 ) -> Result<(Vec<Done>, SpectralImage), Failure> {
     let manner = Manner {

@@ -11,8 +11,8 @@ use clap::ArgGroup;
 use clap::Args;
 use serde::Serialize;
 
-use crate::cli::Common;
 use crate::failure::Failure;
+use crate::flags::Common;
 use crate::measure_effects::measure;
 use crate::output;
 use crate::scene_file;
@@ -77,7 +77,7 @@ pub(crate) fn execute(command: &CalibrateCommand, common: &Common) -> Result<(),
     }
     let mut rows = Vec::new();
     for path in &command.scenes {
-        let measured = measure(&scene_file::load(path, common)?, manner.verbosity)?;
+        let measured = measure(&scene_file::load(path, common.goal())?, manner.verbosity)?;
         rows.extend(measured.rows(&command.date));
     }
     write_csv(&rows, &command.output)

@@ -31,10 +31,10 @@ use niji_photo::supernumeraries_washed_out;
 use niji_radiometry::Micrometers;
 use niji_radiometry::Radians;
 use niji_radiometry::RgbPrimaries;
+use niji_scene::Moment;
 
 use super::CheckCommand;
 use super::Source;
-use super::ephemeris::TimeAndPlace;
 use crate::failure::Failure;
 use crate::sun::bow_edges::Bow;
 use crate::sun::bow_edges::BowEdge;
@@ -169,16 +169,18 @@ impl Case<'_> {
         let time = command.time.or(notes.local_time);
         let offset = command.utc_offset_h.or(notes.utc_offset_h);
         let place = command.place_deg.or(notes.position_deg);
-        let (Some(local_time), Some(utc_offset_h), Some(position_deg)) = (time, offset, place)
+        let (Some(local_time), Some(utc_offset_h), Some([latitude_deg, longitude_deg])) =
+            (time, offset, place)
         else {
             return Ok(None);
         };
-        let at = TimeAndPlace {
+        let at = Moment {
             local_time,
             utc_offset_h,
-            position_deg,
+            latitude_deg,
+            longitude_deg,
         };
-        let difference = Radians(at.sun()?.angle_between(self.sun));
+        let difference = Radians(at.sun()?.direction().angle_between(self.sun));
         let error = Radians::from_degrees(command.sun_error_deg);
         let Some(mut finding) = sun_elsewhere(difference, error) else {
             return Ok(None);

@@ -1,7 +1,6 @@
 //! `niji check`: what nature would not do in a photograph with a bow.
 
 mod case;
-pub(crate) mod ephemeris;
 
 use std::path::Path;
 use std::path::PathBuf;
@@ -14,9 +13,9 @@ use niji_photo::Severity;
 use serde_json::json;
 
 use crate::check::case::findings;
-use crate::cli;
-use crate::cli::Common;
 use crate::failure::Failure;
+use crate::flags;
+use crate::flags::Common;
 use crate::output;
 use crate::stages;
 use crate::stages::Done;
@@ -227,7 +226,7 @@ pub(crate) fn time(text: &str) -> Result<[u32; 6], String> {
 
 /// `48.1,11.6`.
 fn place(text: &str) -> Result<[f64; 2], String> {
-    let values = cli::numbers(text)?;
+    let values = flags::numbers(text)?;
     match values[..] {
         [latitude, longitude] if latitude.abs() <= 90.0 && longitude.abs() <= 180.0 => {
             Ok([latitude, longitude])
@@ -240,7 +239,7 @@ fn place(text: &str) -> Result<[f64; 2], String> {
 
 /// `100,300,180,350`.
 fn shadow(text: &str) -> Result<[f64; 4], String> {
-    let values = cli::numbers(text)?;
+    let values = flags::numbers(text)?;
     <[f64; 4]>::try_from(values.as_slice())
         .map_err(|_| format!("found {text:?}, expected X,Y,X,Y in pixels"))
 }

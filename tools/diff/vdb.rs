@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use niji_picture::with_causes;
 use niji_vdb::FloatTree;
 use niji_vdb::Grid;
 use niji_vdb::Leaf;
@@ -11,10 +12,11 @@ use niji_vdb::VdbFile;
 use super::measure::Measure;
 use super::measure::same_names;
 use crate::failure::Failure;
-use crate::stages::drops::bad_vdb;
 
 pub(super) fn compare(reference: &Path, file: &Path) -> Result<Vec<Measure>, Failure> {
-    let read = |path: &Path| VdbFile::read(path).map_err(|error| bad_vdb(path, &error));
+    let read = |path: &Path| {
+        VdbFile::read(path).map_err(|error| Failure::bad_input(path, with_causes(&error)))
+    };
     let (reference, found) = (read(reference)?, read(file)?);
     let names = |file: &VdbFile| -> Vec<String> {
         file.grids.iter().map(|grid| grid.name.clone()).collect()

@@ -10,8 +10,8 @@ use niji_scene::DropSource;
 use niji_scene::Population;
 
 use crate::failure::Failure;
-use crate::stages::drops::Part;
-use crate::stages::drops::Source;
+use niji_picture::VolumePart;
+use niji_picture::VolumeSource;
 
 /// Drop volumes that exist already, together as one.
 ///
@@ -31,14 +31,14 @@ impl MixCommand {
     ///
     /// # Errors
     /// A name that no grid should have.
-    pub(super) fn source(&self) -> Result<Source, Failure> {
+    pub(super) fn source(&self) -> Result<VolumeSource, Failure> {
         let parts = self.volumes.iter().map(|text| named(text));
-        Ok(Source::new(parts.collect::<Result<_, _>>()?))
+        Ok(VolumeSource::new(parts.collect::<Result<_, _>>()?))
     }
 }
 
 /// A volume with its name, as `NAME=VDB` or `VDB`.
-fn named(text: &str) -> Result<(String, Part), Failure> {
+fn named(text: &str) -> Result<(String, VolumePart), Failure> {
     let is_name = |part: &str| !part.contains(std::path::is_separator);
     let given = text.split_once('=').filter(|(name, _)| is_name(name));
     let of_file = || Path::new(text).file_stem().and_then(OsStr::to_str);
@@ -50,7 +50,7 @@ fn named(text: &str) -> Result<(String, Part), Failure> {
         }),
     };
     match population.name_fault() {
-        None => Ok((name.to_owned(), Part::Volume(PathBuf::from(path)))),
+        None => Ok((name.to_owned(), VolumePart::Volume(PathBuf::from(path)))),
         Some(expected) => Err(Failure::Usage(format!(
             "the name of the drops of {path} is {name:?}, expected {expected}: say it as NAME={path}"
         ))),

@@ -11,11 +11,11 @@ use clap::Args;
 use clap::Subcommand;
 use niji_vdb::Compression;
 
-use crate::cli::Common;
 use crate::failure::Failure;
+use crate::flags::Common;
 use crate::scene_file;
 use crate::stages;
-use crate::stages::drops::Source;
+use niji_picture::VolumeSource;
 
 use mix::MixCommand;
 use shape_command::ShapeCommand;
@@ -80,12 +80,12 @@ pub(crate) fn execute(command: &DropsCommand, common: &Common) -> Result<(), Fai
         (Some(DropsSubcommand::Shape(shape)), None) => shape.source()?,
         (Some(DropsSubcommand::Mix(mix)), None) => mix.source()?,
         (None, Some(path)) => {
-            let scene = scene_file::read(path, common)?;
+            let scene = scene_file::read(path, common.goal())?;
             let is_file = || {
                 Failure::Usage("the scene names a drop volume, there is nothing to make".to_owned())
             };
             let folder = path.parent().unwrap_or(Path::new(""));
-            Source::of(&scene.drops, folder).ok_or_else(is_file)?
+            VolumeSource::of(&scene.drops, folder).ok_or_else(is_file)?
         }
     };
     let no_output = || Failure::Usage("expected -o FILE.vdb".to_owned());

@@ -14,12 +14,12 @@ use serde_json::json;
 
 use crate::drops::shape_examples;
 use crate::failure::Failure;
-use crate::scene_file::with_causes;
 use crate::schema_flags;
 use crate::schema_flags::Flags;
 use crate::schema_flags::Variant;
-use crate::stages::drops::Part;
-use crate::stages::drops::Source;
+use niji_picture::VolumePart;
+use niji_picture::VolumeSource;
+use niji_picture::with_causes;
 
 /// A shape and its flags, as they were given.
 #[derive(Clone, Debug)]
@@ -34,7 +34,7 @@ impl ShapeCommand {
     ///
     /// # Errors
     /// A flag that is missing, belongs to another variant or is out of range.
-    pub(super) fn source(&self) -> Result<Source, Failure> {
+    pub(super) fn source(&self) -> Result<VolumeSource, Failure> {
         let value = self.flags.value(&self.matches)?;
         let drops: DropSource = schema_flags::read(json!({ &self.name: value }))?;
         let checked = match &drops {
@@ -43,7 +43,7 @@ impl ShapeCommand {
             DropSource::File(_) => Ok(()),
         };
         checked.map_err(|error| self.refused(&error))?;
-        Ok(Source::only(Part::of(&drops, Path::new(""))))
+        Ok(VolumeSource::only(VolumePart::of(&drops, Path::new(""))))
     }
 
     /// What a library says of a parameter, of the flag instead.

@@ -7,8 +7,8 @@ use clap::Args;
 use niji_airy::airy_integral_with_derivative;
 
 use super::line;
-use crate::cli::numbers;
 use crate::failure::Failure;
+use crate::flags::numbers;
 
 /// Airy's rainbow integral f(z) and its derivative.
 #[derive(Debug, Args)]

@@ -11,9 +11,9 @@ mod sun;
 use clap::Args;
 use clap::Subcommand;
 
-use crate::cli::Common;
-use crate::cli::numbers;
 use crate::failure::Failure;
+use crate::flags::Common;
+use crate::flags::numbers;
 use crate::output;
 
 /// Print physics as CSV: airy, scatter, sizes, index, air, sun, ice.

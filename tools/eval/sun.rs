@@ -1,9 +1,9 @@
 //! `niji eval sun`: where the sun stands at a time and place.
 
 use clap::Args;
+use niji_scene::Moment;
 
 use super::line;
-use crate::check::ephemeris::TimeAndPlace;
 use crate::check::time;
 use crate::failure::Failure;
 
@@ -47,20 +47,21 @@ pub(super) fn csv(arguments: &SunArguments) -> Result<String, Failure> {
     let header = "latitude_deg,longitude_deg,utc_offset_h,hour,elevation_deg,azimuth_deg\n";
     let mut csv = header.to_owned();
     for &local_time in &arguments.date {
-        let at = TimeAndPlace {
+        let at = Moment {
             local_time,
             utc_offset_h: arguments.utc_offset_h,
-            position_deg: [arguments.latitude_deg, arguments.longitude_deg],
+            latitude_deg: arguments.latitude_deg,
+            longitude_deg: arguments.longitude_deg,
         };
-        let [elevation_deg, azimuth_deg] = at.sun_deg()?;
+        let sun = at.sun()?;
         let [_, _, _, hour, minute, second] = local_time.map(f64::from);
         csv += &line(&[
             arguments.latitude_deg,
             arguments.longitude_deg,
             arguments.utc_offset_h,
             hour + minute / 60.0 + second / 3600.0,
-            elevation_deg,
-            azimuth_deg,
+            sun.elevation_deg,
+            sun.azimuth_deg,
         ]);
     }
     Ok(csv)

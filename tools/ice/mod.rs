@@ -19,8 +19,8 @@ use niji_scene::IceScene;
 use niji_scene::IceShape;
 use niji_scene::canonical_json;
 
-use crate::cli::Common;
 use crate::failure::Failure;
+use crate::flags::Common;
 use crate::progress;
 use crate::progress::Verbosity;
 use crate::stages;
@@ -28,7 +28,7 @@ use crate::stages::Manner;
 use crate::stages::Request;
 use crate::stages::perform;
 use crate::stages::render::companions;
-use crate::stages::render::white_luminance_cd_m2;
+use niji_picture::white_luminance_cd_m2;
 
 pub(crate) use world::World;
 

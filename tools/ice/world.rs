@@ -28,6 +28,7 @@ use niji_ice::Sky;
 use niji_ice::SkyMap;
 use niji_ice::ice_absorption_spectrum;
 use niji_ice::render_ice;
+use niji_picture::air::AirRequest;
 use niji_radiometry::Radians;
 use niji_radiometry::WavelengthGrid;
 use niji_render::SkyModel;
@@ -36,7 +37,6 @@ use niji_scene::IceScene;
 use niji_scene::IceShape;
 
 use crate::failure::Failure;
-use crate::stages;
 use crate::stages::sky::no_less_than_dark;
 
 /// Azimuths and elevations of the map of the sky.
@@ -163,8 +163,14 @@ fn light(scene: &IceScene, wavelengths: WavelengthGrid) -> Result<Light, Failure
         SkyModel::MultipleScattering => Some(ScatteringOrders::STANDARD),
     };
     let table = |air| {
-        let albedo = scene.ground_albedo();
-        stages::atmosphere::tabulated(air, wavelengths, albedo, &scene.sun, orders)
+        let request = AirRequest {
+            air,
+            wavelengths,
+            ground_albedo: scene.ground_albedo(),
+            sun: &scene.sun,
+            orders,
+        };
+        request.table()
     };
     let air = scene.air.as_ref().map(table).transpose()?;
     let above_air = scene.sun.irradiance(&wavelengths);

@@ -8,13 +8,13 @@ mod vdb;
 use std::path::PathBuf;
 
 use clap::Args;
+use niji_picture::with_causes;
 use niji_vdb::VdbFile;
 use serde_json::Value;
 
-use crate::cli::Common;
 use crate::failure::Failure;
+use crate::flags::Common;
 use crate::output;
-use crate::stages::drops::bad_vdb;
 use crate::stages::is_vdb;
 
 use assertion::Assertion;
@@ -61,7 +61,8 @@ pub(crate) fn execute(command: &InfoCommand, common: &Common) -> Result<(), Fail
         output::check_free(preview, common.manner().existing)?;
     }
     let report = if is_vdb(path) {
-        let file = VdbFile::read(path).map_err(|error| bad_vdb(path, &error))?;
+        let file =
+            VdbFile::read(path).map_err(|error| Failure::bad_input(path, with_causes(&error)))?;
         if let Some(to) = &command.preview {
             preview::write(&file, path, to)?;
         }

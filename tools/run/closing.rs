@@ -4,13 +4,13 @@ use niji_scene::Effect;
 use niji_scene::EffectDecision;
 use niji_scene::Plan;
 
-use crate::scene_file::Planned;
 use crate::stages::Done;
 use crate::stages::accuracy::Reached;
 use crate::stages::accuracy::of_white;
+use niji_picture::PlannedScene;
 
 /// Prints the times of stages, the effects that are left out, and the verdict.
-pub(super) fn print(planned: &Planned, done: &[Done], reached: Option<&Reached>) {
+pub(super) fn print(planned: &PlannedScene, done: &[Done], reached: Option<&Reached>) {
     eprintln!();
     for stage in done {
         let note = if stage.up_to_date { "  up to date" } else { "" };

@@ -7,8 +7,8 @@ use niji_exchange::Provenance;
 use niji_scene::canonical_json;
 
 use crate::failure::Failure;
-use crate::scene_file::Planned;
 use crate::stages;
+use niji_picture::PlannedScene;
 
 /// Digits of a hash in the name of a file: two needs of one sequence meet once in 2^32 pairs, and then
 /// the second is refused, not mistaken.
@@ -35,7 +35,7 @@ pub(crate) struct Files {
 impl Files {
     /// Those of a scene.
     #[must_use]
-    pub(crate) fn of_scene(planned: &Planned, folder: &Path) -> Self {
+    pub(crate) fn of_scene(planned: &PlannedScene, folder: &Path) -> Self {
         let inside = |name: &str| folder.join(name);
         Self {
             folder: folder.to_owned(),
@@ -63,7 +63,11 @@ impl Files {
     ///
     /// # Errors
     /// Never for a scene that was read from a file.
-    pub(super) fn of_frame(planned: &Planned, folder: &Path, frame: u32) -> Result<Self, Failure> {
+    pub(super) fn of_frame(
+        planned: &PlannedScene,
+        folder: &Path,
+        frame: u32,
+    ) -> Result<Self, Failure> {
         let scene = &planned.scene;
         let mut files = Self::of_scene(planned, folder);
         files.image = named(&files.image, &format!("{frame:04}"));
@@ -73,13 +77,13 @@ impl Files {
         if let Some(need) = &planned.plan.scattering {
             let wavelengths = scene.spectrum.grid();
             let wavelengths = wavelengths.map_err(|e| Failure::Failed(e.to_string()))?;
-            let settings = stages::scatter::settings(need, wavelengths);
+            let settings = niji_picture::scattering::settings(need, wavelengths);
             files.table = named(&files.table, &hash(settings));
         }
         let orders = planned.plan.scattering_orders(scene);
         files.air = named(
             &files.air,
-            &hash(stages::atmosphere::settings(scene, orders)),
+            &hash(niji_picture::air::settings(scene, orders)),
         );
         Ok(files)
     }

@@ -11,8 +11,8 @@ use niji_scene::Plan;
 use niji_scene::Sequence;
 use serde::Serialize;
 
-use crate::cli::Common;
 use crate::failure::Failure;
+use crate::flags::Common;
 use crate::output;
 use crate::progress::Verbosity;
 use crate::run::Outcome;
@@ -76,7 +76,7 @@ pub(super) fn execute(
     // What is wrong with the last frame is told before the first is made.
     for number in numbers() {
         let text = sequence.scene_text(number);
-        scene_file::frame_scene(&text, scene_file, common)
+        scene_file::frame_scene(&text, scene_file, common.goal())
             .map_err(|failure| failure.within(&format!("frame {number}")))?;
     }
     let verbosity = common.verbosity();
@@ -85,8 +85,8 @@ pub(super) fn execute(
     for number in numbers() {
         let in_frame = |failure: Failure| failure.within(&format!("frame {number}"));
         let text = sequence.scene_text(number);
-        let planned = scene_file::frame(&text, scene_file, common).map_err(in_frame)?;
-        planned.check().map_err(in_frame)?;
+        let planned = scene_file::frame(&text, scene_file, common.goal()).map_err(in_frame)?;
+        planned.check().map_err(Failure::from).map_err(in_frame)?;
         if verbosity > Verbosity::Quiet {
             eprintln!("{:>11}  {number}", "frame");
             for warning in &planned.plan.warnings {

@@ -10,18 +10,18 @@ use std::path::PathBuf;
 
 use clap::Args;
 use niji_photo::Finding;
+use niji_picture::PictureSettings;
 use niji_scene::Stage;
 
 use crate::check;
-use crate::cli::Common;
 use crate::failure::Failure;
+use crate::flags::Common;
 use crate::output;
 use crate::progress::Verbosity;
 use crate::run::files::Files;
 use crate::run::frames::FrameRange;
 use crate::run::frames::parse_frames;
 use crate::scene_file;
-use crate::scene_file::Planned;
 use crate::stages;
 use crate::stages::Done;
 use crate::stages::Manner;
@@ -30,6 +30,7 @@ use crate::stages::given_table;
 use crate::stages::render::Inputs;
 use crate::stages::render::Target;
 use crate::sun::report::FindingText;
+use niji_picture::PlannedScene;
 
 /// Make the picture of a scene, leaving every intermediate file.
 ///
@@ -86,7 +87,7 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
     if let Some(frames) = command.frames {
         return frames::execute(command, frames, common);
     }
-    let planned = scene_file::load(&command.scene, common)?;
+    let planned = scene_file::load(&command.scene, common.goal())?;
     if planned.scene.sequence.is_some() {
         return Err(Failure::Usage(format!(
             "{} is a sequence: say which frames with --frames, as 1-240 or 12",
@@ -142,7 +143,7 @@ pub(crate) struct Outcome {
 /// # Errors
 /// Whatever a stage reports.
 pub(crate) fn run_stages(
-    planned: &Planned,
+    planned: &PlannedScene,
     folder: &Path,
     manner: Manner,
 ) -> Result<Outcome, Failure> {
@@ -153,7 +154,11 @@ pub(crate) fn run_stages(
 ///
 /// # Errors
 /// As [`run_stages`].
-fn run_stages_to(planned: &Planned, files: &Files, manner: Manner) -> Result<Outcome, Failure> {
+fn run_stages_to(
+    planned: &PlannedScene,
+    files: &Files,
+    manner: Manner,
+) -> Result<Outcome, Failure> {
     let (scene, plan) = (&planned.scene, &planned.plan);
     let Files {
         folder,
@@ -202,12 +207,17 @@ fn run_stages_to(planned: &Planned, files: &Files, manner: Manner) -> Result<Out
                     air: plan.runs(Stage::Atmosphere).then_some(air.as_path()),
                     surfaces: &surfaces,
                 };
-                let settings = stages::render::Settings::of(planned);
+                let settings = PictureSettings::of(planned);
                 let target = Target {
                     path: image,
                     region: settings.whole()?,
                 };
-                stages::render::make(&settings, inputs, target, manner)
+                stages::render::make(
+                    (&settings, plan.scattering.as_ref()),
+                    inputs,
+                    target,
+                    manner,
+                )
             }
         };
         done.push(outcome?);

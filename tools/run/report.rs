@@ -8,15 +8,15 @@ use serde_json::json;
 use crate::failure::Failure;
 use crate::output;
 use crate::run::frames::FrameDone;
-use crate::scene_file::Planned;
 use crate::stages::Done;
 use crate::stages::accuracy::Reached;
+use niji_picture::PlannedScene;
 
 /// Name of the file in the folder of a run.
 const FILE: &str = "report.json";
 
 /// The report of a run.
-pub(super) fn json(planned: &Planned, done: &[Done], reached: Option<&Reached>) -> Value {
+pub(super) fn json(planned: &PlannedScene, done: &[Done], reached: Option<&Reached>) -> Value {
     json!({
         "version": env!("CARGO_PKG_VERSION"),
         "command": std::env::args().collect::<Vec<_>>(),

@@ -18,9 +18,9 @@ use niji_sizes::bins;
 use niji_sizes::radius_axis;
 use niji_sizes::variance_axis;
 
-use crate::cli::Common;
-use crate::cli::numbers;
 use crate::failure::Failure;
+use crate::flags::Common;
+use crate::flags::numbers;
 use crate::output;
 use crate::progress::Verbosity;
 use crate::scatter::export::Format;
@@ -177,7 +177,7 @@ fn of_scene(
     path: &std::path::Path,
     common: &Common,
 ) -> Result<(ScatteringNeed, WavelengthGrid), Failure> {
-    let planned = scene_file::load(path, common)?;
+    let planned = scene_file::load(path, common.goal())?;
     let unneeded = || Failure::Usage("the plan of this scene needs no scattering table".to_owned());
     let need = planned.plan.scattering.clone().ok_or_else(unneeded)?;
     let wavelengths = planned.scene.spectrum.grid();

@@ -8,7 +8,7 @@ use serde_json::Value;
 use super::Field;
 use super::Kind;
 use super::Variant;
-use crate::cli::numbers;
+use crate::flags::numbers;
 
 /// Units by the ending of a key, the longer of two that fit first.
 const UNITS: [(&str, &str); 17] = [

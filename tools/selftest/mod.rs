@@ -27,8 +27,8 @@ use rayon::prelude::*;
 use serde_json::Value;
 use serde_json::json;
 
-use crate::cli::Common;
 use crate::failure::Failure;
+use crate::flags::Common;
 use crate::output;
 
 use hard_case::HardCase;

@@ -11,16 +11,11 @@ use std::path::Path;
 
 use niji_exchange::Aov;
 use niji_exchange::SpectralImage;
+use niji_render::PictureLayer;
 use serde::Serialize;
 
 use crate::failure::Failure;
-use crate::scene_file::Planned;
-
-/// Name of the estimated error among the images.
-pub(crate) const AOV: &str = "error";
-
-/// Channel of all causes together.
-pub(crate) const TOTAL: &str = "Y";
+use niji_picture::PlannedScene;
 
 /// Luminance of a gray card over that of display white.
 const GRAY_CARD: f64 = 0.18;
@@ -143,14 +138,19 @@ const LEAST_PERCENT: f64 = 1e-4;
 ///
 /// # Errors
 /// A file that cannot be read.
-pub(crate) fn reached(planned: &Planned, image: &Path) -> Result<Option<Reached>, Failure> {
+pub(crate) fn reached(planned: &PlannedScene, image: &Path) -> Result<Option<Reached>, Failure> {
     let picture = SpectralImage::read_spectral(image).map_err(|e| Failure::bad_input(image, e))?;
-    let Some(error) = picture.aovs.iter().find(|aov| aov.name == AOV) else {
+    let Some(error) = picture
+        .aovs
+        .iter()
+        .find(|aov| aov.name == PictureLayer::Error.name())
+    else {
         return Ok(None);
     };
     let plan = &planned.plan;
     let part = |channel| rms(error, channel) / plan.reference_luminance_cd_m2;
-    let estimated = part(TOTAL);
+    // The first is of all causes.
+    let estimated = part(PictureLayer::Error.channels()[0]);
     Ok(Some(Reached {
         tolerance: plan.tolerance,
         error: estimated + plan.left_out,
@@ -164,7 +164,7 @@ pub(crate) fn reached(planned: &Planned, image: &Path) -> Result<Option<Reached>
 ///
 /// # Errors
 /// A file that cannot be read; as [`Reached::verdict`].
-pub(crate) fn check(planned: &Planned, image: &Path) -> Result<(), Failure> {
+pub(crate) fn check(planned: &PlannedScene, image: &Path) -> Result<(), Failure> {
     if planned.tolerance.is_none() {
         return Ok(());
     }
@@ -223,11 +223,11 @@ mod tests {
     #[test]
     fn the_rms_is_that_of_the_channel() {
         let error = Aov {
-            name: AOV.to_owned(),
+            name: PictureLayer::Error.name().to_owned(),
             unit: "cd/m^2".to_owned(),
-            channels: vec![(TOTAL.to_owned(), array![[3.0, 4.0], [0.0, 0.0]])],
+            channels: vec![("Y".to_owned(), array![[3.0, 4.0], [0.0, 0.0]])],
         };
-        assert_eq!(rms(&error, TOTAL), 2.5);
+        assert_eq!(rms(&error, "Y"), 2.5);
         assert_eq!(rms(&error, "sizes"), 0.0);
     }
 }

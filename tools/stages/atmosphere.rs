@@ -3,14 +3,10 @@
 use std::path::Path;
 
 use niji_atmosphere::ScatteringOrders;
-use niji_atmosphere::with_diffuse_light;
 use niji_exchange::AtmosphereTable;
 use niji_exchange::TableFile;
-use niji_radiometry::WavelengthGrid;
-use niji_scene::Air;
+use niji_picture::air;
 use niji_scene::Scene;
-use niji_scene::Sun;
-use niji_scene::canonical_json;
 
 use crate::failure::Failure;
 use crate::output;
@@ -22,82 +18,29 @@ use crate::stages::perform;
 /// Name of the file in the folder of a run.
 pub(crate) const FILE: &str = "atmosphere.exr";
 
-/// How finely light that the air scatters more than once is solved; `None` for one order.
-pub(crate) type Orders = Option<ScatteringOrders>;
-
-/// The air of a scene, tabulated; `None` in a vacuum.
-///
-/// # Errors
-/// Parameters out of their range.
-pub(crate) fn table(scene: &Scene, orders: Orders) -> Result<Option<AtmosphereTable>, Failure> {
-    let wavelengths = scene.spectrum.grid();
-    let wavelengths = wavelengths.map_err(|error| Failure::Usage(error.to_string()))?;
-    let table = scene
-        .air
-        .as_ref()
-        .map(|air| tabulated(air, wavelengths, scene.ground.albedo, &scene.sun, orders));
-    table.transpose()
-}
-
-/// Air over a ground of an albedo, with light of the orders that are asked for beyond the first.
-///
-/// # Errors
-/// Parameters out of their range.
-pub(crate) fn tabulated(
-    air: &Air,
-    wavelengths: WavelengthGrid,
-    ground_albedo: f64,
-    sun: &Sun,
-    orders: Orders,
-) -> Result<AtmosphereTable, Failure> {
-    let usage = |error: niji_atmosphere::Error| Failure::Usage(error.to_string());
-    let model = air.model(wavelengths, ground_albedo, sun).map_err(usage)?;
-    let table = model.tabulate().map_err(usage)?;
-    Ok(match orders {
-        Some(orders) => with_diffuse_light(table, orders),
-        None => table,
-    })
-}
-
 /// Writes the table of a scene's air.
 ///
 /// # Errors
 /// A scene in a vacuum, an output that exists, or a file that cannot be written.
 pub(crate) fn make(
-    (scene, orders): (&Scene, Orders),
+    (scene, orders): (&Scene, Option<ScatteringOrders>),
     to: &Path,
     manner: Manner,
 ) -> Result<Done, Failure> {
     let request = Request {
         stage: "atmosphere",
-        settings: settings(scene, orders),
+        settings: air::settings(scene, orders),
         inputs: Vec::new(),
         outputs: vec![to],
     };
     perform(&request, manner, |provenance| {
         let vacuum =
             || Failure::Usage("the scene has no section [air]: it lies in a vacuum".to_owned());
-        let file = table(scene, orders)?
+        let file = air::table(scene, orders)?
             .ok_or_else(vacuum)?
             .to_file(provenance);
         output::write_file(to, |writer| file.write(writer))
     })
-}
-
-/// What the table of a scene's air depends on.
-pub(crate) fn settings(scene: &Scene, orders: Orders) -> String {
-    // A table that does not depend on the sun serves every sun.
-    let depends_on = |air: &Air| air.depends_on(&scene.sun);
-    let sun = scene
-        .air
-        .as_ref()
-        .is_some_and(depends_on)
-        .then_some(scene.sun);
-    let orders = orders.map(|orders| {
-        let sizes = [orders.n_layers, orders.n_zeniths, orders.max_degree];
-        (sizes, orders.tolerance)
-    });
-    canonical_json(&(&scene.air, scene.ground, scene.spectrum, sun, orders))
 }
 
 /// Reads a table of the air.

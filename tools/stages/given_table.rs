@@ -9,15 +9,15 @@ use niji_scene::ScatteringNeed;
 
 use crate::failure::Failure;
 use crate::progress::Verbosity;
-use crate::scene_file::Planned;
 use crate::stages;
+use niji_picture::PlannedScene;
 
 /// The table that serves a plan, if one is given and any is needed.
 ///
 /// # Errors
 /// As [`read`].
 pub(crate) fn given(
-    planned: &Planned,
+    planned: &PlannedScene,
     path: Option<&Path>,
     verbosity: Verbosity,
 ) -> Result<Option<PathBuf>, Failure> {
@@ -68,12 +68,4 @@ pub(crate) fn read(
             misfits.join("; ")
         ),
     ))
-}
-
-/// Without what a scene of spheres does not move.
-pub(crate) fn as_needed(mut table: ScatteringTable, need: &ScatteringNeed) -> ScatteringTable {
-    if need.motion.is_none() {
-        table.moved = None;
-    }
-    table
 }

@@ -16,8 +16,6 @@ pub(crate) mod render;
 pub(crate) mod saved_rows;
 pub(crate) mod scatter;
 pub(crate) mod sky;
-pub(crate) mod sun_volume;
-pub(crate) mod surfaces;
 pub(crate) mod tile;
 
 use std::collections::BTreeMap;

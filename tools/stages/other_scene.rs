@@ -5,11 +5,11 @@
 
 use std::path::Path;
 
+use niji_picture::air;
 use niji_scene::Scene;
 use serde_json::Value;
 
 use crate::progress::Verbosity;
-use crate::stages;
 use crate::stages::stored_provenance;
 
 /// What settings of the air hold by index, and where a scene has it.
@@ -27,7 +27,7 @@ pub(crate) fn warn(scene: &Scene, air: Option<&Path>, verbosity: Verbosity) {
 
 /// The air of another scene.
 fn other_air(scene: &Scene, path: &Path) -> Vec<String> {
-    let expected = serde_json::from_str::<Value>(&stages::atmosphere::settings(scene, None)).ok();
+    let expected = serde_json::from_str::<Value>(&air::settings(scene, None)).ok();
     let Some((found, expected)) = settings(path, "niji atmosphere").zip(expected) else {
         return Vec::new();
     };

@@ -4,10 +4,10 @@
 //! the same files.
 
 use std::path::Path;
-use std::path::PathBuf;
 
-use clap::Parser;
+use clap::Args;
 use niji_photo::Finding;
+use niji_picture::SurfaceFiles;
 use niji_radiometry::Water;
 use niji_scene::Along;
 use niji_scene::Camera;
@@ -20,18 +20,19 @@ use niji_scene::picked_sun;
 use niji_scene::with_sun;
 
 use crate::check;
-use crate::cli::Arguments;
-use crate::cli::Command;
+use crate::check::CheckCommand;
 use crate::composite;
+use crate::composite::CompositeCommand;
 use crate::depth;
+use crate::depth::DepthCommand;
 use crate::failure::Failure;
-use crate::scene_file::Planned;
 use crate::stages;
 use crate::stages::Done;
 use crate::stages::Manner;
-use crate::stages::surfaces::Surfaces;
 use crate::sun;
+use crate::sun::SunCommand;
 use crate::water_flags;
+use niji_picture::PlannedScene;
 
 /// Names of the files in the folder of a run.
 const DEPTH: &str = "depth.exr";
@@ -53,17 +54,11 @@ pub(crate) fn with_picked_sun(text: String, scene_file: &Path) -> Result<String,
     let Some(picked) = picked_sun(&text) else {
         return Ok(text);
     };
+    let folder = scene_file.parent().unwrap_or(Path::new(""));
     let mut arguments = vec!["sun".to_owned()];
-    arguments.extend(picture_and_camera(
-        &picked.photo,
-        &picked.camera,
-        scene_file,
-    ));
+    arguments.extend(picture_and_camera(&picked.photo, &picked.camera, folder));
     arguments.extend(picks(&picked.photo, picked.water));
-    let Command::Sun(command) = parse(&arguments)? else {
-        return Ok(text);
-    };
-    let solved = sun::solve(&command)?;
+    let solved = sun::solve(&parse::<SunCommand>(&arguments)?)?;
     let best = solved.best()?;
     let (elevation_deg, azimuth_deg) = (best.elevation.to_degrees(), best.azimuth.to_degrees());
     Ok(with_sun(&text, elevation_deg, azimuth_deg))
@@ -71,8 +66,8 @@ pub(crate) fn with_picked_sun(text: String, scene_file: &Path) -> Result<String,
 
 /// Where the light of the render stage ends: at the photographed surfaces, or at those that the scene
 /// names.
-pub(crate) fn surfaces(planned: &Planned, folder: &Path) -> Surfaces {
-    let of_scene = Surfaces::of_scene(&planned.scene, &planned.file);
+pub(crate) fn surfaces(planned: &PlannedScene, folder: &Path) -> SurfaceFiles {
+    let of_scene = SurfaceFiles::of_scene(&planned.scene, &planned.folder);
     match planned.scene.photo {
         Some(_) => of_scene.with_depth(folder.join(DEPTH)),
         None => of_scene,
@@ -80,11 +75,15 @@ pub(crate) fn surfaces(planned: &Planned, folder: &Path) -> Surfaces {
 }
 
 /// The command line of a stage around the photograph; `None` for any other stage or scene.
-pub(crate) fn arguments(planned: &Planned, stage: Stage, folder: &Path) -> Option<Vec<String>> {
+pub(crate) fn arguments(
+    planned: &PlannedScene,
+    stage: Stage,
+    folder: &Path,
+) -> Option<Vec<String>> {
     let photo = planned.scene.photo.as_ref()?;
     let mut arguments = vec![stage.name().to_owned()];
     let inside = |name: &str| folder.join(name).display().to_string();
-    let camera = || picture_and_camera(photo, &planned.scene.camera, &planned.file);
+    let camera = || picture_and_camera(photo, &planned.scene.camera, &planned.folder);
     let output = |name: &str| ["-o".to_owned(), inside(name)];
     match stage {
         Stage::Depth => {
@@ -104,7 +103,7 @@ pub(crate) fn arguments(planned: &Planned, stage: Stage, folder: &Path) -> Optio
             arguments.extend(output(CHECK));
         }
         Stage::Composite => {
-            arguments.push(beside(&planned.file, &photo.picture));
+            arguments.push(beside(&planned.folder, &photo.picture));
             arguments.push(format!("--image={}", inside(stages::render::FILE)));
             arguments.push(format!("--depth={}", inside(DEPTH)));
             arguments.push(format!("--exposure={}", exposure(photo)));
@@ -122,40 +121,45 @@ pub(crate) fn arguments(planned: &Planned, stage: Stage, folder: &Path) -> Optio
 /// # Errors
 /// Whatever the command reports.
 pub(crate) fn make(
-    planned: &Planned,
+    planned: &PlannedScene,
     stage: Stage,
     folder: &Path,
     manner: Manner,
 ) -> Result<(Done, Vec<Finding>), Failure> {
     let unknown = || Failure::Failed(format!("no photograph for the stage {}", stage.name()));
     let arguments = arguments(planned, stage, folder).ok_or_else(unknown)?;
-    let done = match parse(&arguments)? {
-        Command::Depth(command) => depth::make(&command, manner)?,
-        Command::Sun(command) => sun::make(&command, manner)?,
-        Command::Check(command) => return check::make(&command, &folder.join(CHECK), manner),
-        Command::Composite(command) => composite::make(&command, manner)?,
-        _ => return Err(unknown()),
+    let done = match stage {
+        Stage::Depth => depth::make(&parse::<DepthCommand>(&arguments)?, manner)?,
+        Stage::Sun => sun::make(&parse::<SunCommand>(&arguments)?, manner)?,
+        Stage::Check => {
+            let command = parse::<CheckCommand>(&arguments)?;
+            return check::make(&command, &folder.join(CHECK), manner);
+        }
+        Stage::Composite => composite::make(&parse::<CompositeCommand>(&arguments)?, manner)?,
+        Stage::Drops | Stage::Airy | Stage::Scatter | Stage::Atmosphere | Stage::Render => {
+            return Err(unknown());
+        }
     };
     Ok((done, Vec::new()))
 }
 
-fn parse(arguments: &[String]) -> Result<Command, Failure> {
-    let line = std::iter::once("niji").chain(arguments.iter().map(String::as_str));
-    Arguments::try_parse_from(line)
-        .map(|arguments| arguments.command)
+/// The flags of a subcommand, whose name comes first.
+fn parse<T: Args>(arguments: &[String]) -> Result<T, Failure> {
+    let command = T::augment_args(clap::Command::new("niji"));
+    let matches = command.try_get_matches_from(arguments);
+    matches
+        .and_then(|matches| T::from_arg_matches(&matches))
         .map_err(|error| Failure::Failed(error.to_string()))
 }
 
-/// A path of a scene, relative to its file.
-fn beside(scene_file: &Path, path: &str) -> String {
-    let folder = scene_file.parent().unwrap_or(Path::new(""));
-    let path: PathBuf = folder.join(path);
-    path.display().to_string()
+/// A path of a scene whose files lie in a folder.
+fn beside(folder: &Path, path: &str) -> String {
+    folder.join(path).display().to_string()
 }
 
-fn picture_and_camera(photo: &Photo, camera: &Camera, scene_file: &Path) -> Vec<String> {
+fn picture_and_camera(photo: &Photo, camera: &Camera, folder: &Path) -> Vec<String> {
     vec![
-        beside(scene_file, &photo.picture),
+        beside(folder, &photo.picture),
         // A scene with a photograph has a pinhole camera, hence a field of view.
         format!(
             "--fov-deg={}",
@@ -167,8 +171,8 @@ fn picture_and_camera(photo: &Photo, camera: &Camera, scene_file: &Path) -> Vec<
     ]
 }
 
-fn distances(photo: &Photo, planned: &Planned) -> Vec<String> {
-    let beside = |path: &str| beside(&planned.file, path);
+fn distances(photo: &Photo, planned: &PlannedScene) -> Vec<String> {
+    let beside = |path: &str| beside(&planned.folder, path);
     if let (Some(layers), Some(labels)) = (&photo.layers, &photo.labels) {
         return vec![
             format!("--layers={}", beside(layers)),
@@ -212,7 +216,11 @@ fn bow(photo: &Photo) -> String {
     }
 }
 
-fn circumstances(photo: &Photo, planned: &Planned, inside: &dyn Fn(&str) -> String) -> Vec<String> {
+fn circumstances(
+    photo: &Photo,
+    planned: &PlannedScene,
+    inside: &dyn Fn(&str) -> String,
+) -> Vec<String> {
     let sun = &planned.scene.sun;
     let populations = planned.scene.drops.populations();
     let are_all = |kind: &[&str]| {

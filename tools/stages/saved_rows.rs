@@ -9,6 +9,7 @@
 //! something to lose for a while, and only where that costs little of the time they took.
 
 use std::fs;
+use std::ops::ControlFlow;
 use std::ops::Range;
 use std::path::Path;
 use std::path::PathBuf;
@@ -17,6 +18,7 @@ use std::time::Instant;
 use niji_exchange::Provenance;
 use niji_exchange::SpectralImage;
 use niji_geometry::PixelRegion;
+use niji_picture::rows_of_step;
 use niji_render::Error;
 use niji_render::RenderRequest;
 use niji_render::Rendered;
@@ -49,10 +51,6 @@ impl Saving {
 const FIRST_GUESS_BYTES_PER_S: f64 = 1e8;
 /// Steps of a picture: threads wait for each other at the end of each.
 const N_STEPS: u32 = 10;
-/// Rows or pixels, fifty tiles, of a step for each thread, whichever are fewer: so a thread that is done
-/// first waits for 2 % of a step.
-const ROWS_PER_THREAD: u32 = 25;
-const PIXELS_PER_THREAD: u32 = 12_800;
 
 /// A picture to be rendered, and how it becomes an image.
 pub(crate) struct Work<'a> {
@@ -87,12 +85,10 @@ pub(crate) fn render(work: &Work, to: &Path, saving: Saving) -> Result<SpectralI
         };
         let mut saver = Saver::new(work, folder, below, saving);
         let n_threads = u32::try_from(rayon::current_num_threads()).unwrap_or(u32::MAX);
-        let n_rows = ROWS_PER_THREAD.min(PIXELS_PER_THREAD / below.width_px);
-        let n_rows = n_rows.saturating_mul(n_threads).max(1);
-        let n_rows = n_rows.max(below.height_px / N_STEPS);
+        let n_rows = rows_of_step(below, n_threads).max(below.height_px / N_STEPS);
         let mut next = |rendered: &Rendered, n_finished: u32| {
             saver.save_if_due(rendered, n_finished);
-            n_rows
+            ControlFlow::Continue(n_rows)
         };
         let rendered = render_in_steps(&request, work.progress, &mut next)?;
         let image = (work.image)(rendered, below, work.provenance.clone());

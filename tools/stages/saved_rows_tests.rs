@@ -4,8 +4,8 @@ use std::io::Cursor;
 use std::sync::Mutex;
 
 use glam::DVec3;
-use ndarray::Array2;
 use ndarray::Array5;
+use ndarray::Axis;
 use niji_dropfield::Bricks;
 use niji_dropfield::DropMode;
 use niji_dropfield::Drops;
@@ -27,6 +27,7 @@ use niji_render::DropExtinctionModel;
 use niji_render::DropOrders;
 use niji_render::Integration;
 use niji_render::LitDrops;
+use niji_render::PictureLayer;
 use niji_render::PixelFootprint;
 use niji_render::RenderEffects;
 use niji_render::RenderLevels;
@@ -163,20 +164,20 @@ impl World {
 
 fn image(rendered: Rendered, region: PixelRegion, provenance: Provenance) -> SpectralImage {
     // Files hold channels in another order.
-    let layer = |name: &str, values: [Array2<f32>; 2]| Aov {
+    let layer = |name: &str, layers: [PictureLayer; 2]| Aov {
         name: name.to_owned(),
         unit: "-".to_owned(),
         channels: ["Y", "A"]
             .map(str::to_owned)
             .into_iter()
-            .zip(values)
+            .zip(layers.map(|layer| rendered[layer].index_axis(Axis(0), 0).to_owned()))
             .collect(),
     };
     SpectralImage {
         wavelengths: WavelengthGrid::new(500.0, 50.0, 2).unwrap(),
         aovs: vec![
-            layer("depth", [rendered.depth, rendered.transmittance]),
-            layer("error", [rendered.error, rendered.tau_sun]),
+            layer("depth", [PictureLayer::Depth, PictureLayer::Transmittance]),
+            layer("error", [PictureLayer::Error, PictureLayer::TauSun]),
         ],
         radiance: rendered.radiance,
         windows: ImageWindows {

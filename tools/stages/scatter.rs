@@ -1,5 +1,6 @@
 //! The stage `scatter`: a theory, drop sizes and the sun's disc become a scattering table.
 
+use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::atomic::AtomicU64;
 use std::sync::atomic::Ordering;
@@ -7,11 +8,10 @@ use std::sync::atomic::Ordering;
 use niji_airy::AIRY_SMALLEST_RADIUS;
 use niji_exchange::ScatteringTable;
 use niji_exchange::TableFile;
+use niji_picture::scattering;
 use niji_radiometry::WavelengthGrid;
 use niji_scatter::Theory;
-use niji_scatter::adaptive_table;
 use niji_scene::ScatteringNeed;
-use niji_scene::canonical_json;
 
 use crate::failure::Failure;
 use crate::output;
@@ -43,7 +43,7 @@ pub(crate) fn make(
 ) -> Result<Done, Failure> {
     let airy = airy.filter(|_| need.theory.uses_airy_table());
     let inputs = airy.map(|path| ("airy", path)).into_iter().collect();
-    let settings = settings(need, wavelengths);
+    let settings = scattering::settings(need, wavelengths);
     let request = Request {
         stage: "scatter",
         settings,
@@ -55,16 +55,6 @@ pub(crate) fn make(
         let file = table.to_file(provenance);
         output::write_file(to, |writer| file.write(writer))
     })
-}
-
-/// What a table depends on besides f(z).
-pub(crate) fn settings(need: &ScatteringNeed, wavelengths: WavelengthGrid) -> String {
-    let spectrum = (
-        wavelengths.first_nm(),
-        wavelengths.step_nm(),
-        wavelengths.len(),
-    );
-    canonical_json(&(need, spectrum))
 }
 
 /// The scattering table that is needed, with progress.
@@ -79,19 +69,20 @@ pub(crate) fn computed(
 ) -> Result<ScatteringTable, Failure> {
     warn_of_small_drops(need, verbosity);
     let airy = airy.filter(|_| need.theory.uses_airy_table());
-    let airy_table = airy.map(stages::airy::read).transpose()?;
+    let airy = airy.map(stages::airy::read).transpose()?;
     let bar = progress::bar("scatter", N_PROGRESS_STEPS as u64, verbosity);
     let shown = AtomicU64::new(0);
     let estimate = Estimate::new("scatter", verbosity);
-    let table = adaptive_table(&need.request(wavelengths, airy_table.as_ref()), &|part| {
+    let table = scattering::table(need, wavelengths, airy.as_ref(), &|_, part| {
         let step = (part * N_PROGRESS_STEPS) as u64;
         if shown.fetch_max(step, Ordering::Relaxed) < step {
             bar.set_position(step);
             estimate.hear(part, &bar);
         }
+        ControlFlow::Continue(())
     });
     bar.finish_and_clear();
-    table.map_err(|error| Failure::Usage(error.to_string()))
+    Ok(table?)
 }
 
 /// Says on standard error how far linear interpolation along each axis is from the theory.

@@ -27,7 +27,6 @@ use rayon::slice::ParallelSliceMut;
 
 use crate::failure::Failure;
 use crate::output;
-use crate::stages;
 use crate::stages::Done;
 use crate::stages::Manner;
 use crate::stages::Request;
@@ -68,8 +67,7 @@ pub(crate) fn make(
     perform(&request, manner, |provenance| {
         let vacuum =
             || Failure::Usage("the scene has no section [air]: its sky is black".to_owned());
-        let air =
-            stages::atmosphere::table(scene, scene.scattering_orders())?.ok_or_else(vacuum)?;
+        let air = niji_picture::air::table(scene, scene.scattering_orders())?.ok_or_else(vacuum)?;
         let image = picture(scene, &air, panorama, provenance);
         let exposure_ev = scene.picture.exposure_ev;
         output::write_file(&preview, |writer| image.write_png(writer, exposure_ev))?;
@@ -118,7 +116,7 @@ fn picture(
         }),
         windows: ImageWindows::whole(width, height),
         aovs: Vec::new(),
-        white_luminance_cd_m2: stages::render::white_luminance_cd_m2(&air.wavelengths),
+        white_luminance_cd_m2: niji_picture::white_luminance_cd_m2(&air.wavelengths),
         world_to_camera: None,
         attributes: Attributes::new(),
         provenance,

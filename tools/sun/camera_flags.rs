@@ -12,8 +12,8 @@ use niji_photo::tilt_from_horizon;
 use niji_radiometry::Radians;
 use serde::Serialize;
 
-use crate::cli;
 use crate::failure::Failure;
+use crate::flags;
 
 /// What is known of the camera.
 #[derive(Clone, Debug, Args, Serialize)]
@@ -159,7 +159,12 @@ impl Camera {
     /// # Errors
     /// [`Failure::Usage`] for a camera that cannot be.
     pub(crate) fn pinhole(&self) -> Result<PinholeCamera, Failure> {
-        PinholeCamera::new(PinholeRequest {
+        PinholeCamera::new(self.request()).map_err(|error| Failure::Usage(error.to_string()))
+    }
+
+    /// What that is made from.
+    pub(crate) fn request(&self) -> PinholeRequest {
+        PinholeRequest {
             position: DVec3::ZERO,
             azimuth: Radians::from_degrees(self.azimuth_deg),
             elevation: Radians::from_degrees(self.elevation_deg),
@@ -167,14 +172,13 @@ impl Camera {
             horizontal_fov: Radians::from_degrees(self.horizontal_fov_deg),
             width_px: self.width_px,
             height_px: self.height_px,
-        })
-        .map_err(|error| Failure::Usage(error.to_string()))
+        }
     }
 }
 
 /// A point of a picture: `320,41.5`.
 pub(crate) fn point(text: &str) -> Result<[f64; 2], String> {
-    let values = cli::numbers(text)?;
+    let values = flags::numbers(text)?;
     <[f64; 2]>::try_from(values.as_slice())
         .map_err(|_| format!("found {text:?}, expected a point X,Y in pixels, say 320,41.5"))
 }

@@ -25,8 +25,8 @@ use niji_photo::write_png;
 use niji_radiometry::Radians;
 use serde_json::json;
 
-use crate::cli::Common;
 use crate::failure::Failure;
+use crate::flags::Common;
 use crate::output;
 use crate::stages;
 use crate::stages::Done;

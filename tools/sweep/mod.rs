@@ -15,17 +15,17 @@ use niji_scene::Accuracy;
 use niji_scene::Preset;
 use niji_scene::Scene;
 
-use crate::cli::Common;
 use crate::failure::Failure;
+use crate::flags::Common;
 use crate::output;
 use crate::plot::Cloud;
 use crate::progress;
 use crate::scene_file;
-use crate::scene_file::Planned;
 use crate::sweep::levels::DECISIONS;
 use crate::sweep::page::Page;
 use crate::sweep::point::Point;
 use crate::sweep::point::Runs;
+use niji_picture::PlannedScene;
 
 /// Name under which presets stand among the decisions.
 const PRESET: &str = "preset";
@@ -73,8 +73,8 @@ pub(crate) fn execute(command: &SweepCommand, common: &Common) -> Result<(), Fai
     let cannot = |error: std::io::Error| Failure::Failed(format!("{}: {error}", folder.display()));
     let runs = folder.join(RUNS);
     fs::create_dir_all(&runs).map_err(cannot)?;
-    let scene = scene_file::read(&command.scene, common)?;
-    let planned = scene_file::planned(scene.clone(), &command.scene)?;
+    let scene = scene_file::read(&command.scene, common.goal())?;
+    let planned = scene_file::load(&command.scene, common.goal())?.replanned(scene.clone())?;
     planned.check_light()?;
     let variants = variants(&planned);
     let bar = progress::bar("sweep", variants.len() as u64 + 1, manner.verbosity);
@@ -83,7 +83,7 @@ pub(crate) fn execute(command: &SweepCommand, common: &Common) -> Result<(), Fai
             accuracy,
             ..scene.clone()
         };
-        scene_file::planned(scene, &command.scene)
+        planned.replanned(scene)
     };
     let mut runs = Runs::new(&runs, &with(of_preset(&scene, Preset::Reference))?)?;
     bar.inc(1);
@@ -123,7 +123,7 @@ fn of_preset(scene: &Scene, preset: Preset) -> Accuracy {
 }
 
 /// Presets, then the levels of each decision, best first: the others are compared with it.
-fn variants(planned: &Planned) -> Vec<Variant> {
+fn variants(planned: &PlannedScene) -> Vec<Variant> {
     let scene = &planned.scene;
     let presets = [Preset::Reference, Preset::Standard, Preset::Draft];
     let mut variants: Vec<Variant> = presets
@@ -171,7 +171,7 @@ fn mark_front(points: &mut [Point]) {
 }
 
 fn write(
-    planned: &Planned,
+    planned: &PlannedScene,
     points: &[Point],
     runs: &Runs,
     [csv, plot, page]: [&Path; 3],
@@ -189,7 +189,7 @@ fn write(
 }
 
 /// Error against time, a color for each decision.
-fn cloud(planned: &Planned, points: &[Point]) -> Cloud {
+fn cloud(planned: &PlannedScene, points: &[Point]) -> Cloud {
     let mut groups: Vec<(String, Vec<(f64, f64)>)> = Vec::new();
     for point in points {
         let place = (point.seconds, point.relative_rmse);

@@ -18,10 +18,10 @@ use crate::failure::Failure;
 use crate::output;
 use crate::peak_memory::PeakMemory;
 use crate::run::files::hash;
-use crate::scene_file::Planned;
 use crate::timed_run::relative_rmse;
 use crate::timed_run::rounded;
 use crate::timed_run::timed_run;
+use niji_picture::PlannedScene;
 
 /// A point of the plane of error and time.
 #[derive(Clone, Debug, Serialize)]
@@ -68,7 +68,7 @@ pub(super) struct Runs {
 
 impl Runs {
     /// Keeps runs in a folder, and makes the reference.
-    pub(super) fn new(folder: &Path, reference: &Planned) -> Result<Self, Failure> {
+    pub(super) fn new(folder: &Path, reference: &PlannedScene) -> Result<Self, Failure> {
         let (_, _, image) = run(folder, reference)?;
         Ok(Self {
             folder: folder.to_owned(),
@@ -78,7 +78,11 @@ impl Runs {
     }
 
     /// Runs a choice, unless it was, and compares it.
-    pub(super) fn point(&mut self, variant: &Variant, planned: &Planned) -> Result<Point, Failure> {
+    pub(super) fn point(
+        &mut self,
+        variant: &Variant,
+        planned: &PlannedScene,
+    ) -> Result<Point, Failure> {
         let (name, cost, image) = run(&self.folder, planned)?;
         let exposure_ev = planned.scene.picture.exposure_ev;
         let distance = picture_distance(&image, &self.reference, exposure_ev);
@@ -136,7 +140,7 @@ impl Runs {
 }
 
 /// Name, cost and picture of a plan that is run from nothing, or was before.
-fn run(folder: &Path, planned: &Planned) -> Result<(String, Cost, SpectralImage), Failure> {
+fn run(folder: &Path, planned: &PlannedScene) -> Result<(String, Cost, SpectralImage), Failure> {
     let scene = canonical_json(&planned.scene);
     let levels = canonical_json(&planned.plan.levels);
     let name = hash(format!("{} {scene} {levels}", env!("CARGO_PKG_VERSION")));

@@ -6,6 +6,9 @@ use niji_radiometry::WavelengthGrid;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
+    /// Whoever asks for the next rows wants no more.
+    #[error("stopped")]
+    Stopped,
     /// The region has no pixels or lies too far away.
     #[error("{0}")]
     Region(niji_geometry::Error),
@@ -175,7 +178,8 @@ impl Error {
             | Self::SunIrradiance { .. }
             | Self::SurfaceDistance { .. }
             | Self::NoSurfaces
-            | Self::SurfaceShape { .. } => None,
+            | Self::SurfaceShape { .. }
+            | Self::Stopped => None,
         }
     }
 }

@@ -100,7 +100,7 @@ impl Painter<'_> {
         brush: &mut Brush,
     ) {
         let n_wavelengths = self.frame.irradiance.len();
-        let (height, width) = tile.depth.dim();
+        let (_, height, width) = tile.radiance.dim();
         for y in 0..height {
             brush.row.clear();
             let mut any_light = false;
@@ -110,10 +110,7 @@ impl Painter<'_> {
                 brush.pixel.add_air_error(self.air_error.at(place));
                 brush.row.extend_from_slice(&brush.pixel.radiance);
                 tile.put((x, y), &brush.pixel);
-                if let Some(surface) = &mut tile.surface {
-                    // f32: what the map held.
-                    surface[[y, x]] = self.middle_surface_m(place, brush) as f32;
-                }
+                tile.put_surface((x, y), || self.middle_surface_m(place, brush));
                 glimpses[[y, x]] = brush.pixel.glimpse();
             }
             // Planes of a black row keep their untouched zeros.

@@ -4,9 +4,10 @@
 //! do not depend on the number of threads, nor on the region that it is rendered in: what an error
 //! estimate needs of neighbors is rendered around the region, too.
 
+use std::ops::ControlFlow;
+
 use glam::Vec4;
 use ndarray::Array2;
-use ndarray::Array3;
 use ndarray::s;
 use niji_radiometry::Colorimetry;
 use rayon::prelude::*;
@@ -17,7 +18,8 @@ use crate::footprint_error::REACH_PX;
 use crate::frame::frame;
 use crate::painter::Brush;
 use crate::painter::Painter;
-use crate::picture_tiles::Rendered;
+use crate::picture_layers::PictureLayer;
+use crate::picture_layers::Rendered;
 use crate::picture_tiles::tiles;
 use crate::request::RenderRequest;
 
@@ -27,21 +29,22 @@ use crate::request::RenderRequest;
 /// If the inputs contradict each other or the request, see [`Error`]. A picture without light is not
 /// an error: it is black.
 pub fn render(request: &RenderRequest, progress: &(dyn Fn(u64) + Sync)) -> Result<Rendered, Error> {
-    render_in_steps(request, progress, &mut |_, _| u32::MAX)
+    let all = &mut |_: &Rendered, _| ControlFlow::Continue(u32::MAX);
+    render_in_steps(request, progress, all)
 }
 
 /// Render a region of a picture from top to bottom, in steps of whole rows.
 ///
-/// `next_rows` is asked before every step how many rows it takes (at least one is taken), and gets the
-/// picture and the number of rows that are finished: what it keeps of them needs not be rendered
-/// again. The picture does not depend on the steps; at the end of each, threads wait for each other.
+/// `next_rows` is asked before every step whether to go on and how many rows it takes (at least one is
+/// taken), and gets the picture and the number of rows that are finished: what it keeps of them needs not be
+/// rendered again. The picture does not depend on the steps; at the end of each, threads wait for each other.
 ///
 /// # Errors
-/// As [`render`].
+/// As [`render`]; [`Error::Stopped`].
 pub fn render_in_steps(
     request: &RenderRequest,
     progress: &(dyn Fn(u64) + Sync),
-    next_rows: &mut dyn FnMut(&Rendered, u32) -> u32,
+    next_rows: &mut dyn FnMut(&Rendered, u32) -> ControlFlow<(), u32>,
 ) -> Result<Rendered, Error> {
     request.check()?;
     request.check_memory()?;
@@ -65,19 +68,24 @@ pub fn render_in_steps(
         request.region.width_px as usize,
         request.region.height_px as usize,
     );
-    let mut picture = Rendered::dark(request.wavelengths.len(), height, width);
-    picture.skylit = (painter.frame.surround.is_some()).then(|| Array3::zeros((3, height, width)));
-    picture.bow_multiple =
-        (painter.frame.multiple.is_some()).then(|| Array3::zeros((3, height, width)));
-    picture.bow_reflected =
-        (painter.frame.reflection.is_some()).then(|| Array3::zeros((3, height, width)));
-    picture.surface = (request.surfaces).map(|_| Array2::from_elem((height, width), f32::INFINITY));
+    let frame = &painter.frame;
+    let layers = PictureLayer::all().filter(|layer| match layer {
+        PictureLayer::Skylit => frame.surround.is_some(),
+        PictureLayer::BowMultiple => frame.multiple.is_some(),
+        PictureLayer::BowReflected => frame.reflection.is_some(),
+        PictureLayer::Surface => request.surfaces.is_some(),
+        _ => true,
+    });
+    let mut picture = Rendered::dark([request.wavelengths.len(), height, width], layers);
     let reach = REACH_PX as usize;
     let mut glimpses = Array2::default((height + 2 * reach, width + 2 * reach));
     painter.glimpse_around(&mut glimpses);
     let (mut painted, mut finished) = (0, 0);
     while painted < height {
-        let n_rows = next_rows(&picture, finished as u32).max(1) as usize;
+        let ControlFlow::Continue(n_rows) = next_rows(&picture, finished as u32) else {
+            return Err(Error::Stopped);
+        };
+        let n_rows = n_rows.max(1) as usize;
         let step = painted..painted.saturating_add(n_rows).min(height);
         let inner = glimpses.slice_mut(s![reach..reach + height, reach..reach + width]);
         let pictured = picture.tiles_mut(&step).into_iter();

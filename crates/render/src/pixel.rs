@@ -4,6 +4,8 @@ use glam::Vec4;
 
 use crate::error_parts::RayErrors;
 use crate::footprint_error::Glimpse;
+use crate::picture_layers::N_CAUSES;
+use crate::picture_layers::PictureLayer;
 use crate::ray_light::RayLight;
 use crate::ray_light::weighted_sum;
 
@@ -79,6 +81,37 @@ impl Pixel {
         }
     }
 
+    /// What a layer holds of it, channel by channel; nothing of what rays do not know: surfaces, and what their
+    /// pixel misses.
+    pub(crate) fn channels(&self, layer: PictureLayer) -> Channels {
+        let xyz = |xyz: Vec4| Channels::of(&xyz.to_array()[..3]);
+        let mean = |sum: f64| {
+            if self.light > 0.0 {
+                sum / self.light
+            } else {
+                0.0
+            }
+        };
+        let single = |value: f64| Channels::of(&[value as f32]);
+        match layer {
+            PictureLayer::BowPrimary => xyz(self.bow_primary),
+            PictureLayer::BowSecondary => xyz(self.bow_secondary),
+            PictureLayer::BowMultiple => xyz(self.bow_multiple),
+            PictureLayer::BowReflected => xyz(self.bow_reflected),
+            PictureLayer::Inscatter => xyz(self.inscatter),
+            PictureLayer::Skylit => xyz(self.skylit),
+            PictureLayer::Transmittance => single(self.transmittance),
+            PictureLayer::TauSun => single(mean(self.light_tau_sun)),
+            PictureLayer::Depth => single(mean(self.light_m)),
+            PictureLayer::Surface => Channels::of(&[]),
+            PictureLayer::Error => {
+                let [a, b, c, d, e, f] = self.errors.parts();
+                let all = [self.errors.together(), a, b, c, d, e, f];
+                Channels::of(&all.map(|error| error as f32))
+            }
+        }
+    }
+
     /// Add a ray that stands for `share` of the pixel.
     pub(crate) fn add(&mut self, light: &RayLight, share: f64, xyz_weights: &[Vec4]) {
         let share_f32 = share as f32;
@@ -125,5 +158,27 @@ impl Pixel {
         self.light_m += share * light.light_m;
         self.light_tau_sun += share * light.light_tau_sun;
         self.errors.add(share, transmitted, &light.errors);
+    }
+}
+
+/// A few values.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Channels {
+    values: [f32; 1 + N_CAUSES],
+    n: usize,
+}
+
+impl Channels {
+    fn of(given: &[f32]) -> Self {
+        let mut values = [0.0; 1 + N_CAUSES];
+        values[..given.len()].copy_from_slice(given);
+        Self {
+            values,
+            n: given.len(),
+        }
+    }
+
+    pub(crate) fn iter(&self) -> impl Iterator<Item = &f32> {
+        self.values[..self.n].iter()
     }
 }

@@ -16,6 +16,7 @@
 use std::ops::Range;
 
 use ndarray::Array2;
+use ndarray::Axis;
 use rayon::prelude::*;
 
 use crate::error_parts::together;
@@ -28,7 +29,9 @@ use crate::levels::PixelFootprint;
 use crate::march::March;
 use crate::painter::Brush;
 use crate::painter::Painter;
-use crate::picture_tiles::Rendered;
+use crate::picture_layers::N_CAUSES;
+use crate::picture_layers::Rendered;
+use crate::picture_layers::TOTAL;
 use crate::picture_tiles::TileMut;
 use crate::ray_light::Manner;
 
@@ -67,7 +70,8 @@ impl Painter<'_> {
             || Brush::new(self),
             |brush, mut tile| {
                 // A copy: pixels are put on the way.
-                for ((y, x), error) in tile.error.to_owned().indexed_iter() {
+                let errors = tile.errors().index_axis(Axis(0), TOTAL).to_owned();
+                for ((y, x), error) in errors.indexed_iter() {
                     if f64::from(*error) > tolerance_cd_m2 {
                         let (column, row) = tile.in_region((x, y));
                         let cross = cross(glimpses, column, row);
@@ -90,8 +94,9 @@ impl Painter<'_> {
         tile: &mut TileMut,
         brush: &mut Brush,
     ) {
-        let parts = tile.error_parts.each_ref();
-        let parts = parts.map(|part| f64::from(part[[y, x]]));
+        let errors = tile.errors();
+        let parts: [f64; N_CAUSES] =
+            std::array::from_fn(|cause| f64::from(errors[[1 + cause, y, x]]));
         let [quadrature, fixed @ .., footprint] = &parts;
         let of_rays = together(&[*quadrature, *footprint]);
         if of_rays <= allowance(finer.tolerance_cd_m2, together(fixed)) {

@@ -12,7 +12,6 @@ use crate::effects::RenderEffects;
 use crate::error::Error;
 use crate::error::Input;
 use crate::error::Wavelengths;
-use crate::error_parts::N_PARTS;
 use crate::footprint_error::Glimpse;
 use crate::levels::AirPath;
 use crate::levels::DropOrders;
@@ -21,6 +20,7 @@ use crate::levels::PixelFootprint;
 use crate::levels::RenderLevels;
 use crate::levels::SkyModel;
 use crate::lit_drops::LitDrops;
+use crate::picture_layers::PictureLayer;
 use crate::surfaces::Eye;
 use crate::surfaces::Surfaces;
 
@@ -161,14 +161,15 @@ impl RenderRequest<'_> {
 
     /// What all arrays of the picture, and the glimpses that its error is estimated from, take.
     pub(crate) fn bytes_per_pixel(&self) -> u64 {
-        let n_optional = |on: bool| usize::from(on);
-        let n_xyz = 3
-            + n_optional(self.wanted_orders().is_some())
-            + n_optional(self.wants_skylit_drops())
-            + n_optional(self.drops.mirrored().is_some());
-        // Transmittance, optical depth and distance, the error and its parts, and surfaces.
-        let n_single = 3 + 1 + N_PARTS + n_optional(self.surfaces.is_some());
-        let n_planes = self.wavelengths.len() + 3 * n_xyz + n_single;
+        let layers = PictureLayer::all().filter(|layer| match layer {
+            PictureLayer::BowMultiple => self.wanted_orders().is_some(),
+            PictureLayer::Skylit => self.wants_skylit_drops(),
+            PictureLayer::BowReflected => self.drops.mirrored().is_some(),
+            PictureLayer::Surface => self.surfaces.is_some(),
+            _ => true,
+        });
+        let n_channels: usize = layers.map(|layer| layer.channels().len()).sum();
+        let n_planes = self.wavelengths.len() + n_channels;
         (n_planes * size_of::<f32>() + size_of::<Glimpse>()) as u64
     }
 

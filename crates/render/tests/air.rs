@@ -11,6 +11,7 @@ use niji_exchange::AtmosphereTable;
 use niji_render::AirPath;
 use niji_render::Error;
 use niji_render::LitDrops;
+use niji_render::PictureLayer;
 use niji_render::RenderEffects;
 use niji_render::SkyModel;
 use niji_render::SunPath;
@@ -116,7 +117,9 @@ fn drops_behind_the_planet_see_no_sun() {
         request.levels.air_path = path;
         let picture = rendered(&request);
         assert!(
-            picture.bow_primary.iter().all(|value| *value == 0.0),
+            picture[PictureLayer::BowPrimary]
+                .iter()
+                .all(|value| *value == 0.0),
             "{path:?}"
         );
     }
@@ -231,7 +234,7 @@ fn what_shines_through_is_dimmed_without_diffraction() {
             relative(dimmed / bare, (-1.0_f64).exp()) < 1e-5,
             "{model:?}"
         );
-        let transmittance = f64::from(picture.transmittance[[0, 0]]);
+        let transmittance = f64::from(picture[PictureLayer::Transmittance][[0, 0, 0]]);
         assert!(relative(transmittance, (-1.0_f64).exp()) < 1e-5);
     }
     // Drops that scatter their surroundings give light back.

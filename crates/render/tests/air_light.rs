@@ -16,6 +16,7 @@ use niji_radiometry::Colorimetry;
 use niji_render::AirPath;
 use niji_render::Integration;
 use niji_render::LitDrops;
+use niji_render::PictureLayer;
 use niji_render::RenderEffects;
 use niji_render::Rendered;
 use niji_render::SunPath;
@@ -66,8 +67,8 @@ fn air_among_drops_is_dimmed_by_those_in_front_of_it() {
         request.effects.primary_bow = Toggle::Off;
         request.effects.secondary_bow = Toggle::Off;
         let found = rendered(&request);
-        let inscatter = f64::from(found.inscatter[[1, 0, 0]]);
-        let told = f64::from(found.error_parts.air[[0, 0]]) / inscatter;
+        let inscatter = f64::from(found[PictureLayer::Inscatter][[1, 0, 0]]);
+        let told = f64::from(found.error_from("air").unwrap()[[0, 0]]) / inscatter;
         let (n_steps, end_m) = (400_000, far_m + half_m);
         let step_m = end_m / f64::from(n_steps);
         // Integral of a ramp from 0 to 1 between -h/2 and h/2.
@@ -115,7 +116,7 @@ fn skylight_from_drops_comes_from_where_the_view_ends() {
             request.effects.air_inscatter = in_front;
             let [dimmed, bare] = [Toggle::On, Toggle::Off].map(|extinction| {
                 request.effects.air_extinction = extinction;
-                rendered(&request).skylit.unwrap()[[1, 0, 0]]
+                rendered(&request)[PictureLayer::Skylit][[1, 0, 0]]
             });
             let left = (-depth).exp();
             let mean_m = near_m + (far_m - near_m) * (1.0 / depth - left / (1.0 - left));
@@ -182,7 +183,7 @@ fn luminance(picture: &Rendered) -> Array2<f64> {
     let colorimetry = Colorimetry::new(&wavelengths());
     let planes = picture.radiance.outer_iter().zip(colorimetry.weights());
     planes.fold(
-        Array2::zeros(picture.error.dim()),
+        Array2::zeros(picture.error_from("Y").unwrap().dim()),
         |sum, (plane, [_, y, _])| sum + plane.mapv(|value| f64::from(value) * y),
     )
 }
@@ -203,7 +204,7 @@ fn the_part_of_the_air_covers_what_its_nodes_err_by() {
         let picture = sky(&camera, integration, None);
         let (mut worst, mut ratios) = (0.0_f64, Vec::new());
         let pixels = luminance(&picture).into_iter().zip(&fine);
-        for ((found, fine), told) in pixels.zip(&picture.error_parts.air) {
+        for ((found, fine), told) in pixels.zip(&picture.error_from("air").unwrap()) {
             let error = (found - fine).abs();
             if error > 1e-6 * peak {
                 worst = worst.max(error / fine);
@@ -233,7 +234,7 @@ fn a_tolerance_takes_as_many_nodes_as_it_needs() {
         .fold(0.0, f64::max);
     let largest = |tolerance: f64| {
         let picture = sky(&camera, DRAFT, Some(tolerance * peak));
-        let errors = picture.error_parts.air.iter();
+        let errors = picture.error_from("air").unwrap().into_iter();
         errors.fold(0.0_f64, |largest, error| largest.max(f64::from(*error))) / peak
     };
     let (loose, tight) = (largest(0.1), largest(2e-5));
@@ -254,7 +255,7 @@ fn the_part_of_the_air_does_not_depend_on_the_region() {
     let whole = rendered(&request);
     // The ground before one's feet shows no air.
     let tells = |picture: &Rendered| {
-        let errors = picture.error_parts.air.iter();
+        let errors = picture.error_from("air").unwrap().into_iter();
         errors.filter(|error| **error > 0.0).count()
     };
     assert!(tells(&whole) > 500);
@@ -262,7 +263,10 @@ fn the_part_of_the_air_does_not_depend_on_the_region() {
     let part = rendered(&request);
     let (rows, columns) = off_center();
     let of_whole = s![rows, columns];
-    assert_eq!(part.error_parts.air, whole.error_parts.air.slice(of_whole));
+    assert_eq!(
+        part.error_from("air").unwrap(),
+        whole.error_from("air").unwrap().slice(of_whole)
+    );
     // Beyond the frame, too, there is an error.
     (request.region.x_px, request.region.y_px) = (-29, -15);
     assert_eq!(tells(&rendered(&request)), OFF_CENTER.n_pixels() as usize);

@@ -12,6 +12,7 @@ use glam::DVec3;
 use niji_dropfield::GridBox;
 use niji_geometry::Camera;
 use niji_render::LitDrops;
+use niji_render::PictureLayer;
 use niji_render::PixelFootprint;
 use niji_render::Rendered;
 use niji_render::SunPath;
@@ -37,8 +38,8 @@ fn error(
     footprint: PixelFootprint,
     reference: &Rendered,
 ) -> f64 {
-    let expected = &reference.bow_primary;
-    let found = picture(camera, drops, footprint).bow_primary;
+    let expected = &reference[PictureLayer::BowPrimary];
+    let found = &picture(camera, drops, footprint)[PictureLayer::BowPrimary];
     let peak = expected.iter().copied().fold(0.0, f32::max);
     let squares = found.iter().zip(expected).map(|(a, b)| (a - b).powi(2));
     f64::from((squares.sum::<f32>() / found.len() as f32).sqrt() / peak)

@@ -19,6 +19,7 @@ use niji_geometry::Lens;
 use niji_geometry::PanoramaCamera;
 use niji_radiometry::Radians;
 use niji_render::LitDrops;
+use niji_render::PictureLayer;
 use niji_render::PixelFootprint;
 use niji_render::Rendered;
 use niji_render::SunPath;
@@ -128,7 +129,7 @@ fn outside_the_image_circle_the_picture_is_black_and_clear() {
         // A low sun: the bow crosses the rim.
         let picture = picture(&camera, 10.0, footprint);
         let (mut n_lit, mut n_outside) = (0, 0);
-        for ((y, x), transmittance) in picture.transmittance.indexed_iter() {
+        for ((_, y, x), transmittance) in picture[PictureLayer::Transmittance].indexed_iter() {
             let light = picture.radiance[[1, y, x]];
             let (right, down) = (x as f64 + 0.5 - 120.0, y as f64 + 0.5 - 120.0);
             if right.hypot(down) > 121.0 {

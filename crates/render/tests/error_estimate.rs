@@ -21,6 +21,7 @@ use niji_exchange::ScatteringTable;
 use niji_geometry::Camera;
 use niji_render::Integration;
 use niji_render::LitDrops;
+use niji_render::PictureLayer;
 use niji_render::PixelFootprint;
 use niji_render::Rendered;
 use niji_render::SunPath;
@@ -250,22 +251,29 @@ fn peak(picture: &Rendered) -> f64 {
 }
 
 fn luminance(picture: &Rendered) -> Vec<f64> {
-    let [primary, secondary] = [&picture.bow_primary, &picture.bow_secondary]
-        .map(|bow| bow.index_axis(Axis(0), 1).mapv(f64::from));
+    let [primary, secondary] = [
+        &picture[PictureLayer::BowPrimary],
+        &picture[PictureLayer::BowSecondary],
+    ]
+    .map(|bow| bow.index_axis(Axis(0), 1).mapv(f64::from));
     (primary + secondary).into_iter().collect()
 }
 
 /// Estimate over error of every pixel that has an error, and the RMS of the error over the peak.
-fn ratios(found: &Rendered, fine: &Rendered) -> (Vec<f64>, f64) {
-    ratios_above(NOTHING, found, fine)
+fn ratios(told: (&Rendered, &str), fine: &Rendered) -> (Vec<f64>, f64) {
+    ratios_above(NOTHING, told, fine)
 }
 
-/// The same of errors above a part of the peak.
-fn ratios_above(least: f64, found: &Rendered, fine: &Rendered) -> (Vec<f64>, f64) {
+/// The same of errors above a part of the peak; the estimate is that of a cause.
+fn ratios_above(least: f64, (found, cause): (&Rendered, &str), fine: &Rendered) -> (Vec<f64>, f64) {
     let (values, expected) = (luminance(found), luminance(fine));
     let peak = peak(fine);
     let (mut ratios, mut sum) = (Vec::new(), 0.0);
-    for ((value, expected), estimate) in values.iter().zip(&expected).zip(&found.error) {
+    for ((value, expected), estimate) in values
+        .iter()
+        .zip(&expected)
+        .zip(&found.error_from(cause).unwrap())
+    {
         let error = (value - expected).abs() / peak;
         sum += error * error;
         if error > least {
@@ -317,7 +325,7 @@ fn the_estimate_covers_the_error_and_is_seldom_far_above_it() {
                 };
                 let found = picture(&scene, &levels, None);
                 let what = format!("{} {footprint:?}, sun {sun_voxels}", scene.name);
-                of_scene.extend(covered(&what, ratios(&found, &fine)));
+                of_scene.extend(covered(&what, ratios((&found, "Y"), &fine)));
             }
         }
         seldom_far_above(scene.name, of_scene);
@@ -338,12 +346,9 @@ fn the_part_of_the_angles_covers_what_lies_between_them() {
                 picture(&scene, &levels, None)
             });
             for (nodes_per_deg, found) in [(10, ten), (20, twenty)] {
-                let found = Rendered {
-                    error: found.error_parts.angles.clone(),
-                    ..found
-                };
+                let found = (&found, "angles");
                 // Sums of more than a hundred angles err by 2e-6 of the peak because of f32.
-                let ratios = ratios_above(10.0 * NOTHING, &found, &fine);
+                let ratios = ratios_above(10.0 * NOTHING, found, &fine);
                 let what = format!("{} {footprint:?}, {nodes_per_deg} a degree", scene.name);
                 of_scene.extend(covered(&what, ratios));
             }
@@ -365,11 +370,8 @@ fn the_part_of_the_quadrature_covers_what_coarse_cells_err_by() {
             };
             picture(&scene, &levels, None)
         });
-        let found = Rendered {
-            error: found.error_parts.quadrature.clone(),
-            ..found
-        };
-        let ratios = covered(scene.name, ratios(&found, &fine));
+        let found = (&found, "quadrature");
+        let ratios = covered(scene.name, ratios(found, &fine));
         seldom_far_above(scene.name, ratios);
     }
 }
@@ -385,7 +387,7 @@ fn halving_the_tolerance_never_raises_the_error_and_the_tolerance_holds() {
         for halvings in 0..5 {
             let tolerance = 0.1 * 0.5_f64.powi(halvings);
             let found = picture(&scene, &levels, Some(tolerance * peak));
-            let (_, rmse) = ratios(&found, &fine);
+            let (_, rmse) = ratios((&found, "Y"), &fine);
             let what = format!("{footprint:?} at {tolerance}: {rmse:.1e} after {last:.1e}");
             println!("{what}");
             assert!(rmse <= tolerance && rmse <= last, "{what}");
@@ -415,13 +417,7 @@ fn refined_pixels_do_not_depend_on_the_region() {
     let (rows, columns) = off_center();
     let of_whole = s![.., rows.clone(), columns.clone()];
     assert_eq!(part.radiance, whole.radiance.slice(of_whole));
-    let of_whole = s![rows, columns];
-    for ((name, part), (_, whole)) in part
-        .error_parts
-        .named()
-        .iter()
-        .zip(whole.error_parts.named())
-    {
-        assert_eq!(**part, whole.slice(of_whole), "{name}");
-    }
+    let of_whole = s![.., rows, columns];
+    let whole = whole[PictureLayer::Error].slice(of_whole);
+    assert_eq!(part[PictureLayer::Error], whole);
 }

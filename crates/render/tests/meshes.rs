@@ -12,6 +12,7 @@ use niji_geometry::Camera;
 use niji_geometry::MeshBvh;
 use niji_geometry::TriangleMesh;
 use niji_render::LitDrops;
+use niji_render::PictureLayer;
 use niji_render::PixelFootprint;
 use niji_render::Rendered;
 use niji_render::SunPath;
@@ -89,8 +90,11 @@ fn a_wall_is_a_map_of_its_distances() {
                 "{mesh} {map}"
             );
         }
-        let (mesh, map) = (of_mesh.surface.unwrap(), of_map.surface.unwrap());
-        for (mesh, map) in mesh.iter().zip(&map) {
+        let (mesh, map) = (
+            &of_mesh[PictureLayer::Surface],
+            &of_map[PictureLayer::Surface],
+        );
+        for (mesh, map) in mesh.iter().zip(map) {
             assert!(relative(f64::from(*mesh), f64::from(*map)) < F32);
         }
     }
@@ -104,11 +108,18 @@ fn before_the_drops_a_mesh_hides_them_and_behind_them_it_changes_nothing() {
     let near = Surfaces::of_mesh(wall(NEAR_M - 5.0));
     let near = picture(&camera, Some(&near), PixelFootprint::Center);
     assert!(near.radiance.iter().all(|light| *light == 0.0));
-    assert!(near.transmittance.iter().all(|through| *through == 1.0));
+    assert!(
+        near[PictureLayer::Transmittance]
+            .iter()
+            .all(|through| *through == 1.0)
+    );
     let far = Surfaces::of_mesh(wall(FAR_M + 5.0));
     let far = picture(&camera, Some(&far), PixelFootprint::Center);
     assert_eq!(far.radiance, open.radiance);
-    assert_eq!(far.transmittance, open.transmittance);
+    assert_eq!(
+        far[PictureLayer::Transmittance],
+        open[PictureLayer::Transmittance]
+    );
 }
 
 #[test]
@@ -153,7 +164,7 @@ fn rays_along_edges_slip_through_nowhere() {
     let surfaces = Surfaces::of_mesh(MeshBvh::new(mesh));
     let picture = picture(&camera, Some(&surfaces), PixelFootprint::Center);
     let expected = map(&camera, 30.0);
-    for (found, expected) in picture.surface.unwrap().iter().zip(&expected) {
+    for (found, expected) in picture[PictureLayer::Surface].iter().zip(&expected) {
         assert!(
             relative(f64::from(*found), f64::from(*expected)) < F32,
             "{found}"

@@ -20,6 +20,7 @@ use niji_render::DropExtinctionModel;
 use niji_render::DropOrders;
 use niji_render::Error;
 use niji_render::LitDrops;
+use niji_render::PictureLayer;
 use niji_render::RenderRequest;
 use niji_render::Rendered;
 use niji_render::SunPath;
@@ -296,8 +297,11 @@ fn more_paths_come_closer_and_the_estimate_says_how_close() {
             &table,
             (2, n_paths),
         ));
-        let light = f64::from(picture.bow_multiple.as_ref().unwrap()[[1, 0, 0]]);
-        (light, f64::from(picture.error_parts.orders[[0, 0]]))
+        let light = f64::from(picture[PictureLayer::BowMultiple][[1, 0, 0]]);
+        (
+            light,
+            f64::from(picture.error_from("orders").unwrap()[[0, 0]]),
+        )
     };
     let (best, _) = picture(32_768);
     let mut last = f64::INFINITY;
@@ -324,10 +328,7 @@ fn edges_between_the_nodes_are_found_and_the_error_of_what_is_left_told() {
     };
     let (found, expected) = (picture(5), picture(20));
     let light = |picture: &Rendered| {
-        picture
-            .bow_multiple
-            .as_ref()
-            .unwrap()
+        picture[PictureLayer::BowMultiple]
             .index_axis(Axis(0), 1)
             .mapv(f64::from)
     };
@@ -335,7 +336,7 @@ fn edges_between_the_nodes_are_found_and_the_error_of_what_is_left_told() {
     let off = light(&found) - &expected;
     let errors: f64 = off.mapv(|off| off * off).sum();
     let norm: f64 = expected.mapv(|light| light * light).sum();
-    let told = &found.error_parts.orders;
+    let told = &found.error_from("orders").unwrap();
     let estimates: f64 = told.mapv(|off| f64::from(off).powi(2)).sum();
     // Measured 0.126, with the coarse lattice alone 0.20.
     let error = (errors / norm).sqrt();
@@ -367,14 +368,7 @@ fn bytes_depend_neither_on_threads_nor_on_the_region() {
         pool.unwrap().install(|| rendered(&request))
     };
     let whole = with_threads(1);
-    assert!(
-        whole
-            .bow_multiple
-            .as_ref()
-            .unwrap()
-            .iter()
-            .any(|y| *y > 0.0)
-    );
+    assert!(whole[PictureLayer::BowMultiple].iter().any(|y| *y > 0.0));
     for n_threads in [2, 7] {
         assert_eq!(with_threads(n_threads), whole);
     }
@@ -390,8 +384,8 @@ fn bytes_depend_neither_on_threads_nor_on_the_region() {
         for x in 0..6 {
             for channel in 0..3 {
                 let [inside, outside] = [
-                    part.bow_multiple.as_ref().unwrap()[[channel, y, x]],
-                    whole.bow_multiple.as_ref().unwrap()[[channel, y + 2, x + 3]],
+                    part[PictureLayer::BowMultiple][[channel, y, x]],
+                    whole[PictureLayer::BowMultiple][[channel, y + 2, x + 3]],
                 ];
                 assert_eq!(inside.to_bits(), outside.to_bits());
                 let here = part.radiance[[channel, y, x]];
@@ -413,10 +407,19 @@ fn the_parts_of_the_light_sum_to_the_radiance_and_off_is_what_it_was() {
     let all = rendered(&request);
     request.levels.drop_orders = DropOrders::SingleScattering;
     let first = rendered(&request);
-    assert!(first.bow_multiple.is_none());
-    assert_eq!(all.bow_primary, first.bow_primary);
-    assert_eq!(all.bow_secondary, first.bow_secondary);
-    assert_eq!(all.transmittance, first.transmittance);
+    assert!(first.layer(PictureLayer::BowMultiple).is_none());
+    assert_eq!(
+        all[PictureLayer::BowPrimary],
+        first[PictureLayer::BowPrimary]
+    );
+    assert_eq!(
+        all[PictureLayer::BowSecondary],
+        first[PictureLayer::BowSecondary]
+    );
+    assert_eq!(
+        all[PictureLayer::Transmittance],
+        first[PictureLayer::Transmittance]
+    );
     let sum = all.radiance.sum() - first.radiance.sum();
     assert!(sum > 0.0);
 }
@@ -427,7 +430,10 @@ fn one_voxel_no_drops_and_an_eye_inside_are_no_trouble() {
     let camera = wide_camera();
     let nothing = LitDrops::none();
     let picture = rendered(&request_of_all_orders(&camera, &nothing, &table, (4, 32)));
-    assert!(picture.bow_multiple.is_none() && picture.radiance.iter().all(|value| *value == 0.0));
+    assert!(
+        picture.layer(PictureLayer::BowMultiple).is_none()
+            && picture.radiance.iter().all(|value| *value == 0.0)
+    );
     let grid = GridBox {
         min: DVec3::splat(-0.5),
         max: DVec3::splat(0.5),
@@ -437,9 +443,7 @@ fn one_voxel_no_drops_and_an_eye_inside_are_no_trouble() {
     let voxel = LitDrops::new(vec![bricks(&grid, |_| 1.0)], ZENITH, path).unwrap();
     let picture = rendered(&request_of_all_orders(&camera, &voxel, &table, (4, 32)));
     assert!(
-        picture
-            .bow_multiple
-            .unwrap()
+        picture[PictureLayer::BowMultiple]
             .iter()
             .any(|value| *value > 0.0)
     );

@@ -14,6 +14,7 @@ use niji_dropfield::Interpolation;
 use niji_exchange::ScatteringTable;
 use niji_render::Integration;
 use niji_render::LitDrops;
+use niji_render::PictureLayer;
 use niji_render::PixelFootprint;
 use niji_render::SunPath;
 
@@ -197,7 +198,8 @@ fn the_estimate_covers_the_error_of_pixel_centers() {
     request.levels.pixel_footprint = PixelFootprint::Grid { n: 6 };
     let fine = rendered(&request);
     let luminance = |picture: &niji_render::Rendered, y: usize, x: usize| {
-        picture.bow_primary[[1, y, x]] + picture.bow_secondary[[1, y, x]]
+        picture[PictureLayer::BowPrimary][[1, y, x]]
+            + picture[PictureLayer::BowSecondary][[1, y, x]]
     };
     let (mut n_covered, mut n) = (0, 0);
     for y in 1..17 {
@@ -205,7 +207,7 @@ fn the_estimate_covers_the_error_of_pixel_centers() {
             let error = (luminance(&center, y, x) - luminance(&fine, y, x)).abs();
             if error > 1e-4 * luminance(&fine, y, x) {
                 n += 1;
-                n_covered += usize::from(error <= 2.0 * center.error[[y, x]]);
+                n_covered += usize::from(error <= 2.0 * center.error_from("Y").unwrap()[[y, x]]);
             }
         }
     }

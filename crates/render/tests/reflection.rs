@@ -25,6 +25,7 @@ use niji_render::AirPath;
 use niji_render::Error;
 use niji_render::LitDrops;
 use niji_render::MirroredLight;
+use niji_render::PictureLayer;
 use niji_render::RenderEffects;
 use niji_render::SunPath;
 use niji_render::Toggle;
@@ -199,7 +200,7 @@ fn it_stands_around_the_point_as_high_as_the_sun_with_the_radius_of_the_primary(
             let camera = camera(eye(), look(direction), 2.0, (101, 101));
             let request = request(&camera, sun, &drops, &table);
             let picture = rendered(&request);
-            let light = picture.bow_reflected.as_ref().unwrap();
+            let light = &picture[PictureLayer::BowReflected];
             let mut brightest = (0.0, 0.0);
             for y in 0..101 {
                 for x in 0..101 {
@@ -329,12 +330,8 @@ fn without_light_or_water_the_picture_has_the_very_same_bits() {
         let [wet, dry] =
             [&wet, &dry.unwrap()].map(|drops| rendered(&request(&camera, sun, drops, &table)));
         assert_eq!(wet.radiance, dry.radiance);
-        assert!(
-            wet.bow_reflected
-                .iter()
-                .flatten()
-                .all(|value| *value == 0.0)
-        );
+        let reflected = wet.layer(PictureLayer::BowReflected).into_iter();
+        assert!(reflected.flatten().all(|value| *value == 0.0));
     }
 }
 
@@ -347,8 +344,8 @@ fn a_sun_at_the_horizon_is_mirrored_whole_and_its_bow_is_the_other() {
     let camera = camera(eye(), look(direction), 1e-4, (1, 1));
     let table = bow_table();
     let picture = rendered(&request(&camera, sun, &drops, &table));
-    let direct = picture.bow_primary[[1, 0, 0]];
-    let mirrored = picture.bow_reflected.unwrap()[[1, 0, 0]];
+    let direct = picture[PictureLayer::BowPrimary][[1, 0, 0]];
+    let mirrored = picture[PictureLayer::BowReflected][[1, 0, 0]];
     assert!(
         (mirrored / direct - 1.0).abs() < 0.01,
         "{mirrored} {direct}"
@@ -394,8 +391,8 @@ fn it_does_not_depend_on_the_region_or_on_threads() {
     request.region = common::OFF_CENTER;
     let part = rendered(&request);
     let (rows, columns) = common::off_center();
-    let of_whole = whole.bow_reflected.as_ref().unwrap();
-    for ((channel, y, x), value) in part.bow_reflected.as_ref().unwrap().indexed_iter() {
+    let of_whole = &whole[PictureLayer::BowReflected];
+    for ((channel, y, x), value) in part[PictureLayer::BowReflected].indexed_iter() {
         let place = [channel, y + rows.start as usize, x + columns.start as usize];
         assert_eq!(*value, of_whole[place]);
     }

@@ -4,6 +4,8 @@
 
 mod common;
 
+use std::ops::ControlFlow;
+
 use common::*;
 use glam::DVec3;
 use niji_dropfield::GridBox;
@@ -100,7 +102,7 @@ fn values_that_no_drop_scatters_are_refused_before_a_row_of_them_is_handed_over(
         let mut n_steps = 0;
         let rendered = render_in_steps(&request, &|_| (), &mut |_, _| {
             n_steps += 1;
-            1
+            ControlFlow::Continue(1)
         });
         assert!(matches!(rendered, Err(Error::BadTable { .. })), "{bad}");
         assert_eq!(n_steps, 1);

@@ -4,10 +4,11 @@
 
 mod common;
 
+use std::ops::ControlFlow;
+
 use glam::DVec3;
 use ndarray::Array2;
 use ndarray::Array3;
-use ndarray::Axis;
 use ndarray::s;
 use niji_exchange::AtmosphereTable;
 use niji_geometry::Camera;
@@ -16,6 +17,7 @@ use niji_render::DropOrders;
 use niji_render::Error;
 use niji_render::Integration;
 use niji_render::LitDrops;
+use niji_render::PictureLayer;
 use niji_render::PixelFootprint;
 use niji_render::RenderEffects;
 use niji_render::RenderLevels;
@@ -121,24 +123,12 @@ fn with_each_request(world: &World, check: impl Fn(&RenderRequest)) {
 
 /// Every array of a picture as planes of bits by name.
 fn planes(picture: &Rendered) -> Vec<(&'static str, Array3<u32>)> {
-    let single = |plane: &Array2<f32>| plane.mapv(f32::to_bits).insert_axis(Axis(0));
-    let several = |planes: &Array3<f32>| planes.mapv(f32::to_bits);
-    vec![
-        ("radiance", several(&picture.radiance)),
-        ("bow.primary", several(&picture.bow_primary)),
-        ("bow.secondary", several(&picture.bow_secondary)),
-        ("inscatter", several(&picture.inscatter)),
-        (
-            "bow.multiple",
-            several(picture.bow_multiple.as_ref().unwrap_or(&picture.inscatter)),
-        ),
-        ("skylit", several(picture.skylit.as_ref().unwrap())),
-        ("transmittance", single(&picture.transmittance)),
-        ("tau_sun", single(&picture.tau_sun)),
-        ("depth", single(&picture.depth)),
-        ("surface", single(picture.surface.as_ref().unwrap())),
-        ("error", single(&picture.error)),
-    ]
+    let bits = |planes: &Array3<f32>| planes.mapv(f32::to_bits);
+    let layers = picture.layers();
+    let layers = layers.map(|(layer, planes)| (layer.name(), bits(planes)));
+    std::iter::once(("radiance", bits(&picture.radiance)))
+        .chain(layers)
+        .collect()
 }
 
 /// Is `part` cut out of `whole`, whose top left pixel is `corner`?
@@ -168,7 +158,13 @@ fn any_region_has_the_bits_of_the_whole_picture() {
     let world = World::new();
     with_each_request(&world, |whole| {
         let picture = rendered(whole);
-        assert!(picture.error.iter().any(|error| *error > 0.0));
+        assert!(
+            picture
+                .error_from("Y")
+                .unwrap()
+                .iter()
+                .any(|error| *error > 0.0)
+        );
         if whole.tolerance_cd_m2.is_some() {
             let unrefined = rendered(&RenderRequest {
                 tolerance_cd_m2: None,
@@ -203,10 +199,18 @@ fn overscan_adds_pixels_and_changes_none() {
             region: whole.region.grown(3).unwrap(),
             ..*whole
         });
-        assert_eq!(overscan.error.dim(), (HEIGHT + 6, WIDTH + 6));
+        assert_eq!(
+            overscan.error_from("Y").unwrap().dim(),
+            (HEIGHT + 6, WIDTH + 6)
+        );
         assert_cut_out(&overscan, (-3, -3), &rendered(whole), whole.region);
         // Beyond the left edge lies more of the same cloud.
-        assert!(overscan.bow_primary.slice(s![.., .., ..3]).sum() > 0.0);
+        assert!(
+            overscan[PictureLayer::BowPrimary]
+                .slice(s![.., .., ..3])
+                .sum()
+                > 0.0
+        );
     });
 }
 
@@ -299,7 +303,7 @@ fn steps_do_not_change_a_bit_and_their_finished_rows_stay() {
                         "{name}, {n}"
                     );
                 }
-                n_rows
+                ControlFlow::Continue(n_rows)
             };
             let stepped = render_in_steps(whole, &|_| (), &mut check).unwrap();
             assert!(stepped == picture, "steps of {n_rows} rows");

@@ -12,6 +12,7 @@ use niji_geometry::Camera;
 use niji_render::Error;
 use niji_render::Integration;
 use niji_render::LitDrops;
+use niji_render::PictureLayer;
 use niji_render::PixelFootprint;
 use niji_render::RenderEffects;
 use niji_render::Rendered;
@@ -55,7 +56,7 @@ fn behind_wall(integration: Integration, distance_m: f64) -> (f64, f64) {
     let picture = rendered(&request);
     (
         f64::from(picture.radiance[[0, 0, 0]]),
-        f64::from(picture.transmittance[[0, 0]]),
+        f64::from(picture[PictureLayer::Transmittance][[0, 0, 0]]),
     )
 }
 
@@ -131,12 +132,19 @@ fn the_sky_does_not_shine_through_a_wall() {
     for (near, open) in near.radiance.iter().zip(&open.radiance) {
         assert!(*near > 0.0 && *near < 1e-2 * open, "{near} {open}");
     }
-    assert!(near.inscatter.iter().all(|light| *light == 0.0));
+    assert!(
+        near[PictureLayer::Inscatter]
+            .iter()
+            .all(|light| *light == 0.0)
+    );
     // Behind the drops the wall takes the sky, not the light of drops and air before it.
     let far = in_air(Some(&wall(&camera, 100.0)));
-    assert_eq!(far.bow_primary, open.bow_primary);
-    assert_eq!(far.inscatter, open.inscatter);
-    assert_eq!(far.skylit, open.skylit);
+    assert_eq!(
+        far[PictureLayer::BowPrimary],
+        open[PictureLayer::BowPrimary]
+    );
+    assert_eq!(far[PictureLayer::Inscatter], open[PictureLayer::Inscatter]);
+    assert_eq!(far[PictureLayer::Skylit], open[PictureLayer::Skylit]);
     assert!(
         far.radiance
             .iter()
@@ -148,9 +156,15 @@ fn the_sky_does_not_shine_through_a_wall() {
     let less = |a: &ndarray::Array3<f32>, b: &ndarray::Array3<f32>| {
         a.iter().zip(b).all(|(a, b)| *a < *b || *b == 0.0)
     };
-    assert!(less(&inside.inscatter, &open.inscatter));
-    assert!(less(&inside.bow_primary, &open.bow_primary));
-    let skylit = |picture: &Rendered| picture.skylit.clone().unwrap();
+    assert!(less(
+        &inside[PictureLayer::Inscatter],
+        &open[PictureLayer::Inscatter]
+    ));
+    assert!(less(
+        &inside[PictureLayer::BowPrimary],
+        &open[PictureLayer::BowPrimary]
+    ));
+    let skylit = |picture: &Rendered| picture[PictureLayer::Skylit].clone();
     assert!(less(&skylit(&inside), &skylit(&open)));
 }
 
@@ -166,7 +180,7 @@ fn edges_of_surfaces_are_those_of_the_map() {
     let open = rendered(&request);
     request.surfaces = Some(&surfaces);
     let hidden = rendered(&request);
-    let surface = hidden.surface.clone().unwrap();
+    let surface = hidden[PictureLayer::Surface].clone();
     for ((y, x), light) in hidden
         .radiance
         .index_axis(ndarray::Axis(0), 0)
@@ -174,7 +188,7 @@ fn edges_of_surfaces_are_those_of_the_map() {
     {
         let expected = if x < 4 { 0.0 } else { open.radiance[[0, y, x]] };
         assert_eq!(*light, expected, "{x} {y}");
-        assert_eq!(surface[[y, x]], if x < 4 { 5.0 } else { f32::INFINITY });
+        assert_eq!(surface[[0, y, x]], if x < 4 { 5.0 } else { f32::INFINITY });
     }
     // Four rays across a pixel see half of the wall in pixel 4.
     request.levels.pixel_footprint = PixelFootprint::Grid { n: 4 };

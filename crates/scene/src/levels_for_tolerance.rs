@@ -41,6 +41,32 @@ const OF_RAYS: f64 = std::f64::consts::FRAC_1_SQRT_2;
 const LEAST_TABLE_ERROR: f64 = 1e-6;
 const LEAST_INTEGRAL_ERROR: f64 = 1e-12;
 
+/// What is asked of a picture, beside what its scene says.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Goal {
+    /// A preset in place of the scene's.
+    pub preset: Option<Preset>,
+    /// A tolerance that the picture has to keep, in place of the scene's: levels follow from it, unless
+    /// the preset is asked for too.
+    pub tolerance: Option<f64>,
+}
+
+impl Goal {
+    /// The scene that is asked for.
+    #[must_use]
+    pub fn of(self, mut scene: Scene) -> Scene {
+        if let Some(tolerance) = self.tolerance {
+            scene.accuracy.tolerance = tolerance;
+        }
+        match (self.preset, self.tolerance) {
+            (Some(preset), _) => scene.accuracy.preset = preset,
+            (None, Some(tolerance)) => scene.accuracy = levels_for_tolerance(&scene, tolerance),
+            (None, None) => (),
+        }
+        scene
+    }
+}
+
 /// The accuracy that keeps a tolerance, with all that the scene names as it is.
 pub fn levels_for_tolerance(scene: &Scene, tolerance: f64) -> Accuracy {
     let (named, allowed) = (scene.accuracy, SHARE_FOR_LEVELS * tolerance);

@@ -27,8 +27,6 @@ use crate::sections::Spectrum;
 use crate::sections::Sun;
 use crate::sections::Water;
 use crate::sequence::Sequence;
-use crate::sun_section::Moment;
-use crate::sun_section::SunPosition;
 use crate::sun_section::SunSection;
 use crate::water_surface::WaterSurface;
 use niji_scatter::DropMotion;
@@ -133,28 +131,14 @@ impl Scene {
     /// Reads a scene from TOML; every key must be known, of the right type and within its range.
     ///
     /// # Errors
-    /// The first thing that is wrong, with its line and what would be right; also a sun given by
-    /// date, time and place, for which see [`Scene::from_toml_with`].
+    /// The first thing that is wrong, with its line and what would be right.
     pub fn from_toml(text: &str) -> Result<Self, SceneError> {
-        Self::from_toml_with(text, |_| {
-            Err("nobody here knows the sun's course".to_string())
-        })
-    }
-
-    /// As [`Scene::from_toml`]; `sun_at` says where the sun stands at a moment, or why it cannot.
-    ///
-    /// # Errors
-    /// As [`Scene::from_toml`], and what `sun_at` says, with the line of the date.
-    pub fn from_toml_with(
-        text: &str,
-        sun_at: impl Fn(&Moment) -> Result<SunPosition, String>,
-    ) -> Result<Self, SceneError> {
         let document = document::parse::<Scene<SunSection>>(text)?;
         Sequence::from_toml(text)?;
         let check = Check {
             lines: &document.lines,
         };
-        let sun = document.value.sun.clone().placed(sun_at, &check)?;
+        let sun = document.value.sun.clone().placed(&check)?;
         let scene = document.value.with_sun(sun);
         check::scene(&scene, &document.lines)?;
         Ok(scene)

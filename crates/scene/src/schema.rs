@@ -21,7 +21,7 @@ use crate::sun_section::SunSection;
 
 pub(crate) use parts::Tracks;
 
-/// The JSON Schema of a scene of drops, as [`crate::Scene::from_toml_with`] reads it.
+/// The JSON Schema of a scene of drops, as [`crate::Scene::from_toml`] reads it.
 ///
 /// ```
 /// let schema = niji_scene::scene_schema();

@@ -1,7 +1,4 @@
 //! The section `[sun]` as it is written: where the sun stands, or when and where it is looked at.
-//!
-//! This crate knows neither clock nor almanac. Whoever reads a scene file hands over where the sun
-//! stands at a moment, and the scene then has a sun like any other.
 
 use std::str::FromStr;
 
@@ -13,6 +10,8 @@ use toml::value::Offset;
 
 use crate::check::Check;
 use crate::error::SceneError;
+use crate::moment::Moment;
+use crate::moment::SunPosition;
 use crate::sections::Body;
 use crate::sections::Sun;
 
@@ -21,28 +20,6 @@ const DATE_TIME: &str = "a date and time with its zone, as 2026-06-21T18:30:00+0
 /// The two ways to say where the sun stands.
 const EITHER: &str =
     "either elevation_deg and azimuth_deg, or date_time, latitude_deg and longitude_deg";
-
-/// A moment, and the place on Earth from which the sun is seen.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Moment {
-    /// Year, month, day, hour, minute and second on the clock; years from 0 to 9999.
-    pub local_time: [u32; 6],
-    /// What the clock is ahead of UTC, hours.
-    pub utc_offset_h: f64,
-    /// Latitude, north positive, degrees.
-    pub latitude_deg: f64,
-    /// Longitude, east positive, degrees.
-    pub longitude_deg: f64,
-}
-
-/// Where the sun is seen.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SunPosition {
-    /// Apparent elevation above the horizon, refraction included, degrees.
-    pub elevation_deg: f64,
-    /// Azimuth, clockwise from north, degrees.
-    pub azimuth_deg: f64,
-}
 
 /// The section `[sun]` as it is written: where the sun stands, or when and where it is looked at.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -88,12 +65,8 @@ pub struct SunSection {
 }
 
 impl SunSection {
-    /// The sun of the section, which `sun_at` finds where the section names a moment.
-    pub(crate) fn placed(
-        self,
-        sun_at: impl Fn(&Moment) -> Result<SunPosition, String>,
-        check: &Check<'_>,
-    ) -> Result<Sun, SceneError> {
+    /// The sun of the section.
+    pub(crate) fn placed(self, check: &Check<'_>) -> Result<Sun, SceneError> {
         let stands = self.elevation_deg.is_some() || self.azimuth_deg.is_some();
         let is_timed =
             self.date_time.is_some() || self.latitude_deg.is_some() || self.longitude_deg.is_some();
@@ -102,7 +75,7 @@ impl SunSection {
                 elevation_deg: given(self.elevation_deg, "elevation_deg", check)?,
                 azimuth_deg: given(self.azimuth_deg, "azimuth_deg", check)?,
             },
-            (false, true) => self.at_moment(sun_at, check)?,
+            (false, true) => self.at_moment(check)?,
             (true, true) => {
                 return Err(check.out_of_range("sun", "given twice".to_string(), EITHER));
             }
@@ -118,11 +91,7 @@ impl SunSection {
         })
     }
 
-    fn at_moment(
-        &self,
-        sun_at: impl Fn(&Moment) -> Result<SunPosition, String>,
-        check: &Check<'_>,
-    ) -> Result<SunPosition, SceneError> {
+    fn at_moment(&self, check: &Check<'_>) -> Result<SunPosition, SceneError> {
         let text = given(self.date_time.as_deref(), "date_time", check)?;
         match self.body {
             Body::Sun => {}
@@ -143,7 +112,9 @@ impl SunSection {
             latitude_deg,
             longitude_deg,
         };
-        sun_at(&moment).map_err(|reason| wrong(format!("\"{text}\" ({reason})")))
+        moment
+            .sun()
+            .map_err(|reason| wrong(format!("\"{text}\" ({reason})")))
     }
 }
 

@@ -12,7 +12,6 @@ use std::fs;
 use niji_scene::IceScene;
 use niji_scene::Scene;
 use niji_scene::SceneError;
-use niji_scene::SunPosition;
 use niji_scene::ice_scene_schema;
 use niji_scene::picked_sun;
 use niji_scene::scene_schema;
@@ -24,7 +23,7 @@ use validator::first_fault;
 
 const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/");
 
-/// Reads a document as a scene of ice if it is one; the sun of any moment stands at 30 degrees.
+/// Reads a document as a scene of ice if it is one; a sun that is to be picked stands at 30 degrees.
 fn read(document: &Value) -> Result<(), SceneError> {
     let mut text = toml::to_string(document).unwrap();
     if document.get("ice").is_some() {
@@ -33,11 +32,7 @@ fn read(document: &Value) -> Result<(), SceneError> {
     if picked_sun(&text).is_some() {
         text = with_sun(&text, 30.0, 180.0);
     }
-    let sun = SunPosition {
-        elevation_deg: 30.0,
-        azimuth_deg: 180.0,
-    };
-    Scene::from_toml_with(&text, |_| Ok(sun)).map(|_| ())
+    Scene::from_toml(&text).map(|_| ())
 }
 
 fn schema_of(document: &Value) -> Value {

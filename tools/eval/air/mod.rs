@@ -19,9 +19,9 @@ use niji_scene::Scene;
 use niji_scene::Sun;
 
 use super::line;
-use crate::cli::Common;
-use crate::cli::numbers;
 use crate::failure::Failure;
+use crate::flags::Common;
+use crate::flags::numbers;
 use crate::scene_file;
 use flags::AirFlags;
 use rays::AskedRay;
@@ -185,7 +185,7 @@ impl<'a> Request<'a> {
     fn new(arguments: &'a AirArguments, common: &Common) -> Result<Self, Failure> {
         let scene = arguments.scene.as_ref();
         let scene = scene
-            .map(|path| scene_file::read(path, common))
+            .map(|path| scene_file::read(path, common.goal()))
             .transpose()?;
         let radius_deg = arguments.sun_disc_radius_deg;
         if !(0.0..=5.0).contains(&radius_deg) {

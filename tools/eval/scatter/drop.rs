@@ -11,8 +11,8 @@ use niji_radiometry::Micrometers;
 use niji_radiometry::Nanometers;
 use niji_sizes::gamma_area_quadrature;
 
-use crate::cli::numbers;
 use crate::failure::Failure;
+use crate::flags::numbers;
 use crate::water_flags::WaterFlags;
 
 /// Sizes of a law: resolves 6 periods of the fringes in a standard deviation to 1e-7.

@@ -11,6 +11,7 @@ use niji_dropfield::GridBox;
 use niji_dropfield::Interpolation;
 use niji_render::Integration;
 use niji_render::LitDrops;
+use niji_render::PictureLayer;
 use niji_render::PixelFootprint;
 use niji_render::RenderEffects;
 use niji_render::SunPath;
@@ -136,10 +137,8 @@ fn empty_volume() -> f64 {
         let mut request = request(&camera, sun(), &drops, &table);
         request.effects = with_shadow();
         let picture = rendered(&request);
-        let losses = picture
-            .transmittance
-            .iter()
-            .map(|share| (1.0 - share).abs());
+        let losses = picture[PictureLayer::Transmittance].iter();
+        let losses = losses.map(|share| (1.0 - share).abs());
         let light = picture.radiance.iter().copied();
         worst(losses.chain(light).map(f64::from))
     }))

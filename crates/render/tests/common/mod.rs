@@ -29,6 +29,7 @@ use niji_render::DropExtinctionModel;
 use niji_render::DropOrders;
 use niji_render::Integration;
 use niji_render::LitDrops;
+use niji_render::PictureLayer;
 use niji_render::PixelFootprint;
 use niji_render::RenderEffects;
 use niji_render::RenderLevels;
@@ -266,19 +267,20 @@ pub(crate) fn request<'a>(
 pub(crate) fn rendered(request: &RenderRequest) -> Rendered {
     let picture = render(request, &|_| ()).unwrap();
     let planes = [
-        &picture.bow_primary,
-        &picture.bow_secondary,
-        &picture.inscatter,
+        &picture[PictureLayer::BowPrimary],
+        &picture[PictureLayer::BowSecondary],
+        &picture[PictureLayer::Inscatter],
     ];
     for value in picture.radiance.iter().chain(planes.into_iter().flatten()) {
         assert!(value.is_finite() && *value >= -1e-30, "{value}");
     }
-    for plane in [
-        &picture.transmittance,
-        &picture.tau_sun,
-        &picture.depth,
-        &picture.error,
+    for layer in [
+        PictureLayer::Transmittance,
+        PictureLayer::TauSun,
+        PictureLayer::Depth,
+        PictureLayer::Error,
     ] {
+        let plane = &picture[layer];
         assert!(plane.iter().all(|value| value.is_finite() && *value >= 0.0));
     }
     picture

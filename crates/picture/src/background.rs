@@ -21,16 +21,24 @@ use niji_radiometry::GamutPolicy;
 use niji_radiometry::RgbPrimaries;
 use niji_radiometry::into_gamut;
 
-use crate::failure::Failure;
+use crate::error::Error;
+
+/// What an error calls distances from elsewhere.
+pub const DEPTH_MAP: &str = "the depth map";
 
 /// A photograph or a plate, in the primaries of the output.
-pub(super) struct Background {
-    pub(super) light: LinearPicture,
-    pub(super) alpha: Option<Array2<f32>>,
+#[derive(Clone, Debug)]
+pub struct Background {
+    /// Its linear light.
+    pub light: LinearPicture,
+    /// What hides what is behind it, of a plate that says so.
+    pub alpha: Option<Array2<f32>>,
     /// Distances of its surfaces along the view ray, m.
-    pub(super) surface_m: Option<Array2<f32>>,
-    pub(super) frame: Frame,
-    pub(super) notes: ExifNotes,
+    pub surface_m: Option<Array2<f32>>,
+    /// Its place in the frame, and what its red, green and blue are.
+    pub frame: Frame,
+    /// What the camera noted.
+    pub notes: ExifNotes,
     encoding: Encoding,
 }
 
@@ -40,12 +48,12 @@ impl Background {
     ///
     /// # Errors
     /// A file that is missing, damaged or holds what light cannot be.
-    pub(super) fn read(
+    pub(crate) fn read(
         path: &Path,
         named: Option<RgbPrimaries>,
         wanted: Option<RgbPrimaries>,
-    ) -> Result<Self, Failure> {
-        let bad = |error: niji_photo::Error| Failure::bad_input(path, error);
+    ) -> Result<Self, Error> {
+        let bad = |error: niji_photo::Error| Error::file(path, error);
         let is_plate = path
             .extension()
             .is_some_and(|extension| extension.eq_ignore_ascii_case("exr"));
@@ -87,12 +95,12 @@ impl Background {
     ///
     /// # Errors
     /// Distances of another size.
-    pub(super) fn set_surfaces(&mut self, surface_m: Array2<f32>) -> Result<(), niji_photo::Error> {
+    pub(crate) fn set_surfaces(&mut self, surface_m: Array2<f32>) -> Result<(), niji_photo::Error> {
         let (height, width) = self.light.dim();
         let (found_height, found_width) = surface_m.dim();
         if (found_height, found_width) != (height, width) {
             return Err(niji_photo::Error::Size {
-                what: "the depth map",
+                what: DEPTH_MAP,
                 found_width,
                 found_height,
                 width,
@@ -107,32 +115,31 @@ impl Background {
     ///
     /// # Errors
     /// An image of another shape, or without what compositing needs.
-    pub(super) fn added(&self, image: &SpectralImage, path: &Path) -> Result<AddedLight, Failure> {
-        let bad = |error: niji_photo::Error| Failure::bad_input(path, error);
+    pub(crate) fn added(&self, image: &SpectralImage) -> Result<AddedLight, Error> {
         let data = self.frame.windows.data;
-        let Grid { from, to, work } = self.grid(image, path)?;
-        let light = AddedLight::of_image(image, self.frame.primaries).map_err(bad)?;
+        let Grid { from, to, work } = self.grid(image)?;
+        let light = AddedLight::of_image(image, self.frame.primaries)?;
         let light = light.on_region(from, to);
         let size = (work.height_px as usize, work.width_px as usize);
         let Some(surface_m) = &self.surface_m else {
-            let light = light.resized(size).map_err(bad)?;
+            let light = light.resized(size)?;
             return Ok(light.on_region(work, data));
         };
         let surface_m = on_region(surface_m, (data, work), f32::INFINITY);
         let light = if let Some(ends_m) = surface_of_light(image) {
             let ends_m = on_region(ends_m, (from, to), f32::INFINITY);
-            light.at_surfaces(&ends_m, &surface_m).map_err(bad)?
+            light.at_surfaces(&ends_m, &surface_m)?
         } else {
-            let light_m = distance_of_light(image).map_err(bad)?;
+            let light_m = distance_of_light(image)?;
             let light_m = on_region(light_m, (from, to), 0.0);
-            let mut light = light.resized(size).map_err(bad)?;
-            light.hide_behind(&surface_m, &light_m).map_err(bad)?;
+            let mut light = light.resized(size)?;
+            light.hide_behind(&surface_m, &light_m)?;
             light
         };
         Ok(light.on_region(work, data))
     }
 
-    fn grid(&self, image: &SpectralImage, path: &Path) -> Result<Grid, Failure> {
+    fn grid(&self, image: &SpectralImage) -> Result<Grid, Error> {
         let ImageWindows { data, display } = self.frame.windows;
         let own = image.windows;
         let size = |region: PixelRegion| [region.width_px, region.height_px];
@@ -149,9 +156,7 @@ impl Background {
             });
         }
         if own.data != own.display {
-            let message = "found a part of a frame of another size, expected the whole frame or the \
-                           size of the picture";
-            return Err(Failure::bad_input(path, message));
+            return Err(Error::PartOfFrame);
         }
         Ok(Grid {
             from: own.data,
@@ -162,7 +167,7 @@ impl Background {
 
     /// A picture of it as a display shows it, in Rec.709: a photograph as it is, scene-linear light by
     /// the tone curve of previews.
-    pub(super) fn shown(&self, picture: &LinearPicture, exposure_ev: f64) -> LinearPicture {
+    pub fn shown(&self, picture: &LinearPicture, exposure_ev: f64) -> LinearPicture {
         let mut rec709 = self.rec709(picture);
         let scale = exposure_ev.exp2();
         rec709.par_mapv_inplace(|rgb| {
@@ -180,7 +185,7 @@ impl Background {
     }
 
     /// The picture in Rec.709, for displays and for its luminance.
-    pub(super) fn rec709(&self, picture: &LinearPicture) -> LinearPicture {
+    pub fn rec709(&self, picture: &LinearPicture) -> LinearPicture {
         converted(picture.clone(), self.frame.primaries, RgbPrimaries::Rec709)
     }
 }

@@ -1,4 +1,4 @@
-//! What ends view rays: maps of distances and meshes, as the render stage takes them.
+//! What ends view rays: maps of distances and meshes in files.
 
 use std::path::Path;
 use std::path::PathBuf;
@@ -11,6 +11,7 @@ use niji_photo::DepthAlong;
 use niji_photo::DepthKind;
 use niji_photo::depth_from_values;
 use niji_photo::read_depth_map;
+use niji_render::Surfaces;
 use niji_scene::Along;
 use niji_scene::Camera;
 use niji_scene::OccluderMesh;
@@ -18,7 +19,7 @@ use niji_scene::Scene;
 use niji_scene::canonical_json;
 use serde::Serialize;
 
-use crate::failure::Failure;
+use crate::error::Error;
 
 /// Names of meshes among the inputs of a picture.
 const MESH_ROLES: [&str; 8] = [
@@ -27,31 +28,30 @@ const MESH_ROLES: [&str; 8] = [
 
 /// Surfaces that hide what is behind them.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Surfaces {
+pub struct SurfaceFiles {
     /// Their distances.
-    pub depth: Option<Depth>,
+    pub depth: Option<DepthFile>,
     /// Meshes among them, and where they stand.
     pub meshes: Vec<(PathBuf, OccluderMesh)>,
 }
 
 /// A depth map, and what it is measured along.
 #[derive(Clone, Debug)]
-pub(crate) struct Depth {
+pub struct DepthFile {
     /// The file.
     pub path: PathBuf,
     /// The view ray, or the optical axis.
     pub along: Along,
 }
 
-impl Surfaces {
-    /// The surfaces that a scene names, relative to its file.
+impl SurfaceFiles {
+    /// The surfaces that a scene names whose files lie in `folder`.
     #[must_use]
-    pub(crate) fn of_scene(scene: &Scene, scene_file: &Path) -> Self {
-        let folder = scene_file.parent().unwrap_or(Path::new(""));
+    pub fn of_scene(scene: &Scene, folder: &Path) -> Self {
         let Some(occluders) = &scene.occluders else {
             return Self::default();
         };
-        let depth = occluders.depth.as_ref().map(|path| Depth {
+        let depth = occluders.depth.as_ref().map(|path| DepthFile {
             path: folder.join(path),
             along: occluders.along,
         });
@@ -65,10 +65,10 @@ impl Surfaces {
 
     /// The same with a map along the view rays.
     #[must_use]
-    pub(crate) fn with_depth(self, path: PathBuf) -> Self {
+    pub fn with_depth(self, path: PathBuf) -> Self {
         let along = Along::Ray;
         Self {
-            depth: Some(Depth { path, along }),
+            depth: Some(DepthFile { path, along }),
             ..self
         }
     }
@@ -77,11 +77,12 @@ impl Surfaces {
     ///
     /// # Errors
     /// More meshes than a picture may have.
-    pub(crate) fn with_meshes(self, paths: &[PathBuf]) -> Result<Self, Failure> {
+    pub fn with_meshes(self, paths: &[PathBuf]) -> Result<Self, Error> {
         if paths.len() > MESH_ROLES.len() {
-            let (found, most) = (paths.len(), MESH_ROLES.len());
-            let message = format!("found {found} meshes, expected {most} at most: join some");
-            return Err(Failure::Usage(message));
+            return Err(Error::TooManyMeshes {
+                found: paths.len(),
+                most: MESH_ROLES.len(),
+            });
         }
         let meshes = paths.iter().map(|path| {
             let mesh = OccluderMesh::of_file(path.display().to_string());
@@ -94,14 +95,14 @@ impl Surfaces {
     }
 
     /// Their files by role.
-    pub(crate) fn inputs(&self) -> Vec<(&'static str, &Path)> {
+    pub fn inputs(&self) -> Vec<(&'static str, &Path)> {
         let depth = self.depth.iter().map(|depth| ("depth", &*depth.path));
         let meshes = self.meshes.iter().map(|(path, _)| &**path);
         depth.chain(MESH_ROLES.into_iter().zip(meshes)).collect()
     }
 
     /// The settings of a picture before them; files are known by their content, not by their names.
-    pub(crate) fn settings<T: Serialize>(&self, settings: &T) -> String {
+    pub fn settings<T: Serialize>(&self, settings: &T) -> String {
         let along = self.depth.as_ref().map(|depth| depth.along);
         let nameless = |mesh: &OccluderMesh| OccluderMesh {
             file: String::new(),
@@ -118,25 +119,33 @@ impl Surfaces {
         }
     }
 
+    /// Reads its meshes as one; `None` if there are none.
+    ///
+    /// # Errors
+    /// A file that is missing or damaged.
+    pub fn mesh(&self) -> Result<Option<MeshBvh>, Error> {
+        read_meshes(&self.meshes)
+    }
+
     /// Reads them for a camera; `None` if there are none.
     ///
     /// # Errors
     /// A file that is missing or damaged.
-    pub(crate) fn read(&self, camera: Camera) -> Result<Option<niji_render::Surfaces>, Failure> {
+    pub fn read(&self, camera: Camera) -> Result<Option<Surfaces>, Error> {
         let depth = self.depth.as_ref();
         let depth = depth.map(|depth| read_depth(depth, camera)).transpose()?;
-        let mesh = read_meshes(&self.meshes)?;
+        let mesh = self.mesh()?;
         Ok(match (depth, mesh) {
             (Some(depth), Some(mesh)) => Some(depth.with_mesh(mesh)),
-            (None, Some(mesh)) => Some(niji_render::Surfaces::of_mesh(mesh)),
+            (None, Some(mesh)) => Some(Surfaces::of_mesh(mesh)),
             (depth, None) => depth,
         })
     }
 }
 
 /// Reads a map as distances along the rays of a camera.
-fn read_depth(depth: &Depth, camera: Camera) -> Result<niji_render::Surfaces, Failure> {
-    let bad = |error: &dyn std::fmt::Display| Failure::bad_input(&depth.path, error);
+fn read_depth(depth: &DepthFile, camera: Camera) -> Result<Surfaces, Error> {
+    let bad = |error: &dyn std::fmt::Display| Error::file(&depth.path, error);
     let mut distance_m = read_depth_map(&depth.path).map_err(|error| bad(&error))?;
     if depth.along == Along::Axis {
         let (height, width) = distance_m.dim();
@@ -150,17 +159,17 @@ fn read_depth(depth: &Depth, camera: Camera) -> Result<niji_render::Surfaces, Fa
         distance_m = depth_from_values(&distance_m, &DepthKind::Metres, DepthAlong::Axis, &pinhole)
             .map_err(|error| bad(&error))?;
     }
-    niji_render::Surfaces::new(distance_m).map_err(|error| bad(&error))
+    Surfaces::new(distance_m).map_err(|error| bad(&error))
 }
 
 /// Reads meshes and puts all of them into one tree.
-fn read_meshes(meshes: &[(PathBuf, OccluderMesh)]) -> Result<Option<MeshBvh>, Failure> {
+fn read_meshes(meshes: &[(PathBuf, OccluderMesh)]) -> Result<Option<MeshBvh>, Error> {
     let (mut corners, mut triangles) = (Vec::<DVec3>::new(), Vec::new());
     let Some((first_file, _)) = meshes.first() else {
         return Ok(None);
     };
     for (path, placed) in meshes {
-        let bad = |error: &dyn std::fmt::Display| Failure::bad_input(path, error);
+        let bad = |error: &dyn std::fmt::Display| Error::file(path, error);
         let mesh = read_mesh(path).map_err(|error| bad(&error))?;
         let to_world = placed.to_world();
         let moved = mesh.moved(|corner| to_world.transform_point3(corner));
@@ -171,6 +180,6 @@ fn read_meshes(meshes: &[(PathBuf, OccluderMesh)]) -> Result<Option<MeshBvh>, Fa
         triangles.extend(own.map(|triangle| triangle.map(|index| first + index)));
     }
     let all = TriangleMesh::new(&corners, &triangles);
-    let all = all.map_err(|error| Failure::bad_input(first_file, error))?;
+    let all = all.map_err(|error| Error::file(first_file, error))?;
     Ok(Some(MeshBvh::new(all)))
 }

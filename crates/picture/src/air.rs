@@ -1,0 +1,76 @@
+//! The section `[air]` of a scene as a table.
+
+use niji_atmosphere::ScatteringOrders;
+use niji_atmosphere::with_diffuse_light;
+use niji_exchange::AtmosphereTable;
+use niji_radiometry::WavelengthGrid;
+use niji_scene::Air;
+use niji_scene::Scene;
+use niji_scene::Sun;
+use niji_scene::canonical_json;
+
+use crate::error::Error;
+
+/// Air over ground.
+#[derive(Clone, Copy, Debug)]
+pub struct AirRequest<'a> {
+    /// What it is.
+    pub air: &'a Air,
+    /// For which wavelengths.
+    pub wavelengths: WavelengthGrid,
+    /// Of the ground.
+    pub ground_albedo: f64,
+    /// What shines on it.
+    pub sun: &'a Sun,
+    /// How finely light that the air scatters more than once is solved; `None` for one order.
+    pub orders: Option<ScatteringOrders>,
+}
+
+impl AirRequest<'_> {
+    /// Its table.
+    ///
+    /// # Errors
+    /// Parameters out of their range.
+    pub fn table(&self) -> Result<AtmosphereTable, Error> {
+        let model = (self.air).model(self.wavelengths, self.ground_albedo, self.sun)?;
+        let table = model.tabulate()?;
+        Ok(match self.orders {
+            Some(orders) => with_diffuse_light(table, orders),
+            None => table,
+        })
+    }
+}
+
+/// The air of a scene, tabulated, with light of the orders that are asked for beyond the first; `None` in a
+/// vacuum.
+///
+/// # Errors
+/// Parameters out of their range, of a scene that was built in code.
+pub fn table(
+    scene: &Scene,
+    orders: Option<ScatteringOrders>,
+) -> Result<Option<AtmosphereTable>, Error> {
+    let wavelengths = scene.spectrum.grid().map_err(Error::scene)?;
+    let request = |air| AirRequest {
+        air,
+        wavelengths,
+        ground_albedo: scene.ground.albedo,
+        sun: &scene.sun,
+        orders,
+    };
+    let air = scene.air.as_ref();
+    air.map(|air| request(air).table()).transpose()
+}
+
+/// What the table of a scene's air depends on, as JSON.
+pub fn settings(scene: &Scene, orders: Option<ScatteringOrders>) -> String {
+    // A table that does not depend on the sun serves every sun.
+    let depends_on = |air: &Air| air.depends_on(&scene.sun);
+    let air = scene.air.as_ref();
+    let sun = air.is_some_and(depends_on).then_some(scene.sun);
+    let orders = orders.map(|orders| {
+        let sizes = [orders.n_layers, orders.n_zeniths, orders.max_degree];
+        (sizes, orders.tolerance)
+    });
+    canonical_json(&(&scene.air, scene.ground, scene.spectrum, sun, orders))
+}

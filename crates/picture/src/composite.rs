@@ -1,0 +1,91 @@
+//! A rendered bow set into a photograph or a plate, in linear light.
+
+use std::path::Path;
+
+use ndarray::Array2;
+use niji_exchange::SpectralImage;
+use niji_photo::AddedLight;
+use niji_photo::Exposure;
+use niji_photo::LinearPicture;
+use niji_photo::card_value;
+use niji_photo::composite;
+use niji_photo::scale_to_white;
+use niji_radiometry::RgbPrimaries;
+
+use crate::background::Background;
+use crate::error::Error;
+
+/// How bright a sunlit white card is in the photograph.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum CardExposure {
+    /// The mean of the picture is grey.
+    Match,
+    /// As f-number, time and speed in EXIF say.
+    Camera,
+    /// This value, linear.
+    Value(f64),
+}
+
+/// What a bow is set into, and how.
+#[derive(Clone, Debug)]
+pub struct CompositeRequest<'a> {
+    /// The photograph (PNG, JPEG) or plate (EXR).
+    pub photo: &'a Path,
+    /// Distances of its surfaces along the view rays (m): a plate's own where they are left out.
+    pub depth_m: Option<Array2<f32>>,
+    /// What red, green and blue of a plate are, whatever its file says.
+    pub plate_primaries: Option<RgbPrimaries>,
+    /// What they are in the result: those of the plate where it is left out.
+    pub primaries: Option<RgbPrimaries>,
+    /// The exposure.
+    pub exposure: CardExposure,
+    /// Whether what is too bright is scaled until the largest channel is white, as published.
+    pub scales_to_white: bool,
+}
+
+/// The picture and what it is made of.
+pub struct Composite {
+    /// What the bow was set into.
+    pub background: Background,
+    /// Both together, in the primaries of the result.
+    pub picture: LinearPicture,
+    /// Bow, veil and transmittance.
+    pub added: AddedLight,
+    /// Value of a sunlit white card in the photograph.
+    pub gain: f64,
+}
+
+impl CompositeRequest<'_> {
+    /// Sets the bow of an image into it.
+    ///
+    /// # Errors
+    /// A photograph that is missing or damaged, surfaces or an image of another shape, an exposure that cannot
+    /// be told.
+    pub fn with_bow(self, image: &SpectralImage) -> Result<Composite, Error> {
+        let mut background = Background::read(self.photo, self.plate_primaries, self.primaries)?;
+        if let Some(surface_m) = self.depth_m {
+            background.set_surfaces(surface_m)?;
+        }
+        let added = background.added(image)?;
+        let exposure = match self.exposure {
+            CardExposure::Match => Exposure::GreyWorld,
+            CardExposure::Camera => Exposure::Camera {
+                card_cd_m2: image.white_luminance_cd_m2,
+            },
+            CardExposure::Value(value) => Exposure::Card(value),
+        };
+        let of_photo = |error: niji_photo::Error| Error::file(self.photo, error);
+        let rec709 = background.rec709(&background.light);
+        let gain = card_value(exposure, &rec709, &background.notes).map_err(of_photo)?;
+        let mut picture = composite(&background.light, &added, gain).map_err(of_photo)?;
+        if self.scales_to_white {
+            scale_to_white(&mut picture);
+        }
+        Ok(Composite {
+            background,
+            picture,
+            added,
+            gain,
+        })
+    }
+}

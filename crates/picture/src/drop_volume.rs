@@ -1,0 +1,207 @@
+//! Drop volumes: of a shape, of a density grid of another program, of a file; several of them as one.
+
+use std::path::Path;
+use std::path::PathBuf;
+
+use niji_dropfield::DropVolume;
+use niji_droplets::Shape;
+use niji_scene::DropSource;
+use niji_scene::DropSummary;
+use niji_scene::Drops;
+use niji_scene::FromVdb;
+use niji_scene::canonical_json;
+use niji_vdb::Grid;
+use niji_vdb::GridHeader;
+use niji_vdb::LEVEL_SET;
+use niji_vdb::Tree;
+use niji_vdb::VdbFile;
+
+use crate::error::Error;
+use crate::error::with_causes;
+
+/// What a drop volume is made from: each part with what its modes are called before their own names,
+/// nothing where it is the only one and has no name.
+#[derive(Clone, Debug)]
+pub struct VolumeSource {
+    parts: Vec<(String, VolumePart)>,
+}
+
+/// Drops that are laid out together.
+#[derive(Clone, Debug)]
+pub enum VolumePart {
+    /// A few numbers.
+    Shape(Shape),
+    /// A density grid; its path as the program opens it.
+    Density(PathBuf, FromVdb),
+    /// A drop volume that exists already.
+    Volume(PathBuf),
+}
+
+impl VolumeSource {
+    /// Several parts, each under a name.
+    pub fn new(parts: Vec<(String, VolumePart)>) -> Self {
+        Self { parts }
+    }
+
+    /// A part by itself.
+    pub fn only(part: VolumePart) -> Self {
+        Self::new(vec![(String::new(), part)])
+    }
+
+    /// What the drops of a scene are made from whose files lie in `folder`; `None` if the volume is
+    /// there.
+    pub fn of(drops: &Drops, folder: &Path) -> Option<Self> {
+        if drops.file().is_some() {
+            return None;
+        }
+        let populations = drops.populations().iter();
+        let parts = populations.map(|it| VolumePart::of(&it.source, folder));
+        Some(Self::new(
+            drops.mode_names().into_iter().zip(parts).collect(),
+        ))
+    }
+
+    /// What a plan needs to know of the volume; files are read. What is found in one goes through
+    /// `of_file`.
+    ///
+    /// # Errors
+    /// As [`VolumeSource::volume`].
+    pub fn summary(
+        &self,
+        of_file: impl Fn(DropSummary) -> DropSummary,
+    ) -> Result<Option<DropSummary>, Error> {
+        let summary = |part: &VolumePart| match part {
+            VolumePart::Shape(shape) => Ok(DropSummary::of_shape(shape)),
+            VolumePart::Density(..) | VolumePart::Volume(_) => {
+                Ok(DropSummary::of_volume(&part.volume()?).map(&of_file))
+            }
+        };
+        let parts = self.parts.iter().map(|(_, part)| summary(part));
+        let parts: Vec<Option<DropSummary>> = parts.collect::<Result<_, Error>>()?;
+        Ok(DropSummary::joined(parts.into_iter().flatten()))
+    }
+
+    /// The volume itself.
+    ///
+    /// # Errors
+    /// A shape that cannot be; a file that is missing, damaged or has no such grid.
+    pub fn volume(&self) -> Result<DropVolume, Error> {
+        let parts = self.parts.iter();
+        let volumes = parts.map(|(name, part)| Ok((name.clone(), part.volume()?)));
+        Ok(DropVolume::joined(
+            volumes.collect::<Result<Vec<_>, Error>>()?,
+        ))
+    }
+
+    /// What the file of the volume, zipped or not, depends on besides its input files, as JSON.
+    pub fn settings(&self, is_zipped: bool) -> String {
+        match self.parts.as_slice() {
+            // A part by itself is told as before there were several.
+            [(name, VolumePart::Shape(shape))] if name.is_empty() => {
+                canonical_json(&(shape, is_zipped))
+            }
+            [(name, VolumePart::Density(_, density))] if name.is_empty() => {
+                canonical_json(&(&density.grid, density.import(), is_zipped))
+            }
+            parts => {
+                let settings = parts.iter().map(|(name, part)| (name, part.settings()));
+                canonical_json(&(settings.collect::<Vec<_>>(), is_zipped))
+            }
+        }
+    }
+
+    /// Roles of the input files with their paths.
+    pub fn inputs(&self) -> Vec<(String, &Path)> {
+        let files = self.parts.iter().filter_map(|(name, part)| {
+            let (role, path) = part.file()?;
+            Some((format!("{role} {name}").trim_end().to_owned(), path))
+        });
+        files.collect()
+    }
+}
+
+impl VolumePart {
+    /// Drops of a scene whose files lie in `folder`.
+    pub fn of(drops: &DropSource, folder: &Path) -> Self {
+        match drops {
+            DropSource::Shape(shape) => Self::Shape(*shape),
+            DropSource::FromVdb(density) => {
+                Self::Density(folder.join(&density.file), density.clone())
+            }
+            DropSource::File(drops) => Self::Volume(folder.join(&drops.file)),
+        }
+    }
+
+    /// Its drops.
+    ///
+    /// # Errors
+    /// As [`VolumeSource::volume`].
+    pub fn volume(&self) -> Result<DropVolume, Error> {
+        match self {
+            Self::Shape(shape) => shape.volume().map_err(Error::Drops),
+            Self::Density(path, density) => {
+                let file = VdbFile::read(path).map_err(|error| bad_vdb(path, &error))?;
+                let volume = DropVolume::from_density(&file, &density.grid, &density.import());
+                volume.map_err(|error| Error::file(path, with_causes(&error)))
+            }
+            Self::Volume(path) => read_drops(path),
+        }
+    }
+
+    /// The role of its input file, and its path.
+    fn file(&self) -> Option<(&'static str, &Path)> {
+        match self {
+            Self::Shape(_) => None,
+            Self::Density(path, _) => Some(("density", path)),
+            Self::Volume(path) => Some(("drops", path)),
+        }
+    }
+
+    /// What it depends on besides its input file.
+    fn settings(&self) -> String {
+        match self {
+            Self::Shape(shape) => canonical_json(shape),
+            Self::Density(_, density) => canonical_json(&(&density.grid, density.import())),
+            Self::Volume(_) => String::new(),
+        }
+    }
+}
+
+/// Reads a drop volume.
+///
+/// # Errors
+/// A missing or damaged file, or one that holds no drops of ours; then the message says how to make
+/// some of what it holds.
+pub fn read_drops(path: &Path) -> Result<DropVolume, Error> {
+    let is_read = |grid: &GridHeader| DropVolume::reads_grid(&grid.name);
+    let file = VdbFile::read_grids(path, is_read).map_err(|error| bad_vdb(path, &error))?;
+    DropVolume::from_vdb(&file).map_err(|error| match error {
+        niji_dropfield::Error::MissingGrid { ref expected, .. } => no_drops(path, expected),
+        _ => Error::file(path, with_causes(&error)),
+    })
+}
+
+/// What a file holds instead of drops.
+fn no_drops(path: &Path, expected: &str) -> Error {
+    let file = match VdbFile::read(path) {
+        Ok(file) => file,
+        Err(error) => return bad_vdb(path, &error),
+    };
+    let name = |grid: &Grid| grid.name.clone();
+    let densities = file.grids.iter().filter(|grid| is_density(grid));
+    Error::NoDrops {
+        path: path.to_owned(),
+        expected: expected.to_owned(),
+        densities: densities.map(name).collect(),
+        found: file.grids.iter().map(name).collect(),
+    }
+}
+
+/// One number a voxel that is no distance.
+fn is_density(grid: &Grid) -> bool {
+    grid.class != LEVEL_SET && !matches!(grid.tree, Tree::Vec3s(_))
+}
+
+fn bad_vdb(path: &Path, error: &niji_vdb::Error) -> Error {
+    Error::file(path, with_causes(error))
+}

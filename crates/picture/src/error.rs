@@ -1,0 +1,122 @@
+//! Why a picture cannot be made.
+
+use std::path::Path;
+use std::path::PathBuf;
+
+/// Why a picture cannot be made.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// A file that the scene names is missing, damaged or holds values that cannot be.
+    #[error("{}: {message}", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// What was found and what was expected.
+        message: String,
+    },
+    /// A VDB file that holds no drops of ours.
+    #[error("{}: no drops in it: expected a grid {expected}, found {}", path.display(), listed(found))]
+    NoDrops {
+        /// The file.
+        path: PathBuf,
+        /// The grid that drops have.
+        expected: String,
+        /// The grids that are there.
+        found: Vec<String>,
+        /// Those of them that may be densities.
+        densities: Vec<String>,
+    },
+    /// Drops that physics does not allow.
+    #[error("{}", with_causes(.0))]
+    Drops(#[source] niji_droplets::Error),
+    /// A scene that cannot be planned.
+    #[error("{}", with_causes(.0))]
+    Plan(#[from] niji_scene::PlanError),
+    /// A scattering table that cannot be made.
+    #[error(transparent)]
+    Scattering(#[from] niji_scatter::Error),
+    /// Air that cannot be.
+    #[error(transparent)]
+    Air(#[from] niji_atmosphere::Error),
+    /// A camera or a spectrum that cannot be: of a scene built in code, never of one that was read.
+    #[error("{0}")]
+    Scene(String),
+    /// More meshes than a picture may have.
+    #[error("found {found} meshes, expected {most} at most: join some")]
+    TooManyMeshes {
+        /// How many.
+        found: usize,
+        /// How many there may be.
+        most: usize,
+    },
+    /// Drops for which there is no room.
+    #[error("{}", with_causes(.0))]
+    Volume(#[from] niji_dropfield::Error),
+    /// Drops that cannot be lit.
+    #[error("{0}")]
+    Light(#[source] niji_render::Error),
+    /// A picture that cannot be rendered, its parts contradicting each other for one.
+    #[error(transparent)]
+    Render(#[from] niji_render::Error),
+    /// No effect that is on sends any light into the picture.
+    #[error(
+        "{scene}: no effect that is on sends any light into the picture: a bow needs drops in view at its \
+         angle and the sun above the horizon, a sky needs air; `niji plan` says what each effect contributes"
+    )]
+    Dark {
+        /// Name of the scene.
+        scene: String,
+    },
+    /// A photograph into which no bow can be set.
+    #[error(transparent)]
+    Photo(#[from] niji_photo::Error),
+    /// A rendered region that is not to be set into a picture of another size.
+    #[error(
+        "found a part of a frame of another size, expected the whole frame or the size of the picture"
+    )]
+    PartOfFrame,
+    /// Whoever watched stopped it.
+    #[error("stopped")]
+    Stopped,
+}
+
+impl Error {
+    /// A file that is missing, damaged or holds values that cannot be.
+    pub(crate) fn file(path: &Path, error: impl std::fmt::Display) -> Self {
+        let message = error.to_string();
+        // Libraries name the path themselves where they open the file: say it once.
+        let named = [
+            format!("{}: ", path.display()),
+            format!("cannot read {}: ", path.display()),
+        ];
+        let unnamed = named.iter().find_map(|name| message.strip_prefix(&**name));
+        Self::File {
+            path: path.to_owned(),
+            message: unnamed.unwrap_or(&message).to_owned(),
+        }
+    }
+
+    pub(crate) fn scene(error: impl std::fmt::Display) -> Self {
+        Self::Scene(error.to_string())
+    }
+}
+
+/// An error and its causes in one line.
+pub fn with_causes(error: &dyn std::error::Error) -> String {
+    let mut text = error.to_string();
+    let mut cause = error.source();
+    while let Some(error) = cause {
+        text += ": ";
+        text += &error.to_string();
+        cause = error.source();
+    }
+    text
+}
+
+fn listed(names: &[String]) -> String {
+    if names.is_empty() {
+        "none".to_owned()
+    } else {
+        names.join(", ")
+    }
+}

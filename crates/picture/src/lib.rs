@@ -1,0 +1,68 @@
+//! A scene becomes a picture in memory.
+//!
+//! ```
+//! use std::path::Path;
+//! use niji_picture::{PlanRequest, PlannedScene, Scene, unwatched};
+//!
+//! let scene = Scene::from_toml(include_str!("../../../data/scenes/paper-c-figure-3.toml"))?;
+//! # let scene = { let mut scene = scene; scene.camera.width_px = 24; scene.camera.height_px = 16; scene };
+//! let folder = Path::new("data/scenes");
+//! let planned = PlannedScene::new(scene, PlanRequest { folder, ..PlanRequest::default() })?;
+//! println!("{}", planned.plan);
+//! let image = planned.picture(&unwatched)?;
+//! let mut png = Vec::new();
+//! image.write_png(&mut png, planned.scene.picture.exposure_ev)?;
+//! # assert!(png.len() > 100);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! A [`PlannedScene`] makes its parts one by one, each a value: drops, Airy's integral, scattering table,
+//! air, surfaces. [`PictureParts`] and [`PictureSettings`] together are [`PictureWork`], which renders any
+//! region. `niji run` writes and reads each as a file in between, and comes to the same bytes. Whoever waits
+//! hears of it by a [`Watch`], and may stop it.
+//!
+//! No file is written here, and nothing but files that a scene names is read.
+
+pub mod air;
+mod background;
+mod composite;
+mod drop_volume;
+mod error;
+mod image;
+mod photo_depth;
+mod picture;
+mod planned_scene;
+pub mod scattering;
+mod sun_volume;
+mod surfaces;
+mod watch;
+
+pub use background::Background;
+pub use background::DEPTH_MAP;
+pub use composite::CardExposure;
+pub use composite::Composite;
+pub use composite::CompositeRequest;
+pub use drop_volume::VolumePart;
+pub use drop_volume::VolumeSource;
+pub use drop_volume::read_drops;
+pub use error::Error;
+pub use error::with_causes;
+pub use image::white_luminance_cd_m2;
+pub use niji_scene::Scene;
+pub use photo_depth::DepthMap;
+pub use photo_depth::Distances;
+pub use photo_depth::EYE_HEIGHT;
+pub use photo_depth::MapValues;
+pub use photo_depth::POSITION_WEIGHT;
+pub use photo_depth::PhotoDepth;
+pub use photo_depth::PhotoDepthRequest;
+pub use picture::PictureParts;
+pub use picture::PictureSettings;
+pub use picture::PictureWork;
+pub use picture::rows_of_step;
+pub use planned_scene::PlanRequest;
+pub use planned_scene::PlannedScene;
+pub use surfaces::DepthFile;
+pub use surfaces::SurfaceFiles;
+pub use watch::Watch;
+pub use watch::unwatched;

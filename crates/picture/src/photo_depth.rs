@@ -1,0 +1,175 @@
+//! How far away the surfaces of a photograph are.
+
+use std::path::Path;
+
+use ndarray::Array2;
+use niji_geometry::PinholeCamera;
+use niji_geometry::PinholeRequest;
+use niji_photo::Anchor;
+use niji_photo::ClusterCount;
+use niji_photo::DepthAlong;
+use niji_photo::DepthKind;
+use niji_photo::Layer;
+use niji_photo::Layers;
+use niji_photo::Photograph;
+use niji_photo::depth_from_values;
+use niji_photo::depth_of_layers;
+use niji_photo::propose_layers;
+use niji_photo::read_depth_values;
+use niji_photo::read_labels;
+use niji_photo::read_layer_distances;
+use niji_photo::upsample_depth;
+use niji_photo::upsample_labels;
+use niji_radiometry::Meters;
+
+use crate::error::Error;
+
+/// Weight of position beside color in layers that are proposed.
+pub const POSITION_WEIGHT: f64 = 0.3;
+/// Height of an eye above level ground (m).
+pub const EYE_HEIGHT: Meters = Meters(1.6);
+
+/// Where distances come from.
+#[derive(Clone, Copy, Debug)]
+pub enum Distances<'a> {
+    /// Layers of similar color, their distances proposed.
+    Proposed {
+        /// How many.
+        count: ClusterCount,
+        /// Of position beside color: 0 for color alone, as published.
+        position_weight: f64,
+        /// Of the eye above level ground.
+        eye_height: Meters,
+    },
+    /// Layers in files.
+    Layers {
+        /// Their distances (TOML).
+        distances: &'a Path,
+        /// Their labels (PNG), of the size of the photograph or smaller.
+        labels: &'a Path,
+    },
+    /// A map in a file.
+    Map(DepthMap<'a>),
+}
+
+/// A depth map from elsewhere.
+#[derive(Clone, Copy, Debug)]
+pub struct DepthMap<'a> {
+    /// EXR with a channel Z, or a grey PNG, whose white is 1.
+    pub path: &'a Path,
+    /// What its values are.
+    pub values: MapValues<'a>,
+    /// What they are measured along.
+    pub along: DepthAlong,
+}
+
+/// What the values of a depth map are; anchors are a column and a row of the photograph with the distance there
+/// in metres.
+#[derive(Clone, Copy, Debug)]
+pub enum MapValues<'a> {
+    /// Distances in this unit (m); 0 and infinity are the sky.
+    Metres(f64),
+    /// Inverse depth of unknown scale and shift, near = large.
+    Inverse(&'a [[f64; 3]]),
+    /// Depth of unknown scale and shift, near = small.
+    Relative(&'a [[f64; 3]]),
+}
+
+/// A photograph and what is known of it.
+#[derive(Clone, Copy, Debug)]
+pub struct PhotoDepthRequest<'a> {
+    /// The photograph.
+    pub photo: &'a Photograph,
+    /// What took it, in the pixels of the photograph.
+    pub camera: PinholeRequest,
+    /// Where distances come from.
+    pub distances: Distances<'a>,
+}
+
+/// Distances along the view rays.
+#[derive(Clone, Debug)]
+pub struct PhotoDepth {
+    /// By row and column of the photograph (m); infinite for the sky.
+    pub depth_m: Array2<f32>,
+    /// The layers that were proposed.
+    pub layers: Option<Layers>,
+}
+
+impl PhotoDepthRequest<'_> {
+    /// Finds them.
+    ///
+    /// # Errors
+    /// Files that are missing, damaged or contradict the photograph; counts, weights and heights out of range.
+    pub fn depth(&self) -> Result<PhotoDepth, Error> {
+        let (depth_m, layers) = match self.distances {
+            Distances::Proposed {
+                count,
+                position_weight,
+                eye_height,
+            } => {
+                let camera = (&pinhole(self.camera)?, eye_height);
+                let layers = propose_layers(&self.photo.light, count, position_weight, camera)?;
+                (depth_of_layers(&layers)?, Some(layers))
+            }
+            Distances::Layers { distances, labels } => (self.of_files(distances, labels)?, None),
+            Distances::Map(map) => (self.of_map(&map)?, None),
+        };
+        Ok(PhotoDepth { depth_m, layers })
+    }
+
+    fn of_files(&self, toml: &Path, png: &Path) -> Result<Array2<f32>, Error> {
+        let distances = read_layer_distances(toml).map_err(|error| Error::file(toml, error))?;
+        let of_labels = |error: niji_photo::Error| Error::file(png, error);
+        let labels = read_labels(png, distances.len()).map_err(of_labels)?;
+        let labels = upsample_labels(&labels, &self.photo.light).map_err(of_labels)?;
+        let layers = distances.into_iter().map(|distance_m| Layer {
+            color: [0.0; 3],
+            share: 0.0,
+            distance_m,
+        });
+        let layers = Layers {
+            labels,
+            layers: layers.collect(),
+        };
+        depth_of_layers(&layers).map_err(|error| Error::file(toml, error))
+    }
+
+    fn of_map(&self, map: &DepthMap) -> Result<Array2<f32>, Error> {
+        let of_map = |error: niji_photo::Error| Error::file(map.path, error);
+        let mut values = read_depth_values(map.path).map_err(of_map)?;
+        let (height, width) = values.dim();
+        let camera = pinhole(PinholeRequest {
+            width_px: width as u32,
+            height_px: height as u32,
+            ..self.camera
+        })?;
+        let anchors = |anchors: &[[f64; 3]]| {
+            let at = |value: f64, n: usize, n_photo: usize| {
+                ((value + 0.5) * n as f64 / n_photo as f64).max(0.0) as usize
+            };
+            let anchors = anchors.iter().map(|[x, y, distance_m]| Anchor {
+                pixel: [
+                    at(*x, width, self.photo.width()),
+                    at(*y, height, self.photo.height()),
+                ],
+                distance_m: *distance_m,
+            });
+            anchors.collect()
+        };
+        let kind = match map.values {
+            MapValues::Inverse(known) => DepthKind::Inverse(anchors(known)),
+            MapValues::Relative(known) => DepthKind::Relative(anchors(known)),
+            MapValues::Metres(unit_m) => {
+                let unit_m = unit_m as f32;
+                values.mapv_inplace(|value| value * unit_m);
+                DepthKind::Metres
+            }
+        };
+        let coarse_m = depth_from_values(&values, &kind, map.along, &camera).map_err(of_map)?;
+        upsample_depth(&coarse_m, &self.photo.light).map_err(of_map)
+    }
+}
+
+fn pinhole(request: PinholeRequest) -> Result<PinholeCamera, Error> {
+    PinholeCamera::new(request).map_err(Error::scene)
+}

@@ -1,0 +1,242 @@
+//! The picture of a scene from its parts.
+
+use std::ops::ControlFlow;
+
+use niji_dropfield::Bricks;
+use niji_dropfield::DropVolume;
+use niji_exchange::AtmosphereTable;
+use niji_exchange::Provenance;
+use niji_exchange::ScatteringTable;
+use niji_exchange::SpectralImage;
+use niji_geometry::PixelRegion;
+use niji_radiometry::WavelengthGrid;
+use niji_render::LitDrops;
+use niji_render::MirroredLight;
+use niji_render::RenderEffects;
+use niji_render::RenderRequest;
+use niji_render::Rendered;
+use niji_render::SunPath;
+use niji_render::Surfaces;
+use niji_render::Toggle;
+use niji_render::render_in_steps;
+use niji_scene::Camera;
+use niji_scene::Effect;
+use niji_scene::Levels;
+use niji_scene::Picture;
+use niji_scene::Spectrum;
+use niji_scene::Stage;
+use niji_scene::Sun;
+use niji_scene::WaterSurface;
+use serde::Serialize;
+
+use crate::error::Error;
+use crate::image;
+use crate::planned_scene::PlannedScene;
+use crate::sun_volume;
+use crate::sun_volume::Allowed;
+use crate::watch::Watch;
+use crate::watch::Watched;
+
+/// Rows or pixels, fifty tiles, of a step for each thread, whichever are fewer: so a thread that is done
+/// first waits for 2 % of a step.
+const ROWS_PER_THREAD: u32 = 25;
+const PIXELS_PER_THREAD: u32 = 12_800;
+
+/// What a picture depends on besides its parts; as JSON, the settings of its file.
+#[derive(Clone, Debug, Serialize)]
+pub struct PictureSettings {
+    /// The eye.
+    pub camera: Camera,
+    /// The light.
+    pub sun: Sun,
+    /// The wavelengths.
+    pub spectrum: Spectrum,
+    /// What is simulated, by name.
+    pub effects: Vec<&'static str>,
+    /// How accurately.
+    pub levels: Levels,
+    /// Largest error of a pixel, relative to the reference luminance, where one is asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<f64>,
+    /// How the preview is shown.
+    pub picture: Picture,
+    /// Water that lights the drops too, where it does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub water_surface: Option<WaterSurface>,
+    /// The same, and what of its light is followed.
+    #[serde(skip)]
+    pub mirrored_water: Option<(WaterSurface, MirroredLight)>,
+    /// What is simulated, as the renderer takes it.
+    #[serde(skip)]
+    pub render_effects: RenderEffects,
+    /// What a tolerance is relative to [cd/m²].
+    #[serde(skip)]
+    pub reference_luminance_cd_m2: f64,
+}
+
+impl PictureSettings {
+    /// What the plan of a scene says.
+    #[must_use]
+    pub fn of(planned: &PlannedScene) -> Self {
+        let (scene, plan) = (&planned.scene, &planned.plan);
+        let on = Effect::ALL.into_iter().filter(|effect| plan.is_on(*effect));
+        let mut render_effects = plan.render_effects();
+        // The level that ignores the sun's path is the shadow left out.
+        if plan.sun_path() == SunPath::Ignore {
+            render_effects.drop_shadow = Toggle::Off;
+        }
+        let mirrored_water = scene.water_surface.zip(plan.mirrored_light());
+        Self {
+            camera: scene.camera,
+            sun: scene.sun,
+            spectrum: scene.spectrum,
+            effects: on.map(Effect::name).collect(),
+            levels: plan.levels,
+            tolerance: planned.tolerance_for_rays(),
+            picture: scene.picture,
+            water_surface: mirrored_water.map(|(surface, _)| surface),
+            mirrored_water,
+            render_effects,
+            reference_luminance_cd_m2: plan.reference_luminance_cd_m2,
+        }
+    }
+
+    /// All pixels of the picture, overscan included.
+    ///
+    /// # Errors
+    /// A camera that cannot be, of a scene that was built in code.
+    pub fn whole(&self) -> Result<PixelRegion, Error> {
+        self.camera.region().map_err(Error::scene)
+    }
+}
+
+/// What a picture is made from.
+#[derive(Clone, Debug)]
+pub struct PictureParts {
+    /// Where drops are.
+    pub drops: DropVolume,
+    /// How they scatter, where a bow is on.
+    pub table: Option<ScatteringTable>,
+    /// The air, where an effect of the air is on.
+    pub air: Option<AtmosphereTable>,
+    /// Surfaces that hide what is behind them.
+    pub surfaces: Option<Surfaces>,
+}
+
+/// A picture with all that its rays need, its drops lit by the sun.
+pub struct PictureWork {
+    settings: PictureSettings,
+    camera: niji_geometry::Camera,
+    wavelengths: WavelengthGrid,
+    sun_irradiance: Vec<f64>,
+    drops: LitDrops,
+    table: Option<ScatteringTable>,
+    air: Option<AtmosphereTable>,
+    surfaces: Option<Surfaces>,
+}
+
+impl PictureWork {
+    /// Lights the drops.
+    ///
+    /// # Errors
+    /// Drops without room for them or their shadow; a camera or a spectrum that cannot be.
+    pub fn new(settings: PictureSettings, parts: PictureParts) -> Result<Self, Error> {
+        let wavelengths = settings.spectrum.grid().map_err(Error::scene)?;
+        Ok(Self {
+            camera: settings.camera.camera().map_err(Error::scene)?,
+            wavelengths,
+            sun_irradiance: settings.sun.irradiance(&wavelengths),
+            drops: lit(&settings, parts.drops)?,
+            table: parts.table,
+            air: parts.air,
+            surfaces: parts.surfaces,
+            settings,
+        })
+    }
+
+    /// What the renderer is asked for.
+    pub fn request(&self, region: PixelRegion) -> RenderRequest<'_> {
+        let settings = &self.settings;
+        RenderRequest {
+            camera: &self.camera,
+            region,
+            sun_direction: settings.sun.direction(),
+            wavelengths: self.wavelengths,
+            sun_irradiance: &self.sun_irradiance,
+            drops: &self.drops,
+            table: self.table.as_ref(),
+            air: self.air.as_ref(),
+            surfaces: self.surfaces.as_ref(),
+            effects: settings.render_effects,
+            levels: settings.levels.render_levels(),
+            tolerance_cd_m2: settings
+                .tolerance
+                .map(|tolerance| tolerance * settings.reference_luminance_cd_m2),
+        }
+    }
+
+    /// What was rendered of a region, as an image.
+    pub fn image(
+        &self,
+        rendered: Rendered,
+        region: PixelRegion,
+        provenance: Provenance,
+    ) -> SpectralImage {
+        let mut image = image::of_rendered(rendered, &self.camera, self.wavelengths);
+        image.windows.data = region;
+        image.provenance = provenance;
+        image
+    }
+
+    /// Renders a region; the image has no provenance.
+    ///
+    /// # Errors
+    /// Parts that contradict each other or the settings; [`Error::Stopped`].
+    pub fn render(&self, region: PixelRegion, watch: Watch) -> Result<SpectralImage, Error> {
+        let watched = Watched::new(Stage::Render, region.n_pixels(), watch);
+        let n_threads = u32::try_from(rayon::current_num_threads()).unwrap_or(u32::MAX);
+        let n_rows = rows_of_step(region, n_threads);
+        let rendered = render_in_steps(
+            &self.request(region),
+            &|n_pixels| {
+                let _ = watched.add(n_pixels);
+            },
+            &mut |_, _| match watched.goes_on() {
+                ControlFlow::Continue(()) => ControlFlow::Continue(n_rows),
+                ControlFlow::Break(()) => ControlFlow::Break(()),
+            },
+        );
+        watched.check()?;
+        Ok(self.image(rendered?, region, Provenance::default()))
+    }
+}
+
+/// Rows of a step of a picture: threads wait for each other at the end of each.
+pub fn rows_of_step(region: PixelRegion, n_threads: u32) -> u32 {
+    let n_rows = ROWS_PER_THREAD.min(PIXELS_PER_THREAD / region.width_px.max(1));
+    n_rows.saturating_mul(n_threads).max(1)
+}
+
+/// Drops in the light of the sun, and of water that mirrors it.
+fn lit(settings: &PictureSettings, volume: DropVolume) -> Result<LitDrops, Error> {
+    // A mode is given back as soon as its bricks stand.
+    let bricks = volume.modes.into_iter();
+    let bricks = bricks.map(|mode| Bricks::build(&mode, settings.levels.interpolation));
+    let bricks = bricks.collect::<Result<Vec<_>, _>>()?;
+    let sun_path = if settings.render_effects.drop_shadow.is_on() {
+        settings.levels.sun_path
+    } else {
+        SunPath::Ignore
+    };
+    let allowed = settings.tolerance.map(|tolerance| Allowed {
+        tolerance,
+        efficiency: settings.levels.drop_extinction.efficiency(),
+    });
+    let sun_direction = settings.sun.direction();
+    let lit = sun_volume::lit(bricks, sun_direction, sun_path, allowed);
+    let lit = lit.and_then(|drops| match settings.mirrored_water {
+        Some((surface, light)) => drops.beside_water(surface.surface(), light, sun_direction),
+        None => Ok(drops),
+    });
+    lit.map_err(Error::Light)
+}

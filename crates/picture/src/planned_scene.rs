@@ -1,0 +1,383 @@
+//! A scene with what it calls for, and its parts made one by one.
+
+use std::fs;
+use std::path::Path;
+use std::path::PathBuf;
+
+use glam::DVec3;
+use ndarray::Array2;
+use niji_airy::AiryTable;
+use niji_dropfield::DropVolume;
+use niji_exchange::AtmosphereTable;
+use niji_exchange::Provenance;
+use niji_exchange::ScatteringTable;
+use niji_exchange::SpectralImage;
+use niji_geometry::PinholeRequest;
+use niji_photo::ClusterCount;
+use niji_photo::DepthAlong;
+use niji_photo::Photograph;
+use niji_radiometry::Radians;
+use niji_render::Surfaces;
+use niji_render::ask_for_memory;
+use niji_scatter::airy_from_file;
+use niji_scatter::airy_to_file;
+use niji_scene::Along;
+use niji_scene::DropSummary;
+use niji_scene::Effect;
+use niji_scene::PhotoExposure;
+use niji_scene::Plan;
+use niji_scene::ScatteringNeed;
+use niji_scene::Scene;
+use niji_scene::Stage;
+use niji_scene::Switch;
+use niji_scene::calls_for_multiple_scattering;
+use niji_scene::plan;
+use niji_scene::tolerance_for_rays;
+
+use crate::air;
+use crate::composite::CardExposure;
+use crate::composite::Composite;
+use crate::composite::CompositeRequest;
+use crate::drop_volume::VolumePart;
+use crate::drop_volume::VolumeSource;
+use crate::error::Error;
+use crate::photo_depth::DepthMap;
+use crate::photo_depth::Distances;
+use crate::photo_depth::EYE_HEIGHT;
+use crate::photo_depth::MapValues;
+use crate::photo_depth::POSITION_WEIGHT;
+use crate::photo_depth::PhotoDepthRequest;
+use crate::picture::PictureParts;
+use crate::picture::PictureSettings;
+use crate::picture::PictureWork;
+use crate::scattering;
+use crate::surfaces::SurfaceFiles;
+use crate::watch::Watch;
+
+/// A scene and what it calls for.
+pub struct PlannedScene {
+    /// Where the files lie that it names.
+    pub folder: PathBuf,
+    /// The scene.
+    pub scene: Scene,
+    /// What it calls for.
+    pub plan: Plan,
+    /// The tolerance that the picture has to keep, where one is asked for.
+    pub tolerance: Option<f64>,
+    /// Its drop volume, where it names one.
+    pub drop_file: Option<PathBuf>,
+    /// What its drop volume is made from, where it names none.
+    pub drop_source: Option<VolumeSource>,
+}
+
+/// How a scene is planned.
+#[derive(Clone, Copy, Debug)]
+pub struct PlanRequest<'a> {
+    /// Where the files lie that the scene names.
+    pub folder: &'a Path,
+    /// A tolerance that the picture has to keep ([`niji_scene::Goal`] gives the scene its levels): light that
+    /// drops scatter more than once is then on where it is called for.
+    pub tolerance: Option<f64>,
+    /// Whether it is a frame of a sequence: what it needs is rounded, so that other frames need the same.
+    pub is_frame: bool,
+}
+
+impl Default for PlanRequest<'_> {
+    /// A scene by itself, its files relative to where the program runs.
+    fn default() -> Self {
+        Self {
+            folder: Path::new(""),
+            tolerance: None,
+            is_frame: false,
+        }
+    }
+}
+
+impl PlannedScene {
+    /// Plans a scene; files of drops are read.
+    ///
+    /// # Errors
+    /// A drop volume that is missing or wrong, or a scene that cannot be planned.
+    pub fn new(mut scene: Scene, request: PlanRequest) -> Result<Self, Error> {
+        let folder = request.folder;
+        let drop_file = scene.drops.file().map(|file| folder.join(file));
+        let drop_source = VolumeSource::of(&scene.drops, folder);
+        let of_file = |drops: DropSummary| {
+            if request.is_frame {
+                drops.with_rounded_sizes()
+            } else {
+                drops
+            }
+        };
+        let drops = match (&drop_file, &drop_source) {
+            (_, Some(source)) => source.summary(of_file)?,
+            (Some(file), None) => {
+                VolumeSource::only(VolumePart::Volume(file.clone())).summary(of_file)?
+            }
+            (None, None) => None,
+        };
+        let mut planned = plan(&scene, drops.clone())?;
+        if let Some(tolerance) = request.tolerance
+            && calls_for_multiple_scattering(&scene, &planned, tolerance)
+        {
+            scene.effects.set(Effect::MultipleScattering, Switch::On);
+            planned = plan(&scene, drops)?;
+        }
+        if request.is_frame {
+            let need = planned.scattering.take();
+            planned.scattering = need.map(ScatteringNeed::with_rounded_directions);
+        }
+        Ok(Self {
+            folder: folder.to_owned(),
+            scene,
+            plan: planned,
+            tolerance: request.tolerance,
+            drop_file,
+            drop_source,
+        })
+    }
+
+    /// The same scene with other switches or levels, planned anew.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn replanned(&self, scene: Scene) -> Result<Self, Error> {
+        let request = PlanRequest {
+            folder: &self.folder,
+            ..PlanRequest::default()
+        };
+        Self::new(scene, request)
+    }
+
+    /// Its drops.
+    ///
+    /// # Errors
+    /// A shape that cannot be; a file that is missing, damaged or has no such grid.
+    pub fn drops(&self) -> Result<DropVolume, Error> {
+        match (&self.drop_source, &self.drop_file) {
+            (Some(source), _) => source.volume(),
+            (None, Some(file)) => VolumePart::Volume(file.clone()).volume(),
+            (None, None) => Ok(DropVolume { modes: Vec::new() }),
+        }
+    }
+
+    /// Airy's integral, where the theory of its scattering table uses it: in f32, as its file has it, so that
+    /// the scattering table is the same from both.
+    ///
+    /// # Errors
+    /// Never.
+    pub fn airy(&self) -> Result<Option<AiryTable>, Error> {
+        if !self.plan.runs(Stage::Airy) {
+            return Ok(None);
+        }
+        let file = airy_to_file(&AiryTable::compute(), Provenance::default());
+        Ok(Some(airy_from_file(&file)?))
+    }
+
+    /// Its scattering table, where it needs one; `airy` is Airy's integral in advance, without which every
+    /// value is computed.
+    ///
+    /// # Errors
+    /// A need that cannot be met; [`Error::Stopped`].
+    pub fn scattering(
+        &self,
+        airy: Option<&AiryTable>,
+        watch: Watch,
+    ) -> Result<Option<ScatteringTable>, Error> {
+        let Some(need) = &self.plan.scattering else {
+            return Ok(None);
+        };
+        let wavelengths = self.scene.spectrum.grid().map_err(Error::scene)?;
+        scattering::table(need, wavelengths, airy, watch).map(Some)
+    }
+
+    /// Its air, where an effect needs it.
+    ///
+    /// # Errors
+    /// Parameters out of their range, of a scene that was built in code.
+    pub fn air(&self) -> Result<Option<AtmosphereTable>, Error> {
+        if !self.plan.runs(Stage::Atmosphere) {
+            return Ok(None);
+        }
+        let table = air::table(&self.scene, self.plan.scattering_orders(&self.scene))?;
+        // In f32, as its file has it: the picture is the same from both.
+        let as_filed = |table: AtmosphereTable| {
+            let file = table.to_file(Provenance::default());
+            AtmosphereTable::from_file(&file).map_err(Error::scene)
+        };
+        table.map(as_filed).transpose()
+    }
+
+    /// Distances of the surfaces of its photograph by row and column (m), where it has one.
+    ///
+    /// # Errors
+    /// A file that is missing or damaged.
+    pub fn photo_depth_m(&self) -> Result<Option<Array2<f32>>, Error> {
+        let (Some(section), camera) = (&self.scene.photo, &self.scene.camera) else {
+            return Ok(None);
+        };
+        let path = self.folder.join(&section.picture);
+        let photo = Photograph::read(&path).map_err(|error| Error::file(&path, error))?;
+        let files = [&section.layers, &section.labels];
+        let files = files.map(|it| it.as_ref().map(|file| self.folder.join(file)));
+        let occluders = self.scene.occluders.as_ref();
+        let map = occluders.and_then(|it| Some((self.folder.join(it.depth.as_ref()?), it.along)));
+        let distances = match (&files, &map) {
+            ([Some(distances), Some(labels)], _) => Distances::Layers { distances, labels },
+            (_, Some((path, along))) => Distances::Map(DepthMap {
+                path,
+                values: MapValues::Metres(1.0),
+                along: match along {
+                    Along::Ray => DepthAlong::Ray,
+                    Along::Axis => DepthAlong::Axis,
+                },
+            }),
+            _ => Distances::Proposed {
+                count: ClusterCount::Criterion,
+                position_weight: POSITION_WEIGHT,
+                eye_height: EYE_HEIGHT,
+            },
+        };
+        let request = PhotoDepthRequest {
+            photo: &photo,
+            camera: PinholeRequest {
+                position: DVec3::ZERO,
+                azimuth: Radians::from_degrees(camera.azimuth_deg),
+                elevation: Radians::from_degrees(camera.elevation_deg),
+                roll: Radians::from_degrees(camera.roll_deg),
+                // A scene with a photograph has a pinhole camera, hence a field of view.
+                horizontal_fov: Radians::from_degrees(
+                    camera.horizontal_fov_deg.unwrap_or_default(),
+                ),
+                width_px: photo.width() as u32,
+                height_px: photo.height() as u32,
+            },
+            distances,
+        };
+        Ok(Some(request.depth()?.depth_m))
+    }
+
+    /// The surfaces that hide what is behind them: those that it names, and those of its photograph, whose
+    /// distances (m) are `photo_depth_m`.
+    ///
+    /// # Errors
+    /// A file that is missing or damaged; distances that are none.
+    pub fn surfaces(&self, photo_depth_m: Option<Array2<f32>>) -> Result<Option<Surfaces>, Error> {
+        let mut files = SurfaceFiles::of_scene(&self.scene, &self.folder);
+        let Some(depth_m) = photo_depth_m else {
+            return files.read(self.scene.camera);
+        };
+        // What a photograph is made from by a map has its distances already.
+        files.depth = None;
+        let photographed = Surfaces::new(depth_m)?;
+        Ok(Some(match files.mesh()? {
+            Some(mesh) => photographed.with_mesh(mesh),
+            None => photographed,
+        }))
+    }
+
+    /// Its photograph with the bow of an image of it, where it has one.
+    ///
+    /// # Errors
+    /// A photograph that is missing or damaged, or an exposure that cannot be told.
+    pub fn composite(
+        &self,
+        image: &SpectralImage,
+        photo_depth_m: Option<Array2<f32>>,
+    ) -> Result<Option<Composite>, Error> {
+        let Some(section) = &self.scene.photo else {
+            return Ok(None);
+        };
+        let request = CompositeRequest {
+            photo: &self.folder.join(&section.picture),
+            depth_m: photo_depth_m,
+            plate_primaries: None,
+            primaries: None,
+            exposure: match (section.white_card, section.exposure) {
+                (Some(value), _) => CardExposure::Value(value),
+                (None, PhotoExposure::Match) => CardExposure::Match,
+                (None, PhotoExposure::Camera) => CardExposure::Camera,
+            },
+            scales_to_white: false,
+        };
+        request.with_bow(image).map(Some)
+    }
+
+    /// Its picture, of all pixels.
+    ///
+    /// # Errors
+    /// As its parts; [`Error::Stopped`].
+    pub fn picture(&self, watch: Watch) -> Result<SpectralImage, Error> {
+        let parts = PictureParts {
+            drops: self.drops()?,
+            table: self.scattering(self.airy()?.as_ref(), watch)?,
+            air: self.air()?,
+            surfaces: self.surfaces(self.photo_depth_m()?)?,
+        };
+        let settings = PictureSettings::of(self);
+        let whole = settings.whole()?;
+        PictureWork::new(settings, parts)?.render(whole, watch)
+    }
+
+    /// What the estimated error of a pixel may be before it gets more rays, relative to the reference
+    /// luminance; `None` where no tolerance was asked for.
+    pub fn tolerance_for_rays(&self) -> Option<f64> {
+        self.tolerance.map(tolerance_for_rays)
+    }
+
+    /// Refuses whatever would be refused later.
+    ///
+    /// # Errors
+    /// As [`Self::check_light`], [`Self::check_inputs`] and [`Self::check_memory`].
+    pub fn check(&self) -> Result<(), Error> {
+        self.check_light()?;
+        self.check_inputs()?;
+        self.check_memory()
+    }
+
+    /// Refuses a scene without a table, or without a file that it names.
+    ///
+    /// # Errors
+    /// A scattering table that cannot be made, for one because it is too large; a file that is not there.
+    pub fn check_inputs(&self) -> Result<(), Error> {
+        if let Some(error) = &self.plan.table_refused {
+            return Err(Error::Scattering(error.clone()));
+        }
+        let (photo, occluders) = (self.scene.photo.iter(), self.scene.occluders.iter());
+        let of_photo = photo.flat_map(|it| [&it.layers, &it.labels].into_iter().flatten());
+        let maps = occluders.clone().filter_map(|it| it.depth.as_ref());
+        let meshes = occluders.flat_map(|it| it.meshes.iter().map(|mesh| &mesh.file));
+        for file in of_photo.chain(maps).chain(meshes) {
+            let path = self.folder.join(file);
+            fs::metadata(&path).map_err(|error| Error::file(&path, error))?;
+        }
+        Ok(())
+    }
+
+    /// Refuses a picture for which memory cannot be had, in the words of the renderer.
+    ///
+    /// # Errors
+    /// [`niji_render::Error::Memory`].
+    pub fn check_memory(&self) -> Result<(), Error> {
+        let region = self.scene.camera.region().map_err(Error::scene)?;
+        let mut stages = self.plan.stages.iter();
+        let picture = stages.find(|planned| planned.stage == Stage::Render);
+        // Its file at most, as numbers lie in memory.
+        let bytes = picture.and_then(|planned| planned.estimate.file_bytes);
+        let size_px = (region.width_px, region.height_px);
+        Ok(ask_for_memory(size_px, bytes.unwrap_or(0))?)
+    }
+
+    /// Refuses a scene that sends no light at all.
+    ///
+    /// # Errors
+    /// [`Error::Dark`].
+    pub fn check_light(&self) -> Result<(), Error> {
+        if self.plan.is_dark() {
+            return Err(Error::Dark {
+                scene: self.scene.name.clone(),
+            });
+        }
+        Ok(())
+    }
+}

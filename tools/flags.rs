@@ -1,0 +1,128 @@
+//! The flags that all subcommands share, and values as people type them.
+
+use clap::Args;
+use clap::ValueEnum;
+use niji_scene::Goal;
+use niji_scene::Preset;
+
+use crate::output::Existing;
+use crate::progress::Verbosity;
+use crate::stages::Manner;
+
+/// Flags of every subcommand.
+#[derive(Debug, Args)]
+#[allow(clippy::struct_excessive_bools, reason = "flags of a command line")]
+#[command(next_help_heading = "Common options")]
+pub(crate) struct Common {
+    /// Replace files that exist.
+    #[arg(long, global = true)]
+    pub force: bool,
+    /// Threads to use [default: all cores]; the result does not depend on it.
+    #[arg(long, global = true, value_name = "N", value_parser = thread_count)]
+    pub threads: Option<usize>,
+    /// Accuracy preset, instead of the scene's.
+    #[arg(long, global = true, value_name = "PRESET")]
+    pub accuracy: Option<PresetName>,
+    /// Tolerance instead of the scene's: RMSE of luminance over that of a gray card in the sun. Levels
+    /// follow from it, but for those that the scene or --accuracy names, and pixels get more rays where
+    /// they need them; a picture that misses it ends with code 5.
+    #[arg(long, global = true, value_name = "T", value_parser = tolerance)]
+    pub tolerance: Option<f64>,
+    /// Results as JSON on standard output.
+    #[arg(long, global = true)]
+    pub json: bool,
+    /// Only errors on standard error.
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    pub quiet: bool,
+    /// Say what each stage decides.
+    #[arg(short, long, global = true)]
+    pub verbose: bool,
+}
+
+impl Common {
+    /// How much to print on standard error.
+    #[must_use]
+    pub(crate) fn verbosity(&self) -> Verbosity {
+        match (self.quiet, self.verbose) {
+            (true, _) => Verbosity::Quiet,
+            (false, true) => Verbosity::Verbose,
+            (false, false) => Verbosity::Normal,
+        }
+    }
+
+    /// What is asked of the picture.
+    #[must_use]
+    pub(crate) fn goal(&self) -> Goal {
+        Goal {
+            preset: self.accuracy.map(Preset::from),
+            tolerance: self.tolerance,
+        }
+    }
+
+    /// How stages are run.
+    #[must_use]
+    pub(crate) fn manner(&self) -> Manner {
+        let existing = if self.force {
+            Existing::Replace
+        } else {
+            Existing::Refuse
+        };
+        Manner {
+            existing,
+            verbosity: self.verbosity(),
+        }
+    }
+}
+
+/// The presets by the name they have on the command line.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum PresetName {
+    /// For layout: seconds.
+    Draft,
+    /// For pictures.
+    Standard,
+    /// The most accurate level of every stage.
+    Reference,
+}
+
+impl From<PresetName> for Preset {
+    fn from(name: PresetName) -> Self {
+        match name {
+            PresetName::Draft => Self::Draft,
+            PresetName::Standard => Self::Standard,
+            PresetName::Reference => Self::Reference,
+        }
+    }
+}
+
+fn thread_count(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(n_threads) if (1..=1024).contains(&n_threads) => Ok(n_threads),
+        _ => Err(format!(
+            "found {text}, expected a number of threads from 1 to 1024"
+        )),
+    }
+}
+
+fn tolerance(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(value) if value > 0.0 && value <= 1.0 => Ok(value),
+        _ => Err(format!(
+            "found {text}, expected a tolerance above 0 and at most 1, say 0.01"
+        )),
+    }
+}
+
+/// A list of numbers as people type it: `1,2.5,3e-2`.
+///
+/// # Errors
+/// The entry that is not a finite number.
+pub(crate) fn numbers(text: &str) -> Result<Vec<f64>, String> {
+    text.split([',', ' ', '\n', '\t', '\r'])
+        .filter(|entry| !entry.is_empty())
+        .map(|entry| match entry.parse::<f64>() {
+            Ok(value) if value.is_finite() => Ok(value),
+            _ => Err(format!("found {entry:?}, expected a finite number")),
+        })
+        .collect()
+}
