@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 use niji_airy::airy_integral_with_derivative;
 
-use super::line;
+use super::csv::line;
 use crate::failure::Failure;
 use crate::flags::numbers;
 

@@ -8,8 +8,8 @@ use niji_ice::ice_absorption_per_m;
 use niji_ice::one_crossing;
 use niji_radiometry::Nanometers;
 
-use super::line;
-use super::wavelengths_nm;
+use super::csv::line;
+use super::csv::wavelengths_nm;
 use crate::failure::Failure;
 
 /// Share of light that passes a cube of pure ice once: in anywhere by the cosine law, straight to

@@ -8,8 +8,8 @@ use niji_radiometry::air_refractive_index;
 use niji_radiometry::ice_refractive_index;
 use niji_radiometry::sea_water_refractive_index;
 
-use super::line;
-use super::wavelengths_nm;
+use super::csv::line;
+use super::csv::wavelengths_nm;
 use crate::failure::Failure;
 
 /// Refractive indices: of water and sea water relative to air, of air and ice relative to vacuum.

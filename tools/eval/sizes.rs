@@ -9,7 +9,7 @@ use niji_sizes::SizeLaw;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::line;
+use super::csv::line;
 use crate::failure::Failure;
 use crate::schema_flags;
 use crate::schema_flags::Flags;

@@ -3,7 +3,7 @@
 use clap::Args;
 use niji_scene::Moment;
 
-use super::line;
+use super::csv::line;
 use crate::check::time;
 use crate::failure::Failure;
 

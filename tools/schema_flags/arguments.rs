@@ -5,9 +5,9 @@ use clap::builder::PossibleValue;
 use clap::builder::PossibleValuesParser;
 use serde_json::Value;
 
-use super::Field;
-use super::Kind;
-use super::Variant;
+use super::field::Field;
+use super::field::Kind;
+use super::field::Variant;
 use crate::flags::numbers;
 
 /// Units by the ending of a key, the longer of two that fit first.

@@ -9,6 +9,7 @@
 //! 3. of an enum of plain numbers, each variant is a flag and one of them may be given.
 
 mod arguments;
+mod field;
 mod schema;
 mod values;
 
@@ -20,51 +21,9 @@ use serde_json::Value;
 
 use crate::failure::Failure;
 
-/// The fields of a struct as flags.
-#[derive(Clone, Debug)]
-pub(crate) struct Flags {
-    fields: Vec<Field>,
-}
-
-/// A variant of an enum of structs.
-#[derive(Clone, Debug)]
-pub(crate) struct Variant {
-    /// Its name in files and on the command line.
-    pub(crate) name: String,
-    /// What it is.
-    pub(crate) about: String,
-    /// Its fields.
-    pub(crate) flags: Flags,
-}
-
-/// A field of a struct.
-#[derive(Clone, Debug)]
-struct Field {
-    key: String,
-    flag: String,
-    help: String,
-    is_required: bool,
-    default: Option<Value>,
-    kind: Kind,
-}
-
-/// What a field holds.
-#[derive(Clone, Debug)]
-enum Kind {
-    Number,
-    WholeNumber,
-    Text,
-    /// A list of so many numbers.
-    Numbers(usize),
-    /// One of some names, each with what it means.
-    Name(Vec<(String, String)>),
-    /// A struct.
-    Group(Vec<Field>),
-    /// One of some structs.
-    Choice(Vec<Variant>),
-    /// One of some plain numbers.
-    OneOf(Vec<Field>),
-}
+pub(crate) use field::Flags;
+pub(crate) use field::Variant;
+use field::flagged;
 
 impl Flags {
     /// The fields of a struct.
@@ -115,22 +74,6 @@ pub(crate) fn variants<T: JsonSchema>() -> Vec<Variant> {
 /// A number beyond the range of its type.
 pub(crate) fn read<T: DeserializeOwned>(value: Value) -> Result<T, Failure> {
     serde_json::from_value(value).map_err(|error| Failure::Usage(error.to_string()))
-}
-
-/// The fields that have a flag of their own, at any depth.
-fn flagged(fields: &[Field]) -> Box<dyn Iterator<Item = &Field> + '_> {
-    Box::new(fields.iter().flat_map(|field| match &field.kind {
-        Kind::Group(inner) | Kind::OneOf(inner) => flagged(inner),
-        Kind::Choice(variants) => {
-            let inner = variants
-                .iter()
-                .flat_map(|variant| flagged(&variant.flags.fields));
-            Box::new(std::iter::once(field).chain(inner))
-        }
-        Kind::Number | Kind::WholeNumber | Kind::Text | Kind::Numbers(_) | Kind::Name(_) => {
-            Box::new(std::iter::once(field))
-        }
-    }))
 }
 
 #[cfg(test)]

@@ -5,10 +5,10 @@ use schemars::generate::SchemaSettings;
 use serde_json::Map;
 use serde_json::Value;
 
-use super::Field;
-use super::Flags;
-use super::Kind;
-use super::Variant;
+use super::field::Field;
+use super::field::Flags;
+use super::field::Kind;
+use super::field::Variant;
 
 /// The schema of a type, with every type inside written out in its place.
 pub(super) fn of<T: JsonSchema>() -> Value {

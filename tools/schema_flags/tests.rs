@@ -3,6 +3,8 @@ use niji_droplets::Shape;
 use niji_sizes::SizeLaw;
 use serde_json::json;
 
+use super::field::Field;
+use super::field::Kind;
 use super::*;
 
 /// The command of a shape.

@@ -4,10 +4,10 @@ use clap::ArgMatches;
 use serde_json::Map;
 use serde_json::Value;
 
-use super::Field;
-use super::Kind;
-use super::Variant;
-use super::flagged;
+use super::field::Field;
+use super::field::Kind;
+use super::field::Variant;
+use super::field::flagged;
 use crate::failure::Failure;
 
 /// The object of a struct's fields; those not given are left to the struct's own defaults.

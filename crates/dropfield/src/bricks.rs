@@ -18,6 +18,9 @@
 
 mod m2_row;
 
+use schemars::JsonSchema;
+use serde::Deserialize;
+use serde::Serialize;
 use std::ops::Add;
 use std::ops::Mul;
 
@@ -72,7 +75,8 @@ pub(crate) const MOST_CELLS: f64 = FIXED_POINT;
 pub(crate) const NO_BRICK: u32 = u32::MAX;
 
 /// What is interpolated between nodes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum Interpolation {
     /// Radius and number density, each on its own, as published systems do it. Lanes: radius (um),
     /// number density (1/m³), effective variance, optical depth.

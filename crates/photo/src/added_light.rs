@@ -16,7 +16,7 @@ use niji_radiometry::xyz_to_linear_rec709;
 
 use crate::compositing::AddedLight;
 use crate::error::Error;
-use crate::photograph::LinearPicture;
+use crate::linear_picture::LinearPicture;
 use crate::picture_files::to_f32;
 
 /// AOVs whose light is added, and whether an image must have them.

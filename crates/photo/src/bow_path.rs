@@ -11,7 +11,7 @@ use niji_geometry::PinholeCamera;
 use niji_radiometry::Radians;
 
 use crate::bow_fit::across_and_up;
-use crate::photograph::LinearPicture;
+use crate::linear_picture::LinearPicture;
 
 /// Steps around the circle: a quarter of a degree, straight to a hundredth of a pixel in 6000.
 const N_STEPS: usize = 1440;

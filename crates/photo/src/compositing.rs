@@ -12,7 +12,7 @@ use ndarray::Zip;
 use niji_geometry::PixelRegion;
 
 use crate::error::Error;
-use crate::photograph::LinearPicture;
+use crate::linear_picture::LinearPicture;
 use crate::resample::mix_colors;
 use crate::resample::mix_numbers;
 use crate::resample::nearest;

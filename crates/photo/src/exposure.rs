@@ -13,7 +13,7 @@ use ndarray::parallel::prelude::*;
 use crate::compositing::check_gain;
 use crate::error::Error;
 use crate::exif_notes::ExifNotes;
-use crate::photograph::LinearPicture;
+use crate::linear_picture::LinearPicture;
 
 /// Reflectance of the mean scene, that of a grey card.
 const GREY: f64 = 0.18;

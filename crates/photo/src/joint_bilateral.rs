@@ -12,8 +12,8 @@ use ndarray::Zip;
 
 use crate::compositing::check_size;
 use crate::error::Error;
+use crate::linear_picture::LinearPicture;
 use crate::perceptual::oklab;
-use crate::photograph::LinearPicture;
 use crate::resample::same_shape;
 
 /// Reach of the sum, pixels of the coarse map.

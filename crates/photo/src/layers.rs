@@ -20,9 +20,9 @@ use crate::k_means::Feature;
 use crate::k_means::k_means;
 use crate::k_means::k_means_by_criterion;
 use crate::k_means::nearest_center;
+use crate::linear_picture::LinearPicture;
 use crate::perceptual::from_oklab;
 use crate::perceptual::oklab;
-use crate::photograph::LinearPicture;
 
 /// Most pixels of the grid on which clusters are found.
 const MOST_SAMPLES: usize = 40_000;

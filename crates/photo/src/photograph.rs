@@ -24,19 +24,15 @@ use rayon::prelude::*;
 use crate::error::Error;
 use crate::exif_notes::ExifNotes;
 use crate::jpeg_end::has_end_of_image;
+use crate::linear_picture::LinearPicture;
+use crate::linear_picture::MOST_PIXELS;
+use crate::linear_picture::check_size;
 use crate::plate;
 
-/// Most pixels that are read: a square of 16384.
-pub(crate) const MOST_PIXELS: u64 = 1 << 28;
-/// Most pixels in a byte of a file: deflate packs at most 1032 bytes into one, of 8 pixels each.
-pub(crate) const MOST_PIXELS_PER_BYTE: u64 = 8 * 1032;
 /// Memory that a decoder may ask for, in bytes: 16 for each of [`MOST_PIXELS`].
 const MOST_DECODER_BYTES: u64 = 16 * MOST_PIXELS;
 /// First bytes of an EXR file.
 const EXR_MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
-
-/// Linear Rec.709 by row and column.
-pub type LinearPicture = Array2<[f32; 3]>;
 
 /// What the values of a picture mean.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -96,21 +92,6 @@ impl Photograph {
     pub fn height(&self) -> usize {
         self.light.nrows()
     }
-}
-
-/// Refuses sizes that no sound file of this length has.
-pub(crate) fn check_size(width: u64, height: u64, file_bytes: u64) -> Result<(), Error> {
-    let most = MOST_PIXELS.min(file_bytes.saturating_mul(MOST_PIXELS_PER_BYTE));
-    let n_pixels = width.saturating_mul(height);
-    if n_pixels == 0 || n_pixels > most {
-        return Err(Error::TooLarge {
-            width,
-            height,
-            file_bytes,
-            most,
-        });
-    }
-    Ok(())
 }
 
 fn read_coded(file: File, file_bytes: u64) -> Result<Photograph, Error> {

@@ -36,7 +36,7 @@ use niji_radiometry::srgb_encode;
 use rayon::prelude::*;
 
 use crate::error::Error;
-use crate::photograph::LinearPicture;
+use crate::linear_picture::LinearPicture;
 
 /// Quality of JPEG files, 1 to 100.
 const JPEG_QUALITY: u8 = 92;

@@ -13,7 +13,7 @@ use crate::compositing::AddedLight;
 use crate::compositing::check_size;
 use crate::error::Error;
 use crate::exposure::luminance;
-use crate::photograph::LinearPicture;
+use crate::linear_picture::LinearPicture;
 
 /// The ring inside, degrees from the bow.
 const INSIDE_DEG: (f64, f64) = (-6.0, -2.0);

@@ -44,7 +44,7 @@ pub fn read_picture_provenance(path: &Path) -> Result<Option<Provenance>, Error>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::photograph::LinearPicture;
+    use crate::linear_picture::LinearPicture;
     use crate::picture_files::write_png;
     use crate::write_depth_map;
     use ndarray::Array2;

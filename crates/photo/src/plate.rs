@@ -24,8 +24,8 @@ use niji_radiometry::RgbPrimaries;
 use crate::compositing::check_size as check_size_of_plane;
 use crate::depth_map::metres;
 use crate::error::Error;
-use crate::photograph::LinearPicture;
-use crate::photograph::check_size;
+use crate::linear_picture::LinearPicture;
+use crate::linear_picture::check_size;
 use crate::picture_files::to_f32;
 
 /// Name of the attribute with the unit of a part, in the images of `niji render`.

@@ -5,18 +5,23 @@
 //! and sun volume on both sides (`cargo bench -p niji-render`, November 2026).
 
 use niji_geometry::Aabb;
+use schemars::JsonSchema;
+use serde::Deserialize;
+use serde::Serialize;
 
 use crate::drop_orders::n_paths;
 use crate::sun_sweep::fitting_voxel_m;
 
 /// How the integral along a view ray through the drops is taken.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Integration {
     /// The literal sum of equal steps with the midpoint rule, the published form:
     /// L = dt sum_i I(a(x_i), theta) rho(x_i). The last step ends at the face of the volume.
     /// Steps of 3 m, a voxel of the gradient: 9e-4 and 6e-5.
     FixedStep {
         /// Length of a step in metres.
+        #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e7))]
         step_m: f64,
     },
     /// Cell by cell, exact for the interpolated moments: the optical depth of a cell is the integral
@@ -31,12 +36,14 @@ pub enum Integration {
     /// 1e-2: 1.5e-3 and 7e-6.
     Adaptive {
         /// Largest relative error of the light of a piece, 1e-12..1.
+        #[schemars(range(min = 1e-12, max = 1.0))]
         relative_error: f64,
     },
 }
 
 /// Which part of the extinction of drops is taken out of the picture, sigma = Q pi M2.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum DropExtinctionModel {
     /// Q = 1: half of a large drop's extinction is diffraction into a lobe narrower than the bow,
     /// and that light does not leave the picture.
@@ -56,7 +63,8 @@ impl DropExtinctionModel {
 }
 
 /// How the optical depth of the drops towards the sun is found.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum SunPath {
     /// Drops cast no shadow on drops.
     Ignore,
@@ -65,11 +73,13 @@ pub enum SunPath {
     /// error 3e-5. After n layers the edge of a sharp shadow is spread over 0.4 sqrt(n) voxels.
     Volume {
         /// Distance of the nodes in metres.
+        #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e7))]
         voxel_m: f64,
     },
     /// A march from every node of the drops to the sun, with the midpoint rule.
     March {
         /// Length of a step in metres.
+        #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e7))]
         step_m: f64,
     },
 }
@@ -88,7 +98,8 @@ impl SunPath {
 }
 
 /// How much air lies on a path.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum AirPath {
     /// The density at the eye along every view ray, and the eye's own way to the sun for all points:
     /// for scenes that are small against the scale height of the air.
@@ -96,11 +107,13 @@ pub enum AirPath {
     /// Equal steps with the midpoint rule, the published form.
     Midpoint {
         /// Steps on each path.
+        #[schemars(range(min = 1, max = 1_000_000))]
         n_steps: usize,
     },
     /// Gauss-Legendre nodes, on the way to the sun after the substitution s = D u^2.
     Quadrature {
         /// Nodes on each path.
+        #[schemars(range(min = 1, max = 256))]
         n_nodes: usize,
     },
     /// Columns and profiles that were integrated when the air table was made.
@@ -108,7 +121,8 @@ pub enum AirPath {
 }
 
 /// What shines behind the drops.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum SkyModel {
     /// Black.
     None,
@@ -121,7 +135,8 @@ pub enum SkyModel {
 }
 
 /// How often light is scattered by drops.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum DropOrders {
     /// Once.
     SingleScattering,
@@ -129,8 +144,10 @@ pub enum DropOrders {
     /// on two lattices of view directions, a coarse one with many and one four times as fine with few.
     MultipleScattering {
         /// Directions along both sides of the coarse lattice, 2 to 128.
+        #[schemars(range(min = 2, max = 128))]
         nodes_across: usize,
         /// Paths from each direction of it and each quarter of the light seen there, 2 to 2^20.
+        #[schemars(range(min = 2, max = 1_048_576))]
         paths_per_node: usize,
     },
 }
@@ -149,7 +166,8 @@ impl DropOrders {
 }
 
 /// What of a pixel is seen.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum PixelFootprint {
     /// The ray through its center.
     Center,
@@ -159,6 +177,7 @@ pub enum PixelFootprint {
     /// n x n rays.
     Grid {
         /// Rays along a side of the pixel.
+        #[schemars(range(min = 1, max = 64))]
         n: u32,
     },
 }

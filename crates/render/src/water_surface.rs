@@ -15,6 +15,9 @@ use niji_geometry::Ray;
 use niji_radiometry::Radians;
 use niji_radiometry::Water;
 use niji_radiometry::WavelengthGrid;
+use schemars::JsonSchema;
+use serde::Deserialize;
+use serde::Serialize;
 
 use crate::error::Error;
 use crate::sun_streak::SunStreak;
@@ -39,7 +42,8 @@ pub struct WaterSurface {
 }
 
 /// What of the light that water mirrors is followed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum MirroredLight {
     /// Its irradiance alone, as if it were natural light. The bow errs by P_w P_b cos 2 chi, `P_w` and
     /// `P_b` degrees of polarization of the mirrored light and of the bow, chi the clock angle from its top:

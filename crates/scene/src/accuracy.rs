@@ -19,9 +19,8 @@ use serde::Deserialize;
 use serde::Serialize;
 
 use crate::effect::Effect;
+use crate::effect::EffectSwitches;
 use crate::effect::Switch;
-use crate::level_names;
-use crate::scene::Scene;
 
 /// A named set of levels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
@@ -111,37 +110,24 @@ pub struct Levels {
     /// Largest error of the interpolated scattering table, relative to its maximum.
     pub table_relative_error: f64,
     /// The integral along the view ray.
-    #[serde(with = "level_names::IntegrationName")]
     pub integration: Integration,
     /// What is interpolated between the nodes of the drop volume.
-    #[serde(with = "level_names::InterpolationName")]
     pub interpolation: Interpolation,
     /// Which part of the drops' extinction leaves the picture.
-    #[serde(with = "level_names::DropExtinctionName")]
     pub drop_extinction: DropExtinctionModel,
     /// Light scattered by more than one drop; not written where that effect is off.
-    #[serde(
-        with = "level_names::DropOrdersName",
-        skip_serializing_if = "is_single_scattering"
-    )]
+    #[serde(skip_serializing_if = "is_single_scattering")]
     pub drop_orders: DropOrders,
     /// The drops' optical depth towards the sun.
-    #[serde(with = "level_names::SunPathName")]
     pub sun_path: SunPath,
     /// The air's optical depths.
-    #[serde(with = "level_names::AirPathName")]
     pub air_path: AirPath,
     /// What shines behind the drops.
-    #[serde(with = "level_names::SkyName")]
     pub sky: SkyModel,
     /// What of a pixel is seen.
-    #[serde(with = "level_names::PixelFootprintName")]
     pub pixel_footprint: PixelFootprint,
     /// What of the light that water mirrors is followed; written where it is not all.
-    #[serde(
-        with = "level_names::MirroredLightName",
-        skip_serializing_if = "is_polarized"
-    )]
+    #[serde(skip_serializing_if = "is_polarized")]
     pub mirrored_light: MirroredLight,
 }
 
@@ -230,76 +216,31 @@ pub struct Accuracy {
     #[schemars(range(min = 1e-6, max = 0.5))]
     pub table_relative_error: Option<f64>,
     /// Replaces the preset's integration.
-    #[serde(
-        default,
-        skip_serializing_if = "Option::is_none",
-        with = "level_names::integration"
-    )]
-    #[schemars(with = "Option<level_names::IntegrationName>")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub integration: Option<Integration>,
     /// Replaces the preset's interpolation.
-    #[serde(
-        default,
-        skip_serializing_if = "Option::is_none",
-        with = "level_names::interpolation"
-    )]
-    #[schemars(with = "Option<level_names::InterpolationName>")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub interpolation: Option<Interpolation>,
     /// Replaces the preset's extinction of drops.
-    #[serde(
-        default,
-        skip_serializing_if = "Option::is_none",
-        with = "level_names::drop_extinction"
-    )]
-    #[schemars(with = "Option<level_names::DropExtinctionName>")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drop_extinction: Option<DropExtinctionModel>,
     /// Replaces the preset's orders of scattering by drops, where that effect is on.
-    #[serde(
-        default,
-        skip_serializing_if = "Option::is_none",
-        with = "level_names::drop_orders"
-    )]
-    #[schemars(with = "Option<level_names::DropOrdersName>")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drop_orders: Option<DropOrders>,
     /// Replaces the preset's path through the drops to the sun.
-    #[serde(
-        default,
-        skip_serializing_if = "Option::is_none",
-        with = "level_names::sun_path"
-    )]
-    #[schemars(with = "Option<level_names::SunPathName>")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sun_path: Option<SunPath>,
     /// Replaces the preset's path through the air.
-    #[serde(
-        default,
-        skip_serializing_if = "Option::is_none",
-        with = "level_names::air_path"
-    )]
-    #[schemars(with = "Option<level_names::AirPathName>")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub air_path: Option<AirPath>,
     /// Replaces the preset's sky.
-    #[serde(
-        default,
-        skip_serializing_if = "Option::is_none",
-        with = "level_names::sky"
-    )]
-    #[schemars(with = "Option<level_names::SkyName>")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sky: Option<SkyModel>,
     /// Replaces the preset's pixel footprint.
-    #[serde(
-        default,
-        skip_serializing_if = "Option::is_none",
-        with = "level_names::pixel_footprint"
-    )]
-    #[schemars(with = "Option<level_names::PixelFootprintName>")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pixel_footprint: Option<PixelFootprint>,
     /// Replaces the polarization of the light that water mirrors by that of natural light.
-    #[serde(
-        default,
-        skip_serializing_if = "Option::is_none",
-        with = "level_names::mirrored_light"
-    )]
-    #[schemars(with = "Option<level_names::MirroredLightName>")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mirrored_light: Option<MirroredLight>,
 }
 
@@ -364,14 +305,14 @@ impl Accuracy {
 }
 
 /// The exact theory of a scene: Lorenz-Mie, or, because that holds all orders at once, the Debye series
-/// where the scene leaves one of them out.
-pub(crate) fn exact_theory(scene: &Scene) -> Theory {
+/// where one of them is switched off.
+pub(crate) fn exact_theory(effects: &EffectSwitches) -> Theory {
     let orders = [
         Effect::PrimaryBow,
         Effect::SecondaryBow,
         Effect::HigherOrders,
     ];
-    let is_off = |order: &Effect| scene.effects.of(*order) == Switch::Off;
+    let is_off = |order: &Effect| effects.of(*order) == Switch::Off;
     if orders.iter().any(is_off) {
         Theory::Debye { max_order: 7 }
     } else {

@@ -13,6 +13,7 @@
 
 mod fault;
 mod named;
+mod place;
 mod table;
 
 use std::collections::BTreeMap;
@@ -31,6 +32,10 @@ use named::NamedTable;
 pub(crate) use named::Naming;
 use named::UnitName;
 pub(crate) use named::naming;
+use place::Place;
+use place::Source;
+use place::join;
+pub(crate) use place::section_of;
 use table::Entries;
 use table::Items;
 use table::Only;
@@ -85,68 +90,6 @@ fn collect_lines(
         let child_path = join(path, key.get_ref());
         lines.insert(child_path.clone(), source.line(key.span().start));
         collect_lines(child, &child_path, source, lines);
-    }
-}
-
-/// Path of `key` below `path`.
-fn join(path: &str, key: &str) -> String {
-    if path.is_empty() {
-        key.to_string()
-    } else {
-        format!("{path}.{key}")
-    }
-}
-
-/// Where the lines of the text begin.
-struct Source {
-    line_starts: Vec<usize>,
-}
-
-impl Source {
-    fn new(text: &str) -> Self {
-        let after_breaks = text.match_indices('\n').map(|(offset, _)| offset + 1);
-        Self {
-            line_starts: std::iter::once(0).chain(after_breaks).collect(),
-        }
-    }
-
-    /// Line, from 1, that holds the byte at `offset`.
-    fn line(&self, offset: usize) -> usize {
-        self.line_starts.partition_point(|&start| start <= offset)
-    }
-
-    fn syntax_error(&self, error: &toml::de::Error) -> SceneError {
-        let offset = error.span().map_or(0, |span| span.start);
-        SceneError::Syntax {
-            line: self.line(offset),
-            message: error.message().replace('\n', "; "),
-        }
-    }
-}
-
-/// A place in the document, to be named in messages.
-#[derive(Clone)]
-struct Place<'a> {
-    source: &'a Source,
-    path: String,
-    line: usize,
-}
-
-/// A section as a reader would call it: `[sun]`, or one of a list, as `drops[1]`.
-pub(crate) fn section_of(path: &str) -> String {
-    if path.is_empty() {
-        "the top level".to_string()
-    } else if path.ends_with(']') {
-        path.to_string()
-    } else {
-        format!("[{path}]")
-    }
-}
-
-impl Place<'_> {
-    /// Gives an error that does not know its place yet this one.
-    fn locate<T>(&self, result: Result<T, Fault>) -> Result<T, Fault> {
-        result.map_err(|fault| fault.located(self))
     }
 }
 

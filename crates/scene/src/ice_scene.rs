@@ -26,7 +26,6 @@ use crate::check::Check;
 use crate::check::TURNS_DEG;
 use crate::document;
 use crate::error::SceneError;
-use crate::level_names;
 use crate::scene::FORMAT;
 use crate::sections::Picture;
 use crate::sections::Spectrum;
@@ -172,12 +171,7 @@ pub struct IceAccuracy {
     #[serde(default)]
     pub seed: u64,
     /// How often the air scatters the light of its sky: all orders where it is left out.
-    #[serde(
-        default,
-        with = "level_names::sky",
-        skip_serializing_if = "Option::is_none"
-    )]
-    #[schemars(with = "Option<level_names::SkyName>")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sky: Option<SkyModel>,
 }
 

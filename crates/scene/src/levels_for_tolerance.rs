@@ -81,7 +81,7 @@ pub fn levels_for_tolerance(scene: &Scene, tolerance: f64) -> Accuracy {
         relative_error: (OF_INTEGRAL * allowed).max(LEAST_INTEGRAL_ERROR),
     };
     let theory: Option<Theory> = match preset {
-        Preset::Reference => Some(exact_theory(scene)),
+        Preset::Reference => Some(exact_theory(&scene.effects)),
         Preset::Draft | Preset::Standard => None,
     };
     Accuracy {

@@ -7,15 +7,10 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
 
-use crate::camera_section::Projection;
-use crate::check::Check;
-use crate::check::TURNS_DEG;
-use crate::error::SceneError;
-use crate::scene::Scene;
 use crate::sections::Up;
 
 /// Most meshes that hide what is behind them.
-const MAX_MESHES: usize = 8;
+pub(crate) const MAX_MESHES: usize = 8;
 
 /// The section `[occluders]`: a map of distances, meshes, or both; the nearer hides the farther.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -92,43 +87,6 @@ pub enum Along {
     Ray,
     /// The optical axis, as most renderers write it.
     Axis,
-}
-
-/// Checks ranges and contradictions.
-pub(crate) fn check(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {
-    let Some(occluders) = &scene.occluders else {
-        return Ok(());
-    };
-    let refused = |key: &str, found: &str, expected: &str| {
-        Err(check.out_of_range(key, found.to_string(), expected))
-    };
-    match &occluders.depth {
-        Some(path) if path.trim().is_empty() => {
-            return refused("occluders.depth", "empty", "a path");
-        }
-        None if occluders.meshes.is_empty() => {
-            return refused("occluders", "neither", "depth or meshes");
-        }
-        Some(_) | None => (),
-    }
-    let is_pinhole = scene.camera.projection == Projection::Pinhole;
-    if occluders.along == Along::Axis && !is_pinhole {
-        let expected = "\"ray\" for a camera that is no pinhole";
-        return refused("occluders.along", "\"axis\"", expected);
-    }
-    check.count("occluders.meshes", &occluders.meshes.len(), (0, MAX_MESHES))?;
-    for (index, mesh) in occluders.meshes.iter().enumerate() {
-        let key = |name: &str| format!("occluders.meshes[{index}].{name}");
-        if mesh.file.trim().is_empty() {
-            return refused(&key("file"), "empty", "a path");
-        }
-        check.positive(&key("scale"), mesh.scale)?;
-        check.number(&key("turn_deg"), mesh.turn_deg, TURNS_DEG)?;
-        for coordinate in mesh.position_m {
-            check.coordinate(&key("position_m"), coordinate)?;
-        }
-    }
-    Ok(())
 }
 
 #[cfg(test)]

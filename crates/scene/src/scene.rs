@@ -10,24 +10,18 @@ use crate::accuracy::Accuracy;
 use crate::air::Air;
 use crate::camera_section::Camera;
 use crate::canonical_json::canonical_json;
-use crate::check;
-use crate::check::Check;
-use crate::document;
 use crate::drops::Drops;
 use crate::effect::Effect;
 use crate::effect::EffectSwitches;
 use crate::effect::Switch;
-use crate::error::SceneError;
 use crate::occluders::Occluders;
 use crate::photo::Photo;
-use crate::schema;
+use crate::schema::parts::Tracks;
 use crate::sections::Ground;
 use crate::sections::Picture;
 use crate::sections::Spectrum;
 use crate::sections::Sun;
 use crate::sections::Water;
-use crate::sequence::Sequence;
-use crate::sun_section::SunSection;
 use crate::water_surface::WaterSurface;
 use niji_scatter::DropMotion;
 
@@ -123,40 +117,11 @@ pub struct Scene<S = Sun> {
     /// What changes from frame to frame, lists of frame and value under the scene's own keys; the scene
     /// itself is none of its frames.
     #[serde(default, skip_serializing)]
-    #[schemars(with = "Option<schema::Tracks>")]
+    #[schemars(with = "Option<Tracks>")]
     pub sequence: Option<IgnoredAny>,
 }
 
 impl Scene {
-    /// Reads a scene from TOML; every key must be known, of the right type and within its range.
-    ///
-    /// # Errors
-    /// The first thing that is wrong, with its line and what would be right.
-    pub fn from_toml(text: &str) -> Result<Self, SceneError> {
-        let document = document::parse::<Scene<SunSection>>(text)?;
-        Sequence::from_toml(text)?;
-        let check = Check {
-            lines: &document.lines,
-        };
-        let sun = document.value.sun.clone().placed(&check)?;
-        let scene = document.value.with_sun(sun);
-        check::scene(&scene, &document.lines)?;
-        Ok(scene)
-    }
-
-    /// Reads a scene from the JSON that [`Scene::canonical_json`] writes.
-    ///
-    /// # Errors
-    /// [`SceneError::Json`] if it is not that, and as [`Scene::from_toml`] for values out of range,
-    /// with line 1.
-    pub fn from_json(text: &str) -> Result<Self, SceneError> {
-        let scene: Self = serde_json::from_str(text).map_err(|error| SceneError::Json {
-            message: error.to_string(),
-        })?;
-        check::scene(&scene, &std::collections::BTreeMap::new())?;
-        Ok(scene)
-    }
-
     /// How finely light that the air scattered before is solved for the table of the air; `None`
     /// where the level of the sky or the effects do not ask for it.
     pub fn scattering_orders(&self) -> Option<ScatteringOrders> {
@@ -178,31 +143,5 @@ impl Scene {
     /// the values: sorted keys, no white space, shortest decimals that read back exactly.
     pub fn canonical_json(&self) -> String {
         canonical_json(self)
-    }
-}
-
-impl Scene<SunSection> {
-    /// The same scene under a sun that has its place.
-    fn with_sun(self, sun: Sun) -> Scene {
-        Scene {
-            sun,
-            format: self.format,
-            name: self.name,
-            description: self.description,
-            camera: self.camera,
-            spectrum: self.spectrum,
-            drops: self.drops,
-            water: self.water,
-            water_surface: self.water_surface,
-            drop_motion: self.drop_motion,
-            air: self.air,
-            ground: self.ground,
-            effects: self.effects,
-            accuracy: self.accuracy,
-            picture: self.picture,
-            occluders: self.occluders,
-            photo: self.photo,
-            sequence: self.sequence,
-        }
     }
 }

@@ -8,7 +8,7 @@
 //! lowest, is left to the reader.
 
 mod named;
-mod parts;
+pub(crate) mod parts;
 mod tidy;
 
 use schemars::JsonSchema;
@@ -18,8 +18,6 @@ use serde_json::Value;
 use crate::ice_scene::IceScene;
 use crate::scene::Scene;
 use crate::sun_section::SunSection;
-
-pub(crate) use parts::Tracks;
 
 /// The JSON Schema of a scene of drops, as [`crate::Scene::from_toml`] reads it.
 ///

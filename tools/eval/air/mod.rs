@@ -18,7 +18,7 @@ use niji_radiometry::WavelengthGrid;
 use niji_scene::Scene;
 use niji_scene::Sun;
 
-use super::line;
+use super::csv::line;
 use crate::failure::Failure;
 use crate::flags::Common;
 use crate::flags::numbers;

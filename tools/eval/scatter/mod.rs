@@ -23,7 +23,7 @@ use niji_radiometry::Radians;
 use self::drop::Drop;
 use self::drop::DropArguments;
 use self::drop::Drops;
-use super::line;
+use super::csv::line;
 use crate::failure::Failure;
 use crate::theory_name::TheoryName;
 

@@ -9,8 +9,8 @@ use toml::de::DeValue;
 use crate::error::SceneError;
 use crate::error::suggest;
 
-use super::Place;
-use super::section_of;
+use super::place::Place;
+use super::place::section_of;
 
 /// What went wrong, with its place as soon as that is known.
 #[derive(Debug)]

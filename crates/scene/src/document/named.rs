@@ -9,10 +9,10 @@ use serde::de::value::StrDeserializer;
 use toml::de::DeTable;
 use toml::de::DeValue;
 
-use super::Place;
 use super::fault;
 use super::fault::Fault;
-use super::join;
+use super::place::Place;
+use super::place::join;
 use super::table;
 use super::table::Entries;
 

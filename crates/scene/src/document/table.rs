@@ -11,11 +11,11 @@ use toml::de::DeTable;
 use toml::de::DeValue;
 
 use super::Node;
-use super::Place;
 use super::fault::Fault;
-use super::join;
 use super::named;
 use super::named::UnitName;
+use super::place::Place;
+use super::place::join;
 
 /// Refuses the first key, in the order of the file, that is neither in `fields` nor among those that
 /// are read elsewhere.

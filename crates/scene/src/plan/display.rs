@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-use super::Plan;
-use super::SHARE_FOR_EFFECTS;
+use super::decide::SHARE_FOR_EFFECTS;
+use super::decided::Plan;
 use super::reasons::brief;
 use super::reasons::length;
 use super::stages::Estimate;

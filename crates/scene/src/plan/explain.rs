@@ -9,15 +9,15 @@ use crate::effect::Effect;
 use crate::effect::Switch;
 use crate::scene::Scene;
 
-use super::Bound;
-use super::BoundKind;
-use super::BoundTerms;
-use super::EffectDecision;
-use super::Plan;
-use super::ScatteringNeed;
+use super::bound::Bound;
+use super::bound::BoundKind;
+use super::bound::BoundTerms;
+use super::decided::EffectDecision;
+use super::decided::Plan;
 use super::effect_texts::text;
 use super::reasons::brief;
 use super::reasons::length;
+use super::scattering_need::ScatteringNeed;
 
 /// An effect in a scene.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -19,22 +19,22 @@ use crate::drops::DropSource;
 use crate::effect::Effect;
 use crate::scene::Scene;
 
-use super::DropSummary;
-use super::PlanError;
-use super::View;
 use super::air_light::AirLight;
 use super::air_light::AirRequest;
 use super::bounds::BoundScene;
 use super::bounds::LitBy;
 use super::bounds::Way;
+use super::decided::View;
 use super::depth::largest_sun_depth;
+use super::drop_summary::DropSummary;
+use super::error::PlanError;
 use super::flat_drops::FlatDrops;
 use super::light_curves::CurvesRequest;
 use super::light_curves::LightCurves;
 use super::luminance::Line;
 use super::reasons::Facts;
-use super::stages::table_theory;
 use super::theory_by_size;
+use super::theory_by_size::table_theory;
 use super::view;
 use super::view::Block;
 

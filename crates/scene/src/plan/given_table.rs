@@ -13,7 +13,7 @@ use niji_scatter::SizeRows;
 use niji_scatter::Theory;
 use niji_sizes::narrowest_variance;
 
-use super::stages::ScatteringNeed;
+use super::scattering_need::ScatteringNeed;
 
 /// Rounding of numbers in files, relative; angles (rad) as they are.
 const ROUNDOFF: f64 = 1e-5;

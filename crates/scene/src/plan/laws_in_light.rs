@@ -13,7 +13,7 @@ use niji_dropfield::LawShare;
 use niji_radiometry::Micrometers;
 use niji_sizes::law_support;
 
-use super::PlanError;
+use super::error::PlanError;
 
 /// Share of a mode's cross-section in laws that need not be held, in tolerances.
 const UNSEEN_SHARE: f64 = 2.0;

@@ -22,9 +22,9 @@ use niji_scatter::theta_axis;
 use crate::effect::Effect;
 use crate::scene::Scene;
 
-use super::DropSummary;
-use super::ScatteringNeed;
+use super::drop_summary::DropSummary;
 use super::facts::Situation;
+use super::scattering_need::ScatteringNeed;
 
 const MIB: f64 = 1_048_576.0;
 

@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 use niji_dropfield::LawShare;
 
 use crate::plan::drop_summary::DropSummary;
-use crate::plan::stages::ScatteringNeed;
+use crate::plan::scattering_need::ScatteringNeed;
 
 /// Step of scattering angles, degrees.
 const ANGLE_STEP_DEG: f64 = 90.0;

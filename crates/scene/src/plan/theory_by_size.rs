@@ -6,6 +6,8 @@
 //! switch of an effect decides on it: exact light of small drops keeps an order that is off (see `reasons`), and
 //! switching that order on changes no other light.
 
+use std::collections::BTreeSet;
+
 use niji_dropfield::LawShare;
 use niji_radiometry::Micrometers;
 use niji_radiometry::WavelengthGrid;
@@ -15,9 +17,10 @@ use niji_scatter::Theory;
 use niji_scatter::theory_for_laws;
 
 use crate::accuracy::Levels;
+use crate::effect::Effect;
 
-use super::DropSummary;
-use super::View;
+use super::decided::View;
+use super::drop_summary::DropSummary;
 
 /// Diffracted light is seen within it of the sun, degrees.
 const CORONA_DEG: f64 = 15.0;
@@ -70,5 +73,14 @@ fn agreed(theories: impl IntoIterator<Item = Theory>) -> Theory {
         first
     } else {
         Theory::BySize
+    }
+}
+
+/// The theory of the table: without interference all are rays.
+pub(super) fn table_theory(theory: Theory, on: &BTreeSet<Effect>) -> Theory {
+    if on.contains(&Effect::Supernumeraries) {
+        theory
+    } else {
+        Theory::Geometric
     }
 }

@@ -1,0 +1,182 @@
+//! What a plan has decided.
+
+use niji_atmosphere::ScatteringOrders;
+use niji_render::MirroredLight;
+use niji_render::RenderEffects;
+use niji_render::SunPath;
+use niji_render::Toggle;
+use serde::Serialize;
+
+use crate::accuracy::Levels;
+use crate::effect::Effect;
+use crate::effect::Switch;
+use crate::scene::Scene;
+use crate::sections::Sun;
+
+use super::bound::Bound;
+use super::bound::BoundTerms;
+use super::scattering_need::ScatteringNeed;
+use super::stages;
+use super::stages::Stage;
+use super::stages::StagePlan;
+
+/// One effect, decided.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct EffectDecision {
+    /// The effect.
+    pub effect: Effect,
+    /// What the scene asks.
+    pub asked: Switch,
+    /// Whether it is simulated.
+    pub on: bool,
+    /// Why.
+    pub reason: String,
+    /// What it contributes at most.
+    pub bound: Bound,
+    /// The numbers of the bound; `None` where it is 0.
+    pub terms: Option<BoundTerms>,
+}
+
+/// What the camera sees of the drops.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct View {
+    /// Smallest and largest scattering angle of rays that may meet drops, degrees.
+    pub theta_deg: Option<(f64, f64)>,
+    /// Nearest and farthest drops in view, m.
+    pub distance_m: Option<(f64, f64)>,
+    /// Largest optical depth of the drops on a ray, without diffraction.
+    pub max_optical_depth: f64,
+    /// Largest optical depth of the drops towards the sun, without diffraction.
+    pub max_sun_optical_depth: f64,
+}
+
+/// A plan.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Plan {
+    /// Name of the scene.
+    pub scene: String,
+    /// Where its sun stands, also where the scene names a moment.
+    pub sun: Sun,
+    /// Largest RMS error of luminance over the picture, relative to `reference_luminance_cd_m2`.
+    pub tolerance: f64,
+    /// What a gray card (albedo 0.18) that faces the sun above the air looks like at exposure 0:
+    /// 0.18 E_sun/pi, half as much for every stop of the picture's exposure.
+    pub reference_luminance_cd_m2: f64,
+    /// What the camera sees of the drops.
+    pub view: View,
+    /// Every effect.
+    pub effects: Vec<EffectDecision>,
+    /// Sum of the bounds of the effects that the plan left out by itself.
+    pub left_out: f64,
+    /// The level of every stage.
+    pub levels: Levels,
+    /// The scattering table that is needed; `None` where no bow is in view.
+    pub scattering: Option<ScatteringNeed>,
+    /// Why the stage would refuse to make that table.
+    #[serde(skip)]
+    pub table_refused: Option<niji_scatter::Error>,
+    /// The stages to run, in order.
+    pub stages: Vec<StagePlan>,
+    /// Edge of a voxel of the drops (m).
+    pub voxel_m: f64,
+    /// What a person should know before running.
+    pub warnings: Vec<String>,
+}
+
+impl Plan {
+    /// Whether an effect is simulated.
+    pub fn is_on(&self, effect: Effect) -> bool {
+        self.effects
+            .iter()
+            .any(|decision| decision.effect == effect && decision.on)
+    }
+
+    /// What an effect contributes at most.
+    pub fn bound(&self, effect: Effect) -> Option<Bound> {
+        let decision = self
+            .effects
+            .iter()
+            .find(|decision| decision.effect == effect);
+        decision.map(|decision| decision.bound)
+    }
+
+    /// The effects that are off although they may be seen, because they may change the picture by more
+    /// than the tolerance; sky and air of a photograph are in it.
+    pub fn missed(&self) -> impl Iterator<Item = &EffectDecision> {
+        let of_photo = [Effect::Sky, Effect::AirInscatter];
+        let is_photo = self.runs(Stage::Composite);
+        let is_meant = move |effect| is_photo && of_photo.contains(&effect);
+        let off = self.effects.iter().filter(|it| !it.on);
+        off.filter(move |it| it.bound.value > self.tolerance && !is_meant(it.effect))
+    }
+
+    /// How finely light that the air scattered before is solved for the table of the air; `None` where
+    /// the level of the sky does not ask for it, or nothing that is on shows it.
+    pub fn scattering_orders(&self, scene: &Scene) -> Option<ScatteringOrders> {
+        stages::scattering_orders(scene, |effect| self.is_on(effect))
+    }
+
+    /// Whether a stage runs.
+    pub fn runs(&self, stage: Stage) -> bool {
+        self.stages.iter().any(|planned| planned.stage == stage)
+    }
+
+    /// The effects as the renderer takes them.
+    pub fn render_effects(&self) -> RenderEffects {
+        let toggle = |effect| {
+            if self.is_on(effect) {
+                Toggle::On
+            } else {
+                Toggle::Off
+            }
+        };
+        // Without a table no drop in view sends light.
+        let of_table = |effect| match &self.scattering {
+            Some(_) => toggle(effect),
+            None => Toggle::Off,
+        };
+        RenderEffects {
+            primary_bow: of_table(Effect::PrimaryBow),
+            secondary_bow: of_table(Effect::SecondaryBow),
+            higher_orders: of_table(Effect::HigherOrders),
+            drop_extinction: toggle(Effect::DropExtinction),
+            drop_shadow: toggle(Effect::DropShadow),
+            skylit_drops: toggle(Effect::SkylitDrops),
+            sunlight_through_air: toggle(Effect::SunlightThroughAir),
+            air_extinction: toggle(Effect::AirExtinction),
+            air_inscatter: toggle(Effect::AirInscatter),
+            sky: toggle(Effect::Sky),
+        }
+    }
+
+    /// How the drops are lit: not at all if their shadow is off.
+    pub fn sun_path(&self) -> SunPath {
+        if self.is_on(Effect::DropShadow) {
+            self.levels.sun_path
+        } else {
+            SunPath::Ignore
+        }
+    }
+
+    /// What of the light that the scene's water mirrors lights the drops; `None` if it does not.
+    pub fn mirrored_light(&self) -> Option<MirroredLight> {
+        let is_lit = self.is_on(Effect::ReflectionBow) && self.scattering.is_some();
+        is_lit.then_some(self.levels.mirrored_light)
+    }
+
+    /// Whether no enabled effect sends any light: a request that cannot be met.
+    pub fn is_dark(&self) -> bool {
+        let lights = [
+            Effect::PrimaryBow,
+            Effect::SecondaryBow,
+            Effect::HigherOrders,
+            Effect::AirInscatter,
+            Effect::Sky,
+        ];
+        let sends = |effect: &Effect| {
+            // An unknown size may be light; a bound of 0 is exactly 0.
+            self.is_on(*effect) && self.bound(*effect).is_none_or(|bound| bound.value > 0.0)
+        };
+        !lights.iter().any(sends)
+    }
+}
