@@ -180,7 +180,7 @@ impl<'a> DropRows<'a> {
             let grid = self.grids.at(grid_index);
             for (uses, parts) in summed(uses, lights) {
                 for part in &parts {
-                    let averaged = grid.averages(&part.light);
+                    let averaged = grid.averages.of_both(&part.light);
                     let own = moved.iter().position(|order| part.moved == Some(*order));
                     for &(row, weight) in &uses {
                         let own_row = own.map(|index| (1 + index) * n_rows + row);
