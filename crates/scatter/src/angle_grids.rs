@@ -183,5 +183,5 @@ impl AngleGrid {
 
 fn folded(angles_rad: &[f64]) -> Result<ScatteringAngles, Error> {
     let angles: Vec<Radians> = angles_rad.iter().copied().map(Radians).collect();
-    ScatteringAngles::new(&angles).map_err(|error| Error::Drop(error.to_string()))
+    Ok(ScatteringAngles::new(&angles)?)
 }

@@ -152,8 +152,7 @@ pub fn theory_for_laws(
 ) -> Result<Theory, Error> {
     let mut sizes: Vec<(f64, f64)> = Vec::new();
     for (radius, variance, share) in laws {
-        let of_law = gamma_area_quadrature(radius, variance, N_SIZES)
-            .map_err(|error| Error::Drop(error.to_string()))?;
+        let of_law = gamma_area_quadrature(radius, variance, N_SIZES)?;
         sizes.extend(
             of_law
                 .into_iter()

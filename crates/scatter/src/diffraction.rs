@@ -40,8 +40,7 @@ pub(crate) struct Diffraction {
 impl Diffraction {
     /// Of a gamma law of some effective variance.
     pub(crate) fn new(effective_variance: f64) -> Result<Self, Error> {
-        let sizes = gamma_area_quadrature(Micrometers(1.0), effective_variance, N_SIZES)
-            .map_err(|error| Error::Drop(error.to_string()))?;
+        let sizes = gamma_area_quadrature(Micrometers(1.0), effective_variance, N_SIZES)?;
         let smallest = sizes.first().map_or(1.0, |(radius, _)| radius.max(1e-2));
         let n = (FAR / smallest / STEP).ceil() as usize;
         let mean = |value: &dyn Fn(f64) -> f64| -> f64 {

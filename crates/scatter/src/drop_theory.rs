@@ -192,6 +192,5 @@ fn sphere(setting: &Setting, radius: Micrometers) -> Result<Sphere, Error> {
         n: setting.bin.index,
         k: 0.0,
     };
-    Sphere::from_radius(radius, setting.bin.center, index)
-        .map_err(|error| Error::Drop(error.to_string()))
+    Ok(Sphere::from_radius(radius, setting.bin.center, index)?)
 }

@@ -155,8 +155,7 @@ pub(crate) fn bins_error(request: &TableRequest, theta_rad: &[f64]) -> Result<Ax
             ..SizeAxis::Radius.with_nodes(&ends_of(request), radii.to_vec())
         };
         let rows = pilot_rows(&pilot, theta_rad, Radii::All)?;
-        let weights = law_weights(radii, Micrometers(middle_um), narrowest_variance)
-            .map_err(|error| Error::Drop(error.to_string()))?;
+        let weights = law_weights(radii, Micrometers(middle_um), narrowest_variance)?;
         let at = |angle: usize| {
             let terms = weights
                 .iter()
