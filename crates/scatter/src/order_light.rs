@@ -24,7 +24,6 @@ use crate::bow_light::LawDrops;
 use crate::bow_light::Order;
 use crate::bow_light::Places;
 use crate::corona::corona;
-use crate::glory::GloryRequest;
 use crate::glory::glory;
 use crate::mean_square::Averaging;
 use crate::mean_square::MeanSquare;
@@ -169,13 +168,7 @@ impl DropLight {
     pub fn glory(&self) -> Light {
         let theta_rad: Vec<f64> = self.request.rings.angles();
         self.by_band(|bin| {
-            let row = |law: &(f64, f64)| {
-                glory(&GloryRequest {
-                    law: *law,
-                    bin,
-                    theta_rad: &theta_rad,
-                })
-            };
+            let row = |law: &(f64, f64)| glory(*law, bin, &theta_rad);
             self.request.laws.iter().map(row).collect()
         })
     }
