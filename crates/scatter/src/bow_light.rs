@@ -89,6 +89,14 @@ impl BowTheory {
         }
     }
 
+    /// Whether its light depends on the size of drops.
+    pub(crate) fn has_waves(self) -> bool {
+        match self {
+            Self::Airy(_) | Self::Uniform => true,
+            Self::Colors | Self::Geometric => false,
+        }
+    }
+
     /// An order in this theory; `None` where it does not exist.
     pub(crate) fn order(self, bin: Bin, p: u32) -> Option<Order> {
         let waves = p >= 2;

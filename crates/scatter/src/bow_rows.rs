@@ -18,7 +18,6 @@ use crate::request::SizeRows;
 use crate::request::TableRequest;
 use crate::rings::Rings;
 use crate::sun_disc::AverageRow;
-use crate::theory::Theory;
 
 /// Rings across the sun's disc. Against a literal average over the disc, in parts of the peak: 1.7e-5
 /// for single drops of 0.1 mm, 6e-4 for 1 mm and 1e-3 for 1.5 mm radius at 400 nm, 12 degrees inside.
@@ -120,16 +119,9 @@ impl<'a> BowRows<'a> {
             averages: averages(request, &lights.places, theta_rad),
             lights,
             orders,
-            blend: match request.theory {
-                Theory::BySize => Some(Blend::new(request)?),
-                Theory::GeometricPublished
-                | Theory::Geometric
-                | Theory::AiryPublished
-                | Theory::Airy
-                | Theory::Uniform
-                | Theory::Debye { .. }
-                | Theory::Mie => None,
-            },
+            blend: (request.theory.method().blends())
+                .then(|| Blend::new(request))
+                .transpose()?,
         })
     }
 
@@ -196,16 +188,14 @@ fn mean_squares(request: &TableRequest, theory: BowTheory, highest_z: f64) -> Ve
     let bin_variance = bin_variance(request);
     let mean_square = |&effective_variance: &f64| {
         let effective_variance = effective_variance.max(bin_variance);
-        let (exponent, effective_variance) = match theory {
-            BowTheory::Airy(_) | BowTheory::Uniform => {
-                (theory.form().radius_exponent(), effective_variance)
-            }
-            // Rays do not ask for it.
-            BowTheory::Colors | BowTheory::Geometric => (0.0, 0.0),
-        };
         MeanSquare::compute(Averaging {
-            exponent,
-            effective_variance,
+            exponent: theory.form().radius_exponent(),
+            // Rays do not ask for it.
+            effective_variance: if theory.has_waves() {
+                effective_variance
+            } else {
+                0.0
+            },
             error: MEAN_ERROR,
             highest_z,
             airy_table: request.airy_table,

@@ -24,7 +24,6 @@ use crate::request::SizeRows;
 use crate::request::TableRequest;
 use crate::small_drops::RowLight;
 use crate::small_drops::SmallDrops;
-use crate::theory::Theory;
 use crate::theta_axis::axis_and_lights;
 
 /// Half of the light that a large drop takes out of a beam is diffracted forward.
@@ -130,14 +129,15 @@ fn values_with(
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<Values, Error> {
     request.check_size(theta_rad.len())?;
-    let Some(theory) = request.theory.bow_theory() else {
+    let method = request.theory.method();
+    let Some(theory) = method.bows else {
         return drop_values(request, theta_rad, progress);
     };
     let lights = match lights {
         Some(lights) => lights,
         None => BowLights::new(request, theory, theta_rad)?,
     };
-    if request.theory == Theory::BySize {
+    if method.blends() {
         by_size_values((request, &lights), theta_rad, progress)
     } else {
         values_of_bows((request, &lights), theta_rad, progress)

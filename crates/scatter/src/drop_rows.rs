@@ -23,13 +23,14 @@ use crate::drop_theory::DropTheory;
 use crate::drop_theory::Part;
 use crate::drop_theory::STILL_UM;
 use crate::drop_theory::Setting;
+use crate::drop_theory::Solution;
 use crate::error::Error;
 use crate::request::SizeRows;
 use crate::request::TableRequest;
 use crate::size_average::SizeNode;
 use crate::size_average::SizeSampling;
 use crate::size_average::size_nodes;
-use crate::theory::Theory;
+use crate::theory::LORENZ_MIE;
 
 /// Largest size parameter that the exact theories take; drops beyond it, in the tails of laws of the
 /// largest raindrops, scatter per area as one of this size.
@@ -39,9 +40,13 @@ const LEAST_IN_BIN: usize = 2;
 const LEAST_IN_CELL: usize = 8;
 /// Blocks of drops for a table of one wavelength; tables of more wavelengths have fewer each.
 const N_BLOCKS: usize = 32;
+/// Fineness of the angles: their steps across the sun's disc, times the tolerance.
+const STEPS_TIMES_TOLERANCE: f64 = 0.06;
+
 /// What the rows of all wavelengths share.
 pub(crate) struct DropRows<'a> {
     request: &'a TableRequest<'a>,
+    solution: Solution,
     blend: Option<Blend>,
     grids: AngleGrids,
     nodes: Vec<SizeNode>,
@@ -54,22 +59,15 @@ pub(crate) type Rows = Vec<Vec<[f64; 2]>>;
 
 impl<'a> DropRows<'a> {
     pub(crate) fn new(request: &'a TableRequest<'a>, theta_rad: &[f64]) -> Result<Self, Error> {
-        let sampling = sampling(request);
+        let method = request.theory.method().drops.unwrap_or(LORENZ_MIE);
+        let sizes = size_sampling(request, method.solution);
         let mut nodes = size_nodes(
             &request.effective_radius_um,
             &request.effective_variance,
-            sampling.sizes,
+            sizes,
         )?;
-        let blend = match request.theory {
-            Theory::BySize => Some(Blend::new(request)?),
-            Theory::GeometricPublished
-            | Theory::Geometric
-            | Theory::AiryPublished
-            | Theory::Airy
-            | Theory::Uniform
-            | Theory::Debye { .. }
-            | Theory::Mie => None,
-        };
+        let blends = request.theory.method().blends();
+        let blend = blends.then(|| Blend::new(request)).transpose()?;
         if let Some(blend) = &blend {
             // Of the longest wavelength most drops are small.
             let longest = request.wavelengths.center(request.wavelengths.len() - 1);
@@ -84,14 +82,16 @@ impl<'a> DropRows<'a> {
             let numbered = nodes.iter().enumerate();
             numbered.map(move |(index, node)| (index, size_parameter(node.radius, bin)))
         });
+        let [least, most] = method.steps_per_disc;
         let extent = Extent {
             theta_rad,
             disc_diameter_rad: request.sun_disc_diameter_rad,
-            steps_per_disc: sampling.steps_per_disc,
-            n_shifts: sampling.n_shifts,
+            steps_per_disc: (STEPS_TIMES_TOLERANCE / request.tolerance).clamp(least, most),
+            n_shifts: method.n_shifts,
         };
         Ok(Self {
             request,
+            solution: method.solution,
             blend,
             grids: AngleGrids::new(extent, drops)?,
             nodes,
@@ -127,22 +127,13 @@ impl<'a> DropRows<'a> {
     }
 
     fn theory(&self, bin: Bin) -> Result<DropTheory<'_>, Error> {
-        let request = self.request;
         let setting = Setting {
             bin,
+            orders: self.request.orders_in(),
             flattened: self.flattened(bin),
             grids: &self.grids,
         };
-        match request.theory {
-            Theory::Debye { .. } => Ok(DropTheory::debye(setting, &request.orders_in())),
-            Theory::Mie
-            | Theory::BySize
-            | Theory::GeometricPublished
-            | Theory::Geometric
-            | Theory::AiryPublished
-            | Theory::Airy
-            | Theory::Uniform => DropTheory::mie(setting),
-        }
+        DropTheory::new(self.solution, setting)
     }
 
     /// Ranges of drops of about the same cost, which goes with the radius.
@@ -273,38 +264,14 @@ fn summed(uses: Vec<Uses>, lights: Vec<Vec<Part>>) -> Vec<(Uses, Vec<Part>)> {
     summed
 }
 
-/// How a request is sampled.
-struct Sampling {
-    sizes: SizeSampling,
-    steps_per_disc: f64,
-    n_shifts: usize,
-}
-
-/// Settings by theory. Against 3 to 8 times as many sizes and twice as many angles, 0.25 to 0.83 mm
-/// at 550 nm, 118 to 145 degrees, rms and maximum in parts of the peak: exact solution 7e-4 and 2.6e-3
-/// for v_e = 1/3, 1.6e-3 and 9e-3 for single sizes (what is left of the ripple); Debye orders 4e-4 and
-/// 2e-3.
-fn sampling(request: &TableRequest) -> Sampling {
+fn size_sampling(request: &TableRequest, solution: Solution) -> SizeSampling {
     // Bins are never seen alone: the narrowest law is three of them wide.
     let is_bin = matches!(request.rows, SizeRows::Bins { ln_step, .. } if ln_step > 0.0);
-    let rippled = SizeSampling::Rippled {
-        tolerance: request.tolerance,
-        least_in_cell: if is_bin { LEAST_IN_BIN } else { LEAST_IN_CELL },
-    };
-    let (sizes, steps_per_disc, n_shifts) = match request.theory {
-        Theory::Mie => (rippled, 24.0, 16),
-        // The largest drops have 2π/x to two steps, and the sun's disc leaves little of their ripple.
-        Theory::BySize => (rippled, (0.06 / request.tolerance).clamp(12.0, 24.0), 8),
-        Theory::Debye { .. }
-        | Theory::GeometricPublished
-        | Theory::Geometric
-        | Theory::AiryPublished
-        | Theory::Airy
-        | Theory::Uniform => (SizeSampling::Smooth, 16.0, 4),
-    };
-    Sampling {
-        sizes,
-        steps_per_disc,
-        n_shifts,
+    match solution {
+        Solution::LorenzMie => SizeSampling::Rippled {
+            tolerance: request.tolerance,
+            least_in_cell: if is_bin { LEAST_IN_BIN } else { LEAST_IN_CELL },
+        },
+        Solution::Debye => SizeSampling::Smooth,
     }
 }

@@ -19,7 +19,6 @@ use crate::needed_angles::sides;
 use crate::request::SizeRows;
 use crate::request::TableRequest;
 use crate::size_average::is_cell_row;
-use crate::theory::Theory;
 
 /// One axis besides the angle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -190,7 +189,7 @@ struct PilotRow {
 fn ends_of<'a>(request: &TableRequest<'a>) -> TableRequest<'a> {
     let first_nm = request.wavelengths.first_nm();
     let one = WavelengthGrid::new(first_nm, request.wavelengths.step_nm(), 1);
-    let n_radii = if has_cells(request.theory) { 2 } else { 1 };
+    let n_radii = if has_cells(request) { 2 } else { 1 };
     TableRequest {
         wavelengths: one.unwrap_or(request.wavelengths),
         effective_radius_um: outermost(&request.effective_radius_um, n_radii),
@@ -200,9 +199,9 @@ fn ends_of<'a>(request: &TableRequest<'a>) -> TableRequest<'a> {
     }
 }
 
-/// Whether single sizes are means over the cells of their radii.
-fn has_cells(theory: Theory) -> bool {
-    matches!(theory, Theory::Mie | Theory::BySize)
+/// Whether single sizes are means over the cells of their radii: where orders interfere.
+fn has_cells(request: &TableRequest) -> bool {
+    request.theory.holds_every_order()
 }
 
 /// As many values from both ends, ascending.
@@ -226,7 +225,7 @@ fn pilot_rows(
         for variance in 0..n_variances {
             let law = request.effective_variance[variance];
             let is_of_cell =
-                has_cells(request.theory) && is_cell_row(&request.effective_radius_um, radius, law);
+                has_cells(request) && is_cell_row(&request.effective_radius_um, radius, law);
             let at = |j, angle| f64::from(values[[j, radius, variance, 0, angle]]);
             let light = (0..n_angles).map(|angle| 0.5 * (at(0, angle) + at(1, angle)));
             rows.push(PilotRow {

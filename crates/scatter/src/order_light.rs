@@ -72,7 +72,7 @@ pub struct DropLight {
 impl DropLight {
     /// Averages the bows over the laws of sizes.
     pub fn new(request: LightRequest) -> Self {
-        let theory = request.theory.bow_theory().unwrap_or(BowTheory::Uniform);
+        let theory = request.theory.expected_bows();
         let mut variances: Vec<f64> = request.laws.iter().map(|(_, variance)| *variance).collect();
         variances.sort_by(f64::total_cmp);
         variances.dedup();

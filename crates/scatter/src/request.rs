@@ -10,12 +10,11 @@ use serde::Serialize;
 use crate::drop_motion::DropMotion;
 use crate::error::Error;
 use crate::moved_orders::MovedOrders;
+use crate::theory::ORDERS;
 use crate::theory::Theory;
 
 /// Largest table: the renderer holds all of it.
 const LARGEST_TABLE_GIB: u64 = 4;
-/// Highest order of a table.
-const HIGHEST_ORDER: u32 = 7;
 
 /// What the rows of a table stand for.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -170,7 +169,7 @@ impl TableRequest<'_> {
         self.water.check().map_err(Error::Water)?;
         let is_new = |(index, p): (usize, &u32)| !self.orders[..index].contains(p);
         let sound_orders = !self.orders_in().is_empty()
-            && self.orders.iter().all(|p| *p <= HIGHEST_ORDER)
+            && self.orders.iter().all(|p| ORDERS.contains(p))
             && self.orders.iter().enumerate().all(is_new);
         if !self.theory.ignores_orders() && !sound_orders {
             return Err(Error::Orders {

@@ -11,7 +11,6 @@ use std::f64::consts::TAU;
 
 use rayon::prelude::*;
 
-use crate::bow_light::BowTheory;
 use crate::bow_rows::BowLights;
 use crate::bow_rows::BowRows;
 use crate::bow_rows::SizeRow;
@@ -19,8 +18,6 @@ use crate::error::Error;
 use crate::needed_angles::needed_angles;
 use crate::request::TableRequest;
 
-/// Bows of the exact theories.
-const EXACT_BOWS: BowTheory = BowTheory::Uniform;
 /// Amplitude of the ripple after the disc, in parts of the peak.
 const RIPPLE: f64 = 0.02;
 /// Candidates at most.
@@ -42,7 +39,7 @@ pub fn theta_axis(request: &TableRequest) -> Result<Vec<f64>, Error> {
 pub(crate) fn axis_and_lights(request: &TableRequest) -> Result<(Vec<f64>, BowLights), Error> {
     let candidates = candidates(request);
     let probe = probe(request);
-    let theory = request.theory.bow_theory().unwrap_or(EXACT_BOWS);
+    let theory = request.theory.expected_bows();
     let lights = BowLights::new(&probe, theory, &candidates)?;
     let rows = BowRows::new(&probe, &lights, &candidates)?;
     let sizes = rows.size_rows();
