@@ -8,7 +8,6 @@
 //! number of threads, and no more than a block of rows a thread is held at once.
 
 use std::collections::BTreeSet;
-use std::f64::consts::TAU;
 use std::ops::Range;
 
 use niji_radiometry::Micrometers;
@@ -18,7 +17,6 @@ use crate::angle_grids::AngleGrids;
 use crate::angle_grids::Extent;
 use crate::angle_grids::N_TOGETHER;
 use crate::bow_light::Bin;
-use crate::by_size::Blend;
 use crate::drop_theory::DropTheory;
 use crate::drop_theory::Part;
 use crate::drop_theory::STILL_UM;
@@ -26,11 +24,14 @@ use crate::drop_theory::Setting;
 use crate::drop_theory::Solution;
 use crate::error::Error;
 use crate::request::SizeRows;
-use crate::request::TableRequest;
 use crate::size_average::SizeNode;
 use crate::size_average::SizeSampling;
 use crate::size_average::size_nodes;
-use crate::theory::LORENZ_MIE;
+use crate::size_parameter::size_parameter;
+use crate::table_rows::RowLight;
+use crate::table_rows::Task;
+use crate::table_rows::add;
+use crate::theory::SingleDrops;
 
 /// Largest size parameter that the exact theories take; drops beyond it, in the tails of laws of the
 /// largest raindrops, scatter per area as one of this size.
@@ -45,70 +46,63 @@ const STEPS_TIMES_TOLERANCE: f64 = 0.06;
 
 /// What the rows of all wavelengths share.
 pub(crate) struct DropRows<'a> {
-    request: &'a TableRequest<'a>,
+    task: Task<'a>,
     solution: Solution,
-    blend: Option<Blend>,
     grids: AngleGrids,
-    nodes: Vec<SizeNode>,
-    n_angles: usize,
+    pub(crate) nodes: Vec<SizeNode>,
 }
 
-/// Rows of one wavelength, all of those with all light and then those of each order that is kept apart;
-/// each by angle.
-pub(crate) type Rows = Vec<Vec<[f64; 2]>>;
+/// All rows of one wavelength, and then once more those of each order that is kept apart.
+pub(crate) type Rows = Vec<RowLight>;
 
 impl<'a> DropRows<'a> {
-    pub(crate) fn new(request: &'a TableRequest<'a>, theta_rad: &[f64]) -> Result<Self, Error> {
-        let method = request.theory.method().drops.unwrap_or(LORENZ_MIE);
-        let sizes = size_sampling(request, method.solution);
+    pub(crate) fn new(task: Task<'a>, method: SingleDrops) -> Result<Self, Error> {
+        let request = task.request;
+        let sizes = size_sampling(task, method.solution);
         let mut nodes = size_nodes(
             &request.effective_radius_um,
             &request.effective_variance,
             sizes,
         )?;
-        let blends = request.theory.method().blends();
-        let blend = blends.then(|| Blend::new(request)).transpose()?;
-        if let Some(blend) = &blend {
-            // Of the longest wavelength most drops are small.
-            let longest = request.wavelengths.center(request.wavelengths.len() - 1);
-            for node in &mut nodes {
-                let weight = |row| blend.weight(row, node.radius, longest);
-                node.uses.retain(|(row, _)| weight(*row) > 0.0);
-            }
-            nodes.retain(|node| !node.uses.is_empty());
+        // Of the longest wavelength most drops are small.
+        let longest = request.wavelengths.center(request.wavelengths.len() - 1);
+        for node in &mut nodes {
+            let weight = |row| task.blend.share_of_drop(row, node.radius, longest);
+            node.uses.retain(|(row, _)| weight(*row) > 0.0);
         }
+        nodes.retain(|node| !node.uses.is_empty());
         let bins = (0..request.wavelengths.len()).map(|index| Bin::new(request, index));
         let drops = bins.flat_map(|bin| {
             let numbered = nodes.iter().enumerate();
-            numbered.map(move |(index, node)| (index, size_parameter(node.radius, bin)))
+            numbered.map(move |(index, node)| (index, computed_parameter(node.radius, bin)))
         });
         let [least, most] = method.steps_per_disc;
         let extent = Extent {
-            theta_rad,
+            theta_rad: task.theta_rad,
             disc_diameter_rad: request.sun_disc_diameter_rad,
             steps_per_disc: (STEPS_TIMES_TOLERANCE / request.tolerance).clamp(least, most),
             n_shifts: method.n_shifts,
         };
         Ok(Self {
-            request,
-            solution: method.solution,
-            blend,
             grids: AngleGrids::new(extent, drops)?,
+            solution: method.solution,
+            task,
             nodes,
-            n_angles: theta_rad.len(),
         })
-    }
-
-    pub(crate) fn nodes(&self) -> &[SizeNode] {
-        &self.nodes
     }
 
     /// All rows at one wavelength.
     pub(crate) fn at(&self, bin: Bin, count: &(dyn Fn(usize) + Sync)) -> Result<Rows, Error> {
-        let theory = self.theory(bin)?;
-        let n_blocks = N_BLOCKS.div_ceil(self.request.wavelengths.len());
-        let blocks = self.blocks(n_blocks);
-        let of_blocks: Vec<Rows> = blocks
+        let setting = Setting {
+            bin,
+            orders: self.task.request.orders_in(),
+            flattened: self.flattened(bin),
+            grids: &self.grids,
+        };
+        let theory = DropTheory::new(self.solution, setting)?;
+        let n_blocks = N_BLOCKS.div_ceil(self.task.request.wavelengths.len());
+        let of_blocks: Vec<Rows> = self
+            .blocks(n_blocks)
             .into_par_iter()
             .map(|block| {
                 let rows = self.block(&theory, bin, block.clone())?;
@@ -118,22 +112,12 @@ impl<'a> DropRows<'a> {
             .collect::<Result<_, Error>>()?;
         // In the order of the blocks.
         let sum = of_blocks.into_iter().reduce(|mut sum, rows| {
-            for (sum, value) in sum.iter_mut().flatten().zip(rows.iter().flatten()) {
-                *sum = [sum[0] + value[0], sum[1] + value[1]];
+            for (sum, row) in sum.iter_mut().zip(&rows) {
+                add(sum, 1.0, row);
             }
             sum
         });
         Ok(sum.unwrap_or_default())
-    }
-
-    fn theory(&self, bin: Bin) -> Result<DropTheory<'_>, Error> {
-        let setting = Setting {
-            bin,
-            orders: self.request.orders_in(),
-            flattened: self.flattened(bin),
-            grids: &self.grids,
-        };
-        DropTheory::new(self.solution, setting)
     }
 
     /// Ranges of drops of about the same cost, which goes with the radius.
@@ -153,10 +137,10 @@ impl<'a> DropRows<'a> {
     }
 
     fn block(&self, theory: &DropTheory, bin: Bin, block: Range<usize>) -> Result<Rows, Error> {
-        let request = self.request;
-        let moved = request.moved_orders();
-        let n_rows = request.effective_radius_um.len() * request.effective_variance.len();
-        let mut rows = vec![vec![[0.0; 2]; self.n_angles]; n_rows * (1 + moved.len())];
+        let moved = &self.task.moved.orders;
+        let n_rows = self.task.request.n_rows();
+        let n_angles = self.task.theta_rad.len();
+        let mut rows = vec![vec![[0.0; 2]; n_angles]; n_rows * (1 + moved.len())];
         // Ascending radii, so that every sum has one order.
         for (grid_index, together) in self.runs(bin, block) {
             let (mut radii, mut uses) = (Vec::new(), Vec::new());
@@ -176,10 +160,7 @@ impl<'a> DropRows<'a> {
                     for &(row, weight) in &uses {
                         let own_row = own.map(|index| (1 + index) * n_rows + row);
                         for row in [Some(row), own_row].into_iter().flatten() {
-                            for (sum, value) in rows[row].iter_mut().zip(&averaged) {
-                                sum[0] += weight * value[0];
-                                sum[1] += weight * value[1];
-                            }
+                            add(&mut rows[row], weight, &averaged);
                         }
                     }
                 }
@@ -190,24 +171,23 @@ impl<'a> DropRows<'a> {
 
     /// The grids of drops whose light is moved.
     fn flattened(&self, bin: Bin) -> BTreeSet<usize> {
-        if self.request.motion.is_none() {
+        if self.task.request.motion.is_none() {
             return BTreeSet::new();
         }
         let nodes = self.nodes.iter().enumerate();
         let flattened = nodes.filter(|(_, node)| node.radius.0 >= STILL_UM);
         let grid = |(index, node): (usize, &SizeNode)| {
-            self.grids.index(index, size_parameter(node.radius, bin))
+            self.grids
+                .index(index, computed_parameter(node.radius, bin))
         };
         flattened.map(grid).collect()
     }
 
     /// What a drop is used for at a wavelength.
     fn uses(&self, node: &SizeNode, bin: Bin) -> Uses {
-        let Some(blend) = &self.blend else {
-            return node.uses.clone();
-        };
         let weighed = |(row, weight): &(usize, f64)| {
-            (*row, weight * blend.weight(*row, node.radius, bin.center))
+            let of_row = self.task.blend.share_of_drop(*row, node.radius, bin.center);
+            (*row, weight * of_row)
         };
         let uses = node.uses.iter().map(weighed);
         uses.filter(|(_, weight)| *weight > 0.0).collect()
@@ -219,7 +199,7 @@ impl<'a> DropRows<'a> {
         for index in block {
             let grid_index = self
                 .grids
-                .index(index, size_parameter(self.nodes[index].radius, bin));
+                .index(index, computed_parameter(self.nodes[index].radius, bin));
             match runs.last_mut() {
                 Some((of_run, run)) if *of_run == grid_index && run.len() < N_TOGETHER => {
                     run.end = index + 1;
@@ -233,11 +213,11 @@ impl<'a> DropRows<'a> {
 
 /// The radius that stands for one, no larger than theories take.
 fn computed(radius: Micrometers, bin: Bin) -> Micrometers {
-    Micrometers(radius.0 * size_parameter(radius, bin) / (TAU * 1e3 * radius.0 / bin.center.0))
+    Micrometers(radius.0 * computed_parameter(radius, bin) / size_parameter(radius, bin.center))
 }
 
-fn size_parameter(radius: Micrometers, bin: Bin) -> f64 {
-    (TAU * 1e3 * radius.0 / bin.center.0).min(LARGEST_SIZE_PARAMETER)
+fn computed_parameter(radius: Micrometers, bin: Bin) -> f64 {
+    size_parameter(radius, bin.center).min(LARGEST_SIZE_PARAMETER)
 }
 
 /// Rows and weights in them.
@@ -252,10 +232,8 @@ fn summed(uses: Vec<Uses>, lights: Vec<Vec<Part>>) -> Vec<(Uses, Vec<Part>)> {
             Some((of_sum, sum))
                 if of_sum.len() == 1 && *of_sum == uses && sum.len() == parts.len() =>
             {
-                for (sum, part) in sum.iter_mut().zip(parts) {
-                    for (sum, light) in sum.light.iter_mut().zip(part.light) {
-                        *sum = [sum[0] + light[0], sum[1] + light[1]];
-                    }
+                for (sum, part) in sum.iter_mut().zip(&parts) {
+                    add(&mut sum.light, 1.0, &part.light);
                 }
             }
             Some(_) | None => summed.push((uses, parts)),
@@ -264,12 +242,13 @@ fn summed(uses: Vec<Uses>, lights: Vec<Vec<Part>>) -> Vec<(Uses, Vec<Part>)> {
     summed
 }
 
-fn size_sampling(request: &TableRequest, solution: Solution) -> SizeSampling {
+fn size_sampling(task: Task, solution: Solution) -> SizeSampling {
     // Bins are never seen alone: the narrowest law is three of them wide.
-    let is_bin = matches!(request.rows, SizeRows::Bins { ln_step, .. } if ln_step > 0.0);
+    let rows = task.request.rows;
+    let is_bin = matches!(rows, SizeRows::Bins { ln_step, .. } if ln_step > 0.0);
     match solution {
         Solution::LorenzMie => SizeSampling::Rippled {
-            tolerance: request.tolerance,
+            tolerance: task.request.tolerance,
             least_in_cell: if is_bin { LEAST_IN_BIN } else { LEAST_IN_CELL },
         },
         Solution::Debye => SizeSampling::Smooth,

@@ -16,6 +16,7 @@ use niji_sizes::law_weights;
 use crate::builder::values_at;
 use crate::error::Error;
 use crate::needed_angles::sides;
+use crate::request::SizeRow;
 use crate::request::SizeRows;
 use crate::request::TableRequest;
 use crate::size_average::is_cell_row;
@@ -217,24 +218,20 @@ fn pilot_rows(
     theta_rad: &[f64],
     radii: Radii,
 ) -> Result<Vec<PilotRow>, Error> {
-    let values = values_at(request, theta_rad, &|_| {})?.all;
-    let (_, n_radii, n_variances, _, n_angles) = values.dim();
-    let counts = |radius: &usize| radii == Radii::All || [0, n_radii - 1].contains(radius);
-    let mut rows = Vec::new();
-    for radius in (0..n_radii).filter(counts) {
-        for variance in 0..n_variances {
-            let law = request.effective_variance[variance];
-            let is_of_cell =
-                has_cells(request) && is_cell_row(&request.effective_radius_um, radius, law);
-            let at = |j, angle| f64::from(values[[j, radius, variance, 0, angle]]);
-            let light = (0..n_angles).map(|angle| 0.5 * (at(0, angle) + at(1, angle)));
-            rows.push(PilotRow {
-                light: light.collect(),
-                is_of_cell,
-            });
+    let values = values_at(request, theta_rad, None, &|_| {})?.all;
+    let all_um = &request.effective_radius_um;
+    let counts =
+        |row: &SizeRow| radii == Radii::All || [0, all_um.len() - 1].contains(&row.radius_index);
+    let pilot = |row: SizeRow| {
+        let (radius, variance) = (row.radius_index, row.variance_index);
+        let at = |j, angle| f64::from(values[[j, radius, variance, 0, angle]]);
+        let light = (0..theta_rad.len()).map(|angle| 0.5 * (at(0, angle) + at(1, angle)));
+        PilotRow {
+            light: light.collect(),
+            is_of_cell: has_cells(request) && is_cell_row(all_um, radius, row.variance),
         }
-    }
-    Ok(rows)
+    };
+    Ok(request.size_rows().filter(counts).map(pilot).collect())
 }
 
 /// The larger of the errors on either side, from the differences that `off` makes at some angles of it.

@@ -71,7 +71,7 @@ pub(crate) struct SingleDrops {
     pub(crate) n_shifts: usize,
 }
 
-pub(crate) const LORENZ_MIE: SingleDrops = SingleDrops {
+const LORENZ_MIE: SingleDrops = SingleDrops {
     solution: Solution::LorenzMie,
     steps_per_disc: [24.0, 24.0],
     n_shifts: 16,
@@ -88,14 +88,10 @@ const DEBYE: SingleDrops = SingleDrops {
     n_shifts: 4,
 };
 
-impl Method {
-    /// Whether light of single drops passes over into that of bows.
-    pub(crate) fn blends(&self) -> bool {
-        self.bows.is_some() && self.drops.is_some()
-    }
-}
-
 impl Theory {
+    /// What [`Self::BySize`] makes small drops and large ones with.
+    pub const SMALL_AND_LARGE: [Self; 2] = [Self::Mie, Self::Uniform];
+
     /// The only place that tells theories apart.
     pub(crate) fn method(self) -> Method {
         let method = |name, bows, drops| Method {
