@@ -19,7 +19,7 @@ use crate::interpolation_error::theta_error;
 use crate::interpolation_error::worse;
 use crate::request::SizeRows;
 use crate::request::TableRequest;
-use crate::theta_axis::axis_and_lights;
+use crate::theta_axis::chosen_angles;
 
 /// An interval is halved at most so many times.
 const N_HALVINGS: usize = 4;
@@ -38,7 +38,8 @@ pub fn adaptive_table(
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<ScatteringTable, Error> {
     request.check()?;
-    let (theta_rad, lights) = axis_and_lights(request)?;
+    let chosen = chosen_angles(request)?;
+    let theta_rad = &chosen.theta_rad;
     request.check_size(theta_rad.len())?;
     let mut request = request.clone();
     let [variance, radius] = match request.rows {
@@ -48,14 +49,14 @@ pub fn adaptive_table(
                 .into_iter()
                 .zip(&mut errors)
             {
-                (request, *error) = refined(request, &theta_rad, axis)?;
+                (request, *error) = refined(request, theta_rad, axis)?;
             }
             errors
         }
-        SizeRows::Bins { .. } => [AxisError::default(), bins_error(&request, &theta_rad)?],
+        SizeRows::Bins { .. } => [AxisError::default(), bins_error(&request, theta_rad)?],
     };
-    let theta = theta_error(&request, &theta_rad)?;
-    let mut table = table_at(&request, (theta_rad, lights), progress)?;
+    let theta = theta_error(&request, theta_rad)?;
+    let mut table = table_at(&request, chosen, progress)?;
     table.interpolation_error = Some(InterpolationError {
         theta,
         radius,

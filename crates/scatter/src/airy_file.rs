@@ -44,7 +44,7 @@ pub fn airy_from_file(file: &TableFile) -> Result<AiryTable, Error> {
     file.expect_quantity(QUANTITY)
         .map_err(|error| wrong(&error))?;
     let part = file.part(QUANTITY).map_err(|error| wrong(&error))?;
-    let column = |name| {
+    let column = |name| -> Result<Vec<f64>, Error> {
         let values = part.channel(name).map_err(|error| wrong(&error))?;
         Ok(values.iter().map(|&value| f64::from(value)).collect())
     };

@@ -19,6 +19,7 @@ use niji_radiometry::Radians;
 use rayon::prelude::*;
 
 use crate::error::Error;
+use crate::rings::DiscAverage;
 use crate::sun_disc::AverageRow;
 use crate::sun_disc::FineGrid;
 use crate::sun_disc::disc_row;
@@ -50,8 +51,7 @@ struct Lattice {
 pub(crate) struct AngleGrid {
     pub(crate) angles_rad: Vec<f64>,
     pub(crate) folded: ScatteringAngles,
-    /// By angle of the table.
-    averages: Vec<AverageRow>,
+    pub(crate) averages: DiscAverage,
 }
 
 /// Where the grids lie.
@@ -72,14 +72,10 @@ impl AngleGrids {
         drops: impl Iterator<Item = (usize, f64)>,
     ) -> Result<Self, Error> {
         if extent.disc_diameter_rad <= 0.0 {
-            let own = |start| AverageRow {
-                start,
-                weights: vec![1.0],
-            };
             let grid = AngleGrid {
                 folded: folded(extent.theta_rad)?,
                 angles_rad: extent.theta_rad.to_vec(),
-                averages: (0..extent.theta_rad.len()).map(own).collect(),
+                averages: DiscAverage::of_point(extent.theta_rad.len()),
             };
             return Ok(Self {
                 grids: BTreeMap::from([(0, grid)]),
@@ -180,17 +176,12 @@ impl AngleGrid {
         Ok(Self {
             folded: folded(&angles_rad)?,
             angles_rad,
-            averages,
+            averages: DiscAverage(averages),
         })
-    }
-
-    /// The averages that the table wants of the light at the angles of the grid.
-    pub(crate) fn averages(&self, light: &[[f64; 2]]) -> Vec<[f64; 2]> {
-        self.averages.iter().map(|row| row.apply(light)).collect()
     }
 }
 
 fn folded(angles_rad: &[f64]) -> Result<ScatteringAngles, Error> {
     let angles: Vec<Radians> = angles_rad.iter().copied().map(Radians).collect();
-    ScatteringAngles::new(&angles).map_err(|error| Error::Drop(error.to_string()))
+    Ok(ScatteringAngles::new(&angles)?)
 }

@@ -13,13 +13,18 @@ use niji_airy::BowDirection;
 use niji_airy::GeometricOrder;
 use niji_airy::PublishedGeometricBow;
 use niji_airy::UniformBow;
+use niji_radiometry::Micrometers;
 use niji_radiometry::Nanometers;
 use niji_radiometry::Radians;
+use rayon::prelude::*;
 
 use crate::mean_square::MeanSquare;
 use crate::mean_square::Primitives;
 use crate::request::TableRequest;
+use crate::rings::DiscAverage;
 use crate::rings::Rings;
+use crate::size_parameter::size_parameter;
+use crate::sun_disc::AverageRow;
 
 /// Where light is asked for.
 #[derive(Clone, Debug)]
@@ -30,7 +35,36 @@ pub(crate) enum Places {
     Angles(Vec<f64>),
 }
 
+/// Rings across the sun's disc. Against a literal average over the disc, in parts of the peak: 1.7e-5
+/// for single drops of 0.1 mm, 6e-4 for 1 mm and 1e-3 for 1.5 mm radius at 400 nm, 12 degrees inside.
+const RINGS_PER_DISC: f64 = 20.0;
+
 impl Places {
+    /// Places where light is computed for the angles of a table.
+    pub(crate) fn of_table(request: &TableRequest, theta_rad: &[f64]) -> Self {
+        let radius_rad = 0.5 * request.sun_disc_diameter_rad;
+        if radius_rad <= 0.0 {
+            return Self::Angles(theta_rad.to_vec());
+        }
+        let step_rad = 2.0 * radius_rad / RINGS_PER_DISC;
+        Self::Rings(Rings::over(request.theta_range_rad, step_rad, radius_rad))
+    }
+
+    /// The average over the disc around each angle of a table, by rows of rings.
+    pub(crate) fn disc_average(
+        &self,
+        theta_rad: &[f64],
+        row: impl Fn(&Rings, f64) -> AverageRow + Sync,
+    ) -> DiscAverage {
+        match self {
+            Self::Rings(rings) => {
+                let rows = theta_rad.par_iter().map(|theta| row(rings, *theta));
+                DiscAverage(rows.collect())
+            }
+            Self::Angles(angles) => DiscAverage::of_point(angles.len()),
+        }
+    }
+
     pub(crate) fn n(&self) -> usize {
         match self {
             Self::Rings(rings) => rings.n,
@@ -89,6 +123,14 @@ impl BowTheory {
         }
     }
 
+    /// Whether its light depends on the size of drops.
+    pub(crate) fn has_waves(self) -> bool {
+        match self {
+            Self::Airy(_) | Self::Uniform => true,
+            Self::Colors | Self::Geometric => false,
+        }
+    }
+
     /// An order in this theory; `None` where it does not exist.
     pub(crate) fn order(self, bin: Bin, p: u32) -> Option<Order> {
         let waves = p >= 2;
@@ -136,9 +178,25 @@ struct Waves {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LawDrops<'a> {
     /// The size factor and the size parameter of the effective radius.
-    pub(crate) factor: f64,
-    pub(crate) parameter: f64,
-    pub(crate) mean_square: &'a MeanSquare,
+    factor: f64,
+    parameter: f64,
+    mean_square: &'a MeanSquare,
+}
+
+impl<'a> LawDrops<'a> {
+    /// Drops of an effective radius, whose law has this mean square, in a theory.
+    pub(crate) fn new(
+        theory: BowTheory,
+        radius: Micrometers,
+        wavelength: Nanometers,
+        mean_square: &'a MeanSquare,
+    ) -> Self {
+        Self {
+            factor: theory.form().size_factor(radius, wavelength),
+            parameter: size_parameter(radius, wavelength),
+            mean_square,
+        }
+    }
 }
 
 impl BowLight {

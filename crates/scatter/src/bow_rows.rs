@@ -1,7 +1,5 @@
 //! Rows of a table by geometric optics or Airy's theory: size average and sun's disc in one.
 
-use std::f64::consts::TAU;
-
 use niji_radiometry::Micrometers;
 use rayon::prelude::*;
 
@@ -10,19 +8,14 @@ use crate::bow_light::BowLight;
 use crate::bow_light::BowTheory;
 use crate::bow_light::LawDrops;
 use crate::bow_light::Places;
-use crate::by_size::Blend;
 use crate::error::Error;
 use crate::mean_square::Averaging;
 use crate::mean_square::MeanSquare;
-use crate::request::SizeRows;
+use crate::request::SizeRow;
 use crate::request::TableRequest;
+use crate::rings::DiscAverage;
 use crate::rings::Rings;
-use crate::sun_disc::AverageRow;
-use crate::theory::Theory;
-
-/// Rings across the sun's disc. Against a literal average over the disc, in parts of the peak: 1.7e-5
-/// for single drops of 0.1 mm, 6e-4 for 1 mm and 1e-3 for 1.5 mm radius at 400 nm, 12 degrees inside.
-const RINGS_PER_DISC: f64 = 20.0;
+use crate::size_parameter::size_parameter;
 
 /// Largest error of means over sizes.
 const MEAN_ERROR: f64 = 1e-5;
@@ -38,12 +31,9 @@ pub(crate) struct BowLights {
 
 impl BowLights {
     /// Of all orders of a request, to be seen from these angles.
-    pub(crate) fn new(
-        request: &TableRequest,
-        theory: BowTheory,
-        theta_rad: &[f64],
-    ) -> Result<Self, Error> {
-        let (places, orders) = (places(request, theta_rad), request.orders_in());
+    pub(crate) fn new(request: &TableRequest, theta_rad: &[f64]) -> Result<Self, Error> {
+        let theory = request.theory.expected_bows();
+        let (places, orders) = (Places::of_table(request, theta_rad), request.orders_in());
         let light = |(index, p): (usize, u32)| {
             let order = theory.order(Bin::new(request, index), p);
             let order = order.ok_or_else(|| Error::Orders {
@@ -74,11 +64,12 @@ impl BowLights {
     }
 
     /// The largest z for drops of a radius (µm).
-    fn highest_z(&self, request: &TableRequest, orders: &[u32]) -> f64 {
+    fn highest_z(&self, request: &TableRequest) -> f64 {
         let largest_um = request.effective_radius_um.last().copied().unwrap_or(1.0);
+        let orders = request.orders_in();
         let z = |index: usize| {
-            let x = TAU * 1e3 * largest_um / request.wavelengths.center(index).0;
-            let arguments = self.at(index, orders).map(BowLight::largest_argument);
+            let x = size_parameter(Micrometers(largest_um), request.wavelengths.center(index));
+            let arguments = self.at(index, &orders).map(BowLight::largest_argument);
             arguments.fold(0.0, f64::max) * (x * x).cbrt()
         };
         (0..self.orders.len()).map(z).fold(0.0, f64::max)
@@ -88,136 +79,79 @@ impl BowLights {
 /// Everything that the rows of all sizes and wavelengths share.
 pub(crate) struct BowRows<'a> {
     request: &'a TableRequest<'a>,
-    lights: &'a BowLights,
-    /// Those that take part.
-    orders: Vec<u32>,
+    pub(crate) lights: BowLights,
     /// By effective variance.
     mean_squares: Vec<MeanSquare>,
-    /// By angle of the table; `None` without a disc.
-    averages: Option<Vec<AverageRow>>,
-    /// Which sizes others make, in a table by size.
-    blend: Option<Blend>,
+    /// Over the angles of the table.
+    disc: DiscAverage,
 }
 
-/// One effective radius with one effective variance.
+/// Whose light is asked for.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct SizeRow {
-    pub(crate) radius_index: usize,
-    pub(crate) variance_index: usize,
+pub(crate) struct Drops {
+    pub(crate) radius: Micrometers,
+    /// That of their law, of those of the table; `None` for drops of one size.
+    pub(crate) variance_index: Option<usize>,
+}
+
+impl Drops {
+    pub(crate) fn of_row(row: &SizeRow) -> Self {
+        Self {
+            radius: row.radius,
+            variance_index: Some(row.variance_index),
+        }
+    }
 }
 
 impl<'a> BowRows<'a> {
-    pub(crate) fn new(
-        request: &'a TableRequest<'a>,
-        lights: &'a BowLights,
-        theta_rad: &[f64],
-    ) -> Result<Self, Error> {
-        let orders = request.orders_in();
-        let highest_z = lights.highest_z(request, &orders);
-        Ok(Self {
+    pub(crate) fn new(request: &'a TableRequest<'a>, lights: BowLights, theta_rad: &[f64]) -> Self {
+        let radius_rad = 0.5 * request.sun_disc_diameter_rad;
+        let row = |rings: &Rings, theta_rad: f64| rings.disc_row(theta_rad, radius_rad);
+        Self {
             request,
-            mean_squares: mean_squares(request, lights.theory, highest_z),
-            averages: averages(request, &lights.places, theta_rad),
+            mean_squares: mean_squares(request, &lights),
+            disc: lights.places.disc_average(theta_rad, row),
             lights,
-            orders,
-            blend: match request.theory {
-                Theory::BySize => Some(Blend::new(request)?),
-                Theory::GeometricPublished
-                | Theory::Geometric
-                | Theory::AiryPublished
-                | Theory::Airy
-                | Theory::Uniform
-                | Theory::Debye { .. }
-                | Theory::Mie => None,
-            },
-        })
+        }
     }
 
-    /// Whether a row has light of bows at a wavelength.
-    pub(crate) fn is_lit(&self, wavelength_index: usize, size: &SizeRow) -> bool {
-        let row = size.radius_index * self.request.effective_variance.len() + size.variance_index;
+    /// (dσ/dΩ)/(π⟨r²⟩) in 1/sr of some orders at every angle of the table, for both polarisations.
+    pub(crate) fn light(
+        &self,
+        wavelength_index: usize,
+        drops: Drops,
+        orders: &[u32],
+    ) -> Vec<[f64; 2]> {
         let wavelength = self.request.wavelengths.center(wavelength_index);
-        let blend = self.blend.as_ref();
-        blend.is_none_or(|blend| blend.is_mixed_law(row) || blend.share(row, wavelength) < 1.0)
-    }
-
-    /// All rows, the variance fastest.
-    pub(crate) fn size_rows(&self) -> Vec<SizeRow> {
-        let n_variances = self.request.effective_variance.len();
-        let n_rows = self.request.effective_radius_um.len() * n_variances;
-        (0..n_rows)
-            .map(|row| SizeRow {
-                radius_index: row / n_variances,
-                variance_index: row % n_variances,
-            })
-            .collect()
-    }
-
-    /// (dσ/dΩ)/(π⟨r²⟩) in 1/sr at every angle of the table, for both polarisations.
-    pub(crate) fn row(&self, wavelength_index: usize, size: &SizeRow) -> Vec<[f64; 2]> {
-        let wavelength = self.request.wavelengths.center(wavelength_index);
-        let radius = Micrometers(self.request.effective_radius_um[size.radius_index]);
-        let drops = LawDrops {
-            factor: self.lights.theory.form().size_factor(radius, wavelength),
-            parameter: TAU * 1e3 * radius.0 / wavelength.0,
-            mean_square: &self.mean_squares[size.variance_index],
+        let mean_square = match drops.variance_index {
+            Some(index) => &self.mean_squares[index],
+            None => &MeanSquare::Single,
         };
+        let drops = LawDrops::new(self.lights.theory, drops.radius, wavelength, mean_square);
         let mut light = vec![[0.0; 2]; self.lights.places.n()];
-        for order in self.lights.at(wavelength_index, &self.orders) {
+        for order in self.lights.at(wavelength_index, orders) {
             order.add_to(&mut light, &drops);
         }
-        match &self.averages {
-            Some(averages) => averages.iter().map(|row| row.apply(&light)).collect(),
-            None => light,
-        }
+        self.disc.of_both(&light)
     }
 }
 
-/// Where light is computed for the angles of a table.
-pub(crate) fn places(request: &TableRequest, theta_rad: &[f64]) -> Places {
-    let radius_rad = 0.5 * request.sun_disc_diameter_rad;
-    if radius_rad <= 0.0 {
-        return Places::Angles(theta_rad.to_vec());
-    }
-    let step_rad = 2.0 * radius_rad / RINGS_PER_DISC;
-    Places::Rings(Rings::over(request.theta_range_rad, step_rad, radius_rad))
-}
-
-/// How the sun's disc is averaged over at the angles of a table.
-fn averages(request: &TableRequest, places: &Places, theta_rad: &[f64]) -> Option<Vec<AverageRow>> {
-    let Places::Rings(rings) = places else {
-        return None;
-    };
-    let row = |&theta: &f64| rings.disc_row(theta, 0.5 * request.sun_disc_diameter_rad);
-    Some(theta_rad.par_iter().map(row).collect())
-}
-
-fn mean_squares(request: &TableRequest, theory: BowTheory, highest_z: f64) -> Vec<MeanSquare> {
-    let bin_variance = bin_variance(request);
-    let mean_square = |&effective_variance: &f64| {
-        let effective_variance = effective_variance.max(bin_variance);
-        let (exponent, effective_variance) = match theory {
-            BowTheory::Airy(_) | BowTheory::Uniform => {
-                (theory.form().radius_exponent(), effective_variance)
-            }
-            // Rays do not ask for it.
-            BowTheory::Colors | BowTheory::Geometric => (0.0, 0.0),
-        };
+fn mean_squares(request: &TableRequest, lights: &BowLights) -> Vec<MeanSquare> {
+    let theory = lights.theory;
+    let highest_z = lights.highest_z(request);
+    let mean_square = |effective_variance: f64| {
         MeanSquare::compute(Averaging {
-            exponent,
-            effective_variance,
+            exponent: theory.form().radius_exponent(),
+            // Rays do not ask for it.
+            effective_variance: if theory.has_waves() {
+                effective_variance
+            } else {
+                0.0
+            },
             error: MEAN_ERROR,
             highest_z,
             airy_table: request.airy_table,
         })
     };
-    request.effective_variance.iter().map(mean_square).collect()
-}
-
-/// Effective variance of a law as wide as a bin of single sizes: a twelfth of the squared step of ln r.
-pub(crate) fn bin_variance(request: &TableRequest) -> f64 {
-    match request.rows {
-        SizeRows::Laws => 0.0,
-        SizeRows::Bins { ln_step, .. } => ln_step * ln_step / 12.0,
-    }
+    request.variances_of_drops().map(mean_square).collect()
 }

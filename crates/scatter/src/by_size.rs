@@ -14,16 +14,16 @@
 //! A law, or a mixture of laws, whose small drops the uniform theory makes to the tolerance in the bow, ε/2
 //! weighed with W, has no drop computed; one with next to no large drops has no uniform light.
 
-use std::f64::consts::TAU;
-
 use niji_radiometry::Micrometers;
 use niji_radiometry::Nanometers;
 use niji_radiometry::WavelengthGrid;
 use niji_sizes::gamma_area_quadrature;
 
 use crate::error::Error;
+use crate::request::SizeRow;
 use crate::request::TableRequest;
 use crate::size_average::is_cell_row;
+use crate::size_parameter::size_parameter;
 use crate::theory::Theory;
 
 /// ε x in the bow, and x1 times the tolerance.
@@ -34,77 +34,86 @@ const LEFT_OUT: f64 = 1e-4;
 /// Nodes of a law.
 const N_SIZES: usize = 64;
 
-/// Which drops are computed exactly.
+/// Of what each row of a table is made: bows, single drops or both, in a table by size.
 #[derive(Clone, Debug)]
 pub(crate) struct Blend {
     tolerance: f64,
-    /// By row, the variance fastest.
-    rows: Vec<RowSizes>,
+    rows: Vec<Makers>,
 }
 
-/// The sizes of a row.
+/// What makes the light of a row.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum RowSizes {
-    /// One, or a bin around it (µm).
-    One(f64),
-    /// A law with small drops and large ones.
-    Law,
-    /// A law of exact light alone.
-    SmallLaw,
-    /// A law of the uniform theory alone.
-    LargeLaw,
+enum Makers {
+    /// Bows alone, as of a law of large drops.
+    Bows,
+    /// Single drops alone, as of a law of small ones.
+    Drops,
+    /// Both of one size, or of a bin around it.
+    OneSize(Micrometers),
+    /// Both, of a law with small drops and large ones.
+    MixedLaw,
 }
 
 impl Blend {
     pub(crate) fn new(request: &TableRequest) -> Result<Self, Error> {
-        let radii = &request.effective_radius_um;
-        let mut rows = Vec::with_capacity(radii.len() * request.effective_variance.len());
-        for (index, &radius_um) in radii.iter().enumerate() {
-            for &variance in &request.effective_variance {
-                let law = (Micrometers(radius_um), variance);
-                let is_one = variance <= 0.0 || is_cell_row(radii, index, variance);
-                let theory = theory_for_law(law, request.wavelengths, request.tolerance)?;
-                rows.push(if is_one {
-                    RowSizes::One(radius_um)
-                } else if theory == Theory::Uniform {
-                    RowSizes::LargeLaw
-                } else if theory == Theory::Mie {
-                    RowSizes::SmallLaw
-                } else {
-                    RowSizes::Law
-                });
+        let of_theory = |theory: Theory| {
+            let method = theory.method();
+            match (method.bows, method.drops) {
+                (Some(_), Some(_)) => Makers::MixedLaw,
+                (Some(_), None) => Makers::Bows,
+                (None, _) => Makers::Drops,
             }
-        }
+        };
+        let radii = &request.effective_radius_um;
+        let makers = |row: SizeRow| {
+            let is_one = row.variance <= 0.0 || is_cell_row(radii, row.radius_index, row.variance);
+            match of_theory(request.theory) {
+                Makers::MixedLaw if is_one => Ok(Makers::OneSize(row.radius)),
+                Makers::MixedLaw => {
+                    let law = SizeLaw {
+                        radius: row.radius,
+                        variance: row.variance,
+                        share: 1.0,
+                    };
+                    theory_for_laws([law], request.wavelengths, request.tolerance).map(of_theory)
+                }
+                alone => Ok(alone),
+            }
+        };
+        let rows = request.size_rows().map(makers);
         Ok(Self {
             tolerance: request.tolerance,
-            rows,
+            rows: rows.collect::<Result<_, Error>>()?,
         })
     }
 
     /// What the weight of a drop in a row is multiplied by.
-    pub(crate) fn weight(&self, row: usize, drop: Micrometers, wavelength: Nanometers) -> f64 {
+    pub(crate) fn share_of_drop(
+        &self,
+        row: usize,
+        drop: Micrometers,
+        wavelength: Nanometers,
+    ) -> f64 {
         match self.rows[row] {
-            RowSizes::One(_) => f64::from(u8::from(self.share(row, wavelength) > 0.0)),
-            RowSizes::Law => exact_share(drop, wavelength, self.tolerance),
-            RowSizes::SmallLaw => 1.0,
-            RowSizes::LargeLaw => 0.0,
+            Makers::Bows => 0.0,
+            Makers::Drops => 1.0,
+            Makers::OneSize(radius) => exact_share(radius, wavelength, self.tolerance),
+            Makers::MixedLaw => exact_share(drop, wavelength, self.tolerance),
         }
     }
 
-    /// Share of the exact light of a row; that of a law is in its weights.
-    pub(crate) fn share(&self, row: usize, wavelength: Nanometers) -> f64 {
+    /// What the bows of a row are multiplied by; out of those of a mixed law the bows of single drops are taken.
+    pub(crate) fn share_of_bows(&self, row: usize, wavelength: Nanometers) -> f64 {
         match self.rows[row] {
-            RowSizes::One(radius_um) => {
-                exact_share(Micrometers(radius_um), wavelength, self.tolerance)
-            }
-            RowSizes::Law | RowSizes::SmallLaw => 1.0,
-            RowSizes::LargeLaw => 0.0,
+            Makers::Bows | Makers::MixedLaw => 1.0,
+            Makers::Drops => 0.0,
+            Makers::OneSize(radius) => 1.0 - exact_share(radius, wavelength, self.tolerance),
         }
     }
 
     /// Whether a row is a law with small drops and large ones.
     pub(crate) fn is_mixed_law(&self, row: usize) -> bool {
-        self.rows[row] == RowSizes::Law
+        self.rows[row] == Makers::MixedLaw
     }
 }
 
@@ -117,28 +126,31 @@ pub(crate) fn exact_share(radius: Micrometers, wavelength: Nanometers, tolerance
     1.0 - p * p * (3.0 - 2.0 * p)
 }
 
-/// The theory that [`Theory::BySize`] comes to for a gamma law of an effective radius and variance.
-fn theory_for_law(
-    (radius, effective_variance): (Micrometers, f64),
-    wavelengths: WavelengthGrid,
-    tolerance: f64,
-) -> Result<Theory, Error> {
-    theory_for_laws([(radius, effective_variance, 1.0)], wavelengths, tolerance)
+/// A gamma law of sizes in a mixture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SizeLaw {
+    /// Effective radius.
+    pub radius: Micrometers,
+    /// Effective variance.
+    pub variance: f64,
+    /// Share of the cross-section.
+    pub share: f64,
 }
 
-/// The theory that [`Theory::BySize`] comes to for a mixture of gamma laws of an effective radius, an effective
-/// variance and a share of the cross-section each: itself, or the one of the two that makes all of its light.
+/// The theory that [`Theory::BySize`] comes to for a mixture of laws: itself, or the one of the two that makes all
+/// of its light.
 ///
 /// # Errors
 /// [`Error::Drop`] for a law that does not exist.
 ///
 /// ```
 /// use niji_radiometry::{Micrometers, WavelengthGrid};
-/// use niji_scatter::{Theory, theory_for_laws};
+/// use niji_scatter::{SizeLaw, Theory, theory_for_laws};
 ///
 /// let wavelengths = WavelengthGrid::new(380.0, 10.0, 41)?;
 /// let theory = |radius_um, variance| {
-///     theory_for_laws([(Micrometers(radius_um), variance, 1.0)], wavelengths, 5e-3)
+///     let law = SizeLaw { radius: Micrometers(radius_um), variance, share: 1.0 };
+///     theory_for_laws([law], wavelengths, 5e-3)
 /// };
 /// assert_eq!(theory(10.0, 0.1)?, Theory::Mie);
 /// assert_eq!(theory(60.0, 0.1)?, Theory::BySize);
@@ -146,26 +158,22 @@ fn theory_for_law(
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn theory_for_laws(
-    laws: impl IntoIterator<Item = (Micrometers, f64, f64)>,
+    laws: impl IntoIterator<Item = SizeLaw>,
     wavelengths: WavelengthGrid,
     tolerance: f64,
 ) -> Result<Theory, Error> {
+    let [small_drops, large_drops] = Theory::SMALL_AND_LARGE;
     let mut sizes: Vec<(f64, f64)> = Vec::new();
-    for (radius, variance, share) in laws {
-        let of_law = gamma_area_quadrature(radius, variance, N_SIZES)
-            .map_err(|error| Error::Drop(error.to_string()))?;
-        sizes.extend(
-            of_law
-                .into_iter()
-                .map(|(radius_um, weight)| (radius_um, share * weight)),
-        );
+    for law in laws {
+        let of_law = gamma_area_quadrature(law.radius, law.variance, N_SIZES)?.into_iter();
+        sizes.extend(of_law.map(|(radius_um, weight)| (radius_um, law.share * weight)));
     }
     let [shortest, middle] = [0, wavelengths.len() / 2].map(|index| wavelengths.center(index));
     let uniform_weight = |(radius_um, weight): &(f64, f64)| {
         weight * (1.0 - exact_share(Micrometers(*radius_um), shortest, tolerance))
     };
     if sizes.iter().map(uniform_weight).sum::<f64>() <= LEFT_OUT {
-        return Ok(Theory::Mie);
+        return Ok(small_drops);
     }
     let error = |(radius_um, weight): &(f64, f64)| {
         let radius = Micrometers(*radius_um);
@@ -173,11 +181,7 @@ pub fn theory_for_laws(
         weight * exact_share(radius, middle, tolerance) * of_uniform
     };
     if sizes.iter().map(error).sum::<f64>() <= tolerance {
-        return Ok(Theory::Uniform);
+        return Ok(large_drops);
     }
     Ok(Theory::BySize)
-}
-
-fn size_parameter(radius: Micrometers, wavelength: Nanometers) -> f64 {
-    TAU * 1e3 * radius.0 / wavelength.0
 }

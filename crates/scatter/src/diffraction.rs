@@ -15,16 +15,56 @@ use std::f64::consts::PI;
 use std::f64::consts::TAU;
 
 use niji_radiometry::Micrometers;
+use niji_radiometry::Nanometers;
 use niji_sizes::gamma_area_quadrature;
 
 use crate::bow_light::Places;
+use crate::bow_rows::Drops;
 use crate::error::Error;
+use crate::request::TableRequest;
+use crate::rings::DiscAverage;
+use crate::rings::Rings;
+use crate::size_parameter::size_parameter;
 
 /// Nodes of a size law.
 const N_SIZES: usize = 48;
 /// Steps of u, and where the expansion far out takes over for all sizes.
 const STEP: f64 = 0.02;
 const FAR: f64 = 60.0;
+
+/// Diffracted light at the angles of a table.
+pub(crate) struct DiffractedLight {
+    places: Places,
+    disc: DiscAverage,
+    /// By effective variance.
+    laws: Vec<Diffraction>,
+    one_size: Diffraction,
+}
+
+impl DiffractedLight {
+    pub(crate) fn new(request: &TableRequest, theta_rad: &[f64]) -> Result<Self, Error> {
+        let places = Places::of_table(request, theta_rad);
+        let radius_rad = 0.5 * request.sun_disc_diameter_rad;
+        // The lobe of large drops lies within a ring.
+        let row = |rings: &Rings, theta_rad: f64| rings.even_disc_row(theta_rad, radius_rad);
+        let laws = request.variances_of_drops().map(Diffraction::new);
+        Ok(Self {
+            laws: laws.collect::<Result<_, _>>()?,
+            one_size: Diffraction::new(0.0)?,
+            disc: places.disc_average(theta_rad, row),
+            places,
+        })
+    }
+
+    pub(crate) fn light(&self, drops: Drops, wavelength: Nanometers) -> Vec<[f64; 2]> {
+        let of_law = drops.variance_index.map(|index| &self.laws[index]);
+        let law = of_law.unwrap_or(&self.one_size);
+        let x = size_parameter(drops.radius, wavelength);
+        let light = law.light(&self.places, x).into_iter();
+        let both: Vec<[f64; 2]> = light.map(|light| [light; 2]).collect();
+        self.disc.of_both(&both)
+    }
+}
 
 /// E and t of a size law.
 #[derive(Clone, Debug)]
@@ -40,8 +80,7 @@ pub(crate) struct Diffraction {
 impl Diffraction {
     /// Of a gamma law of some effective variance.
     pub(crate) fn new(effective_variance: f64) -> Result<Self, Error> {
-        let sizes = gamma_area_quadrature(Micrometers(1.0), effective_variance, N_SIZES)
-            .map_err(|error| Error::Drop(error.to_string()))?;
+        let sizes = gamma_area_quadrature(Micrometers(1.0), effective_variance, N_SIZES)?;
         let smallest = sizes.first().map_or(1.0, |(radius, _)| radius.max(1e-2));
         let n = (FAR / smallest / STEP).ceil() as usize;
         let mean = |value: &dyn Fn(f64) -> f64| -> f64 {
@@ -114,7 +153,6 @@ fn encircled(u: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rings::Rings;
 
     fn rings() -> Rings {
         Rings::over((0.0, PI), 5e-4, 1e-3)

@@ -8,7 +8,6 @@
 //! number of threads, and no more than a block of rows a thread is held at once.
 
 use std::collections::BTreeSet;
-use std::f64::consts::TAU;
 use std::ops::Range;
 
 use niji_radiometry::Micrometers;
@@ -18,18 +17,21 @@ use crate::angle_grids::AngleGrids;
 use crate::angle_grids::Extent;
 use crate::angle_grids::N_TOGETHER;
 use crate::bow_light::Bin;
-use crate::by_size::Blend;
 use crate::drop_theory::DropTheory;
 use crate::drop_theory::Part;
 use crate::drop_theory::STILL_UM;
 use crate::drop_theory::Setting;
+use crate::drop_theory::Solution;
 use crate::error::Error;
 use crate::request::SizeRows;
-use crate::request::TableRequest;
 use crate::size_average::SizeNode;
 use crate::size_average::SizeSampling;
 use crate::size_average::size_nodes;
-use crate::theory::Theory;
+use crate::size_parameter::size_parameter;
+use crate::table_rows::RowLight;
+use crate::table_rows::Task;
+use crate::table_rows::add;
+use crate::theory::SingleDrops;
 
 /// Largest size parameter that the exact theories take; drops beyond it, in the tails of laws of the
 /// largest raindrops, scatter per area as one of this size.
@@ -39,76 +41,68 @@ const LEAST_IN_BIN: usize = 2;
 const LEAST_IN_CELL: usize = 8;
 /// Blocks of drops for a table of one wavelength; tables of more wavelengths have fewer each.
 const N_BLOCKS: usize = 32;
+/// Fineness of the angles: their steps across the sun's disc, times the tolerance.
+const STEPS_TIMES_TOLERANCE: f64 = 0.06;
+
 /// What the rows of all wavelengths share.
 pub(crate) struct DropRows<'a> {
-    request: &'a TableRequest<'a>,
-    blend: Option<Blend>,
+    task: Task<'a>,
+    solution: Solution,
     grids: AngleGrids,
-    nodes: Vec<SizeNode>,
-    n_angles: usize,
+    pub(crate) nodes: Vec<SizeNode>,
 }
 
-/// Rows of one wavelength, all of those with all light and then those of each order that is kept apart;
-/// each by angle.
-pub(crate) type Rows = Vec<Vec<[f64; 2]>>;
+/// All rows of one wavelength, and then once more those of each order that is kept apart.
+pub(crate) type Rows = Vec<RowLight>;
 
 impl<'a> DropRows<'a> {
-    pub(crate) fn new(request: &'a TableRequest<'a>, theta_rad: &[f64]) -> Result<Self, Error> {
-        let sampling = sampling(request);
+    pub(crate) fn new(task: Task<'a>, method: SingleDrops) -> Result<Self, Error> {
+        let request = task.request;
+        let sizes = size_sampling(task, method.solution);
         let mut nodes = size_nodes(
             &request.effective_radius_um,
             &request.effective_variance,
-            sampling.sizes,
+            sizes,
         )?;
-        let blend = match request.theory {
-            Theory::BySize => Some(Blend::new(request)?),
-            Theory::GeometricPublished
-            | Theory::Geometric
-            | Theory::AiryPublished
-            | Theory::Airy
-            | Theory::Uniform
-            | Theory::Debye { .. }
-            | Theory::Mie => None,
-        };
-        if let Some(blend) = &blend {
-            // Of the longest wavelength most drops are small.
-            let longest = request.wavelengths.center(request.wavelengths.len() - 1);
-            for node in &mut nodes {
-                let weight = |row| blend.weight(row, node.radius, longest);
-                node.uses.retain(|(row, _)| weight(*row) > 0.0);
-            }
-            nodes.retain(|node| !node.uses.is_empty());
+        // Of the longest wavelength most drops are small.
+        let longest = request.wavelengths.center(request.wavelengths.len() - 1);
+        for node in &mut nodes {
+            let weight = |row| task.blend.share_of_drop(row, node.radius, longest);
+            node.uses.retain(|(row, _)| weight(*row) > 0.0);
         }
+        nodes.retain(|node| !node.uses.is_empty());
         let bins = (0..request.wavelengths.len()).map(|index| Bin::new(request, index));
         let drops = bins.flat_map(|bin| {
             let numbered = nodes.iter().enumerate();
-            numbered.map(move |(index, node)| (index, size_parameter(node.radius, bin)))
+            numbered.map(move |(index, node)| (index, computed_parameter(node.radius, bin)))
         });
+        let [least, most] = method.steps_per_disc;
         let extent = Extent {
-            theta_rad,
+            theta_rad: task.theta_rad,
             disc_diameter_rad: request.sun_disc_diameter_rad,
-            steps_per_disc: sampling.steps_per_disc,
-            n_shifts: sampling.n_shifts,
+            steps_per_disc: (STEPS_TIMES_TOLERANCE / request.tolerance).clamp(least, most),
+            n_shifts: method.n_shifts,
         };
         Ok(Self {
-            request,
-            blend,
             grids: AngleGrids::new(extent, drops)?,
+            solution: method.solution,
+            task,
             nodes,
-            n_angles: theta_rad.len(),
         })
-    }
-
-    pub(crate) fn nodes(&self) -> &[SizeNode] {
-        &self.nodes
     }
 
     /// All rows at one wavelength.
     pub(crate) fn at(&self, bin: Bin, count: &(dyn Fn(usize) + Sync)) -> Result<Rows, Error> {
-        let theory = self.theory(bin)?;
-        let n_blocks = N_BLOCKS.div_ceil(self.request.wavelengths.len());
-        let blocks = self.blocks(n_blocks);
-        let of_blocks: Vec<Rows> = blocks
+        let setting = Setting {
+            bin,
+            orders: self.task.request.orders_in(),
+            flattened: self.flattened(bin),
+            grids: &self.grids,
+        };
+        let theory = DropTheory::new(self.solution, setting)?;
+        let n_blocks = N_BLOCKS.div_ceil(self.task.request.wavelengths.len());
+        let of_blocks: Vec<Rows> = self
+            .blocks(n_blocks)
             .into_par_iter()
             .map(|block| {
                 let rows = self.block(&theory, bin, block.clone())?;
@@ -118,31 +112,12 @@ impl<'a> DropRows<'a> {
             .collect::<Result<_, Error>>()?;
         // In the order of the blocks.
         let sum = of_blocks.into_iter().reduce(|mut sum, rows| {
-            for (sum, value) in sum.iter_mut().flatten().zip(rows.iter().flatten()) {
-                *sum = [sum[0] + value[0], sum[1] + value[1]];
+            for (sum, row) in sum.iter_mut().zip(&rows) {
+                add(sum, 1.0, row);
             }
             sum
         });
         Ok(sum.unwrap_or_default())
-    }
-
-    fn theory(&self, bin: Bin) -> Result<DropTheory<'_>, Error> {
-        let request = self.request;
-        let setting = Setting {
-            bin,
-            flattened: self.flattened(bin),
-            grids: &self.grids,
-        };
-        match request.theory {
-            Theory::Debye { .. } => Ok(DropTheory::debye(setting, &request.orders_in())),
-            Theory::Mie
-            | Theory::BySize
-            | Theory::GeometricPublished
-            | Theory::Geometric
-            | Theory::AiryPublished
-            | Theory::Airy
-            | Theory::Uniform => DropTheory::mie(setting),
-        }
     }
 
     /// Ranges of drops of about the same cost, which goes with the radius.
@@ -162,10 +137,10 @@ impl<'a> DropRows<'a> {
     }
 
     fn block(&self, theory: &DropTheory, bin: Bin, block: Range<usize>) -> Result<Rows, Error> {
-        let request = self.request;
-        let moved = request.moved_orders();
-        let n_rows = request.effective_radius_um.len() * request.effective_variance.len();
-        let mut rows = vec![vec![[0.0; 2]; self.n_angles]; n_rows * (1 + moved.len())];
+        let moved = &self.task.moved.orders;
+        let n_rows = self.task.request.n_rows();
+        let n_angles = self.task.theta_rad.len();
+        let mut rows = vec![vec![[0.0; 2]; n_angles]; n_rows * (1 + moved.len())];
         // Ascending radii, so that every sum has one order.
         for (grid_index, together) in self.runs(bin, block) {
             let (mut radii, mut uses) = (Vec::new(), Vec::new());
@@ -180,15 +155,12 @@ impl<'a> DropRows<'a> {
             let grid = self.grids.at(grid_index);
             for (uses, parts) in summed(uses, lights) {
                 for part in &parts {
-                    let averaged = grid.averages(&part.light);
+                    let averaged = grid.averages.of_both(&part.light);
                     let own = moved.iter().position(|order| part.moved == Some(*order));
                     for &(row, weight) in &uses {
                         let own_row = own.map(|index| (1 + index) * n_rows + row);
                         for row in [Some(row), own_row].into_iter().flatten() {
-                            for (sum, value) in rows[row].iter_mut().zip(&averaged) {
-                                sum[0] += weight * value[0];
-                                sum[1] += weight * value[1];
-                            }
+                            add(&mut rows[row], weight, &averaged);
                         }
                     }
                 }
@@ -199,24 +171,23 @@ impl<'a> DropRows<'a> {
 
     /// The grids of drops whose light is moved.
     fn flattened(&self, bin: Bin) -> BTreeSet<usize> {
-        if self.request.motion.is_none() {
+        if self.task.request.motion.is_none() {
             return BTreeSet::new();
         }
         let nodes = self.nodes.iter().enumerate();
         let flattened = nodes.filter(|(_, node)| node.radius.0 >= STILL_UM);
         let grid = |(index, node): (usize, &SizeNode)| {
-            self.grids.index(index, size_parameter(node.radius, bin))
+            self.grids
+                .index(index, computed_parameter(node.radius, bin))
         };
         flattened.map(grid).collect()
     }
 
     /// What a drop is used for at a wavelength.
     fn uses(&self, node: &SizeNode, bin: Bin) -> Uses {
-        let Some(blend) = &self.blend else {
-            return node.uses.clone();
-        };
         let weighed = |(row, weight): &(usize, f64)| {
-            (*row, weight * blend.weight(*row, node.radius, bin.center))
+            let of_row = self.task.blend.share_of_drop(*row, node.radius, bin.center);
+            (*row, weight * of_row)
         };
         let uses = node.uses.iter().map(weighed);
         uses.filter(|(_, weight)| *weight > 0.0).collect()
@@ -228,7 +199,7 @@ impl<'a> DropRows<'a> {
         for index in block {
             let grid_index = self
                 .grids
-                .index(index, size_parameter(self.nodes[index].radius, bin));
+                .index(index, computed_parameter(self.nodes[index].radius, bin));
             match runs.last_mut() {
                 Some((of_run, run)) if *of_run == grid_index && run.len() < N_TOGETHER => {
                     run.end = index + 1;
@@ -242,11 +213,11 @@ impl<'a> DropRows<'a> {
 
 /// The radius that stands for one, no larger than theories take.
 fn computed(radius: Micrometers, bin: Bin) -> Micrometers {
-    Micrometers(radius.0 * size_parameter(radius, bin) / (TAU * 1e3 * radius.0 / bin.center.0))
+    Micrometers(radius.0 * computed_parameter(radius, bin) / size_parameter(radius, bin.center))
 }
 
-fn size_parameter(radius: Micrometers, bin: Bin) -> f64 {
-    (TAU * 1e3 * radius.0 / bin.center.0).min(LARGEST_SIZE_PARAMETER)
+fn computed_parameter(radius: Micrometers, bin: Bin) -> f64 {
+    size_parameter(radius, bin.center).min(LARGEST_SIZE_PARAMETER)
 }
 
 /// Rows and weights in them.
@@ -261,10 +232,8 @@ fn summed(uses: Vec<Uses>, lights: Vec<Vec<Part>>) -> Vec<(Uses, Vec<Part>)> {
             Some((of_sum, sum))
                 if of_sum.len() == 1 && *of_sum == uses && sum.len() == parts.len() =>
             {
-                for (sum, part) in sum.iter_mut().zip(parts) {
-                    for (sum, light) in sum.light.iter_mut().zip(part.light) {
-                        *sum = [sum[0] + light[0], sum[1] + light[1]];
-                    }
+                for (sum, part) in sum.iter_mut().zip(&parts) {
+                    add(&mut sum.light, 1.0, &part.light);
                 }
             }
             Some(_) | None => summed.push((uses, parts)),
@@ -273,38 +242,15 @@ fn summed(uses: Vec<Uses>, lights: Vec<Vec<Part>>) -> Vec<(Uses, Vec<Part>)> {
     summed
 }
 
-/// How a request is sampled.
-struct Sampling {
-    sizes: SizeSampling,
-    steps_per_disc: f64,
-    n_shifts: usize,
-}
-
-/// Settings by theory. Against 3 to 8 times as many sizes and twice as many angles, 0.25 to 0.83 mm
-/// at 550 nm, 118 to 145 degrees, rms and maximum in parts of the peak: exact solution 7e-4 and 2.6e-3
-/// for v_e = 1/3, 1.6e-3 and 9e-3 for single sizes (what is left of the ripple); Debye orders 4e-4 and
-/// 2e-3.
-fn sampling(request: &TableRequest) -> Sampling {
+fn size_sampling(task: Task, solution: Solution) -> SizeSampling {
     // Bins are never seen alone: the narrowest law is three of them wide.
-    let is_bin = matches!(request.rows, SizeRows::Bins { ln_step, .. } if ln_step > 0.0);
-    let rippled = SizeSampling::Rippled {
-        tolerance: request.tolerance,
-        least_in_cell: if is_bin { LEAST_IN_BIN } else { LEAST_IN_CELL },
-    };
-    let (sizes, steps_per_disc, n_shifts) = match request.theory {
-        Theory::Mie => (rippled, 24.0, 16),
-        // The largest drops have 2π/x to two steps, and the sun's disc leaves little of their ripple.
-        Theory::BySize => (rippled, (0.06 / request.tolerance).clamp(12.0, 24.0), 8),
-        Theory::Debye { .. }
-        | Theory::GeometricPublished
-        | Theory::Geometric
-        | Theory::AiryPublished
-        | Theory::Airy
-        | Theory::Uniform => (SizeSampling::Smooth, 16.0, 4),
-    };
-    Sampling {
-        sizes,
-        steps_per_disc,
-        n_shifts,
+    let rows = task.request.rows;
+    let is_bin = matches!(rows, SizeRows::Bins { ln_step, .. } if ln_step > 0.0);
+    match solution {
+        Solution::LorenzMie => SizeSampling::Rippled {
+            tolerance: task.request.tolerance,
+            least_in_cell: if is_bin { LEAST_IN_BIN } else { LEAST_IN_CELL },
+        },
+        Solution::Debye => SizeSampling::Smooth,
     }
 }

@@ -31,10 +31,21 @@ pub(crate) const STILL_UM: f64 = 30.0;
 /// Orders whose light flattening leaves where it is.
 const RAYS: [u32; 2] = [0, 1];
 
+/// How a drop is computed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Solution {
+    /// That of Lorenz and Mie, whose orders interfere.
+    LorenzMie,
+    /// Debye's series, order by order.
+    Debye,
+}
+
 /// What all drops share at one wavelength.
 #[derive(Clone)]
 pub(crate) struct Setting<'a> {
     pub(crate) bin: Bin,
+    /// Those of the series.
+    pub(crate) orders: Vec<u32>,
     /// Grids of the flattened drops; empty for spheres.
     pub(crate) flattened: BTreeSet<usize>,
     pub(crate) grids: &'a AngleGrids,
@@ -48,18 +59,11 @@ pub(crate) struct Part {
 }
 
 /// A theory, ready for drops of any size at one wavelength.
-pub(crate) enum DropTheory<'a> {
-    /// The exact solution, with the parts of its light that count as secondary, by grid, where drops are
-    /// flattened.
-    Mie {
-        setting: Setting<'a>,
-        division: Option<Division>,
-    },
-    /// Debye orders, in groups that move alike.
-    Debye {
-        setting: Setting<'a>,
-        groups: Vec<(Option<u32>, Vec<u32>)>,
-    },
+pub(crate) struct DropTheory<'a> {
+    solution: Solution,
+    setting: Setting<'a>,
+    /// Of the exact solution, where drops are flattened.
+    division: Option<Division>,
 }
 
 /// How the exact solution is divided.
@@ -69,26 +73,13 @@ pub(crate) struct Division {
 }
 
 impl<'a> DropTheory<'a> {
-    pub(crate) fn mie(setting: Setting<'a>) -> Result<Self, Error> {
-        let division = if setting.flattened.is_empty() {
-            None
-        } else {
-            Some(Division::new(&setting)?)
-        };
-        Ok(Self::Mie { setting, division })
-    }
-
-    pub(crate) fn debye(setting: Setting<'a>, orders: &[u32]) -> Self {
-        let is_flattened = !setting.flattened.is_empty();
-        let mut groups: Vec<(Option<u32>, Vec<u32>)> = Vec::new();
-        for &p in orders {
-            let moved = Some(p).filter(|p| is_flattened && MOVED_ORDERS.contains(p));
-            match groups.iter_mut().find(|(of_group, _)| *of_group == moved) {
-                Some((_, group)) => group.push(p),
-                None => groups.push((moved, vec![p])),
-            }
-        }
-        Self::Debye { setting, groups }
+    pub(crate) fn new(solution: Solution, setting: Setting<'a>) -> Result<Self, Error> {
+        let is_divided = solution == Solution::LorenzMie && !setting.flattened.is_empty();
+        Ok(Self {
+            solution,
+            division: is_divided.then(|| Division::new(&setting)).transpose()?,
+            setting,
+        })
     }
 
     /// The light of each of some drops on the grid `grid_index`.
@@ -97,33 +88,53 @@ impl<'a> DropTheory<'a> {
         radii: &[Micrometers],
         grid_index: usize,
     ) -> Result<Vec<Vec<Part>>, Error> {
-        match self {
-            Self::Mie { setting, division } => {
-                let waves = radii
-                    .iter()
-                    .map(|radius| Ok(sphere(setting, *radius)?.waves().clone()))
-                    .collect::<Result<Vec<PartialWaves>, Error>>()?;
-                let angles = &setting.grids.at(grid_index).folded;
+        let angles = &self.setting.grids.at(grid_index).folded;
+        let spheres = radii.iter().map(|radius| self.sphere(*radius));
+        let spheres = spheres.collect::<Result<Vec<Sphere>, Error>>()?;
+        match self.solution {
+            Solution::LorenzMie => {
+                let waves = spheres.iter().map(|sphere| sphere.waves().clone());
+                let waves: Vec<PartialWaves> = waves.collect();
                 let lights = cross_sections_of_each(&waves, angles).into_iter();
-                let parts = |(light, radius): (Vec<[f64; 2]>, &Micrometers)| match division {
+                let parts = |(light, radius): (Vec<[f64; 2]>, &Micrometers)| match &self.division {
                     Some(division) if radius.0 >= STILL_UM => division.parts(&light, grid_index),
                     Some(_) | None => vec![Part { moved: None, light }],
                 };
                 Ok(lights.zip(radii).map(parts).collect())
             }
-            Self::Debye { setting, groups } => {
-                let angles = &setting.grids.at(grid_index).folded;
-                let parts = |radius: &Micrometers| {
-                    let series = sphere(setting, *radius)?.debye_series();
+            Solution::Debye => {
+                let groups = self.groups();
+                let parts = |sphere: &Sphere| {
+                    let series = sphere.debye_series();
                     let part = |(moved, orders): &(Option<u32>, Vec<u32>)| Part {
                         moved: *moved,
                         light: series.incoherent_cross_sections(orders, angles),
                     };
-                    Ok(groups.iter().map(part).collect())
+                    groups.iter().map(part).collect()
                 };
-                radii.iter().map(parts).collect()
+                Ok(spheres.iter().map(parts).collect())
             }
         }
+    }
+
+    /// Debye orders that move alike.
+    fn groups(&self) -> Vec<(Option<u32>, Vec<u32>)> {
+        let is_flattened = !self.setting.flattened.is_empty();
+        let mut groups: Vec<(Option<u32>, Vec<u32>)> = Vec::new();
+        for &p in &self.setting.orders {
+            let moved = Some(p).filter(|p| is_flattened && MOVED_ORDERS.contains(p));
+            match groups.iter_mut().find(|(of_group, _)| *of_group == moved) {
+                Some((_, group)) => group.push(p),
+                None => groups.push((moved, vec![p])),
+            }
+        }
+        groups
+    }
+
+    fn sphere(&self, radius: Micrometers) -> Result<Sphere, Error> {
+        let bin = self.setting.bin;
+        let index = RefractiveIndex::from(bin.index);
+        Ok(Sphere::from_radius(radius, bin.center, index)?)
     }
 }
 
@@ -185,13 +196,4 @@ impl Division {
             },
         ]
     }
-}
-
-fn sphere(setting: &Setting, radius: Micrometers) -> Result<Sphere, Error> {
-    let index = RefractiveIndex {
-        n: setting.bin.index,
-        k: 0.0,
-    };
-    Sphere::from_radius(radius, setting.bin.center, index)
-        .map_err(|error| Error::Drop(error.to_string()))
 }

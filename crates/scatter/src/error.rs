@@ -66,3 +66,15 @@ pub enum Error {
     #[error("{0}")]
     AiryTable(String),
 }
+
+impl From<niji_sizes::Error> for Error {
+    fn from(error: niji_sizes::Error) -> Self {
+        Self::Drop(error.to_string())
+    }
+}
+
+impl From<niji_mie::Error> for Error {
+    fn from(error: niji_mie::Error) -> Self {
+        Self::Drop(error.to_string())
+    }
+}

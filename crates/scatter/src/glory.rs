@@ -29,22 +29,11 @@ const NARROWEST_VARIANCE: f64 = 1e-4;
 /// Sizes that stand for a law: enough for an envelope, not for a table.
 const N_SIZES: usize = 8;
 
-/// Which glory.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct GloryRequest<'a> {
-    /// Effective radius (µm) and effective variance.
-    pub(crate) law: (f64, f64),
-    pub(crate) bin: Bin,
-    /// Ascending scattering angles.
-    pub(crate) theta_rad: &'a [f64],
-}
-
-/// t at the angles, 1/sr.
-pub(crate) fn glory(request: &GloryRequest) -> Vec<f64> {
-    let mut light = vec![0.0; request.theta_rad.len()];
-    let lit = request.theta_rad.iter().map(|theta| Radians(*theta));
+/// t in 1/sr at ascending scattering angles, of a law by its effective radius (µm) and effective variance.
+pub(crate) fn glory((radius_um, variance): (f64, f64), bin: Bin, theta_rad: &[f64]) -> Vec<f64> {
+    let mut light = vec![0.0; theta_rad.len()];
+    let lit = theta_rad.iter().map(|theta| Radians(*theta));
     let lit: Vec<Radians> = lit.filter(|theta| theta.0 >= GLORY_START_RAD).collect();
-    let (radius_um, variance) = request.law;
     let Ok(angles) = ScatteringAngles::new(&lit) else {
         return light;
     };
@@ -55,8 +44,8 @@ pub(crate) fn glory(request: &GloryRequest) -> Vec<f64> {
     let variance = variance.max(NARROWEST_VARIANCE);
     let law = gamma_area_quadrature(Micrometers(radius_um), variance, N_SIZES);
     for (radius, weight) in law.unwrap_or_default() {
-        let index = RefractiveIndex::from(request.bin.index);
-        let sphere = Sphere::from_radius(Micrometers(radius), request.bin.center, index);
+        let index = RefractiveIndex::from(bin.index);
+        let sphere = Sphere::from_radius(Micrometers(radius), bin.center, index);
         // A drop too small for the series has no rings.
         let Ok(sphere) = sphere else { continue };
         let both = sphere.waves().normalized_cross_sections(&angles);
@@ -81,11 +70,7 @@ mod tests {
             width: Nanometers(10.0),
             index: 1.331,
         };
-        glory(&GloryRequest {
-            law,
-            bin,
-            theta_rad,
-        })
+        glory(law, bin, theta_rad)
     }
 
     #[test]

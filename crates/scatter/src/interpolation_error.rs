@@ -16,10 +16,10 @@ use niji_sizes::law_weights;
 use crate::builder::values_at;
 use crate::error::Error;
 use crate::needed_angles::sides;
+use crate::request::SizeRow;
 use crate::request::SizeRows;
 use crate::request::TableRequest;
 use crate::size_average::is_cell_row;
-use crate::theory::Theory;
 
 /// One axis besides the angle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -155,8 +155,7 @@ pub(crate) fn bins_error(request: &TableRequest, theta_rad: &[f64]) -> Result<Ax
             ..SizeAxis::Radius.with_nodes(&ends_of(request), radii.to_vec())
         };
         let rows = pilot_rows(&pilot, theta_rad, Radii::All)?;
-        let weights = law_weights(radii, Micrometers(middle_um), narrowest_variance)
-            .map_err(|error| Error::Drop(error.to_string()))?;
+        let weights = law_weights(radii, Micrometers(middle_um), narrowest_variance)?;
         let at = |angle: usize| {
             let terms = weights
                 .iter()
@@ -191,7 +190,7 @@ struct PilotRow {
 fn ends_of<'a>(request: &TableRequest<'a>) -> TableRequest<'a> {
     let first_nm = request.wavelengths.first_nm();
     let one = WavelengthGrid::new(first_nm, request.wavelengths.step_nm(), 1);
-    let n_radii = if has_cells(request.theory) { 2 } else { 1 };
+    let n_radii = if has_cells(request) { 2 } else { 1 };
     TableRequest {
         wavelengths: one.unwrap_or(request.wavelengths),
         effective_radius_um: outermost(&request.effective_radius_um, n_radii),
@@ -201,9 +200,9 @@ fn ends_of<'a>(request: &TableRequest<'a>) -> TableRequest<'a> {
     }
 }
 
-/// Whether single sizes are means over the cells of their radii.
-fn has_cells(theory: Theory) -> bool {
-    matches!(theory, Theory::Mie | Theory::BySize)
+/// Whether single sizes are means over the cells of their radii: where orders interfere.
+fn has_cells(request: &TableRequest) -> bool {
+    request.theory.holds_every_order()
 }
 
 /// As many values from both ends, ascending.
@@ -219,24 +218,20 @@ fn pilot_rows(
     theta_rad: &[f64],
     radii: Radii,
 ) -> Result<Vec<PilotRow>, Error> {
-    let values = values_at(request, theta_rad, &|_| {})?.all;
-    let (_, n_radii, n_variances, _, n_angles) = values.dim();
-    let counts = |radius: &usize| radii == Radii::All || [0, n_radii - 1].contains(radius);
-    let mut rows = Vec::new();
-    for radius in (0..n_radii).filter(counts) {
-        for variance in 0..n_variances {
-            let law = request.effective_variance[variance];
-            let is_of_cell =
-                has_cells(request.theory) && is_cell_row(&request.effective_radius_um, radius, law);
-            let at = |j, angle| f64::from(values[[j, radius, variance, 0, angle]]);
-            let light = (0..n_angles).map(|angle| 0.5 * (at(0, angle) + at(1, angle)));
-            rows.push(PilotRow {
-                light: light.collect(),
-                is_of_cell,
-            });
+    let values = values_at(request, theta_rad, None, &|_| {})?.all;
+    let all_um = &request.effective_radius_um;
+    let counts =
+        |row: &SizeRow| radii == Radii::All || [0, all_um.len() - 1].contains(&row.radius_index);
+    let pilot = |row: SizeRow| {
+        let (radius, variance) = (row.radius_index, row.variance_index);
+        let at = |j, angle| f64::from(values[[j, radius, variance, 0, angle]]);
+        let light = (0..theta_rad.len()).map(|angle| 0.5 * (at(0, angle) + at(1, angle)));
+        PilotRow {
+            light: light.collect(),
+            is_of_cell: has_cells(request) && is_cell_row(all_um, radius, row.variance),
         }
-    }
-    Ok(rows)
+    };
+    Ok(request.size_rows().filter(counts).map(pilot).collect())
 }
 
 /// The larger of the errors on either side, from the differences that `off` makes at some angles of it.

@@ -21,26 +21,27 @@ const STILL_RAD: f64 = 0.01 * PI / 180.0;
 /// The orders whose light is kept apart, and the drops that move it.
 #[derive(Clone, Debug)]
 pub(crate) struct MovedOrders {
+    pub(crate) orders: Vec<u32>,
     /// How many radii of the table stay; those of all drops where nothing is kept apart.
     pub(crate) n_still: usize,
     drops: Vec<FallingDrops>,
-    /// Order and shift by wavelength.
-    orders: Vec<(u32, Vec<BowShift>)>,
+    /// By order and wavelength.
+    shifts: Vec<Vec<BowShift>>,
 }
 
 impl MovedOrders {
     pub(crate) fn new(request: &TableRequest) -> Self {
-        let shift = |order: u32| {
+        let of_order = |&order: &u32| {
             let at = |wavelength| {
                 // An order without a bow stays.
                 bow_shift(request.water.refractive_index(wavelength), order).unwrap_or_default()
             };
-            (order, request.wavelengths.centers().map(at).collect())
+            request.wavelengths.centers().map(at).collect()
         };
-        let mut orders: Vec<(u32, Vec<BowShift>)> =
-            request.moved_orders().into_iter().map(shift).collect();
-        let shifts = orders.iter().flat_map(|(_, shifts)| shifts);
-        let k_rad = shifts.fold(0.0_f64, |k, shift| k.max(shift.coefficients_rad[0].abs()));
+        let mut orders = request.moved_orders();
+        let shifts: Vec<Vec<BowShift>> = orders.iter().map(of_order).collect();
+        let largest = shifts.iter().flatten();
+        let k_rad = largest.fold(0.0_f64, |k, shift| k.max(shift.coefficients_rad[0].abs()));
         let radii = request.effective_radius_um.iter().copied().map(Micrometers);
         let mut drops: Vec<FallingDrops> = request.motion.map_or(Vec::new(), |motion| {
             radii.map(|radius| motion.drops(radius)).collect()
@@ -51,20 +52,25 @@ impl MovedOrders {
             orders.clear();
         }
         Self {
+            orders,
             n_still: request.effective_radius_um.len() - drops.len(),
             drops,
-            orders,
+            shifts,
         }
     }
 
-    /// How many orders move.
-    pub(crate) fn len(&self) -> usize {
-        self.orders.len()
+    /// The orders of a radius whose light is kept apart.
+    pub(crate) fn of_radius(&self, radius_index: usize) -> &[u32] {
+        if radius_index < self.n_still {
+            &[]
+        } else {
+            &self.orders
+        }
     }
 
     /// What the table holds of them, with the light of each; `None` where nothing moves.
     pub(crate) fn bows(self, values: Vec<Array4<f32>>) -> Option<MovedBows> {
-        let orders = self.orders.into_iter().zip(values);
+        let orders = self.orders.into_iter().zip(self.shifts).zip(values);
         let orders: Vec<MovedOrder> = orders
             .map(|((order, shifts), values)| MovedOrder {
                 order,

@@ -6,10 +6,7 @@
 //! orders of the uniform one, and glory and corona besides. Light of rays is the mean over a step of the
 //! angles; the step with the caustic in it has the light that a table for a point sun has there.
 
-use std::f64::consts::TAU;
-
 use ndarray::Array3;
-use niji_airy::GeometricOrder;
 use niji_airy::rainbow_ray;
 use niji_radiometry::Micrometers;
 use niji_radiometry::Nanometers;
@@ -24,11 +21,11 @@ use crate::bow_light::LawDrops;
 use crate::bow_light::Order;
 use crate::bow_light::Places;
 use crate::corona::corona;
-use crate::glory::GloryRequest;
 use crate::glory::glory;
 use crate::mean_square::Averaging;
 use crate::mean_square::MeanSquare;
 use crate::rings::Rings;
+use crate::size_parameter::size_parameter;
 use crate::theory::Theory;
 
 /// Largest error of means over sizes.
@@ -73,7 +70,7 @@ pub struct DropLight {
 impl DropLight {
     /// Averages the bows over the laws of sizes.
     pub fn new(request: LightRequest) -> Self {
-        let theory = request.theory.bow_theory().unwrap_or(BowTheory::Uniform);
+        let theory = request.theory.expected_bows();
         let mut variances: Vec<f64> = request.laws.iter().map(|(_, variance)| *variance).collect();
         variances.sort_by(f64::total_cmp);
         variances.dedup();
@@ -122,12 +119,15 @@ impl DropLight {
             let Some(order) = self.theory.order(bin, p) else {
                 return vec![vec![0.0; request.rings.n]; request.laws.len()];
             };
-            let caustic = match &order {
-                Order::Rays(rays) => {
-                    let bow = rainbow_ray(bin.index, p);
-                    bow.and_then(|bow| self.caustic(bow.theta_rad(), rays))
-                }
-                Order::Colors(_) | Order::Airy(..) | Order::Uniform(_) => None,
+            // Index of the angle with a caustic, and the light there in a table for a point sun.
+            let caustic = if let Order::Rays(rays) = &order {
+                rainbow_ray(bin.index, p).and_then(|bow| {
+                    let index = request.rings.holding(bow.theta_rad())?;
+                    let light = rays.normalized_cross_section(Radians(bow.theta_rad()));
+                    Some((index, natural(light)))
+                })
+            } else {
+                None
             };
             let places = match &order {
                 Order::Rays(_) | Order::Colors(_) => Places::Rings(request.rings),
@@ -139,12 +139,12 @@ impl DropLight {
                     .mean_squares
                     .partition_point(|(known, _)| known < variance);
                 let mut both = vec![[0.0; 2]; places.n()];
-                let radius = Micrometers(*radius_um);
-                let drops = LawDrops {
-                    factor: self.theory.form().size_factor(radius, bin.center),
-                    parameter: size_parameter(*radius_um, bin),
-                    mean_square: &self.mean_squares[known].1,
-                };
+                let drops = LawDrops::new(
+                    self.theory,
+                    Micrometers(*radius_um),
+                    bin.center,
+                    &self.mean_squares[known].1,
+                );
                 light.add_to(&mut both, &drops);
                 let mut row: Vec<f64> = both.into_iter().map(natural).collect();
                 if let Some((index, light)) = caustic {
@@ -156,26 +156,11 @@ impl DropLight {
         })
     }
 
-    /// Index of the angle with a caustic and the light there in a table for a point sun.
-    fn caustic(&self, theta_rad: f64, rays: &GeometricOrder) -> Option<(usize, f64)> {
-        let index = self.request.rings.holding(theta_rad)?;
-        Some((
-            index,
-            natural(rays.normalized_cross_section(Radians(theta_rad))),
-        ))
-    }
-
     /// Light of the exact solution around the antisolar point.
     pub fn glory(&self) -> Light {
         let theta_rad: Vec<f64> = self.request.rings.angles();
         self.by_band(|bin| {
-            let row = |law: &(f64, f64)| {
-                glory(&GloryRequest {
-                    law: *law,
-                    bin,
-                    theta_rad: &theta_rad,
-                })
-            };
+            let row = |law: &(f64, f64)| glory(*law, bin, &theta_rad);
             self.request.laws.iter().map(row).collect()
         })
     }
@@ -185,7 +170,7 @@ impl DropLight {
         let angles = self.request.rings.angles();
         self.by_band(|bin| {
             let row = |(radius_um, _): &(f64, f64)| {
-                let x = size_parameter(*radius_um, bin);
+                let x = size_parameter(Micrometers(*radius_um), bin.center);
                 angles
                     .iter()
                     .map(|theta_rad| corona(x, *theta_rad))
@@ -213,11 +198,6 @@ impl DropLight {
         let shape = self.none().dim();
         Array3::from_shape_fn(shape, |(law, band, angle)| rows[band][law][angle])
     }
-}
-
-/// x of the effective radius.
-fn size_parameter(radius_um: f64, bin: Bin) -> f64 {
-    TAU * 1e3 * radius_um / bin.center.0
 }
 
 /// Natural light of both polarizations.
@@ -286,7 +266,7 @@ mod tests {
                 water: WATER,
                 airy_table: None,
             };
-            let table = crate::builder::values_at(&table, &theta_rad, &|_| ()).unwrap();
+            let table = crate::builder::values_at(&table, &theta_rad, None, &|_| ()).unwrap();
             for (law, band) in [(0, 0), (1, 0), (1, 1), (2, 1)] {
                 let found = light.slice(s![law, band, ..]);
                 let [s, p] = [0, 1].map(|j| table.all.slice(s![j, law, law, band, ..]));

@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use niji_airy::AiryTable;
+use niji_radiometry::Micrometers;
 use niji_radiometry::Water;
 use niji_radiometry::WavelengthGrid;
 use serde::Serialize;
@@ -10,12 +11,11 @@ use serde::Serialize;
 use crate::drop_motion::DropMotion;
 use crate::error::Error;
 use crate::moved_orders::MovedOrders;
+use crate::theory::ORDERS;
 use crate::theory::Theory;
 
 /// Largest table: the renderer holds all of it.
 const LARGEST_TABLE_GIB: u64 = 4;
-/// Highest order of a table.
-const HIGHEST_ORDER: u32 = 7;
 
 /// What the rows of a table stand for.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -31,6 +31,17 @@ pub enum SizeRows {
         /// Effective variance of the narrowest law.
         narrowest_variance: f64,
     },
+}
+
+/// A row of a table: drops of one effective radius and variance.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SizeRow {
+    /// Number of the row.
+    pub(crate) index: usize,
+    pub(crate) radius_index: usize,
+    pub(crate) variance_index: usize,
+    pub(crate) radius: Micrometers,
+    pub(crate) variance: f64,
 }
 
 /// What a scattering table is made from.
@@ -79,7 +90,37 @@ impl TableRequest<'_> {
     /// Does the table keep light apart that flattening moves? Not where all drops are too small.
     #[must_use]
     pub fn moves(&self) -> bool {
-        MovedOrders::new(self).len() > 0
+        !MovedOrders::new(self).orders.is_empty()
+    }
+
+    /// How many rows there are.
+    pub(crate) fn n_rows(&self) -> usize {
+        self.effective_radius_um.len() * self.effective_variance.len()
+    }
+
+    /// All rows, the variance fastest.
+    pub(crate) fn size_rows(&self) -> impl Iterator<Item = SizeRow> {
+        let n_variances = self.effective_variance.len();
+        (0..self.n_rows()).map(move |index| {
+            let (radius_index, variance_index) = (index / n_variances, index % n_variances);
+            SizeRow {
+                index,
+                radius_index,
+                variance_index,
+                radius: Micrometers(self.effective_radius_um[radius_index]),
+                variance: self.effective_variance[variance_index],
+            }
+        })
+    }
+
+    /// Effective variances of the drops in the rows: a mean over a step of ln r has a twelfth of its square.
+    pub(crate) fn variances_of_drops(&self) -> impl Iterator<Item = f64> {
+        let least = match self.rows {
+            SizeRows::Laws => 0.0,
+            SizeRows::Bins { ln_step, .. } => ln_step * ln_step / 12.0,
+        };
+        let variances = self.effective_variance.iter();
+        variances.map(move |variance| variance.max(least))
     }
 
     /// The orders that take part.
@@ -120,57 +161,53 @@ impl TableRequest<'_> {
     /// An axis that is empty, not ascending or outside its range, orders that take no part, water of
     /// which nobody measured the index, or sizes that the theory does not compute.
     pub fn check(&self) -> Result<(), Error> {
+        let refused = |axis, found, expected| {
+            Err(Error::Axis {
+                axis,
+                found,
+                expected,
+            })
+        };
         let radii = &self.effective_radius_um;
         let sound_radius = |radius: &f64| *radius > 0.0 && radius.is_finite();
         if !(is_ascending(radii) && radii.iter().all(sound_radius)) {
             let expected = "ascending radii above 0 um";
-            return Err(axis("effective radius", format!("{radii:?}"), expected));
+            return refused("effective radius", format!("{radii:?}"), expected);
         }
         let variances = &self.effective_variance;
         let sound_variance = |variance: &f64| (0.0..0.5).contains(variance);
+        let found = format!("{variances:?}");
         if !(is_ascending(variances) && variances.iter().all(sound_variance)) {
             let expected = "ascending values from 0 to below 0.5";
-            return Err(axis(
-                "effective variance",
-                format!("{variances:?}"),
-                expected,
-            ));
+            return refused("effective variance", found, expected);
         }
         // Compared with the value that stands for single sizes.
         if (self.rows != SizeRows::Laws || self.motion.is_some()) && *variances != [0.0] {
             let expected = "0 alone, for a table of single sizes";
-            return Err(axis(
-                "effective variance",
-                format!("{variances:?}"),
-                expected,
-            ));
+            return refused("effective variance", found, expected);
         }
         let (low, high) = self.theta_range_rad;
         if !(low >= 0.0 && high > low && high <= PI + 1e-12) {
             let found = format!("{} to {} degrees", low.to_degrees(), high.to_degrees());
-            return Err(axis("theta", found, "a range within 0 to 180 degrees"));
+            return refused("theta", found, "a range within 0 to 180 degrees");
         }
         let tolerance = self.tolerance;
         if !(tolerance > 0.0 && tolerance <= 1.0) {
-            return Err(axis(
-                "tolerance",
-                tolerance.to_string(),
-                "above 0 and at most 1",
-            ));
+            return refused("tolerance", tolerance.to_string(), "above 0 and at most 1");
         }
         if let SizeRows::Bins { ln_step, .. } = self.rows
             && !(0.0..=1.0).contains(&ln_step)
         {
-            return Err(axis("step of ln r", ln_step.to_string(), "0 to 1"));
+            return refused("step of ln r", ln_step.to_string(), "0 to 1");
         }
         if !(0.0..0.1).contains(&self.sun_disc_diameter_rad) {
             let found = format!("{} rad", self.sun_disc_diameter_rad);
-            return Err(axis("sun disc", found, "0 to 0.1 rad"));
+            return refused("sun disc", found, "0 to 0.1 rad");
         }
         self.water.check().map_err(Error::Water)?;
         let is_new = |(index, p): (usize, &u32)| !self.orders[..index].contains(p);
         let sound_orders = !self.orders_in().is_empty()
-            && self.orders.iter().all(|p| *p <= HIGHEST_ORDER)
+            && self.orders.iter().all(|p| ORDERS.contains(p))
             && self.orders.iter().enumerate().all(is_new);
         if !self.theory.ignores_orders() && !sound_orders {
             return Err(Error::Orders {
@@ -184,12 +221,4 @@ impl TableRequest<'_> {
 /// Not empty, and every value above the one before; a NaN is above none.
 fn is_ascending(values: &[f64]) -> bool {
     !values.is_empty() && values.windows(2).all(|pair| pair[1] > pair[0])
-}
-
-fn axis(axis: &'static str, found: String, expected: &'static str) -> Error {
-    Error::Axis {
-        axis,
-        found,
-        expected,
-    }
 }

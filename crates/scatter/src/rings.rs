@@ -30,9 +30,9 @@ pub struct Rings {
     pub n: usize,
 }
 
-/// The average over a sun's disc of light that is known by ring.
+/// The average over a sun's disc of light that is known at some places: a row of weights by angle.
 #[derive(Clone, Debug)]
-pub struct DiscAverage(Vec<AverageRow>);
+pub struct DiscAverage(pub(crate) Vec<AverageRow>);
 
 impl DiscAverage {
     /// The average around the middle of each ring, none of it below 0.
@@ -43,6 +43,20 @@ impl DiscAverage {
             sum.max(0.0)
         };
         self.0.iter().map(mean).collect()
+    }
+
+    /// No average: the light of places that are the angles themselves.
+    pub(crate) fn of_point(n_angles: usize) -> Self {
+        let own = |start| AverageRow {
+            start,
+            weights: vec![1.0],
+        };
+        Self((0..n_angles).map(own).collect())
+    }
+
+    /// The averages of both polarizations.
+    pub(crate) fn of_both(&self, light: &[[f64; 2]]) -> Vec<[f64; 2]> {
+        self.0.iter().map(|row| row.apply(light)).collect()
     }
 }
 
@@ -100,11 +114,7 @@ impl Rings {
 
     /// Weights of the rings for a disc of radius `radius_rad` around θ; they sum to 1.
     pub(crate) fn disc_row(&self, theta_rad: f64, radius_rad: f64) -> AverageRow {
-        let ring = |angle: f64| {
-            let position = (angle - self.first_rad) / self.step_rad;
-            (position.max(0.0) as usize).min(self.n - 1)
-        };
-        let (first, last) = (ring(theta_rad - radius_rad), ring(theta_rad + radius_rad));
+        let [first, last] = self.under_disc(theta_rad, radius_rad);
         let start = first.saturating_sub(1);
         let end = (last + 1).min(self.n - 1);
         let mut weights = vec![0.0; end - start + 1];
@@ -116,31 +126,23 @@ impl Rings {
             weights[ring - start] += m0 - 2.0 * bend;
             weights[(ring + 1).min(self.n - 1) - start] += bend + 0.5 * m1;
         }
-        let total: f64 = weights.iter().sum();
-        for weight in &mut weights {
-            *weight /= total;
-        }
-        AverageRow { start, weights }
+        AverageRow::normalized(start, weights)
     }
 
     /// The same for light that is taken as even within each ring: whole rings are exact then, however steep
     /// the light is that is in them.
     pub(crate) fn even_disc_row(&self, theta_rad: f64, radius_rad: f64) -> AverageRow {
-        let ring = |angle: f64| {
+        let [first, last] = self.under_disc(theta_rad, radius_rad);
+        let share = |ring: usize| self.moments(ring, theta_rad, radius_rad)[0];
+        AverageRow::normalized(first, (first..=last).map(share).collect())
+    }
+
+    /// The first and the last ring under a disc around θ.
+    fn under_disc(&self, theta_rad: f64, radius_rad: f64) -> [usize; 2] {
+        [theta_rad - radius_rad, theta_rad + radius_rad].map(|angle| {
             let position = (angle - self.first_rad) / self.step_rad;
             (position.max(0.0) as usize).min(self.n - 1)
-        };
-        let (first, last) = (ring(theta_rad - radius_rad), ring(theta_rad + radius_rad));
-        let share = |ring: usize| self.moments(ring, theta_rad, radius_rad)[0];
-        let mut weights: Vec<f64> = (first..=last).map(share).collect();
-        let total: f64 = weights.iter().sum();
-        for weight in &mut weights {
-            *weight /= total;
-        }
-        AverageRow {
-            start: first,
-            weights,
-        }
+        })
     }
 
     /// ∫ s^k w dθ' over a ring, k = 0, 1, 2, in the variable ψ, θ' = θ + R sin ψ, in which the edge of

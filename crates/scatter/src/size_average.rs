@@ -151,13 +151,8 @@ fn cell_nodes(row: usize, radius_um: f64, cell: f64, n: usize) -> impl Iterator<
     })
 }
 
-fn refused(error: &niji_sizes::Error) -> Error {
-    Error::Drop(error.to_string())
-}
-
 fn own_nodes(row: usize, radius_um: f64, variance: f64) -> Result<Vec<SizeNode>, Error> {
-    let nodes = gamma_area_quadrature(Micrometers(radius_um), variance, N_OWN_NODES)
-        .map_err(|error| refused(&error))?;
+    let nodes = gamma_area_quadrature(Micrometers(radius_um), variance, N_OWN_NODES)?;
     let node = |(radius_um, weight): (f64, f64)| SizeNode {
         radius: Micrometers(radius_um),
         uses: vec![(row, weight)],
@@ -171,7 +166,7 @@ fn shared_nodes(
     variance: f64,
     lattice: &[f64],
 ) -> Result<Vec<(usize, f64)>, Error> {
-    let law = GammaSizes::new(Micrometers(radius_um), variance).map_err(|error| refused(&error))?;
+    let law = GammaSizes::new(Micrometers(radius_um), variance)?;
     // Share of the cross-section in a step of ln r: p(x) x dlnx.
     let weight = |index: usize| {
         let relative = lattice[index].exp() / radius_um;

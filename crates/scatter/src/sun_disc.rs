@@ -23,20 +23,6 @@ pub(crate) struct FineGrid {
     pub(crate) n: usize,
 }
 
-impl FineGrid {
-    /// The value at θ of a function held at the nodes, linear between them.
-    pub(crate) fn row(&self, theta_rad: f64) -> AverageRow {
-        let position =
-            ((theta_rad - self.first_rad) / self.step_rad).clamp(0.0, (self.n - 1) as f64);
-        let start = (position as usize).min(self.n.saturating_sub(2));
-        let part = position - start as f64;
-        AverageRow {
-            start,
-            weights: vec![1.0 - part, part],
-        }
-    }
-}
-
 /// Weights of consecutive nodes of the fine grid; they sum to 1.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct AverageRow {
@@ -45,6 +31,15 @@ pub(crate) struct AverageRow {
 }
 
 impl AverageRow {
+    /// The row whose weights are in proportion to these.
+    pub(crate) fn normalized(start: usize, mut weights: Vec<f64>) -> Self {
+        let total: f64 = weights.iter().sum();
+        for weight in &mut weights {
+            *weight /= total;
+        }
+        Self { start, weights }
+    }
+
     /// The average of both polarisations held at the nodes of the fine grid.
     pub(crate) fn apply(&self, values: &[[f64; 2]]) -> [f64; 2] {
         let nodes = &values[self.start..self.start + self.weights.len()];
@@ -75,14 +70,7 @@ pub(crate) fn disc_row(grid: &FineGrid, theta_rad: f64, radius_rad: f64) -> Aver
             weights[cell - start + 1] += t * weight;
         }
     }
-    let total: f64 = weights.iter().sum();
-    if total <= 0.0 {
-        return grid.row(theta_rad);
-    }
-    for weight in &mut weights {
-        *weight /= total;
-    }
-    AverageRow { start, weights }
+    AverageRow::normalized(start, weights)
 }
 
 /// w(θ, θ') = 2 ψ sin θ'.

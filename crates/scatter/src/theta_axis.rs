@@ -7,20 +7,19 @@
 //! disc.
 
 use std::f64::consts::PI;
-use std::f64::consts::TAU;
 
+use niji_radiometry::Micrometers;
 use rayon::prelude::*;
 
-use crate::bow_light::BowTheory;
 use crate::bow_rows::BowLights;
 use crate::bow_rows::BowRows;
-use crate::bow_rows::SizeRow;
+use crate::bow_rows::Drops;
 use crate::error::Error;
 use crate::needed_angles::needed_angles;
+use crate::request::SizeRow;
 use crate::request::TableRequest;
+use crate::size_parameter::size_parameter;
 
-/// Bows of the exact theories.
-const EXACT_BOWS: BowTheory = BowTheory::Uniform;
 /// Amplitude of the ripple after the disc, in parts of the peak.
 const RIPPLE: f64 = 0.02;
 /// Candidates at most.
@@ -35,22 +34,28 @@ const RESOLVED_RAD: f64 = 12.0 * PI / 180.0;
 /// # Errors
 /// As [`crate::scattering_table`].
 pub fn theta_axis(request: &TableRequest) -> Result<Vec<f64>, Error> {
-    Ok(axis_and_lights(request)?.0)
+    Ok(chosen_angles(request)?.theta_rad)
 }
 
-/// The angles, and what was computed of the bows on the way.
-pub(crate) fn axis_and_lights(request: &TableRequest) -> Result<(Vec<f64>, BowLights), Error> {
+/// The angles of a table, and what was computed of its bows on the way.
+pub(crate) struct ChosenAngles {
+    pub(crate) theta_rad: Vec<f64>,
+    pub(crate) lights: BowLights,
+}
+
+/// Chooses the angles.
+pub(crate) fn chosen_angles(request: &TableRequest) -> Result<ChosenAngles, Error> {
     let candidates = candidates(request);
     let probe = probe(request);
-    let theory = request.theory.bow_theory().unwrap_or(EXACT_BOWS);
-    let lights = BowLights::new(&probe, theory, &candidates)?;
-    let rows = BowRows::new(&probe, &lights, &candidates)?;
-    let sizes = rows.size_rows();
+    let lights = BowLights::new(&probe, &candidates)?;
+    let rows = BowRows::new(&probe, lights, &candidates);
+    let orders = probe.orders_in();
+    let sizes: Vec<SizeRow> = probe.size_rows().collect();
     let curves: Vec<Vec<Vec<f64>>> = (0..request.wavelengths.len())
         .into_par_iter()
         .map(|index| {
             let natural = |size: &SizeRow| {
-                let row = rows.row(index, size);
+                let row = rows.light(index, Drops::of_row(size), &orders);
                 row.iter().map(|[s, p]| 0.5 * (s + p)).collect()
             };
             sizes.iter().map(natural).collect()
@@ -58,13 +63,15 @@ pub(crate) fn axis_and_lights(request: &TableRequest) -> Result<(Vec<f64>, BowLi
         .collect();
     let curves: Vec<Vec<f64>> = curves.into_iter().flatten().collect();
     let kept = needed_angles(&candidates, &curves, request.tolerance);
-    let angles: Vec<f64> = kept.into_iter().map(|index| candidates[index]).collect();
+    let mut theta_rad: Vec<f64> = kept.into_iter().map(|index| candidates[index]).collect();
     if request.theory.is_exact() && radius_of(request) > 0.0 {
         let root = (2.0 * request.tolerance / RIPPLE).sqrt();
-        let filled = with_steps_up_to(&angles, root * 2.0 * radius_of(request) / PI);
-        return Ok((filled, lights));
+        theta_rad = with_steps_up_to(&theta_rad, root * 2.0 * radius_of(request) / PI);
     }
-    Ok((angles, lights))
+    Ok(ChosenAngles {
+        theta_rad,
+        lights: rows.lights,
+    })
 }
 
 fn radius_of(request: &TableRequest) -> f64 {
@@ -88,7 +95,7 @@ fn with_steps_up_to(angles: &[f64], largest_rad: f64) -> Vec<f64> {
 
 /// Even angles, close enough that linear interpolation between neighbours keeps the tolerance.
 fn candidates(request: &TableRequest) -> Vec<f64> {
-    let radius_rad = 0.5 * request.sun_disc_diameter_rad;
+    let radius_rad = radius_of(request);
     let root = request.tolerance.sqrt();
     let step_rad = if radius_rad > 0.0 {
         // Nothing is sharper than a disc of light: half a cosine as wide as the disc bends by
@@ -112,7 +119,7 @@ fn candidates(request: &TableRequest) -> Vec<f64> {
 /// Narrowest fringe of the largest drop: of phase (4/3) ζ^(3/2), ζ = (x²/h)^(1/3) d with h near 5.
 fn fringe_period_rad(request: &TableRequest) -> f64 {
     let largest_um = request.effective_radius_um.last().copied().unwrap_or(1.0);
-    let x = TAU * 1e3 * largest_um / request.wavelengths.center(0).0;
+    let x = size_parameter(Micrometers(largest_um), request.wavelengths.center(0));
     PI / (x * (RESOLVED_RAD / 5.0).sqrt())
 }
 

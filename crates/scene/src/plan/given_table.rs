@@ -93,8 +93,8 @@ impl ScatteringNeed {
     /// Drops by size are those of the theory that a plan takes for all of them, to the error of the table.
     fn theory_misfit(&self, table: &ScatteringTable) -> Option<Misfit> {
         let expected = self.theory.name();
-        let by_size = table.theory == Theory::BySize.name()
-            && matches!(self.theory, Theory::Uniform | Theory::Mie);
+        let by_size =
+            table.theory == Theory::BySize.name() && Theory::SMALL_AND_LARGE.contains(&self.theory);
         unless(
             table.theory == expected || by_size,
             "theory",
@@ -105,7 +105,7 @@ impl ScatteringNeed {
 
     fn orders_misfit(&self, table: &ScatteringTable) -> Option<Misfit> {
         let is_in = |p: &u32| table.orders.split(',').any(|held| held == p.to_string());
-        let holds = table.orders == "all" || self.theory == Theory::Mie;
+        let holds = table.orders == "all" || self.theory.ignores_orders();
         let names: Vec<String> = self.orders.iter().map(u32::to_string).collect();
         let expected = names.join(",");
         unless(

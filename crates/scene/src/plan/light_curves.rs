@@ -36,6 +36,7 @@ use super::flat_drops::moved;
 use super::higher_orders::orders_seen;
 use super::luminance::Line;
 use super::luminance::Luminance;
+use super::stages::table_theory;
 
 /// Diameter of the sun's disc, 0.533 degrees.
 pub(super) const SUN_DISC_DIAMETER_RAD: f64 = 0.533 * PI / 180.0;
@@ -197,11 +198,7 @@ impl<'a> LightCurves<'a> {
 
     /// The theory of a shape: without fringes all light is rays.
     fn theory(&self, shaping: &Shaping) -> Theory {
-        if shaping.contains(&Effect::Supernumeraries) {
-            self.request.theory
-        } else {
-            Theory::Geometric
-        }
+        table_theory(self.request.theory, shaping)
     }
 
     fn luminance(&self, seen: &Seen) -> Rc<Luminance> {

@@ -13,6 +13,7 @@ use niji_radiometry::Micrometers;
 use niji_radiometry::WavelengthGrid;
 use niji_scatter::GLORY_LARGEST_UM;
 use niji_scatter::GLORY_START_RAD;
+use niji_scatter::SizeLaw;
 use niji_scatter::Theory;
 use niji_scatter::theory_for_laws;
 
@@ -52,8 +53,11 @@ fn of_all_modes(drops: &DropSummary, wavelengths: WavelengthGrid, tolerance: f64
     let law_at = |law: &LawShare, part: f64| {
         let (low_um, high_um) = law.effective_radius_um;
         let (narrow, broad) = law.effective_variance;
-        let radius = Micrometers(low_um.powf(1.0 - part) * high_um.powf(part));
-        (radius, if part > 0.0 { broad } else { narrow }, law.share)
+        SizeLaw {
+            radius: Micrometers(low_um.powf(1.0 - part) * high_um.powf(part)),
+            variance: if part > 0.0 { broad } else { narrow },
+            share: law.share,
+        }
     };
     let of_mode = |laws: &[LawShare]| {
         let theory = |part: f64| {
