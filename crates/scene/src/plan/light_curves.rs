@@ -36,7 +36,7 @@ use super::flat_drops::moved;
 use super::higher_orders::orders_seen;
 use super::luminance::Line;
 use super::luminance::Luminance;
-use super::stages::table_theory;
+use super::theory_by_size::table_theory;
 
 /// Diameter of the sun's disc, 0.533 degrees.
 pub(super) const SUN_DISC_DIAMETER_RAD: f64 = 0.533 * PI / 180.0;
