@@ -27,5 +27,5 @@ pub(crate) struct AiryCommand {
 /// # Errors
 /// As [`stages::airy::make`].
 pub(crate) fn execute(command: &AiryCommand, common: &Common) -> Result<(), Failure> {
-    stages::airy::make(&command.output, common.manner()).map(|_| ())
+    stages::airy::make(&command.output, common.options()).map(|_| ())
 }

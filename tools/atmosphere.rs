@@ -75,7 +75,7 @@ pub(crate) fn execute(command: &AtmosphereCommand, common: &Common) -> Result<()
     if let Some(table) = &command.output {
         let PlannedScene { scene, plan, .. } = scene_file::load(&command.scene, common.goal())?;
         let orders = plan.scattering_orders(&scene);
-        stages::atmosphere::make((&scene, orders), table, common.manner())?;
+        stages::atmosphere::make((&scene, orders), table, common.options())?;
     }
     let Some(sky) = &command.sky else {
         return Ok(());
@@ -104,5 +104,5 @@ pub(crate) fn execute(command: &AtmosphereCommand, common: &Common) -> Result<()
     scene.sun.elevation_deg = sun_elevation_deg;
     scene.picture.exposure_ev = command.exposure_ev.unwrap_or(scene.picture.exposure_ev);
     let panorama = Panorama { width_px, height_m };
-    stages::sky::make(&scene, panorama, sky, common.manner()).map(|_| ())
+    stages::sky::make(&scene, panorama, sky, common.options()).map(|_| ())
 }

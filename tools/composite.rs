@@ -26,8 +26,8 @@ use crate::flags::Common;
 use crate::output;
 use crate::progress::Verbosity;
 use crate::stages::Done;
-use crate::stages::Manner;
 use crate::stages::Request;
+use crate::stages::StageOptions;
 use crate::stages::perform;
 
 /// Set a rendered bow into a photograph (EXR, PNG, JPEG).
@@ -119,14 +119,14 @@ enum Kind {
 /// # Errors
 /// As [`make`].
 pub(crate) fn execute(command: &CompositeCommand, common: &Common) -> Result<(), Failure> {
-    make(command, common.manner()).map(|_| ())
+    make(command, common.options()).map(|_| ())
 }
 
 /// Composites, or keeps a picture that fits.
 ///
 /// # Errors
 /// Inputs that are missing, damaged or of other shapes, an output that exists or cannot be written.
-pub(crate) fn make(command: &CompositeCommand, manner: Manner) -> Result<Done, Failure> {
+pub(crate) fn make(command: &CompositeCommand, options: StageOptions) -> Result<Done, Failure> {
     let kind = kind(&command.output)?;
     let beside = command.output.with_extension("png");
     let mut outputs: Vec<&Path> = vec![&command.output];
@@ -145,9 +145,9 @@ pub(crate) fn make(command: &CompositeCommand, manner: Manner) -> Result<Done, F
         inputs,
         outputs,
     };
-    perform(&job, manner, |provenance| {
+    perform(&job, options, |provenance| {
         let result = picture(command)?;
-        if manner.verbosity > Verbosity::Quiet {
+        if options.verbosity > Verbosity::Quiet {
             eprintln!(
                 "  composite  a sunlit white card has the value {:.4} in the photograph",
                 result.gain

@@ -30,8 +30,8 @@ use crate::flags;
 use crate::flags::Common;
 use crate::output;
 use crate::stages::Done;
-use crate::stages::Manner;
 use crate::stages::Request;
+use crate::stages::StageOptions;
 use crate::stages::perform;
 use crate::sun::camera_flags::Camera;
 use crate::sun::camera_flags::CameraFlags;
@@ -122,14 +122,14 @@ enum Along {
 /// # Errors
 /// As [`make`].
 pub(crate) fn execute(command: &DepthCommand, common: &Common) -> Result<(), Failure> {
-    make(command, common.manner()).map(|_| ())
+    make(command, common.options()).map(|_| ())
 }
 
 /// Makes the depth map, or keeps one that fits.
 ///
 /// # Errors
 /// Inputs that are missing, damaged or contradict each other, or outputs that exist.
-pub(crate) fn make(command: &DepthCommand, manner: Manner) -> Result<Done, Failure> {
+pub(crate) fn make(command: &DepthCommand, options: StageOptions) -> Result<Done, Failure> {
     let [toml, labels, preview] =
         ["layers.toml", "labels.png", "png"].map(|end| command.output.with_extension(end));
     let proposes = command.map.is_none() && command.layers.is_none();
@@ -154,7 +154,7 @@ pub(crate) fn make(command: &DepthCommand, manner: Manner) -> Result<Done, Failu
         inputs,
         outputs,
     };
-    perform(&job, manner, |provenance| {
+    perform(&job, options, |provenance| {
         let request = PhotoDepthRequest {
             photo: &photo,
             camera: camera.request(),

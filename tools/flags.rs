@@ -7,7 +7,7 @@ use niji_scene::Preset;
 
 use crate::output::Existing;
 use crate::progress::Verbosity;
-use crate::stages::Manner;
+use crate::stages::StageOptions;
 
 /// Flags of every subcommand.
 #[derive(Debug, Args)]
@@ -61,13 +61,13 @@ impl Common {
 
     /// How stages are run.
     #[must_use]
-    pub(crate) fn manner(&self) -> Manner {
+    pub(crate) fn options(&self) -> StageOptions {
         let existing = if self.force {
             Existing::Replace
         } else {
             Existing::Refuse
         };
-        Manner {
+        StageOptions {
             existing,
             verbosity: self.verbosity(),
         }

@@ -94,7 +94,7 @@ struct Diagram {
 /// # Errors
 /// Flags out of range, or an output that exists or cannot be written.
 pub(crate) fn execute(command: &LeeCommand, common: &Common) -> Result<(), Failure> {
-    let manner = common.manner();
+    let options = common.options();
     let diagram = diagram(command)?;
     let preview = command.output.with_extension("png");
     let plot = command.output.with_extension("svg");
@@ -110,8 +110,9 @@ pub(crate) fn execute(command: &LeeCommand, common: &Common) -> Result<(), Failu
         inputs: Vec::new(),
         outputs: vec![&command.output, &preview, &plot],
     };
-    perform(&request, manner, |provenance| {
-        let table = stages::scatter::computed(&diagram.need, *wavelengths, None, manner.verbosity)?;
+    perform(&request, options, |provenance| {
+        let table =
+            stages::scatter::computed(&diagram.need, *wavelengths, None, options.verbosity)?;
         let columns: Vec<BowCurves> = (0..diagram.need.effective_radius_um.len())
             .map(|radius| BowCurves::of(&table, [radius, 0], diagram.angles_rad.clone()))
             .collect();

@@ -68,7 +68,7 @@ pub(crate) fn execute(command: &MergeCommand, common: &Common) -> Result<(), Fai
     let [plain, preview] = companions(to);
     output::check_distinct(&[to, &plain, &preview])?;
     for path in [to, &plain, &preview] {
-        output::check_free(path, common.manner().existing)?;
+        output::check_free(path, common.options().existing)?;
     }
     let shown = shown(&first.picture).ok_or_else(|| {
         let message = "its provenance does not say how the picture is shown, render it again";

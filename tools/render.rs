@@ -106,7 +106,7 @@ pub(crate) fn execute(command: &RenderCommand, common: &Common) -> Result<(), Fa
         region: region(command, settings.whole()?)?,
     };
     let need = planned.plan.scattering.as_ref();
-    stages::render::make((&settings, need), inputs, target, common.manner())?;
+    stages::render::make((&settings, need), inputs, target, common.options())?;
     stages::accuracy::check(&planned, &command.output)
 }
 

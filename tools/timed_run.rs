@@ -17,7 +17,7 @@ use crate::progress::Verbosity;
 use crate::run::run_stages;
 use crate::stages;
 use crate::stages::Done;
-use crate::stages::Manner;
+use crate::stages::StageOptions;
 use niji_picture::PlannedScene;
 
 /// Runs of each level; the fastest counts, because other programs only ever slow one down.
@@ -64,11 +64,11 @@ pub(crate) fn run_once(
     planned: &PlannedScene,
     folder: &Path,
 ) -> Result<(Vec<Done>, SpectralImage), Failure> {
-    let manner = Manner {
+    let options = StageOptions {
         existing: Existing::Replace,
         verbosity: Verbosity::Quiet,
     };
-    let done = run_stages(planned, folder, manner)?.done;
+    let done = run_stages(planned, folder, options)?.done;
     let path = folder.join(stages::render::FILE);
     let image = SpectralImage::read_spectral(&path);
     Ok((

@@ -61,23 +61,23 @@ pub(crate) struct CalibrateCommand {
 /// # Errors
 /// A scene that cannot be run, or an output that exists or cannot be written.
 pub(crate) fn execute(command: &CalibrateCommand, common: &Common) -> Result<(), Failure> {
-    let manner = common.manner();
-    output::check_free(&command.output, manner.existing)?;
+    let options = common.options();
+    output::check_free(&command.output, options.existing)?;
     if command.theories {
-        let rows = theories::rows(&command.date, manner.verbosity)?;
+        let rows = theories::rows(&command.date, options.verbosity)?;
         return write_csv(&rows, &command.output);
     }
     if command.air {
-        let rows = air::rows(&command.date, manner.verbosity)?;
+        let rows = air::rows(&command.date, options.verbosity)?;
         return write_csv(&rows, &command.output);
     }
     if command.ice {
-        let rows = ice::rows(&command.date, manner.verbosity)?;
+        let rows = ice::rows(&command.date, options.verbosity)?;
         return write_csv(&rows, &command.output);
     }
     let mut rows = Vec::new();
     for path in &command.scenes {
-        let measured = measure(&scene_file::load(path, common.goal())?, manner.verbosity)?;
+        let measured = measure(&scene_file::load(path, common.goal())?, options.verbosity)?;
         rows.extend(measured.rows(&command.date));
     }
     write_csv(&rows, &command.output)

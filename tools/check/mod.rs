@@ -19,8 +19,8 @@ use crate::flags::Common;
 use crate::output;
 use crate::stages;
 use crate::stages::Done;
-use crate::stages::Manner;
 use crate::stages::Request;
+use crate::stages::StageOptions;
 use crate::stages::perform;
 use crate::sun::bow_edges::Bow;
 use crate::sun::bow_edges::TEMPERATURE_C;
@@ -135,7 +135,7 @@ pub(crate) fn execute(command: &CheckCommand, common: &Common) -> Result<(), Fai
     };
     output::print(&text)?;
     if let Some(path) = &command.output {
-        files(command, path, common.manner(), &texts)?;
+        files(command, path, common.options(), &texts)?;
     }
     verdict(&findings)
 }
@@ -148,12 +148,12 @@ pub(crate) fn execute(command: &CheckCommand, common: &Common) -> Result<(), Fai
 pub(crate) fn make(
     command: &CheckCommand,
     path: &Path,
-    manner: Manner,
+    options: StageOptions,
 ) -> Result<(Done, Vec<Finding>), Failure> {
     let start = Instant::now();
     let findings = findings(command)?;
     let texts: Vec<FindingText> = findings.iter().map(FindingText::from).collect();
-    let mut done = files(command, path, manner, &texts)?;
+    let mut done = files(command, path, options, &texts)?;
     done.seconds = start.elapsed().as_secs_f64();
     Ok((done, findings))
 }
@@ -175,7 +175,7 @@ pub(crate) fn verdict(findings: &[Finding]) -> Result<(), Failure> {
 fn files(
     command: &CheckCommand,
     path: &Path,
-    manner: Manner,
+    options: StageOptions,
     texts: &[FindingText],
 ) -> Result<Done, Failure> {
     let mut inputs = vec![("photo", command.photo.as_path())];
@@ -187,7 +187,7 @@ fn files(
         inputs,
         outputs: vec![path],
     };
-    perform(&job, manner, |provenance| {
+    perform(&job, options, |provenance| {
         let text = stages::json_text(&provenance, texts)?;
         output::write_text(path, &text)
     })

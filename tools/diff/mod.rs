@@ -58,7 +58,7 @@ fn threshold(text: &str) -> Result<f64, String> {
 pub(crate) fn execute(command: &DiffCommand, common: &Common) -> Result<(), Failure> {
     let (reference, file) = (&command.reference, &command.file);
     if let Some(path) = &command.output {
-        output::check_free(path, common.manner().existing)?;
+        output::check_free(path, common.options().existing)?;
     }
     let measures = match (is_vdb(reference), is_vdb(file)) {
         (true, true) if command.output.is_some() => {

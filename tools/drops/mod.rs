@@ -95,5 +95,5 @@ pub(crate) fn execute(command: &DropsCommand, common: &Common) -> Result<(), Fai
     } else {
         Compression::None
     };
-    stages::drops::make(&source, compression, output, common.manner()).map(|_| ())
+    stages::drops::make(&source, compression, output, common.options()).map(|_| ())
 }

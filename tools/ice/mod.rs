@@ -24,8 +24,8 @@ use crate::flags::Common;
 use crate::progress;
 use crate::progress::Verbosity;
 use crate::stages;
-use crate::stages::Manner;
 use crate::stages::Request;
+use crate::stages::StageOptions;
 use crate::stages::perform;
 use crate::stages::render::companions;
 use niji_picture::white_luminance_cd_m2;
@@ -60,7 +60,7 @@ pub(crate) struct IceCommand {
 pub(crate) fn execute(command: &IceCommand, common: &Common) -> Result<(), Failure> {
     let scene = read(&command.scene, common)?;
     let folder = command.scene.parent().unwrap_or(Path::new(""));
-    make(&scene, folder, &command.output, common.manner())
+    make(&scene, folder, &command.output, common.options())
 }
 
 /// Reads a scene of ice, with the accuracy asked for on the command line.
@@ -76,7 +76,7 @@ fn read(path: &Path, common: &Common) -> Result<IceScene, Failure> {
     Ok(scene)
 }
 
-fn make(scene: &IceScene, folder: &Path, to: &Path, manner: Manner) -> Result<(), Failure> {
+fn make(scene: &IceScene, folder: &Path, to: &Path, options: StageOptions) -> Result<(), Failure> {
     let mesh = match &scene.ice.shape {
         IceShape::Mesh { file, .. } => Some(folder.join(file)),
         IceShape::Cube { .. } | IceShape::Box { .. } | IceShape::Iceberg(_) => None,
@@ -89,10 +89,10 @@ fn make(scene: &IceScene, folder: &Path, to: &Path, manner: Manner) -> Result<()
         outputs: vec![to, &plain, &preview],
     };
     let mut reached = Ok(());
-    perform(&request, manner, |provenance| {
+    perform(&request, options, |provenance| {
         let world = World::new(scene, mesh.as_deref())?;
         let tolerance_cd_m2 = tolerance_cd_m2(scene, &world);
-        let picture = draw(scene, &world, manner.verbosity)?;
+        let picture = draw(scene, &world, options.verbosity)?;
         reached = check_tolerance(&picture, tolerance_cd_m2);
         let image = image(&world, picture, provenance);
         stages::render::write(&image, &scene.picture, to)

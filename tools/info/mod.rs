@@ -58,7 +58,7 @@ struct Report {
 pub(crate) fn execute(command: &InfoCommand, common: &Common) -> Result<(), Failure> {
     let path = &command.file;
     if let Some(preview) = &command.preview {
-        output::check_free(preview, common.manner().existing)?;
+        output::check_free(preview, common.options().existing)?;
     }
     let report = if is_vdb(path) {
         let file =

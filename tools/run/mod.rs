@@ -24,7 +24,7 @@ use crate::run::frames::parse_frames;
 use crate::scene_file;
 use crate::stages;
 use crate::stages::Done;
-use crate::stages::Manner;
+use crate::stages::StageOptions;
 use crate::stages::accuracy;
 use crate::stages::given_table;
 use crate::stages::render::Inputs;
@@ -95,15 +95,15 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
         )));
     }
     planned.check()?;
-    let manner = common.manner();
-    let given = given_table::given(&planned, command.table.as_deref(), manner.verbosity)?;
+    let options = common.options();
+    let given = given_table::given(&planned, command.table.as_deref(), options.verbosity)?;
     let files = Files::of_scene(&planned, folder).with_table(given);
-    let Outcome { done, findings } = run_stages_to(&planned, &files, manner)?;
+    let Outcome { done, findings } = run_stages_to(&planned, &files, options)?;
     let image = folder.join(stages::render::FILE);
     let reached = accuracy::reached(&planned, &image)?;
     let report = report::json(&planned, &done, reached.as_ref());
     report::write(&report, folder)?;
-    if manner.verbosity > Verbosity::Quiet {
+    if options.verbosity > Verbosity::Quiet {
         for warning in &planned.plan.warnings {
             eprintln!("    warning  {warning}");
         }
@@ -145,9 +145,9 @@ pub(crate) struct Outcome {
 pub(crate) fn run_stages(
     planned: &PlannedScene,
     folder: &Path,
-    manner: Manner,
+    options: StageOptions,
 ) -> Result<Outcome, Failure> {
-    run_stages_to(planned, &Files::of_scene(planned, folder), manner)
+    run_stages_to(planned, &Files::of_scene(planned, folder), options)
 }
 
 /// As [`run_stages`], with a name for each file.
@@ -157,7 +157,7 @@ pub(crate) fn run_stages(
 fn run_stages_to(
     planned: &PlannedScene,
     files: &Files,
-    manner: Manner,
+    options: StageOptions,
 ) -> Result<Outcome, Failure> {
     let (scene, plan) = (&planned.scene, &planned.plan);
     let Files {
@@ -177,24 +177,24 @@ fn run_stages_to(
                 let Some(source) = &planned.drop_source else {
                     continue;
                 };
-                stages::drops::make(source, niji_vdb::Compression::None, drops, manner)
+                stages::drops::make(source, niji_vdb::Compression::None, drops, options)
             }
             Stage::Airy | Stage::Scatter if *is_table_given => continue,
-            Stage::Airy => stages::airy::make(airy, manner),
+            Stage::Airy => stages::airy::make(airy, options),
             Stage::Scatter => {
                 let Some(need) = &plan.scattering else {
                     continue;
                 };
                 let wavelengths = scene.spectrum.grid();
                 let wavelengths = wavelengths.map_err(|e| Failure::Failed(e.to_string()))?;
-                stages::scatter::make(need, wavelengths, Some(airy), table, manner)
+                stages::scatter::make(need, wavelengths, Some(airy), table, options)
             }
             Stage::Atmosphere => {
                 let orders = plan.scattering_orders(scene);
-                stages::atmosphere::make((scene, orders), air, manner)
+                stages::atmosphere::make((scene, orders), air, options)
             }
             stage @ (Stage::Depth | Stage::Sun | Stage::Check | Stage::Composite) => {
-                let made = stages::photo::make(planned, stage, folder, manner);
+                let made = stages::photo::make(planned, stage, folder, options);
                 made.map(|(done, found)| {
                     findings.extend(found);
                     done
@@ -216,7 +216,7 @@ fn run_stages_to(
                     (&settings, plan.scattering.as_ref()),
                     inputs,
                     target,
-                    manner,
+                    options,
                 )
             }
         };

@@ -120,9 +120,9 @@ const ALL_ANGLES_DEG: &str = "0,180";
 /// # Errors
 /// As [`stages::scatter::make`]; a scene that needs no table; an output that exists.
 pub(crate) fn execute(command: &ScatterCommand, common: &Common) -> Result<(), Failure> {
-    let manner = common.manner();
+    let options = common.options();
     for path in [&command.plot].into_iter().flatten() {
-        output::check_free(path, manner.existing)?;
+        output::check_free(path, options.existing)?;
     }
     if !command.compare.is_empty() {
         return compare::execute(command, common);
@@ -131,7 +131,7 @@ pub(crate) fn execute(command: &ScatterCommand, common: &Common) -> Result<(), F
         return Ok(());
     };
     if let (Some(format), Some(path)) = (command.export, &command.output) {
-        output::check_free(path, manner.existing)?;
+        output::check_free(path, options.existing)?;
         export::write(format, &table, path)?;
     }
     match &command.plot {
@@ -156,20 +156,20 @@ fn table(command: &ScatterCommand, common: &Common) -> Result<Option<ScatteringT
             "this scene needs --airy, made by `niji airy`".to_owned(),
         ));
     }
-    let manner = common.manner();
+    let options = common.options();
     match &command.output {
         Some(path) if command.export.is_none() => {
-            stages::scatter::make(&need, wavelengths, airy, path, manner)?;
-            if command.plot.is_none() && manner.verbosity <= Verbosity::Normal {
+            stages::scatter::make(&need, wavelengths, airy, path, options)?;
+            if command.plot.is_none() && options.verbosity <= Verbosity::Normal {
                 return Ok(None);
             }
             let table = stages::scatter::read(path)?;
-            if manner.verbosity > Verbosity::Normal {
+            if options.verbosity > Verbosity::Normal {
                 stages::scatter::print_interpolation_error(&table);
             }
             Ok(Some(table))
         }
-        _ => stages::scatter::computed(&need, wavelengths, airy, manner.verbosity).map(Some),
+        _ => stages::scatter::computed(&need, wavelengths, airy, options.verbosity).map(Some),
     }
 }
 

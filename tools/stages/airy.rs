@@ -10,8 +10,8 @@ use niji_scatter::airy_to_file;
 use crate::failure::Failure;
 use crate::output;
 use crate::stages::Done;
-use crate::stages::Manner;
 use crate::stages::Request;
+use crate::stages::StageOptions;
 use crate::stages::perform;
 
 /// Name of the file in the folder of a run.
@@ -21,7 +21,7 @@ pub(crate) const FILE: &str = "airy.exr";
 ///
 /// # Errors
 /// An output that exists, or a file that cannot be written.
-pub(crate) fn make(to: &Path, manner: Manner) -> Result<Done, Failure> {
+pub(crate) fn make(to: &Path, options: StageOptions) -> Result<Done, Failure> {
     let settings = "{}".to_owned();
     let request = Request {
         stage: "airy",
@@ -29,7 +29,7 @@ pub(crate) fn make(to: &Path, manner: Manner) -> Result<Done, Failure> {
         inputs: Vec::new(),
         outputs: vec![to],
     };
-    perform(&request, manner, |provenance| {
+    perform(&request, options, |provenance| {
         let file = airy_to_file(&AiryTable::compute(), provenance);
         output::write_file(to, |writer| file.write(writer))
     })

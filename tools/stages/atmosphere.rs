@@ -11,8 +11,8 @@ use niji_scene::Scene;
 use crate::failure::Failure;
 use crate::output;
 use crate::stages::Done;
-use crate::stages::Manner;
 use crate::stages::Request;
+use crate::stages::StageOptions;
 use crate::stages::perform;
 
 /// Name of the file in the folder of a run.
@@ -25,7 +25,7 @@ pub(crate) const FILE: &str = "atmosphere.exr";
 pub(crate) fn make(
     (scene, orders): (&Scene, Option<ScatteringOrders>),
     to: &Path,
-    manner: Manner,
+    options: StageOptions,
 ) -> Result<Done, Failure> {
     let request = Request {
         stage: "atmosphere",
@@ -33,7 +33,7 @@ pub(crate) fn make(
         inputs: Vec::new(),
         outputs: vec![to],
     };
-    perform(&request, manner, |provenance| {
+    perform(&request, options, |provenance| {
         let vacuum =
             || Failure::Usage("the scene has no section [air]: it lies in a vacuum".to_owned());
         let file = air::table(scene, orders)?

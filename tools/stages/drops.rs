@@ -11,8 +11,8 @@ use crate::failure::Failure;
 use crate::output;
 use crate::progress::Verbosity;
 use crate::stages::Done;
-use crate::stages::Manner;
 use crate::stages::Request;
+use crate::stages::StageOptions;
 use crate::stages::perform;
 
 /// Name of the file in the folder of a run.
@@ -26,7 +26,7 @@ pub(crate) fn make(
     source: &VolumeSource,
     compression: Compression,
     to: &Path,
-    manner: Manner,
+    options: StageOptions,
 ) -> Result<Done, Failure> {
     let inputs = source.inputs();
     let request = Request {
@@ -38,7 +38,7 @@ pub(crate) fn make(
             .collect(),
         outputs: vec![to],
     };
-    perform(&request, manner, |provenance| {
+    perform(&request, options, |provenance| {
         let volume = source.volume()?;
         let file = volume.to_vdb(&provenance.to_text_items());
         let file = file.map_err(|error| match error {
@@ -46,7 +46,7 @@ pub(crate) fn make(
             _ => Failure::Failed(error.to_string()),
         })?;
         output::write_file(to, |writer| file.write(writer, compression))?;
-        if manner.verbosity > Verbosity::Quiet {
+        if options.verbosity > Verbosity::Quiet {
             print_summary(volume);
         }
         Ok(())

@@ -42,7 +42,7 @@ use crate::progress::Verbosity;
 
 /// How a stage is run.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Manner {
+pub(crate) struct StageOptions {
     /// What to do with outputs that exist.
     pub existing: Existing,
     /// How much to say.
@@ -79,7 +79,7 @@ pub(crate) struct Request<'a> {
 /// A missing input, an output that exists and is another one, or whatever `make` reports.
 pub(crate) fn perform(
     request: &Request,
-    manner: Manner,
+    options: StageOptions,
     make: impl FnOnce(Provenance) -> Result<(), Failure>,
 ) -> Result<Done, Failure> {
     let start = Instant::now();
@@ -91,8 +91,8 @@ pub(crate) fn perform(
             // What an interrupted run left is written again.
             let is_own = stored_provenance(path).as_ref() == Some(&provenance);
             if !is_own {
-                check_readable(path, manner.existing)?;
-                output::check_free(path, manner.existing)?;
+                check_readable(path, options.existing)?;
+                output::check_free(path, options.existing)?;
             }
         }
         make(provenance)?;
@@ -103,7 +103,7 @@ pub(crate) fn perform(
         .map(|path| path.display().to_string())
         .collect();
     let seconds = start.elapsed().as_secs_f64();
-    if manner.verbosity > Verbosity::Quiet && up_to_date {
+    if options.verbosity > Verbosity::Quiet && up_to_date {
         eprintln!(
             "{:>11}  {} is up to date",
             request.stage,

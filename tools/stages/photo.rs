@@ -28,7 +28,7 @@ use crate::depth::DepthCommand;
 use crate::failure::Failure;
 use crate::stages;
 use crate::stages::Done;
-use crate::stages::Manner;
+use crate::stages::StageOptions;
 use crate::sun;
 use crate::sun::SunCommand;
 use crate::water_flags;
@@ -124,18 +124,18 @@ pub(crate) fn make(
     planned: &PlannedScene,
     stage: Stage,
     folder: &Path,
-    manner: Manner,
+    options: StageOptions,
 ) -> Result<(Done, Vec<Finding>), Failure> {
     let unknown = || Failure::Failed(format!("no photograph for the stage {}", stage.name()));
     let arguments = arguments(planned, stage, folder).ok_or_else(unknown)?;
     let done = match stage {
-        Stage::Depth => depth::make(&parse::<DepthCommand>(&arguments)?, manner)?,
-        Stage::Sun => sun::make(&parse::<SunCommand>(&arguments)?, manner)?,
+        Stage::Depth => depth::make(&parse::<DepthCommand>(&arguments)?, options)?,
+        Stage::Sun => sun::make(&parse::<SunCommand>(&arguments)?, options)?,
         Stage::Check => {
             let command = parse::<CheckCommand>(&arguments)?;
-            return check::make(&command, &folder.join(CHECK), manner);
+            return check::make(&command, &folder.join(CHECK), options);
         }
-        Stage::Composite => composite::make(&parse::<CompositeCommand>(&arguments)?, manner)?,
+        Stage::Composite => composite::make(&parse::<CompositeCommand>(&arguments)?, options)?,
         Stage::Drops | Stage::Airy | Stage::Scatter | Stage::Atmosphere | Stage::Render => {
             return Err(unknown());
         }

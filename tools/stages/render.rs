@@ -23,8 +23,8 @@ use crate::progress;
 use crate::progress::Verbosity;
 use crate::stages;
 use crate::stages::Done;
-use crate::stages::Manner;
 use crate::stages::Request;
+use crate::stages::StageOptions;
 use crate::stages::given_table;
 use crate::stages::perform;
 use crate::stages::saved_rows;
@@ -72,7 +72,7 @@ pub(crate) fn make(
     (settings, need): (&PictureSettings, Option<&ScatteringNeed>),
     inputs: Inputs,
     target: Target,
-    manner: Manner,
+    options: StageOptions,
 ) -> Result<Done, Failure> {
     let mut files = vec![("drops", inputs.drops)];
     files.extend(inputs.table.map(|path| ("table", path)));
@@ -89,12 +89,12 @@ pub(crate) fn make(
         inputs: files,
         outputs,
     };
-    let done = perform(&request, manner, |provenance| {
+    let done = perform(&request, options, |provenance| {
         let image = picture(
             (settings, need),
             inputs,
             target,
-            (provenance, manner.verbosity),
+            (provenance, options.verbosity),
         )?;
         write(&image, &settings.picture, target.path)
     })?;

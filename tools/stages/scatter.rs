@@ -20,8 +20,8 @@ use crate::progress::Estimate;
 use crate::progress::Verbosity;
 use crate::stages;
 use crate::stages::Done;
-use crate::stages::Manner;
 use crate::stages::Request;
+use crate::stages::StageOptions;
 use crate::stages::perform;
 
 /// Name of the file in the folder of a run.
@@ -39,7 +39,7 @@ pub(crate) fn make(
     wavelengths: WavelengthGrid,
     airy: Option<&Path>,
     to: &Path,
-    manner: Manner,
+    options: StageOptions,
 ) -> Result<Done, Failure> {
     let airy = airy.filter(|_| need.theory.uses_airy_table());
     let inputs = airy.map(|path| ("airy", path)).into_iter().collect();
@@ -50,8 +50,8 @@ pub(crate) fn make(
         inputs,
         outputs: vec![to],
     };
-    perform(&request, manner, |provenance| {
-        let table = computed(need, wavelengths, airy, manner.verbosity)?;
+    perform(&request, options, |provenance| {
+        let table = computed(need, wavelengths, airy, options.verbosity)?;
         let file = table.to_file(provenance);
         output::write_file(to, |writer| file.write(writer))
     })

@@ -28,8 +28,8 @@ use rayon::slice::ParallelSliceMut;
 use crate::failure::Failure;
 use crate::output;
 use crate::stages::Done;
-use crate::stages::Manner;
 use crate::stages::Request;
+use crate::stages::StageOptions;
 use crate::stages::perform;
 
 /// What a panorama depends on besides the scene.
@@ -49,7 +49,7 @@ pub(crate) fn make(
     scene: &Scene,
     panorama: Panorama,
     to: &Path,
-    manner: Manner,
+    options: StageOptions,
 ) -> Result<Done, Failure> {
     let settings = canonical_json(&(
         (&scene.air, scene.ground, scene.spectrum),
@@ -64,7 +64,7 @@ pub(crate) fn make(
         inputs: Vec::new(),
         outputs: vec![to, &preview],
     };
-    perform(&request, manner, |provenance| {
+    perform(&request, options, |provenance| {
         let vacuum =
             || Failure::Usage("the scene has no section [air]: its sky is black".to_owned());
         let air = niji_picture::air::table(scene, scene.scattering_orders())?.ok_or_else(vacuum)?;

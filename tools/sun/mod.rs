@@ -30,8 +30,8 @@ use crate::flags::Common;
 use crate::output;
 use crate::stages;
 use crate::stages::Done;
-use crate::stages::Manner;
 use crate::stages::Request;
+use crate::stages::StageOptions;
 use crate::stages::perform;
 use crate::sun::bow_edges::Bow;
 use crate::sun::bow_edges::BowEdge;
@@ -128,7 +128,7 @@ pub(crate) fn execute(command: &SunCommand, common: &Common) -> Result<(), Failu
     output::print(&text)?;
     let possible = solved.best().map(|_| ());
     if command.output.is_some() || command.preview.is_some() {
-        files(command, common.manner(), || Ok(solved))?;
+        files(command, common.options(), || Ok(solved))?;
     }
     possible
 }
@@ -137,8 +137,8 @@ pub(crate) fn execute(command: &SunCommand, common: &Common) -> Result<(), Failu
 ///
 /// # Errors
 /// As [`solve`], or outputs that exist.
-pub(crate) fn make(command: &SunCommand, manner: Manner) -> Result<Done, Failure> {
-    files(command, manner, || solve(command))
+pub(crate) fn make(command: &SunCommand, options: StageOptions) -> Result<Done, Failure> {
+    files(command, options, || solve(command))
 }
 
 /// What the picks of a command say.
@@ -193,7 +193,7 @@ impl Solved {
 
 fn files(
     command: &SunCommand,
-    manner: Manner,
+    options: StageOptions,
     solved: impl FnOnce() -> Result<Solved, Failure>,
 ) -> Result<Done, Failure> {
     let job = Request {
@@ -206,7 +206,7 @@ fn files(
             .map(PathBuf::as_path)
             .collect(),
     };
-    perform(&job, manner, |provenance| {
+    perform(&job, options, |provenance| {
         let solved = solved()?;
         let text = stages::json_text(&provenance, solved.report())?;
         if let Some(path) = &command.preview {

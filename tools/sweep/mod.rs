@@ -64,11 +64,11 @@ pub(crate) struct SweepCommand {
 /// # Errors
 /// A scene that cannot be run, or an output that exists or cannot be written.
 pub(crate) fn execute(command: &SweepCommand, common: &Common) -> Result<(), Failure> {
-    let manner = common.manner();
+    let options = common.options();
     let folder = &command.output;
     let [csv, plot, page] = [CSV, PLOT, PAGE].map(|name| folder.join(name));
     for path in [&csv, &plot, &page] {
-        output::check_free(path, manner.existing)?;
+        output::check_free(path, options.existing)?;
     }
     let cannot = |error: std::io::Error| Failure::Failed(format!("{}: {error}", folder.display()));
     let runs = folder.join(RUNS);
@@ -77,7 +77,7 @@ pub(crate) fn execute(command: &SweepCommand, common: &Common) -> Result<(), Fai
     let planned = scene_file::load(&command.scene, common.goal())?.replanned(scene.clone())?;
     planned.check_light()?;
     let variants = variants(&planned);
-    let bar = progress::bar("sweep", variants.len() as u64 + 1, manner.verbosity);
+    let bar = progress::bar("sweep", variants.len() as u64 + 1, options.verbosity);
     let with = |accuracy: Accuracy| {
         let scene = Scene {
             accuracy,

@@ -21,7 +21,6 @@ use niji_geometry::Ray;
 
 use crate::air::Air;
 use crate::air::Lengths;
-use crate::air_error::DOUBT;
 use crate::gauss_nodes::AirStretch;
 use crate::gauss_nodes::GaussRule;
 use crate::gauss_nodes::RayNode;
@@ -30,6 +29,9 @@ use crate::march::Probe;
 use crate::veil::Veil;
 use crate::veil::VeilRoom;
 use crate::veil::Veiled;
+
+/// How far errors exceed the difference from twice as many nodes, or parts among the drops, at kinks.
+pub(crate) const DOUBT: f64 = 1.5;
 
 /// Stretches up to here have the fewest nodes (m).
 const SHORT_M: f64 = 300.0;

@@ -29,15 +29,14 @@ mod lattice;
 mod paths;
 mod phase;
 mod randoms;
+mod request;
 mod two_levels;
 mod view_grid;
 
 use glam::DVec3;
-use niji_exchange::ScatteringTable;
 
-use crate::air::Air;
 use crate::error::Error;
-use crate::lit_drops::LitDrops;
+use crate::levels::DropOrders;
 
 use column::N_STRATA;
 pub(crate) use diffraction::Diffraction;
@@ -47,14 +46,28 @@ use lattice::Lattice;
 use paths::Paths;
 use phase::PhaseRows;
 pub(crate) use phase::kept_radii;
+pub(crate) use request::OrdersRequest;
 use two_levels::FINER;
-pub(crate) use two_levels::n_paths;
+use two_levels::n_paths;
 pub(crate) use view_grid::SeenDirections;
 pub(crate) use view_grid::SunAxes;
 use view_grid::ViewGrid;
 
 /// Standard errors that are told. One alone covered 69 to 94 % of the pixels of fog, rain and spray.
 const STANDARD_ERRORS: f64 = 3.0;
+
+impl DropOrders {
+    /// Paths that are followed from each quarter of the light seen, in all directions together.
+    pub fn n_paths(self) -> usize {
+        match self {
+            Self::SingleScattering => 0,
+            Self::MultipleScattering {
+                nodes_across,
+                paths_per_node,
+            } => n_paths(nodes_across, paths_per_node),
+        }
+    }
+}
 
 /// Light of orders beyond the first, ready for rays.
 pub(crate) struct MultipleLight {
@@ -64,30 +77,6 @@ pub(crate) struct MultipleLight {
     source_sr1: Vec<f32>,
     /// Standard error of its luminance in the sun of the picture by direction and stratum [cd/m²].
     error_cd_m2: Vec<f32>,
-}
-
-/// What the light is found from.
-pub(crate) struct OrdersRequest<'a> {
-    /// The drops with their shadows.
-    pub(crate) drops: &'a LitDrops,
-    /// How they scatter, at all angles.
-    pub(crate) table: &'a ScatteringTable,
-    /// Towards the sun.
-    pub(crate) sun_direction: DVec3,
-    /// Where view rays start.
-    pub(crate) eye: DVec3,
-    /// Where they go.
-    pub(crate) seen: &'a SeenDirections,
-    /// Air that dims sunlight; `None` if it does not.
-    pub(crate) sunlight_air: Option<&'a Air<'a>>,
-    /// Air that dims the view; `None` if it does not.
-    pub(crate) view_air: Option<&'a Air<'a>>,
-    /// Weights that turn a spectrum for unit irradiance into luminance in the sun [cd/m²].
-    pub(crate) luminance_weights: &'a [f64],
-    /// Directions along both sides of the coarse lattice.
-    pub(crate) nodes_across: usize,
-    /// Paths of a direction of it and stratum.
-    pub(crate) paths_per_node: usize,
 }
 
 impl MultipleLight {

@@ -2,8 +2,10 @@
 
 use niji_geometry::PixelRegion;
 
-use crate::footprint_error::REACH_PX;
 use crate::levels::PixelFootprint;
+
+/// Pixels on every side that an estimate looks at.
+pub(crate) const REACH_PX: u32 = 2;
 
 /// Rays along a side of a pixel.
 pub(crate) fn rays_along(footprint: PixelFootprint) -> u32 {

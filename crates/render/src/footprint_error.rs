@@ -21,10 +21,8 @@
 
 use ndarray::Array2;
 
+use crate::footprint::REACH_PX;
 use crate::levels::PixelFootprint;
-
-/// Pixels on every side that an estimate looks at.
-pub(crate) const REACH_PX: u32 = 2;
 
 /// Over what even bends miss. Without it 97 to 99.7 % of the pixels of smooth pictures were covered, with ratios
 /// from 0.8 on.
@@ -41,7 +39,7 @@ const DISPLACED: f64 = 1.0 / 8.0;
 
 /// What an estimate knows of a pixel.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Glimpse {
+pub(crate) struct PixelLight {
     /// Luminance of the bows [cd/m²].
     pub(crate) bow: f32,
     /// All other luminance [cd/m²].
@@ -82,23 +80,27 @@ impl Bend {
     }
 }
 
-/// The five pixels across and the five down around a pixel; `glimpses` reach [`REACH_PX`] beyond the
+/// The five pixels across and the five down around a pixel; `lights_around` reach [`REACH_PX`] beyond the
 /// pixels that are counted.
-pub(crate) fn cross(glimpses: &Array2<Glimpse>, x: usize, y: usize) -> [[Glimpse; 5]; 2] {
+pub(crate) fn cross(
+    lights_around: &Array2<PixelLight>,
+    x: usize,
+    y: usize,
+) -> [[PixelLight; 5]; 2] {
     let reach = REACH_PX as usize;
-    let across = std::array::from_fn(|step| glimpses[[y + reach, x + step]]);
-    let down = std::array::from_fn(|step| glimpses[[y + step, x + reach]]);
+    let across = std::array::from_fn(|step| lights_around[[y + reach, x + step]]);
+    let down = std::array::from_fn(|step| lights_around[[y + step, x + reach]]);
     [across, down]
 }
 
 /// Estimated error of a pixel's luminance [cd/m²], from five pixels across and five down, which are
 /// `width_rad` wide.
 pub(crate) fn footprint_error(
-    cross: &[[Glimpse; 5]; 2],
+    cross: &[[PixelLight; 5]; 2],
     footprint: PixelFootprint,
     width_rad: f64,
 ) -> f64 {
-    let of_axis = |five: &[Glimpse; 5]| match footprint {
+    let of_axis = |five: &[PixelLight; 5]| match footprint {
         PixelFootprint::Center => all(five).missed_by(1),
         PixelFootprint::Grid { n } => all(five).missed_by(n),
         PixelFootprint::Prefiltered => prefiltered(five, width_rad),
@@ -106,11 +108,11 @@ pub(crate) fn footprint_error(
     cross.iter().map(of_axis).sum()
 }
 
-fn all(five: &[Glimpse; 5]) -> Bend {
+fn all(five: &[PixelLight; 5]) -> Bend {
     Bend::of(&five.map(|pixel| f64::from(pixel.bow + pixel.beside)))
 }
 
-fn prefiltered(five: &[Glimpse; 5], width_rad: f64) -> f64 {
+fn prefiltered(five: &[PixelLight; 5], width_rad: f64) -> f64 {
     let beside = Bend::of(&five.map(|pixel| f64::from(pixel.beside)));
     let light = five.map(|pixel| f64::from(pixel.light));
     let bow = five.map(|pixel| f64::from(pixel.bow));
@@ -164,7 +166,7 @@ mod tests {
             .into();
             let angle =
                 |x, y| scattering_angle_rad(camera.ray(x, y).unwrap().direction, sun_direction);
-            let glimpse = |x: u32, y: u32| Glimpse {
+            let seen_light = |x: u32, y: u32| PixelLight {
                 bow: angle(f64::from(x) + 0.5, f64::from(y) + 0.5) as f32,
                 beside: 0.0,
                 light: 1.0,
@@ -173,8 +175,8 @@ mod tests {
             for (x, y) in (2..48).flat_map(|y| (2..78).map(move |x| (x, y))) {
                 let steps = [0_u32, 1, 2, 3, 4];
                 let cross = [
-                    steps.map(|step| glimpse(x + step - 2, y)),
-                    steps.map(|step| glimpse(x, y + step - 2)),
+                    steps.map(|step| seen_light(x + step - 2, y)),
+                    steps.map(|step| seen_light(x, y + step - 2)),
                 ];
                 let missed =
                     footprint_error(&cross, PixelFootprint::Prefiltered, camera.pixel_angle().0);

@@ -9,7 +9,6 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
 
-use crate::drop_orders::n_paths;
 use crate::sun_sweep::fitting_voxel_m;
 
 /// How the integral along a view ray through the drops is taken.
@@ -150,19 +149,6 @@ pub enum DropOrders {
         #[schemars(range(min = 2, max = 1_048_576))]
         paths_per_node: usize,
     },
-}
-
-impl DropOrders {
-    /// Paths that are followed from each quarter of the light seen, in all directions together.
-    pub fn n_paths(self) -> usize {
-        match self {
-            Self::SingleScattering => 0,
-            Self::MultipleScattering {
-                nodes_across,
-                paths_per_node,
-            } => n_paths(nodes_across, paths_per_node),
-        }
-    }
 }
 
 /// What of a pixel is seen.

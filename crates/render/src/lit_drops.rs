@@ -72,7 +72,7 @@ impl LitDrops {
         sun_direction: DVec3,
         sun_path: SunPath,
     ) -> Result<Self, Error> {
-        crate::request::check_sun_direction(sun_direction)?;
+        crate::sun_direction::check_sun_direction(sun_direction)?;
         let bounds = union_of_bounds(&bricks);
         let sizes = bricks.iter().filter_map(Bricks::size_range);
         let size_range = sizes.reduce(SizeRange::union);
@@ -136,7 +136,7 @@ impl LitDrops {
         sun_direction: DVec3,
     ) -> Result<Self, Error> {
         surface.check()?;
-        crate::request::check_sun_direction(sun_direction)?;
+        crate::sun_direction::check_sun_direction(sun_direction)?;
         if self.has_shadow() && self.contradicts(sun_direction) {
             let expected = sun_direction.to_array();
             return Err(Error::ShadowOfAnotherSun { expected });
@@ -195,7 +195,7 @@ impl LitDrops {
             // Both are stored values; a direction that was computed twice is allowed its rounding.
             Shadow::From {
                 sun_direction: of_shadow,
-            } => of_shadow.distance(sun_direction) > crate::request::UNIT_TOLERANCE,
+            } => of_shadow.distance(sun_direction) > crate::sun_direction::UNIT_TOLERANCE,
         }
     }
 

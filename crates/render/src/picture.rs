@@ -14,13 +14,14 @@ use rayon::prelude::*;
 
 use crate::air_error::AirError;
 use crate::error::Error;
-use crate::footprint_error::REACH_PX;
+use crate::footprint::REACH_PX;
+use crate::footprint_error::cross;
 use crate::frame::frame;
-use crate::painter::Brush;
-use crate::painter::Painter;
 use crate::picture_layers::PictureLayer;
 use crate::picture_layers::Rendered;
 use crate::picture_tiles::tiles;
+use crate::ray_tracer::RayTracer;
+use crate::ray_tracer::Room;
 use crate::request::RenderRequest;
 
 /// Render a region of a picture; `progress` gets the number of pixels just finished, from any thread.
@@ -51,7 +52,7 @@ pub fn render_in_steps(
     let colorimetry = Colorimetry::new(&request.wavelengths);
     let frame = frame(request, &colorimetry)?;
     let to_vector = |[x, y, z]: &[f64; 3]| Vec4::new(*x as f32, *y as f32, *z as f32, 0.0);
-    let mut painter = Painter {
+    let mut tracer = RayTracer {
         frame,
         eye: request.eye(),
         region: request.region,
@@ -60,15 +61,15 @@ pub fn render_in_steps(
         xyz_weights: colorimetry.weights().iter().map(to_vector).collect(),
         air_error: AirError::none(),
     };
-    painter.air_error = painter.measure_air();
+    tracer.air_error = tracer.measure_air();
     if let Some(tolerance_cd_m2) = request.tolerance_cd_m2 {
-        painter.refine_air(tolerance_cd_m2);
+        tracer.refine_air(tolerance_cd_m2);
     }
     let (width, height) = (
         request.region.width_px as usize,
         request.region.height_px as usize,
     );
-    let frame = &painter.frame;
+    let frame = &tracer.frame;
     let layers = PictureLayer::all().filter(|layer| match layer {
         PictureLayer::Skylit => frame.surround.is_some(),
         PictureLayer::BowMultiple => frame.multiple.is_some(),
@@ -78,16 +79,16 @@ pub fn render_in_steps(
     });
     let mut picture = Rendered::dark([request.wavelengths.len(), height, width], layers);
     let reach = REACH_PX as usize;
-    let mut glimpses = Array2::default((height + 2 * reach, width + 2 * reach));
-    painter.glimpse_around(&mut glimpses);
-    let (mut painted, mut finished) = (0, 0);
-    while painted < height {
+    let mut lights_around = Array2::default((height + 2 * reach, width + 2 * reach));
+    tracer.trace_around(&mut lights_around);
+    let (mut traced, mut finished) = (0, 0);
+    while traced < height {
         let ControlFlow::Continue(n_rows) = next_rows(&picture, finished as u32) else {
             return Err(Error::Stopped);
         };
         let n_rows = n_rows.max(1) as usize;
-        let step = painted..painted.saturating_add(n_rows).min(height);
-        let inner = glimpses.slice_mut(s![reach..reach + height, reach..reach + width]);
+        let step = traced..traced.saturating_add(n_rows).min(height);
+        let inner = lights_around.slice_mut(s![reach..reach + height, reach..reach + width]);
         let pictured = picture.tiles_mut(&step).into_iter();
         pictured
             .zip(tiles(inner, &step))
@@ -95,25 +96,32 @@ pub fn render_in_steps(
             .into_par_iter()
             .with_max_len(1)
             .for_each_init(
-                || Brush::new(&painter),
-                |brush, (tile, glimpses)| {
-                    let n_pixels = glimpses.len() as u64;
-                    painter.paint_tile(tile, glimpses, brush);
+                || Room::new(&tracer),
+                |room, (tile, lights_around)| {
+                    let n_pixels = lights_around.len() as u64;
+                    tracer.trace_tile(tile, lights_around, room);
                     progress(n_pixels);
                 },
             );
-        painted = step.end;
+        traced = step.end;
         // The last rows wait for the neighbors below them.
-        let known = if painted == height {
+        let known = if traced == height {
             height
         } else {
-            painted.saturating_sub(reach)
+            traced.saturating_sub(reach)
         };
-        picture.add_footprint_error(finished..known, &painter, &glimpses);
+        picture.add_missed(finished..known, &|x, y| {
+            tracer.missed(&cross(&lights_around, x, y), tracer.footprint)
+        });
         if let Some(tolerance_cd_m2) = request.tolerance_cd_m2 {
-            painter.refine(&mut picture, finished..known, &glimpses, tolerance_cd_m2);
+            tracer.refine(
+                &mut picture,
+                finished..known,
+                &lights_around,
+                tolerance_cd_m2,
+            );
         }
-        painter.frame.check_rows()?;
+        tracer.frame.check_rows()?;
         finished = known;
     }
     Ok(picture)

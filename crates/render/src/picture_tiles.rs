@@ -7,7 +7,6 @@
 use std::ops::Range;
 
 use glam::Vec4;
-use ndarray::Array2;
 use ndarray::ArrayViewMut;
 use ndarray::ArrayViewMut3;
 use ndarray::Axis;
@@ -17,9 +16,6 @@ use ndarray::s;
 use rayon::prelude::*;
 
 use crate::error_parts::together;
-use crate::footprint_error::Glimpse;
-use crate::footprint_error::cross;
-use crate::painter::Painter;
 use crate::picture_layers::FOOTPRINT;
 use crate::picture_layers::PictureLayer;
 use crate::picture_layers::PictureLayer::Error;
@@ -63,12 +59,11 @@ impl Rendered {
         pixels
     }
 
-    /// Add what pixels miss to the error of rows; `glimpses` reach [`REACH_PX`] beyond the picture.
-    pub(crate) fn add_footprint_error(
+    /// Add what pixels of some rows miss, by column and row, to their error.
+    pub(crate) fn add_missed(
         &mut self,
         rows: Range<usize>,
-        painter: &Painter,
-        glimpses: &Array2<Glimpse>,
+        missed: &(dyn Fn(usize, usize) -> f64 + Sync),
     ) {
         let Some((_, errors)) = self.layers.iter_mut().find(|(layer, _)| *layer == Error) else {
             return;
@@ -77,7 +72,7 @@ impl Rendered {
         let errors = errors.axis_iter_mut(Axis(1)).into_par_iter();
         errors.zip(rows).for_each(|(mut errors, y)| {
             for (x, mut causes) in errors.axis_iter_mut(Axis(1)).enumerate() {
-                let missed = painter.missed(&cross(glimpses, x, y), painter.footprint);
+                let missed = missed(x, y);
                 causes[FOOTPRINT] = missed as f32;
                 causes[TOTAL] = together(&[f64::from(causes[TOTAL]), missed]) as f32;
             }
@@ -164,6 +159,8 @@ fn cut<T, D: Dimension>(
 
 #[cfg(test)]
 mod tests {
+    use ndarray::Array2;
+
     use super::*;
 
     #[test]

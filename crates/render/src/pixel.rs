@@ -3,11 +3,11 @@
 use glam::Vec4;
 
 use crate::error_parts::RayErrors;
-use crate::footprint_error::Glimpse;
+use crate::footprint_error::PixelLight;
 use crate::picture_layers::N_CAUSES;
 use crate::picture_layers::PictureLayer;
 use crate::ray_light::RayLight;
-use crate::ray_light::weighted_sum;
+use crate::spectra::weighted_sum;
 
 /// Sums over the rays of a pixel.
 pub(crate) struct Pixel {
@@ -73,8 +73,8 @@ impl Pixel {
     }
 
     /// What an estimate of a footprint's error looks at.
-    pub(crate) fn glimpse(&self) -> Glimpse {
-        Glimpse {
+    pub(crate) fn seen_light(&self) -> PixelLight {
+        PixelLight {
             bow: self.bows_cd_m2(),
             beside: self.beside_cd_m2,
             light: self.light as f32,

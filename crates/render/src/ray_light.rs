@@ -7,7 +7,6 @@
 //! to the far side of the drops, `L_beyond` sky and ground, `T_drops = exp(-tau)` what the drops let
 //! pass without diffraction, `S` mean of the surroundings.
 
-use glam::Vec4;
 use niji_geometry::Ray;
 
 use crate::air::Air;
@@ -26,14 +25,16 @@ use crate::march::March;
 use crate::march::Walk;
 use crate::moved_rows::MovedPlace;
 use crate::moved_rows::MovedStencil;
+use crate::ray_settings::RaySettings;
+use crate::ray_sums::RaySums;
 use crate::reflection::RayThroughDrops;
 use crate::reflection::ReflectionRoom;
 use crate::scattering_angle::scattering_angle_rad;
 use crate::scattering_rows::RowStencil;
 use crate::scattering_rows::ScatteringRows;
-use crate::scattering_rows::SunlitLuminance;
-use crate::shadow_error::ShadowError;
 use crate::size_axes::SizeAxes;
+use crate::spectra::add_product;
+use crate::spectra::multiply;
 use crate::surfaces::Sight;
 use crate::surround::skylit_radiance;
 
@@ -66,6 +67,12 @@ pub(crate) struct RayLight {
     pub(crate) sunlit_cd_m2: f64,
     /// Estimated errors of luminance [cd/m²], those of the bows as if there were no air.
     pub(crate) errors: RayErrors,
+    scratch: Scratch,
+}
+
+/// Room to work in.
+#[derive(Clone, Debug)]
+struct Scratch {
     diffraction: Option<DiffractionRoom>,
     reflection: Option<ReflectionRoom>,
     deposits: Deposits,
@@ -99,32 +106,34 @@ impl RayLight {
             light_tau_sun: 0.0,
             sunlit_cd_m2: 0.0,
             errors: RayErrors::default(),
-            diffraction: frame
-                .diffraction
-                .as_ref()
-                .map(|diffraction| diffraction.room(dark.len())),
-            reflection: (frame.reflection.as_ref()).map(|light| light.room(dark.len())),
-            deposits: Deposits::new(axes),
-            stencil: RowStencil::default(),
-            moved: MovedStencil::default(),
-            slab_ends_m: Vec::new(),
-            slab: dark.clone(),
-            transmitted: dark.clone(),
-            nodes: GlowNodes::default(),
-            glow: Glow::dark(dark.len(), frame.brightest),
+            scratch: Scratch {
+                diffraction: frame
+                    .diffraction
+                    .as_ref()
+                    .map(|diffraction| diffraction.room(dark.len())),
+                reflection: (frame.reflection.as_ref()).map(|light| light.room(dark.len())),
+                deposits: Deposits::new(axes),
+                stencil: RowStencil::default(),
+                moved: MovedStencil::default(),
+                slab_ends_m: Vec::new(),
+                slab: dark.clone(),
+                transmitted: dark.clone(),
+                nodes: GlowNodes::default(),
+                glow: Glow::dark(dark.len(), frame.brightest),
+            },
         }
     }
 
     /// Light of the bows in the sun that water mirrors; empty where it is not wanted.
     pub(crate) fn reflected(&self) -> &[f32] {
-        let light = self.reflection.as_ref().map(|room| &room.light[..]);
+        let light = self.scratch.reflection.as_ref().map(|room| &room.light[..]);
         light.unwrap_or_default()
     }
 
     fn clear(&mut self) {
         self.bow.fill(0.0);
         self.multiple.fill(0.0);
-        if let Some(reflection) = &mut self.reflection {
+        if let Some(reflection) = &mut self.scratch.reflection {
             reflection.light.fill(0.0);
         }
         // Without a glow these stay dark.
@@ -135,24 +144,13 @@ impl RayLight {
             self.veil_error = 0.0;
             self.glows = false;
         }
-        self.slab_ends_m.clear();
-        self.nodes.probes.clear();
+        self.scratch.slab_ends_m.clear();
+        self.scratch.nodes.probes.clear();
         self.transmittance = 1.0;
         (self.light, self.light_m, self.light_tau_sun) = (0.0, 0.0, 0.0);
         self.sunlit_cd_m2 = 0.0;
         self.errors = RayErrors::default();
     }
-}
-
-/// How a ray is followed.
-#[derive(Clone, Copy)]
-pub(crate) struct Manner<'a> {
-    /// The march through the drops, of the level or a finer one.
-    pub(crate) march: &'a March<'a>,
-    /// Nodes of the air's light.
-    pub(crate) glow: &'a AirGlow,
-    /// Scattering angle that the pixel spans (0: a point).
-    pub(crate) width_rad: f64,
 }
 
 impl Frame<'_> {
@@ -177,8 +175,8 @@ impl Frame<'_> {
     }
 
     /// How rays are followed at the level of the picture, in pixels that span an angle.
-    pub(crate) fn manner(&self, width_rad: f64) -> Manner<'_> {
-        Manner {
+    pub(crate) fn settings(&self, width_rad: f64) -> RaySettings<'_> {
+        RaySettings {
             march: &self.march,
             glow: &self.glow,
             width_rad,
@@ -189,14 +187,14 @@ impl Frame<'_> {
     pub(crate) fn trace(
         &self,
         (sight, drops_m): (&Sight, Option<(f64, f64)>),
-        manner: Manner,
+        settings: RaySettings,
         out: &mut RayLight,
     ) {
-        let Manner {
+        let RaySettings {
             march,
             glow,
             width_rad,
-        } = manner;
+        } = settings;
         out.clear();
         let ray = &sight.ray;
         let theta_rad = scattering_angle_rad(ray.direction, self.sun_direction);
@@ -210,18 +208,18 @@ impl Frame<'_> {
         };
         let glowing = self.glows.1 || (self.glows.0 && drops_m.is_some());
         if let (Some(air), true) = (&self.air, glowing) {
-            glow.lay_out(air, ray, &glow_range, &mut out.nodes);
+            glow.lay_out(air, ray, &glow_range, &mut out.scratch.nodes);
         }
         if let Some(range_m) = drops_m {
             self.through_drops((ray, march), range_m, (theta_rad, width_rad), out);
         }
         if let (Some(reflection), Some(room), Some(range_m)) =
-            (&self.reflection, &mut out.reflection, drops_m)
+            (&self.reflection, &mut out.scratch.reflection, drops_m)
         {
             let way = RayThroughDrops {
                 ray,
                 range_m,
-                manner,
+                settings,
             };
             let sums = reflection.add(self, way, room);
             out.errors.add(1.0, 1.0, &sums.errors);
@@ -229,7 +227,7 @@ impl Frame<'_> {
         if let (Some(light), Some(range_m)) = (&self.multiple, drops_m) {
             if let (Some(diffraction), Some(room), true) = (
                 &self.diffraction,
-                &mut out.diffraction,
+                &mut out.scratch.diffraction,
                 self.wants(theta_rad),
             ) {
                 let place = RayPlace {
@@ -270,7 +268,7 @@ impl Frame<'_> {
                 theta_rad,
                 width_rad,
             };
-            rows.stencil(&place, &mut out.stencil);
+            rows.stencil(&place, &mut out.scratch.stencil);
         }
         if let Some(moved) = self.moved.as_ref().filter(|_| rows.is_some()) {
             let place = MovedPlace {
@@ -278,7 +276,7 @@ impl Frame<'_> {
                 width_rad,
                 axis_squares: axis_squares(ray.direction, self.sun_direction),
             };
-            moved.place(&place, &mut out.moved);
+            moved.place(&place, &mut out.scratch.moved);
         }
         let slabs = match &self.air {
             Some(air) if rows.is_some() && !self.dimmed_by.nothing() => Some(AirSlabs::cut(
@@ -286,12 +284,13 @@ impl Frame<'_> {
                 self.dimmed_by,
                 ray,
                 range_m,
-                &mut out.slab_ends_m,
+                &mut out.scratch.slab_ends_m,
             )),
             Some(_) | None => None,
         };
         // Fields of `out` are lent apart: the march fills the deposits, shading empties them.
-        let RayLight {
+        let RayLight { bow, scratch, .. } = out;
+        let Scratch {
             deposits,
             stencil,
             moved: moved_stencil,
@@ -299,10 +298,9 @@ impl Frame<'_> {
             slab,
             transmitted,
             nodes,
-            bow,
             ..
-        } = out;
-        let mut sums = Sums::default();
+        } = scratch;
+        let mut sums = RaySums::default();
         let walk = Walk {
             ray,
             range_m,
@@ -346,7 +344,7 @@ impl Frame<'_> {
     }
 
     /// The light of a ray errs relatively by Q times the error of the sun's optical depth.
-    fn shadow_error(&self, ray: &Ray, sums: &Sums) -> f64 {
+    fn shadow_error(&self, ray: &Ray, sums: &RaySums) -> f64 {
         let Some((error, efficiency)) = self.shadow_error.filter(|_| sums.light > 0.0) else {
             return 0.0;
         };
@@ -363,12 +361,12 @@ impl Frame<'_> {
         out.glows = true;
         let drops = (theta_rad, self.drops_dim, out.transmittance);
         let RayLight {
-            nodes,
-            glow,
             inscatter,
             background,
+            scratch,
             ..
         } = out;
+        let Scratch { nodes, glow, .. } = scratch;
         glow.clear();
         glow.gather((air, rules), ray, nodes, drops);
         out.veil_error = glow.veil_error();
@@ -386,87 +384,21 @@ impl Frame<'_> {
         out: &mut RayLight,
     ) {
         out.glows = true;
-        out.transmitted.fill(1.0);
+        out.scratch.transmitted.fill(1.0);
         if let (Some(air), true) = (&self.air, self.dimmed_by.view) {
             // Light that comes from where the view ends, whether the sun shines there or not.
-            let middle_m = out.nodes.lost_at_m().unwrap_or(0.5 * (enter_m + leave_m));
+            let middle_m = out
+                .scratch
+                .nodes
+                .lost_at_m()
+                .unwrap_or(0.5 * (enter_m + leave_m));
             let lengths = air.to_eye(air.ray(ray.origin, ray.direction), middle_m);
-            air.transmit(&lengths, &mut out.transmitted);
+            air.transmit(&lengths, &mut out.scratch.transmitted);
         }
         for (index, irradiance) in self.irradiance.iter().enumerate() {
             let skylit = skylit_radiance(out.transmittance, surround[index]);
-            out.skylit[index] = irradiance * out.transmitted[index] * skylit;
+            out.skylit[index] = irradiance * out.scratch.transmitted[index] * skylit;
             out.background[index] += out.skylit[index];
         }
     }
-}
-
-/// Rows bend unevenly between two nodes of an axis.
-const ANGLES_SAFETY: f64 = 1.5;
-
-/// Sums over the slabs of a ray.
-#[derive(Default)]
-pub(crate) struct Sums {
-    pub(crate) light: f64,
-    light_m: f64,
-    light_m2: f64,
-    light_tau_sun: f64,
-    pub(crate) luminance_cd_m2: f64,
-    pub(crate) errors: RayErrors,
-}
-
-impl Sums {
-    /// Mean error of the optical depth to the sun over the light of a ray, of which there is some, at Q = 1.
-    pub(crate) fn shadow_depth(&self, error: &ShadowError, ray: &Ray) -> f64 {
-        let middle_m = self.light_m / self.light;
-        // As if the light came evenly from a stretch of its mean and variance.
-        let variance = (self.light_m2 / self.light - middle_m * middle_m).max(0.0);
-        let half_m = (3.0 * variance).sqrt();
-        error.along(ray, (middle_m - half_m, middle_m + half_m))
-    }
-
-    pub(crate) fn add(&mut self, luminance: &SunlitLuminance, deposits: &Deposits) {
-        self.light += deposits.light;
-        self.light_m += deposits.light_m;
-        self.light_m2 += deposits.light_m2;
-        self.light_tau_sun += deposits.light_tau_sun;
-        self.luminance_cd_m2 += luminance.value;
-        // A function errs by half its second derivative times the variance over which it is taken at one
-        // point; where it is interpolated linearly, by an eighth at most in the middle of a step.
-        let of_sizes = 0.5 * luminance.kinks * deposits.size_variance;
-        let of_pieces = luminance.value * deposits.error.abs();
-        self.errors.quadrature += (of_pieces + of_sizes) / deposits.light;
-        self.errors.angles += ANGLES_SAFETY * luminance.off_lines;
-        self.errors.sizes += luminance.bend.abs() / 8.0;
-    }
-}
-
-/// Multiply spectra, wavelength by wavelength.
-pub(crate) fn multiply(values: &mut [f32], factors: &[f32]) {
-    for (value, factor) in values.iter_mut().zip(factors) {
-        *value *= factor;
-    }
-}
-
-/// Add the product of two spectra.
-pub(crate) fn add_product(sums: &mut [f32], a: &[f32], b: &[f32]) {
-    for ((sum, a), b) in sums.iter_mut().zip(a).zip(b) {
-        *sum += a * b;
-    }
-}
-
-/// Weighted sum of a spectrum in three channels; the fourth lane is idle.
-pub(crate) fn weighted_sum(spectrum: &[f32], weights: &[Vec4]) -> Vec4 {
-    // Four sums at once: one alone waits for each addition.
-    let (fours, rest) = spectrum.as_chunks::<4>();
-    let (weights_of_fours, weights_of_rest) = weights.as_chunks::<4>();
-    let mut sums = [Vec4::ZERO; 4];
-    for (values, weights) in fours.iter().zip(weights_of_fours) {
-        for index in 0..4 {
-            sums[index] += values[index] * weights[index];
-        }
-    }
-    let last = rest.iter().zip(weights_of_rest);
-    let last = last.fold(Vec4::ZERO, |sum, (value, weight)| sum + *value * *weight);
-    (sums[0] + sums[1]) + (sums[2] + sums[3]) + last
 }

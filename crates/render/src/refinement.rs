@@ -22,18 +22,18 @@ use rayon::prelude::*;
 use crate::error_parts::together;
 use crate::footprint::offsets;
 use crate::footprint::turned_offsets;
-use crate::footprint_error::Glimpse;
+use crate::footprint_error::PixelLight;
 use crate::footprint_error::cross;
 use crate::levels::Integration;
 use crate::levels::PixelFootprint;
 use crate::march::March;
-use crate::painter::Brush;
-use crate::painter::Painter;
 use crate::picture_layers::N_CAUSES;
 use crate::picture_layers::Rendered;
 use crate::picture_layers::TOTAL;
 use crate::picture_tiles::TileMut;
-use crate::ray_light::Manner;
+use crate::ray_settings::RaySettings;
+use crate::ray_tracer::RayTracer;
+use crate::ray_tracer::Room;
 
 /// Rays along a side of a pixel up to which its parts stand in line with it.
 const MOST_SIDE_BY_SIDE: u32 = 4;
@@ -55,32 +55,32 @@ struct Finer<'a> {
     missed_cd_m2: f64,
 }
 
-impl Painter<'_> {
+impl RayTracer<'_> {
     /// Give the pixels of rows whose estimate exceeds a tolerance more rays.
     pub(crate) fn refine(
         &self,
         picture: &mut Rendered,
         rows: Range<usize>,
-        glimpses: &Array2<Glimpse>,
+        lights_around: &Array2<PixelLight>,
         tolerance_cd_m2: f64,
     ) {
         let march = fine_march(&self.frame.march);
         let tiles = picture.tiles_mut(&rows).into_par_iter();
         tiles.with_max_len(1).for_each_init(
-            || Brush::new(self),
-            |brush, mut tile| {
+            || Room::new(self),
+            |room, mut tile| {
                 // A copy: pixels are put on the way.
                 let errors = tile.errors().index_axis(Axis(0), TOTAL).to_owned();
                 for ((y, x), error) in errors.indexed_iter() {
                     if f64::from(*error) > tolerance_cd_m2 {
                         let (column, row) = tile.in_region((x, y));
-                        let cross = cross(glimpses, column, row);
+                        let cross = cross(lights_around, column, row);
                         let finer = Finer {
                             march: &march,
                             tolerance_cd_m2,
                             missed_cd_m2: self.missed(&cross, PixelFootprint::Prefiltered),
                         };
-                        self.refine_pixel((x, y), &finer, &mut tile, brush);
+                        self.refine_pixel((x, y), &finer, &mut tile, room);
                     }
                 }
             },
@@ -92,7 +92,7 @@ impl Painter<'_> {
         (x, y): (usize, usize),
         finer: &Finer,
         tile: &mut TileMut,
-        brush: &mut Brush,
+        room: &mut Room,
     ) {
         let errors = tile.errors();
         let parts: [f64; N_CAUSES] =
@@ -111,21 +111,21 @@ impl Painter<'_> {
         let mut is_refined = false;
         let place = self.place(tile.in_region((x, y)));
         for n in rays_to_try(self.footprint) {
-            self.trace_parts(place, (n, finer.march), brush);
+            self.trace_parts(place, (n, finer.march), room);
             is_refined = true;
-            let luminance = brush.pixel.luminance();
+            let luminance = room.pixel.luminance();
             if n > 1 {
                 missed = estimate_after(missed, before, luminance, n);
             }
             before = luminance;
-            if missed <= allowance(finer.tolerance_cd_m2, brush.pixel.errors.together()) {
+            if missed <= allowance(finer.tolerance_cd_m2, room.pixel.errors.together()) {
                 break;
             }
         }
         if is_refined {
-            tile.put((x, y), &brush.pixel);
+            tile.put((x, y), &room.pixel);
             tile.put_missed((x, y), missed);
-            for (mut plane, value) in tile.radiance.outer_iter_mut().zip(&brush.pixel.radiance) {
+            for (mut plane, value) in tile.radiance.outer_iter_mut().zip(&room.pixel.radiance) {
                 plane[[y, x]] = *value;
             }
         }
@@ -133,12 +133,12 @@ impl Painter<'_> {
 
     /// Gather n x n rays of a pixel, each with its part of the pixel's scattering angles. A few parts
     /// cover the pixel side by side; what these do not show is an edge.
-    fn trace_parts(&self, place: (f64, f64), (n, march): (u32, &March), brush: &mut Brush) {
+    fn trace_parts(&self, place: (f64, f64), (n, march): (u32, &March), room: &mut Room) {
         if n <= MOST_SIDE_BY_SIDE {
-            self.trace_places(place, (offsets(n), march, n), brush);
+            self.trace_places(place, (offsets(n), march, n), room);
         } else {
             // Intervals between n² places along any side: the whole has the pixel's variance.
-            self.trace_places(place, (turned_offsets(n), march, n * n), brush);
+            self.trace_places(place, (turned_offsets(n), march, n * n), room);
         }
     }
 
@@ -147,28 +147,28 @@ impl Painter<'_> {
         &self,
         (x, y): (f64, f64),
         (places, march, n_intervals): (impl Iterator<Item = (f64, f64)> + Clone, &March, u32),
-        brush: &mut Brush,
+        room: &mut Room,
     ) {
         let share = 1.0 / places.clone().count() as f64;
         let middle = self.eye.camera.ray(x + 0.5, y + 0.5);
         let width_rad = middle.map_or(0.0, |ray| self.width_rad(ray.direction, (x, y)));
         let width_rad = width_rad / f64::from(n_intervals);
-        brush.pixel.clear();
+        room.pixel.clear();
         for (dx, dy) in places {
             match self.eye.sight(x + dx, y + dy) {
-                None => brush.pixel.transmittance += share,
+                None => room.pixel.transmittance += share,
                 Some(sight) => {
                     let sight = (&sight, self.frame.range_m(&sight));
-                    let manner = Manner {
+                    let settings = RaySettings {
                         march,
-                        ..self.frame.manner(width_rad)
+                        ..self.frame.settings(width_rad)
                     };
-                    self.frame.trace(sight, manner, &mut brush.light);
-                    brush.pixel.add(&brush.light, share, &self.xyz_weights);
+                    self.frame.trace(sight, settings, &mut room.light);
+                    room.pixel.add(&room.light, share, &self.xyz_weights);
                 }
             }
         }
-        brush.pixel.add_air_error(self.air_error.at((x, y)));
+        room.pixel.add_air_error(self.air_error.at((x, y)));
     }
 }
 

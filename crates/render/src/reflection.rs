@@ -34,15 +34,15 @@ use crate::mirrored_table::mirrored_table;
 use crate::moved_rows::MovedPlace;
 use crate::moved_rows::MovedRows;
 use crate::moved_rows::MovedStencil;
-use crate::ray_light::Manner;
-use crate::ray_light::Sums;
-use crate::ray_light::add_product;
-use crate::ray_light::multiply;
+use crate::ray_settings::RaySettings;
+use crate::ray_sums::RaySums;
 use crate::request::RenderRequest;
 use crate::scattering_rows::RowStencil;
 use crate::scattering_rows::ScatteringRows;
 use crate::scattering_rows::SunlitLuminance;
 use crate::size_nodes::SizeNodes;
+use crate::spectra::add_product;
+use crate::spectra::multiply;
 use crate::sun_streak::SeenStreak;
 use crate::sun_streak::SunStreak;
 use crate::water_surface::MirroredLight;
@@ -81,7 +81,7 @@ pub(crate) struct RayThroughDrops<'a> {
     pub(crate) ray: &'a Ray,
     /// Distances between which it may meet them (m).
     pub(crate) range_m: (f64, f64),
-    pub(crate) manner: Manner<'a>,
+    pub(crate) settings: RaySettings<'a>,
 }
 
 /// The light of one ray, and a thread's room for it.
@@ -186,13 +186,13 @@ impl<'a> Reflection<'a> {
         frame: &Frame,
         way: RayThroughDrops,
         room: &mut ReflectionRoom,
-    ) -> Sums {
+    ) -> RaySums {
         let RayThroughDrops {
             ray,
             range_m,
-            manner,
+            settings,
         } = way;
-        let mut sums = Sums::default();
+        let mut sums = RaySums::default();
         let sun_direction = self.drops.mirror.sun_direction;
         let seen = self.streak.seen(ray.direction);
         let lit = self
@@ -205,10 +205,10 @@ impl<'a> Reflection<'a> {
         };
         let march = March {
             bricks: &self.drops.bricks,
-            ..*manner.march
+            ..*settings.march
         };
         let in_front = transmitted_before(&march, ray, (range_m.0, lit_m.0));
-        self.place(ray.direction, &seen, manner.width_rad, room);
+        self.place(ray.direction, &seen, settings.width_rad, room);
         let slabs = match &self.air {
             Some(air) if !frame.dimmed_by.nothing() => Some(AirSlabs::cut(
                 air,

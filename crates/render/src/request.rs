@@ -12,7 +12,7 @@ use crate::effects::RenderEffects;
 use crate::error::Error;
 use crate::error::Input;
 use crate::error::Wavelengths;
-use crate::footprint_error::Glimpse;
+use crate::footprint_error::PixelLight;
 use crate::levels::AirPath;
 use crate::levels::DropOrders;
 use crate::levels::Integration;
@@ -21,11 +21,10 @@ use crate::levels::RenderLevels;
 use crate::levels::SkyModel;
 use crate::lit_drops::LitDrops;
 use crate::picture_layers::PictureLayer;
+use crate::sun_direction::UNIT_TOLERANCE;
+use crate::sun_direction::check_sun_direction;
 use crate::surfaces::Eye;
 use crate::surfaces::Surfaces;
-
-/// How far the length of a unit vector may be from 1.
-pub(crate) const UNIT_TOLERANCE: f64 = 1e-9;
 
 /// How far drops may be outside the table's sizes: the rounding of files in f32.
 const SIZE_TOLERANCE: f64 = 1e-5;
@@ -159,7 +158,7 @@ impl RenderRequest<'_> {
         ask_for_memory((self.region.width_px, self.region.height_px), bytes)
     }
 
-    /// What all arrays of the picture, and the glimpses that its error is estimated from, take.
+    /// What all arrays of the picture, and the lights_around that its error is estimated from, take.
     pub(crate) fn bytes_per_pixel(&self) -> u64 {
         let layers = PictureLayer::all().filter(|layer| match layer {
             PictureLayer::BowMultiple => self.wanted_orders().is_some(),
@@ -170,7 +169,7 @@ impl RenderRequest<'_> {
         });
         let n_channels: usize = layers.map(|layer| layer.channels().len()).sum();
         let n_planes = self.wavelengths.len() + n_channels;
-        (n_planes * size_of::<f32>() + size_of::<Glimpse>()) as u64
+        (n_planes * size_of::<f32>() + size_of::<PixelLight>()) as u64
     }
 
     /// Orders beyond the first need a table, and the extinction and shadow that feed them.
@@ -410,17 +409,6 @@ impl RenderRequest<'_> {
         } else {
             bad("a constituent's values do not fit its axes")
         }
-    }
-}
-
-/// A unit vector without NaN.
-pub(crate) fn check_sun_direction(found: DVec3) -> Result<(), Error> {
-    if (found.length() - 1.0).abs() < UNIT_TOLERANCE {
-        Ok(())
-    } else {
-        Err(Error::SunDirection {
-            found: found.to_array(),
-        })
     }
 }
 

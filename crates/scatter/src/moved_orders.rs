@@ -29,6 +29,14 @@ pub(crate) struct MovedOrders {
     shifts: Vec<Vec<BowShift>>,
 }
 
+impl TableRequest<'_> {
+    /// Does the table keep light apart that flattening moves? Not where all drops are too small.
+    #[must_use]
+    pub fn moves(&self) -> bool {
+        !MovedOrders::new(self).orders.is_empty()
+    }
+}
+
 impl MovedOrders {
     pub(crate) fn new(request: &TableRequest) -> Self {
         let of_order = |&order: &u32| {

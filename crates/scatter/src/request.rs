@@ -10,7 +10,6 @@ use serde::Serialize;
 
 use crate::drop_motion::DropMotion;
 use crate::error::Error;
-use crate::moved_orders::MovedOrders;
 use crate::theory::ORDERS;
 use crate::theory::Theory;
 
@@ -85,12 +84,6 @@ impl TableRequest<'_> {
         let moves = self.motion.is_some();
         let moved = moves.then(|| self.theory.moved_orders(&self.orders));
         moved.unwrap_or_default()
-    }
-
-    /// Does the table keep light apart that flattening moves? Not where all drops are too small.
-    #[must_use]
-    pub fn moves(&self) -> bool {
-        !MovedOrders::new(self).orders.is_empty()
     }
 
     /// How many rows there are.

@@ -28,17 +28,12 @@ use ndarray::Array5;
 use ndarray::ArrayView1;
 use ndarray::Axis;
 use niji_exchange::ScatteringTable;
-use niji_geometry::Ray;
 use rayon::prelude::*;
 
 use super::phase::kept_radii;
-use crate::air_slabs::AirSlabs;
-use crate::angle_axis::RayPlace;
 use crate::deposits::Deposits;
-use crate::frame::Frame;
 use crate::levels::DropExtinctionModel;
 use crate::march::March;
-use crate::march::Walk;
 use crate::piece_rule::PieceRule;
 use crate::scattering_rows::RowStencil;
 use crate::scattering_rows::ScatteringRows;
@@ -55,21 +50,21 @@ const LARGEST_U: f64 = 64.0;
 
 /// The change of the first order by diffraction.
 pub(crate) struct Diffraction<'a> {
-    blurred: ScatteringRows<'a>,
+    pub(crate) blurred: ScatteringRows<'a>,
     /// Taken off where the first order holds it already.
-    sharp: Option<ScatteringRows<'a>>,
+    pub(crate) sharp: Option<ScatteringRows<'a>>,
     /// Both extinctions, and whether their light is added or taken off.
-    marches: [(March<'a>, f32); 2],
+    pub(crate) marches: [(March<'a>, f32); 2],
 }
 
 /// Room to work in.
 #[derive(Clone, Debug)]
 pub(crate) struct DiffractionRoom {
-    deposits: Deposits,
-    stencil: RowStencil,
-    slab_ends_m: Vec<f64>,
-    spectrum: Vec<f32>,
-    transmitted: Vec<f32>,
+    pub(crate) deposits: Deposits,
+    pub(crate) stencil: RowStencil,
+    pub(crate) slab_ends_m: Vec<f64>,
+    pub(crate) spectrum: Vec<f32>,
+    pub(crate) transmitted: Vec<f32>,
 }
 
 impl<'a> Diffraction<'a> {
@@ -118,55 +113,6 @@ impl<'a> Diffraction<'a> {
             slab_ends_m: Vec::new(),
             spectrum: vec![0.0; n_wavelengths],
             transmitted: vec![1.0; n_wavelengths],
-        }
-    }
-}
-
-impl Frame<'_> {
-    /// Add to `out` what diffraction changes in the light of a ray; air dims it as at its mean
-    /// distance.
-    pub(crate) fn add_diffracted(
-        &self,
-        diffraction: &Diffraction,
-        (ray, range_m): (&Ray, (f64, f64)),
-        place: &RayPlace,
-        (room, out): (&mut DiffractionRoom, &mut [f32]),
-    ) {
-        let DiffractionRoom {
-            deposits,
-            stencil,
-            slab_ends_m,
-            spectrum,
-            transmitted,
-        } = room;
-        diffraction.blurred.stencil(place, stencil);
-        let air = self.air.as_ref().filter(|_| !self.dimmed_by.nothing());
-        let slabs = air.map(|air| AirSlabs::cut(air, self.dimmed_by, ray, range_m, slab_ends_m));
-        let walk = Walk {
-            ray,
-            range_m,
-            axes: Some(diffraction.blurred.axes()),
-            slab_ends_m: &[],
-        };
-        for (march, sign) in &diffraction.marches {
-            march.along(&walk, &mut [], deposits, |deposits| {
-                stencil.set_light(&deposits.bins);
-                transmitted.fill(1.0);
-                if let Some(slabs) = &slabs {
-                    slabs.transmit(deposits, transmitted);
-                }
-                let mut add = |rows: &ScatteringRows, sign: f32| {
-                    rows.shade(stencil, spectrum);
-                    let dimmed = spectrum.iter().zip(&*transmitted).zip(&self.irradiance);
-                    for (sum, ((value, transmitted), irradiance)) in out.iter_mut().zip(dimmed) {
-                        *sum += sign * value * transmitted * irradiance;
-                    }
-                };
-                add(&diffraction.blurred, *sign);
-                if let Some(sharp) = &diffraction.sharp {
-                    add(sharp, -sign);
-                }
-            });
         }
     }
 }

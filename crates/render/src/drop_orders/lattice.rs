@@ -4,12 +4,12 @@ use niji_geometry::Aabb;
 use niji_geometry::Ray;
 use rayon::prelude::*;
 
-use super::OrdersRequest;
 use super::column::Column;
 use super::column::N_STRATA;
 use super::column::Stratum;
 use super::paths::Mean;
 use super::paths::Paths;
+use super::request::OrdersRequest;
 use super::view_grid::ViewGrid;
 
 /// What is seen along the directions of a lattice.

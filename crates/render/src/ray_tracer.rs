@@ -9,11 +9,11 @@ use niji_geometry::PixelRegion;
 use rayon::prelude::*;
 
 use crate::air_error::AirError;
+use crate::footprint::REACH_PX;
 use crate::footprint::apron;
 use crate::footprint::offsets;
 use crate::footprint::rays_along;
-use crate::footprint_error::Glimpse;
-use crate::footprint_error::REACH_PX;
+use crate::footprint_error::PixelLight;
 use crate::footprint_error::footprint_error;
 use crate::frame::Frame;
 use crate::levels::PixelFootprint;
@@ -25,7 +25,7 @@ use crate::surfaces::Eye;
 use crate::turned::turn;
 
 /// What paints tiles.
-pub(crate) struct Painter<'a> {
+pub(crate) struct RayTracer<'a> {
     pub(crate) frame: Frame<'a>,
     pub(crate) eye: Eye<'a>,
     pub(crate) region: PixelRegion,
@@ -37,7 +37,7 @@ pub(crate) struct Painter<'a> {
 }
 
 /// A thread's room to work in.
-pub(crate) struct Brush {
+pub(crate) struct Room {
     pub(crate) light: RayLight,
     pub(crate) pixel: Pixel,
     /// Where the last ray of the pixel ends (m).
@@ -46,10 +46,10 @@ pub(crate) struct Brush {
     pub(crate) row: Vec<f32>,
 }
 
-impl Brush {
-    pub(crate) fn new(painter: &Painter) -> Self {
-        let n_wavelengths = painter.frame.irradiance.len();
-        let light = RayLight::new(&painter.frame);
+impl Room {
+    pub(crate) fn new(tracer: &RayTracer) -> Self {
+        let n_wavelengths = tracer.frame.irradiance.len();
+        let light = RayLight::new(&tracer.frame);
         Self {
             light,
             pixel: Pixel::dark(n_wavelengths),
@@ -59,7 +59,7 @@ impl Brush {
     }
 }
 
-impl Painter<'_> {
+impl RayTracer<'_> {
     /// Outer corner top left of a pixel of the region, in pixels of the frame.
     pub(crate) fn place(&self, (column, row): (usize, usize)) -> (f64, f64) {
         let x = f64::from(self.region.x_px) + column as f64;
@@ -67,78 +67,78 @@ impl Painter<'_> {
         (x, y)
     }
 
-    /// Look at the pixels around the region, whose own glimpses are there.
-    pub(crate) fn glimpse_around(&self, glimpses: &mut Array2<Glimpse>) {
+    /// Look at the pixels around the region, whose own lights_around are there.
+    pub(crate) fn trace_around(&self, lights_around: &mut Array2<PixelLight>) {
         let reach = REACH_PX as i32;
         for strip in apron(self.region) {
             let width = u64::from(strip.width_px);
-            let seen: Vec<Glimpse> = (0..strip.n_pixels())
+            let seen: Vec<PixelLight> = (0..strip.n_pixels())
                 .into_par_iter()
                 .map_init(
-                    || Brush::new(self),
-                    |brush, index| {
+                    || Room::new(self),
+                    |room, index| {
                         let x = f64::from(strip.x_px) + (index % width) as f64;
                         let y = f64::from(strip.y_px) + (index / width) as f64;
-                        self.trace_pixel(x, y, brush);
-                        brush.pixel.glimpse()
+                        self.trace_pixel(x, y, room);
+                        room.pixel.seen_light()
                     },
                 )
                 .collect();
             let first_row = (strip.y_px - self.region.y_px + reach) as usize;
             let first_column = (strip.x_px - self.region.x_px + reach) as usize;
-            for (index, glimpse) in (0..).zip(seen) {
+            for (index, seen_light) in (0..).zip(seen) {
                 let (row, column) = ((index / width) as usize, (index % width) as usize);
-                glimpses[[first_row + row, first_column + column]] = glimpse;
+                lights_around[[first_row + row, first_column + column]] = seen_light;
             }
         }
     }
 
-    pub(crate) fn paint_tile(
+    pub(crate) fn trace_tile(
         &self,
         mut tile: TileMut,
-        mut glimpses: ArrayViewMut2<Glimpse>,
-        brush: &mut Brush,
+        mut lights_around: ArrayViewMut2<PixelLight>,
+        room: &mut Room,
     ) {
         let n_wavelengths = self.frame.irradiance.len();
         let (_, height, width) = tile.radiance.dim();
         for y in 0..height {
-            brush.row.clear();
+            room.row.clear();
             let mut any_light = false;
             for x in 0..width {
                 let place = self.place(tile.in_region((x, y)));
-                any_light |= self.trace_pixel(place.0, place.1, brush);
-                brush.pixel.add_air_error(self.air_error.at(place));
-                brush.row.extend_from_slice(&brush.pixel.radiance);
-                tile.put((x, y), &brush.pixel);
-                tile.put_surface((x, y), || self.middle_surface_m(place, brush));
-                glimpses[[y, x]] = brush.pixel.glimpse();
+                any_light |= self.trace_pixel(place.0, place.1, room);
+                room.pixel.add_air_error(self.air_error.at(place));
+                room.row.extend_from_slice(&room.pixel.radiance);
+                tile.put((x, y), &room.pixel);
+                tile.put_surface((x, y), || self.middle_surface_m(place, room));
+                lights_around[[y, x]] = room.pixel.seen_light();
             }
             // Planes of a black row keep their untouched zeros.
             if any_light {
                 let mut row = tile.radiance.index_axis_mut(Axis(1), y);
                 let planes = row.outer_iter_mut();
                 let planes = planes.map(|plane| plane.into_slice().expect("rows are whole"));
-                turn(&brush.row, n_wavelengths, planes);
+                turn(&room.row, n_wavelengths, planes);
             }
         }
     }
 
     /// Gather the rays of a pixel; false if all of them were black at a glance.
-    pub(crate) fn trace_pixel(&self, x: f64, y: f64, brush: &mut Brush) -> bool {
+    pub(crate) fn trace_pixel(&self, x: f64, y: f64, room: &mut Room) -> bool {
         let n = rays_along(self.footprint);
         let share = 1.0 / f64::from(n * n);
-        brush.pixel.clear();
+        room.pixel.clear();
         let mut any_light = false;
         for (dx, dy) in offsets(n) {
             // Outside the image circle of a fisheye there is nothing.
             let glows = self.frame.glows_without_drops();
             let sight = self.eye.sight(x + dx, y + dy);
-            brush.surface_m = sight
+            room.surface_m = sight
                 .as_ref()
                 .map_or(f64::INFINITY, |sight| sight.surface_m);
             let drops_m = sight.as_ref().and_then(|sight| self.frame.range_m(sight));
             let Some(sight) = sight.filter(|_| glows || drops_m.is_some()) else {
-                brush.pixel.transmittance += share;
+                room.pixel.transmittance += share;
                 continue;
             };
             any_light = true;
@@ -147,24 +147,24 @@ impl Painter<'_> {
                 PixelFootprint::Prefiltered => self.width_rad(sight.ray.direction, (x, y)),
                 PixelFootprint::Center | PixelFootprint::Grid { .. } => 0.0,
             };
-            let manner = self.frame.manner(width_rad);
+            let settings = self.frame.settings(width_rad);
             self.frame
-                .trace((&sight, drops_m), manner, &mut brush.light);
-            brush.pixel.add(&brush.light, share, &self.xyz_weights);
+                .trace((&sight, drops_m), settings, &mut room.light);
+            room.pixel.add(&room.light, share, &self.xyz_weights);
         }
         any_light
     }
 
     /// Estimated error of luminance [cd/m²] of a pixel because of its footprint.
-    pub(crate) fn missed(&self, cross: &[[Glimpse; 5]; 2], footprint: PixelFootprint) -> f64 {
+    pub(crate) fn missed(&self, cross: &[[PixelLight; 5]; 2], footprint: PixelFootprint) -> f64 {
         footprint_error(cross, footprint, self.pixel_rad)
     }
 
     /// Where the ray through the middle of a pixel ends that was just traced (m). A single ray went
     /// there: a mesh is not asked twice.
-    fn middle_surface_m(&self, (x, y): (f64, f64), brush: &Brush) -> f64 {
+    fn middle_surface_m(&self, (x, y): (f64, f64), room: &Room) -> f64 {
         if rays_along(self.footprint) == 1 {
-            return brush.surface_m;
+            return room.surface_m;
         }
         let sight = self.eye.sight(x + 0.5, y + 0.5);
         sight.map_or(f64::INFINITY, |sight| sight.surface_m)

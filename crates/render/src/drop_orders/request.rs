@@ -1,0 +1,33 @@
+//! What light of further orders is made from.
+
+use glam::DVec3;
+use niji_exchange::ScatteringTable;
+
+use crate::air::Air;
+use crate::lit_drops::LitDrops;
+
+use super::view_grid::SeenDirections;
+
+/// What the light is found from.
+pub(crate) struct OrdersRequest<'a> {
+    /// The drops with their shadows.
+    pub(crate) drops: &'a LitDrops,
+    /// How they scatter, at all angles.
+    pub(crate) table: &'a ScatteringTable,
+    /// Towards the sun.
+    pub(crate) sun_direction: DVec3,
+    /// Where view rays start.
+    pub(crate) eye: DVec3,
+    /// Where they go.
+    pub(crate) seen: &'a SeenDirections,
+    /// Air that dims sunlight; `None` if it does not.
+    pub(crate) sunlight_air: Option<&'a Air<'a>>,
+    /// Air that dims the view; `None` if it does not.
+    pub(crate) view_air: Option<&'a Air<'a>>,
+    /// Weights that turn a spectrum for unit irradiance into luminance in the sun [cd/m²].
+    pub(crate) luminance_weights: &'a [f64],
+    /// Directions along both sides of the coarse lattice.
+    pub(crate) nodes_across: usize,
+    /// Paths of a direction of it and stratum.
+    pub(crate) paths_per_node: usize,
+}

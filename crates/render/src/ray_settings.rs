@@ -1,0 +1,15 @@
+//! How finely a ray is followed.
+
+use crate::air_glow::AirGlow;
+use crate::march::March;
+
+/// How a ray is followed.
+#[derive(Clone, Copy)]
+pub(crate) struct RaySettings<'a> {
+    /// The march through the drops, of the level or a finer one.
+    pub(crate) march: &'a March<'a>,
+    /// Nodes of the air's light.
+    pub(crate) glow: &'a AirGlow,
+    /// Scattering angle that the pixel spans (0: a point).
+    pub(crate) width_rad: f64,
+}
