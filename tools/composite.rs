@@ -157,12 +157,13 @@ pub(crate) fn make(command: &CompositeCommand, options: StageOptions) -> Result<
             write_over(&result, path, &provenance)?;
         }
         let shown = result.background.shown(&result.picture, command.show_ev);
-        write(
-            &result,
-            &shown,
+        let files = Files {
             kind,
-            (&command.output, &beside, &provenance),
-        )
+            main: &command.output,
+            beside: &beside,
+            provenance: &provenance,
+        };
+        write(&result, &shown, &files)
     })
 }
 
@@ -191,12 +192,22 @@ fn picture(command: &CompositeCommand) -> Result<Composite, Failure> {
     })
 }
 
-fn write(
-    result: &Composite,
-    shown: &LinearPicture,
+/// Where a composite goes.
+struct Files<'a> {
     kind: Kind,
-    (main, beside, provenance): (&Path, &Path, &Provenance),
-) -> Result<(), Failure> {
+    main: &'a Path,
+    /// The picture beside an EXR file.
+    beside: &'a Path,
+    provenance: &'a Provenance,
+}
+
+fn write(result: &Composite, shown: &LinearPicture, files: &Files) -> Result<(), Failure> {
+    let Files {
+        kind,
+        main,
+        beside,
+        provenance,
+    } = *files;
     match kind {
         Kind::Png => output::write_file(main, |to| write_png(shown, provenance, to)),
         Kind::Jpeg => output::write_file(main, |to| write_jpeg(shown, to)),

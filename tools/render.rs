@@ -12,6 +12,7 @@ use crate::flags::Common;
 use crate::scene_file;
 use crate::stages;
 use crate::stages::render::Inputs;
+use crate::stages::render::RenderStage;
 use crate::stages::render::Target;
 use crate::stages::tile::TileOfMany;
 use crate::stages::tile::parse_region;
@@ -105,8 +106,12 @@ pub(crate) fn execute(command: &RenderCommand, common: &Common) -> Result<(), Fa
         path: &command.output,
         region: region(command, settings.whole()?)?,
     };
-    let need = planned.plan.scattering.as_ref();
-    stages::render::make((&settings, need), inputs, target, common.options())?;
+    let stage = RenderStage {
+        settings: &settings,
+        inputs,
+        target,
+    };
+    stages::render::make(stage, common.options())?;
     stages::accuracy::check(&planned, &command.output)
 }
 

@@ -28,7 +28,9 @@ use crate::stages::StageOptions;
 use crate::stages::accuracy;
 use crate::stages::given_table;
 use crate::stages::render::Inputs;
+use crate::stages::render::RenderStage;
 use crate::stages::render::Target;
+use crate::stages::scatter::TableInputs;
 use crate::sun::report::FindingText;
 use niji_picture::PlannedScene;
 
@@ -187,7 +189,12 @@ fn run_stages_to(
                 };
                 let wavelengths = scene.spectrum.grid();
                 let wavelengths = wavelengths.map_err(|e| Failure::Failed(e.to_string()))?;
-                stages::scatter::make(need, wavelengths, Some(airy), table, options)
+                let made_from = TableInputs {
+                    need,
+                    wavelengths,
+                    airy: Some(airy),
+                };
+                stages::scatter::make(made_from, table, options)
             }
             Stage::Atmosphere => {
                 let orders = plan.scattering_orders(scene);
@@ -212,12 +219,12 @@ fn run_stages_to(
                     path: image,
                     region: settings.whole()?,
                 };
-                stages::render::make(
-                    (&settings, plan.scattering.as_ref()),
+                let stage = RenderStage {
+                    settings: &settings,
                     inputs,
                     target,
-                    options,
-                )
+                };
+                stages::render::make(stage, options)
             }
         };
         done.push(outcome?);

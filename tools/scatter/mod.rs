@@ -26,6 +26,7 @@ use crate::progress::Verbosity;
 use crate::scatter::export::Format;
 use crate::scene_file;
 use crate::stages;
+use crate::stages::scatter::TableInputs;
 use crate::theory_name::TheoryName;
 use crate::water_flags::WaterFlags;
 
@@ -159,7 +160,12 @@ fn table(command: &ScatterCommand, common: &Common) -> Result<Option<ScatteringT
     let options = common.options();
     match &command.output {
         Some(path) if command.export.is_none() => {
-            stages::scatter::make(&need, wavelengths, airy, path, options)?;
+            let made_from = TableInputs {
+                need: &need,
+                wavelengths,
+                airy,
+            };
+            stages::scatter::make(made_from, path, options)?;
             if command.plot.is_none() && options.verbosity <= Verbosity::Normal {
                 return Ok(None);
             }

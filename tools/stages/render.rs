@@ -15,7 +15,6 @@ use niji_picture::read_drops;
 use niji_picture::scattering::as_needed;
 use niji_render::Input;
 use niji_scene::Picture;
-use niji_scene::ScatteringNeed;
 
 use crate::failure::Failure;
 use crate::output;
@@ -63,17 +62,28 @@ pub(crate) fn companions(image: &Path) -> [PathBuf; 2] {
     [image.with_extension("rgb.exr"), image.with_extension("png")]
 }
 
+/// A picture or a tile to be rendered.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RenderStage<'a> {
+    /// What it depends on besides its files.
+    pub settings: &'a PictureSettings,
+    /// The files that it is made from.
+    pub inputs: Inputs<'a>,
+    /// What it becomes.
+    pub target: Target<'a>,
+}
+
 /// Renders a picture or a tile: the spectral image, the plain one and the preview.
 ///
 /// # Errors
 /// Inputs that are missing, damaged or contradict each other, an output that exists, or a file that
 /// cannot be written.
-pub(crate) fn make(
-    (settings, need): (&PictureSettings, Option<&ScatteringNeed>),
-    inputs: Inputs,
-    target: Target,
-    options: StageOptions,
-) -> Result<Done, Failure> {
+pub(crate) fn make(stage: RenderStage, options: StageOptions) -> Result<Done, Failure> {
+    let RenderStage {
+        settings,
+        inputs,
+        target,
+    } = stage;
     let mut files = vec![("drops", inputs.drops)];
     files.extend(inputs.table.map(|path| ("table", path)));
     files.extend(inputs.air.map(|path| ("air", path)));
@@ -90,12 +100,7 @@ pub(crate) fn make(
         outputs,
     };
     let done = perform(&request, options, |provenance| {
-        let image = picture(
-            (settings, need),
-            inputs,
-            target,
-            (provenance, options.verbosity),
-        )?;
+        let image = picture(stage, provenance, options.verbosity)?;
         write(&image, &settings.picture, target.path)
     })?;
     saved_rows::clear(target.path);
@@ -118,17 +123,24 @@ pub(crate) fn write(image: &SpectralImage, shown: &Picture, to: &Path) -> Result
 }
 
 fn picture(
-    (settings, need): (&PictureSettings, Option<&ScatteringNeed>),
-    inputs: Inputs,
-    target: Target,
-    (provenance, verbosity): (Provenance, Verbosity),
+    stage: RenderStage,
+    provenance: Provenance,
+    verbosity: Verbosity,
 ) -> Result<SpectralImage, Failure> {
+    let RenderStage {
+        settings,
+        inputs,
+        target,
+    } = stage;
     let wavelengths = settings.spectrum.grid();
     let wavelengths = wavelengths.map_err(|error| Failure::Usage(error.to_string()))?;
-    let table = inputs.table.zip(need).map(|(path, need)| {
-        let table = given_table::read(path, need, wavelengths)?;
-        Ok::<_, Failure>(as_needed(table, need))
-    });
+    let table = inputs
+        .table
+        .zip(settings.scattering.as_ref())
+        .map(|(path, need)| {
+            let table = given_table::read(path, need, wavelengths)?;
+            Ok::<_, Failure>(as_needed(table, need))
+        });
     let parts = PictureParts {
         drops: read_drops(inputs.drops)?,
         table: table.transpose()?,

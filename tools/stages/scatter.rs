@@ -29,18 +29,32 @@ pub(crate) const FILE: &str = "scatter.exr";
 /// Steps of the progress bar.
 const N_PROGRESS_STEPS: f64 = 1000.0;
 
-/// Writes the scattering table that is needed; `airy` is the table of f(z), where the theory uses it.
+/// What a scattering table is made from.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TableInputs<'a> {
+    /// What it has to hold.
+    pub need: &'a ScatteringNeed,
+    /// For which wavelengths.
+    pub wavelengths: WavelengthGrid,
+    /// The table of f(z), where the theory uses it.
+    pub airy: Option<&'a Path>,
+}
+
+/// Writes the scattering table that is needed.
 ///
 /// # Errors
 /// A need that cannot be met, an input that is missing or damaged, an output that exists, or a file
 /// that cannot be written.
 pub(crate) fn make(
-    need: &ScatteringNeed,
-    wavelengths: WavelengthGrid,
-    airy: Option<&Path>,
+    made_from: TableInputs,
     to: &Path,
     options: StageOptions,
 ) -> Result<Done, Failure> {
+    let TableInputs {
+        need,
+        wavelengths,
+        airy,
+    } = made_from;
     let airy = airy.filter(|_| need.theory.uses_airy_table());
     let inputs = airy.map(|path| ("airy", path)).into_iter().collect();
     let settings = scattering::settings(need, wavelengths);

@@ -23,6 +23,7 @@ use niji_scene::Camera;
 use niji_scene::Effect;
 use niji_scene::Levels;
 use niji_scene::Picture;
+use niji_scene::ScatteringNeed;
 use niji_scene::Spectrum;
 use niji_scene::Stage;
 use niji_scene::Sun;
@@ -72,6 +73,9 @@ pub struct PictureSettings {
     /// What a tolerance is relative to [cd/m²].
     #[serde(skip)]
     pub reference_luminance_cd_m2: f64,
+    /// What the scattering table has to hold, where there is one.
+    #[serde(skip)]
+    pub scattering: Option<ScatteringNeed>,
 }
 
 impl PictureSettings {
@@ -98,6 +102,7 @@ impl PictureSettings {
             mirrored_water,
             render_effects,
             reference_luminance_cd_m2: plan.reference_luminance_cd_m2,
+            scattering: plan.scattering.clone(),
         }
     }
 

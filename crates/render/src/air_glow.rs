@@ -51,6 +51,18 @@ pub(crate) struct GlowRange {
     pub(crate) lost: bool,
 }
 
+/// A ray along which the light of the air is gathered.
+#[derive(Clone, Copy)]
+pub(crate) struct GlowRay<'a> {
+    pub(crate) air: &'a Air<'a>,
+    pub(crate) rules: &'a AirGlow,
+    pub(crate) ray: &'a Ray,
+    /// Scattering angle.
+    pub(crate) theta_rad: f64,
+    /// What all drops on it let pass; `None` if they dim nothing.
+    pub(crate) dimmed_by_drops: Option<f64>,
+}
+
 /// Nodes of a ray in the air.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct GlowNodes {
@@ -271,20 +283,20 @@ impl Glow {
         }
     }
 
-    /// Gather the light of a ray whose probes have been answered, if drops dim what is behind them;
-    /// `transmittance` is what all of them let pass, 1 if they do not.
-    pub(crate) fn gather(
-        &mut self,
-        (air, glow): (&Air, &AirGlow),
-        ray: &Ray,
-        nodes: &GlowNodes,
-        (theta_rad, drops_dim, transmittance): (f64, bool, f64),
-    ) {
+    /// Gather the light of a ray, whose probes have been answered if drops dim what is behind them.
+    pub(crate) fn gather(&mut self, glow_ray: &GlowRay, nodes: &GlowNodes) {
+        let GlowRay {
+            air,
+            rules,
+            ray,
+            theta_rad,
+            dimmed_by_drops,
+        } = *glow_ray;
         air.scattering_towards(theta_rad, &mut self.towards_eye);
         let air_ray = air.ray(ray.origin, ray.direction);
         let planet = air.planet();
-        if drops_dim {
-            glow.veil(
+        if let Some(transmittance) = dimmed_by_drops {
+            rules.veil(
                 nodes,
                 transmittance,
                 (&mut self.veil_room, &mut self.veiled),
@@ -318,7 +330,7 @@ impl Glow {
             }
         }
         if let Some(ground_m) = nodes.ground_m {
-            let in_front = nodes.probes.last().filter(|_| drops_dim);
+            let in_front = nodes.probes.last().filter(|_| dimmed_by_drops.is_some());
             let through_drops = in_front.map_or(1.0, |probe| (-probe.depth).exp());
             self.add_ground(air, ray, ground_m, through_drops);
         }

@@ -47,15 +47,25 @@ pub(crate) struct AirSlabs<'a> {
     slopes: Lengths,
 }
 
+/// The part of a ray that crosses drops, and the air that dims it.
+#[derive(Clone, Copy)]
+pub(crate) struct AirWay<'a> {
+    pub(crate) air: &'a Air<'a>,
+    pub(crate) dimmed_by: DimmedBy,
+    pub(crate) ray: &'a Ray,
+    /// Distances from the eye where it begins and ends (m).
+    pub(crate) range_m: (f64, f64),
+}
+
 impl<'a> AirSlabs<'a> {
     /// Cut the part of a ray that crosses drops into slabs, whose ends go to `ends_m`.
-    pub(crate) fn cut(
-        air: &'a Air<'a>,
-        dimmed_by: DimmedBy,
-        ray: &'a Ray,
-        range_m: (f64, f64),
-        ends_m: &mut Vec<f64>,
-    ) -> Self {
+    pub(crate) fn cut(way: AirWay<'a>, ends_m: &mut Vec<f64>) -> Self {
+        let AirWay {
+            air,
+            dimmed_by,
+            ray,
+            range_m,
+        } = way;
         let air_ray = air.ray(ray.origin, ray.direction);
         let mut slabs = Self {
             air,

@@ -1,35 +1,52 @@
 //! What diffraction changes in the bows along a ray.
 
-use niji_geometry::Ray;
-
 use crate::air_slabs::AirSlabs;
+use crate::air_slabs::AirWay;
 use crate::angle_axis::RayPlace;
 use crate::drop_orders::Diffraction;
 use crate::drop_orders::DiffractionRoom;
 use crate::frame::Frame;
 use crate::march::Walk;
+use crate::ray_settings::RayThroughDrops;
 use crate::scattering_rows::ScatteringRows;
 
 impl Frame<'_> {
-    /// Add to `out` what diffraction changes in the light of a ray; air dims it as at its mean
-    /// distance.
-    pub(crate) fn add_diffracted(
+    /// What diffraction changes in the light of a ray at a scattering angle, as the light of a room; air dims
+    /// it as at its mean distance.
+    pub(crate) fn diffracted(
         &self,
         diffraction: &Diffraction,
-        (ray, range_m): (&Ray, (f64, f64)),
-        place: &RayPlace,
-        (room, out): (&mut DiffractionRoom, &mut [f32]),
+        way: RayThroughDrops,
+        theta_rad: f64,
+        room: &mut DiffractionRoom,
     ) {
+        let RayThroughDrops {
+            ray,
+            range_m,
+            settings,
+        } = way;
         let DiffractionRoom {
+            light,
             deposits,
             stencil,
             slab_ends_m,
             spectrum,
             transmitted,
         } = room;
-        diffraction.blurred.stencil(place, stencil);
+        light.fill(0.0);
+        let place = RayPlace {
+            theta_rad,
+            width_rad: settings.width_rad,
+        };
+        diffraction.blurred.stencil(&place, stencil);
         let air = self.air.as_ref().filter(|_| !self.dimmed_by.nothing());
-        let slabs = air.map(|air| AirSlabs::cut(air, self.dimmed_by, ray, range_m, slab_ends_m));
+        let way = |air| AirWay {
+            air,
+            dimmed_by: self.dimmed_by,
+            ray,
+            range_m,
+        };
+        let slabs = air.map(|air| AirSlabs::cut(way(air), slab_ends_m));
         let walk = Walk {
             ray,
             range_m,
@@ -46,7 +63,7 @@ impl Frame<'_> {
                 let mut add = |rows: &ScatteringRows, sign: f32| {
                     rows.shade(stencil, spectrum);
                     let dimmed = spectrum.iter().zip(&*transmitted).zip(&self.irradiance);
-                    for (sum, ((value, transmitted), irradiance)) in out.iter_mut().zip(dimmed) {
+                    for (sum, ((value, transmitted), irradiance)) in light.iter_mut().zip(dimmed) {
                         *sum += sign * value * transmitted * irradiance;
                     }
                 };

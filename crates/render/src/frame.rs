@@ -83,89 +83,128 @@ pub(crate) struct Frame<'a> {
     pub(crate) reflection: Option<Reflection<'a>>,
 }
 
+/// What is known before any light of drops is: the way through drops and air, and the rays that count.
+pub(crate) struct FrameBasis<'a> {
+    pub(crate) bounds: Option<Aabb>,
+    pub(crate) march: March<'a>,
+    pub(crate) split_theta_rad: f64,
+    pub(crate) sides: (bool, bool),
+    pub(crate) air: Option<Air<'a>>,
+    pub(crate) dimmed_by: DimmedBy,
+    pub(crate) glows: (bool, bool),
+    pub(crate) luminance_weights: Vec<f64>,
+    pub(crate) brightest: usize,
+}
+
+impl<'a> FrameBasis<'a> {
+    fn new(request: &RenderRequest<'a>, colorimetry: &Colorimetry) -> Self {
+        let (effects, levels) = (request.effects, request.levels);
+        let efficiency = levels.drop_extinction_model.efficiency();
+        let when = |on: bool| if on { efficiency } else { 0.0 };
+        let rule = PieceRule::new(
+            when(effects.drop_extinction.is_on()),
+            when(effects.drop_shadow.is_on()),
+            levels.integration,
+        );
+        let glows = (effects.air_inscatter.is_on(), request.wants_sky());
+        let dimmed_by = DimmedBy {
+            sunlight: effects.sunlight_through_air.is_on(),
+            view: effects.air_extinction.is_on(),
+        };
+        let needs_air = glows.0 || glows.1 || !dimmed_by.nothing();
+        let eye = request.camera.position();
+        let air = request
+            .air
+            .filter(|_| needs_air)
+            .map(|table| Air::new(table, levels.air_path, request.sun_direction, eye))
+            .map(|air| air.with_light_of(levels.sky_model));
+        let luminance_weights = luminance_weights(request, colorimetry);
+        Self {
+            bounds: request.drops.bounds(),
+            march: March {
+                bricks: request.drops.bricks(),
+                rule,
+                integration: levels.integration,
+            },
+            split_theta_rad: request.table.map_or(0.0, |table| table.split_theta_rad),
+            sides: request.wanted_sides(),
+            air,
+            dimmed_by,
+            glows,
+            brightest: brightest(&luminance_weights),
+            luminance_weights,
+        }
+    }
+
+    /// Whether a bow is wanted at a scattering angle.
+    fn wants(&self, theta_rad: f64) -> bool {
+        let is_primary = theta_rad >= self.split_theta_rad;
+        if is_primary {
+            self.sides.1
+        } else {
+            self.sides.0
+        }
+    }
+}
+
 /// Everything that rays share.
 pub(crate) fn frame<'a>(
     request: &RenderRequest<'a>,
     colorimetry: &Colorimetry,
 ) -> Result<Frame<'a>, Error> {
-    let (effects, levels) = (request.effects, request.levels);
-    let efficiency = levels.drop_extinction_model.efficiency();
-    let when = |on: bool| if on { efficiency } else { 0.0 };
-    let rule = PieceRule::new(
-        when(effects.drop_extinction.is_on()),
-        when(effects.drop_shadow.is_on()),
-        levels.integration,
-    );
-    let glows = (effects.air_inscatter.is_on(), request.wants_sky());
-    let dimmed_by = DimmedBy {
-        sunlight: effects.sunlight_through_air.is_on(),
-        view: effects.air_extinction.is_on(),
-    };
-    let needs_air = glows.0 || glows.1 || !dimmed_by.nothing();
-    let eye = request.camera.position();
-    let air = request
-        .air
-        .filter(|_| needs_air)
-        .map(|table| Air::new(table, levels.air_path, request.sun_direction, eye))
-        .map(|air| air.with_light_of(levels.sky_model));
-    let glow = AirGlow::of(levels.integration);
-    let bounds = request.drops.bounds();
-    let surround = match (&air, bounds) {
+    let basis = FrameBasis::new(request, colorimetry);
+    let drops = request.drops;
+    let shadow_error = drops
+        .shadow_error()
+        .filter(|_| request.effects.drop_shadow.is_on());
+    let efficiency = request.levels.drop_extinction_model.efficiency();
+    let surround = match (&basis.air, basis.bounds) {
         (Some(air), Some(bounds)) if request.wants_skylit_drops() => {
             let middle = 0.5 * (bounds.min + bounds.max);
             Some(mean_surround(air, middle, request.wavelengths.len()))
         }
         (Some(_) | None, _) => None,
     };
-    let bricks = request.drops.bricks();
-    let split_theta_rad = request.table.map_or(0.0, |table| table.split_theta_rad);
-    let mut frame = Frame {
+    let rows = rows(request, &basis)?;
+    let reflection = match mirrored_sun(request) {
+        Some(sun_direction) => range_seen(request, &basis, sun_direction)?
+            .and_then(|range_rad| Reflection::new(request, &basis, range_rad)),
+        None => None,
+    };
+    let table = request.table.filter(|_| rows.is_some());
+    let moved = table.and_then(|table| {
+        let nodes = SizeNodes::of_drops(table, drops.size_range());
+        MovedRows::new(table, &nodes, &basis.luminance_weights)
+    });
+    let multiple = multiple(request, &basis)?;
+    let of_diffraction = rows.as_ref().filter(|_| multiple.is_some());
+    Ok(Frame {
+        diffraction: of_diffraction.and_then(|rows| diffraction(request, &basis, rows)),
         sun_direction: request.sun_direction,
         irradiance: request
             .sun_irradiance
             .iter()
             .map(|value| *value as f32)
             .collect(),
-        bounds,
-        march: March {
-            bricks,
-            rule,
-            integration: levels.integration,
-        },
-        shadow_error: request
-            .drops
-            .shadow_error()
-            .filter(|_| effects.drop_shadow.is_on())
-            .map(|error| (error, efficiency)),
-        rows: None,
-        moved: None,
-        luminance_weights: luminance_weights(request, colorimetry),
+        bounds: basis.bounds,
+        march: basis.march,
+        shadow_error: shadow_error.map(|error| (error, efficiency)),
+        rows,
+        moved,
+        luminance_weights: basis.luminance_weights,
         table_error: request.table.map_or(0.0, table_error),
-        split_theta_rad,
-        sides: request.wanted_sides(),
-        drops_dim: effects.drop_extinction.is_on(),
-        air,
-        dimmed_by,
-        glows,
-        glow,
-        brightest: brightest(&luminance_weights(request, colorimetry)),
+        split_theta_rad: basis.split_theta_rad,
+        sides: basis.sides,
+        drops_dim: request.effects.drop_extinction.is_on(),
+        air: basis.air,
+        dimmed_by: basis.dimmed_by,
+        glows: basis.glows,
+        glow: AirGlow::of(request.levels.integration),
+        brightest: basis.brightest,
         surround,
-        multiple: None,
-        diffraction: None,
-        reflection: None,
-    };
-    frame.rows = rows(request, &frame, colorimetry)?;
-    if let Some(sun_direction) = mirrored_sun(request) {
-        let range_rad = range_seen(request, &frame, sun_direction)?;
-        frame.reflection = range_rad.and_then(|range| Reflection::new(request, &frame, range));
-    }
-    frame.moved = (request.table.filter(|_| frame.rows.is_some())).and_then(|table| {
-        let nodes = SizeNodes::of_drops(table, request.drops.size_range());
-        MovedRows::new(table, &nodes, &luminance_weights(request, colorimetry))
-    });
-    frame.multiple = multiple(request, &frame, colorimetry)?;
-    frame.diffraction = diffraction(request, &frame);
-    Ok(frame)
+        multiple,
+        reflection,
+    })
 }
 
 impl Frame<'_> {
@@ -181,19 +220,17 @@ impl Frame<'_> {
 /// The part of the scattering table that the picture sees; `None` where it sees none.
 fn rows<'a>(
     request: &RenderRequest<'a>,
-    frame: &Frame,
-    colorimetry: &Colorimetry,
+    basis: &FrameBasis,
 ) -> Result<Option<ScatteringRows<'a>>, Error> {
     let Some(table) = request.table.filter(|_| request.wants_bow()) else {
         return Ok(None);
     };
-    let Some(range_rad) = range_seen(request, frame, request.sun_direction)? else {
+    let Some(range_rad) = range_seen(request, basis, request.sun_direction)? else {
         return Ok(None);
     };
-    let luminance_weights = luminance_weights(request, colorimetry);
     let nodes = SizeNodes::of_drops(table, request.drops.size_range());
     let source = (Cow::Borrowed(table), nodes);
-    let rows = ScatteringRows::new(source, range_rad, &luminance_weights);
+    let rows = ScatteringRows::new(source, range_rad, &basis.luminance_weights);
     Ok(Some(rows))
 }
 
@@ -201,10 +238,10 @@ fn rows<'a>(
 /// whole; `None` if there are none.
 fn range_seen(
     request: &RenderRequest,
-    frame: &Frame,
+    basis: &FrameBasis,
     sun_direction: DVec3,
 ) -> Result<Option<(f64, f64)>, Error> {
-    let seen_in = |region: PixelRegion| directions_seen(request, frame, (sun_direction, region));
+    let seen_in = |region: PixelRegion| directions_seen(request, basis, (sun_direction, region));
     let seen = seen_in(request.region);
     if let (Some(table), Some(seen)) = (request.table, &seen) {
         check_coverage(table, seen)?;
@@ -250,27 +287,26 @@ fn brightest(weights: &[f64]) -> usize {
 }
 
 /// What diffraction changes in the bows that are seen, where further orders are wanted.
-fn diffraction<'a>(request: &RenderRequest, frame: &Frame<'a>) -> Option<Diffraction<'a>> {
-    frame.multiple.as_ref()?;
-    let range_rad = frame.rows.as_ref()?.angles().theta_range_rad();
+fn diffraction<'a>(
+    request: &RenderRequest,
+    basis: &FrameBasis<'a>,
+    rows: &ScatteringRows,
+) -> Option<Diffraction<'a>> {
+    let range_rad = rows.angles().theta_range_rad();
     let first_order = request.levels.drop_extinction_model;
     Some(Diffraction::new(
         &table_of_laws(request.table?, request.drops.size_range(), kept_radii),
         range_rad,
-        frame.march,
+        basis.march,
         first_order,
     ))
 }
 
 /// The light of orders beyond the first, for all directions of the camera's frame whatever its region:
 /// beyond the frame the nearest direction stands for others.
-fn multiple(
-    request: &RenderRequest,
-    frame: &Frame,
-    colorimetry: &Colorimetry,
-) -> Result<Option<MultipleLight>, Error> {
+fn multiple(request: &RenderRequest, basis: &FrameBasis) -> Result<Option<MultipleLight>, Error> {
     let (Some((nodes_across, paths_per_node)), Some(table), Some(bounds)) =
-        (request.wanted_orders(), request.table, frame.bounds)
+        (request.wanted_orders(), request.table, basis.bounds)
     else {
         return Ok(None);
     };
@@ -288,16 +324,16 @@ fn multiple(
             seen
         })
         .reduce(SeenDirections::none, |a, b| a.union(&b));
-    let air = |dims: bool| frame.air.as_ref().filter(|_| dims);
+    let air = |dims: bool| basis.air.as_ref().filter(|_| dims);
     MultipleLight::new(&OrdersRequest {
         drops: request.drops,
         table: &table_of_laws(table, request.drops.size_range(), kept_radii),
         sun_direction: request.sun_direction,
         eye: camera.position(),
         seen: &seen,
-        sunlight_air: air(frame.dimmed_by.sunlight),
-        view_air: air(frame.dimmed_by.view),
-        luminance_weights: &luminance_weights(request, colorimetry),
+        sunlight_air: air(basis.dimmed_by.sunlight),
+        view_air: air(basis.dimmed_by.view),
+        luminance_weights: &basis.luminance_weights,
         nodes_across,
         paths_per_node,
     })
@@ -356,13 +392,13 @@ impl Extremes {
 
 fn directions_seen(
     request: &RenderRequest,
-    frame: &Frame,
+    basis: &FrameBasis,
     (sun_direction, region): (DVec3, PixelRegion),
 ) -> Option<Seen> {
     let n = rays_along(request.levels.pixel_footprint);
-    let drops = frame.bounds?;
+    let drops = basis.bounds?;
     let wants = |direction: DVec3| {
-        frame.sides == (true, true) || frame.wants(scattering_angle_rad(direction, sun_direction))
+        basis.sides == (true, true) || basis.wants(scattering_angle_rad(direction, sun_direction))
     };
     (0..region.height_px)
         .into_par_iter()

@@ -9,25 +9,24 @@
 
 use niji_geometry::Ray;
 
-use crate::air::Air;
-use crate::air_glow::AirGlow;
 use crate::air_glow::Glow;
 use crate::air_glow::GlowNodes;
 use crate::air_glow::GlowRange;
+use crate::air_glow::GlowRay;
 use crate::air_slabs::AirSlabs;
+use crate::air_slabs::AirWay;
 use crate::angle_axis::RayPlace;
 use crate::deposits::Deposits;
 use crate::drop_orders::DiffractionRoom;
 use crate::error_parts::RayErrors;
 use crate::flattening::axis_squares;
 use crate::frame::Frame;
-use crate::march::March;
 use crate::march::Walk;
 use crate::moved_rows::MovedPlace;
 use crate::moved_rows::MovedStencil;
 use crate::ray_settings::RaySettings;
+use crate::ray_settings::RayThroughDrops;
 use crate::ray_sums::RaySums;
-use crate::reflection::RayThroughDrops;
 use crate::reflection::ReflectionRoom;
 use crate::scattering_angle::scattering_angle_rad;
 use crate::scattering_rows::RowStencil;
@@ -190,11 +189,6 @@ impl Frame<'_> {
         settings: RaySettings,
         out: &mut RayLight,
     ) {
-        let RaySettings {
-            march,
-            glow,
-            width_rad,
-        } = settings;
         out.clear();
         let ray = &sight.ray;
         let theta_rad = scattering_angle_rad(ray.direction, self.sun_direction);
@@ -208,34 +202,32 @@ impl Frame<'_> {
         };
         let glowing = self.glows.1 || (self.glows.0 && drops_m.is_some());
         if let (Some(air), true) = (&self.air, glowing) {
-            glow.lay_out(air, ray, &glow_range, &mut out.scratch.nodes);
+            settings
+                .glow
+                .lay_out(air, ray, &glow_range, &mut out.scratch.nodes);
         }
-        if let Some(range_m) = drops_m {
-            self.through_drops((ray, march), range_m, (theta_rad, width_rad), out);
+        let way = drops_m.map(|range_m| RayThroughDrops {
+            ray,
+            range_m,
+            settings,
+        });
+        if let Some(way) = way {
+            self.through_drops(way, theta_rad, out);
         }
-        if let (Some(reflection), Some(room), Some(range_m)) =
-            (&self.reflection, &mut out.scratch.reflection, drops_m)
+        if let (Some(reflection), Some(room), Some(way)) =
+            (&self.reflection, &mut out.scratch.reflection, way)
         {
-            let way = RayThroughDrops {
-                ray,
-                range_m,
-                settings,
-            };
             let sums = reflection.add(self, way, room);
             out.errors.add(1.0, 1.0, &sums.errors);
         }
-        if let (Some(light), Some(range_m)) = (&self.multiple, drops_m) {
+        if let (Some(light), Some(way)) = (&self.multiple, way) {
             if let (Some(diffraction), Some(room), true) = (
                 &self.diffraction,
                 &mut out.scratch.diffraction,
                 self.wants(theta_rad),
             ) {
-                let place = RayPlace {
-                    theta_rad,
-                    width_rad,
-                };
-                let to = (room, &mut out.multiple[..]);
-                self.add_diffracted(diffraction, (ray, range_m), &place, to);
+                self.diffracted(diffraction, way, theta_rad, room);
+                out.multiple.copy_from_slice(&room.light);
             }
             out.errors.orders = light.add(
                 ray.direction,
@@ -245,20 +237,27 @@ impl Frame<'_> {
             );
         }
         if let (Some(air), true) = (&self.air, glowing) {
-            self.add_glow((air, glow), ray, theta_rad, out);
+            let glow_ray = GlowRay {
+                air,
+                rules: settings.glow,
+                ray,
+                theta_rad,
+                dimmed_by_drops: self.drops_dim.then_some(out.transmittance),
+            };
+            self.add_glow(&glow_ray, out);
         }
-        if let (Some(surround), Some(range_m)) = (&self.surround, drops_m) {
-            self.add_surround(surround, ray, range_m, out);
+        if let (Some(surround), Some(way)) = (&self.surround, way) {
+            self.add_surround(surround, way, out);
         }
     }
 
-    fn through_drops(
-        &self,
-        (ray, march): (&Ray, &March),
-        range_m: (f64, f64),
-        (theta_rad, width_rad): (f64, f64),
-        out: &mut RayLight,
-    ) {
+    fn through_drops(&self, way: RayThroughDrops, theta_rad: f64, out: &mut RayLight) {
+        let RayThroughDrops {
+            ray,
+            range_m,
+            settings,
+        } = way;
+        let width_rad = settings.width_rad;
         let rows = self.rows.as_ref().filter(|_| self.wants(theta_rad));
         if rows.is_none() && !self.drops_dim {
             return;
@@ -279,13 +278,15 @@ impl Frame<'_> {
             moved.place(&place, &mut out.scratch.moved);
         }
         let slabs = match &self.air {
-            Some(air) if rows.is_some() && !self.dimmed_by.nothing() => Some(AirSlabs::cut(
-                air,
-                self.dimmed_by,
-                ray,
-                range_m,
-                &mut out.scratch.slab_ends_m,
-            )),
+            Some(air) if rows.is_some() && !self.dimmed_by.nothing() => {
+                let way = AirWay {
+                    air,
+                    dimmed_by: self.dimmed_by,
+                    ray,
+                    range_m,
+                };
+                Some(AirSlabs::cut(way, &mut out.scratch.slab_ends_m))
+            }
             Some(_) | None => None,
         };
         // Fields of `out` are lent apart: the march fills the deposits, shading empties them.
@@ -307,24 +308,26 @@ impl Frame<'_> {
             axes: rows.map(ScatteringRows::axes),
             slab_ends_m,
         };
-        let depth = march.along(&walk, &mut nodes.probes, deposits, |deposits| {
-            let Some(rows) = rows else { return };
-            stencil.set_light(&deposits.bins);
-            let mut luminance = rows.luminance(stencil);
-            rows.shade(stencil, slab);
-            if let Some(moved) = &self.moved {
-                let still: f64 = self.luminance(slab);
-                let peaks = moved.add(stencil.light(), moved_stencil, slab);
-                luminance.value += self.luminance(slab) - still;
-                luminance.off_lines += self.table_error * peaks;
-            }
-            sums.add(&luminance, deposits);
-            if let Some(slabs) = &slabs {
-                slabs.transmit(deposits, transmitted);
-                multiply(slab, transmitted);
-            }
-            add_product(bow, slab, &self.irradiance);
-        });
+        let depth = settings
+            .march
+            .along(&walk, &mut nodes.probes, deposits, |deposits| {
+                let Some(rows) = rows else { return };
+                stencil.set_light(&deposits.bins);
+                let mut luminance = rows.luminance(stencil);
+                rows.shade(stencil, slab);
+                if let Some(moved) = &self.moved {
+                    let still: f64 = self.luminance(slab);
+                    let peaks = moved.add(stencil.light(), moved_stencil, slab);
+                    luminance.value += self.luminance(slab) - still;
+                    luminance.off_lines += self.table_error * peaks;
+                }
+                sums.add(&luminance, deposits);
+                if let Some(slabs) = &slabs {
+                    slabs.transmit(deposits, transmitted);
+                    multiply(slab, transmitted);
+                }
+                add_product(bow, slab, &self.irradiance);
+            });
         if self.drops_dim {
             out.transmittance = (-depth).exp();
         }
@@ -351,15 +354,8 @@ impl Frame<'_> {
         efficiency * sums.shadow_depth(error, ray) * sums.luminance_cd_m2
     }
 
-    fn add_glow(
-        &self,
-        (air, rules): (&Air, &AirGlow),
-        ray: &Ray,
-        theta_rad: f64,
-        out: &mut RayLight,
-    ) {
+    fn add_glow(&self, glow_ray: &GlowRay, out: &mut RayLight) {
         out.glows = true;
-        let drops = (theta_rad, self.drops_dim, out.transmittance);
         let RayLight {
             inscatter,
             background,
@@ -368,7 +364,7 @@ impl Frame<'_> {
         } = out;
         let Scratch { nodes, glow, .. } = scratch;
         glow.clear();
-        glow.gather((air, rules), ray, nodes, drops);
+        glow.gather(glow_ray, nodes);
         out.veil_error = glow.veil_error();
         for (index, irradiance) in self.irradiance.iter().enumerate() {
             inscatter[index] = irradiance * glow.in_front[index];
@@ -376,13 +372,8 @@ impl Frame<'_> {
         }
     }
 
-    fn add_surround(
-        &self,
-        surround: &[f32],
-        ray: &Ray,
-        (enter_m, leave_m): (f64, f64),
-        out: &mut RayLight,
-    ) {
+    fn add_surround(&self, surround: &[f32], way: RayThroughDrops, out: &mut RayLight) {
+        let (ray, (enter_m, leave_m)) = (way.ray, way.range_m);
         out.glows = true;
         out.scratch.transmitted.fill(1.0);
         if let (Some(air), true) = (&self.air, self.dimmed_by.view) {

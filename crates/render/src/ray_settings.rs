@@ -1,5 +1,7 @@
 //! How finely a ray is followed.
 
+use niji_geometry::Ray;
+
 use crate::air_glow::AirGlow;
 use crate::march::March;
 
@@ -12,4 +14,13 @@ pub(crate) struct RaySettings<'a> {
     pub(crate) glow: &'a AirGlow,
     /// Scattering angle that the pixel spans (0: a point).
     pub(crate) width_rad: f64,
+}
+
+/// A ray on its way through drops.
+#[derive(Clone, Copy)]
+pub(crate) struct RayThroughDrops<'a> {
+    pub(crate) ray: &'a Ray,
+    /// Distances between which it may meet them (m).
+    pub(crate) range_m: (f64, f64),
+    pub(crate) settings: RaySettings<'a>,
 }

@@ -47,6 +47,22 @@ const FINE: f64 = 1e-6;
 /// Part of the tolerance that is left to the rays whatever else errs.
 const LEAST_SHARE: f64 = 0.25;
 
+/// A pixel by column and row of its tile.
+struct PixelOfTile<'a, 't> {
+    tile: &'a mut TileMut<'t>,
+    x: usize,
+    y: usize,
+}
+
+/// Parts of a pixel, each seen along the ray through its middle.
+struct Parts<'a, I> {
+    /// Their middles, in pixels from the pixel's corner.
+    places: I,
+    march: &'a March<'a>,
+    /// Intervals along a side with the variance of a part.
+    n_intervals: u32,
+}
+
 /// How a pixel is refined.
 struct Finer<'a> {
     march: &'a March<'a>,
@@ -80,20 +96,20 @@ impl RayTracer<'_> {
                             tolerance_cd_m2,
                             missed_cd_m2: self.missed(&cross, PixelFootprint::Prefiltered),
                         };
-                        self.refine_pixel((x, y), &finer, &mut tile, room);
+                        let pixel = PixelOfTile {
+                            tile: &mut tile,
+                            x,
+                            y,
+                        };
+                        self.refine_pixel(pixel, &finer, room);
                     }
                 }
             },
         );
     }
 
-    fn refine_pixel(
-        &self,
-        (x, y): (usize, usize),
-        finer: &Finer,
-        tile: &mut TileMut,
-        room: &mut Room,
-    ) {
+    fn refine_pixel(&self, pixel: PixelOfTile, finer: &Finer, room: &mut Room) {
+        let PixelOfTile { tile, x, y } = pixel;
         let errors = tile.errors();
         let parts: [f64; N_CAUSES] =
             std::array::from_fn(|cause| f64::from(errors[[1 + cause, y, x]]));
@@ -135,20 +151,35 @@ impl RayTracer<'_> {
     /// cover the pixel side by side; what these do not show is an edge.
     fn trace_parts(&self, place: (f64, f64), (n, march): (u32, &March), room: &mut Room) {
         if n <= MOST_SIDE_BY_SIDE {
-            self.trace_places(place, (offsets(n), march, n), room);
+            let parts = Parts {
+                places: offsets(n),
+                march,
+                n_intervals: n,
+            };
+            self.trace_places(place, parts, room);
         } else {
             // Intervals between n² places along any side: the whole has the pixel's variance.
-            self.trace_places(place, (turned_offsets(n), march, n * n), room);
+            let parts = Parts {
+                places: turned_offsets(n),
+                march,
+                n_intervals: n * n,
+            };
+            self.trace_places(place, parts, room);
         }
     }
 
-    /// Gather rays of a pixel that has `n_intervals` along a side.
+    /// Gather rays of a pixel.
     fn trace_places(
         &self,
         (x, y): (f64, f64),
-        (places, march, n_intervals): (impl Iterator<Item = (f64, f64)> + Clone, &March, u32),
+        parts: Parts<'_, impl Iterator<Item = (f64, f64)> + Clone>,
         room: &mut Room,
     ) {
+        let Parts {
+            places,
+            march,
+            n_intervals,
+        } = parts;
         let share = 1.0 / places.clone().count() as f64;
         let middle = self.eye.camera.ray(x + 0.5, y + 0.5);
         let width_rad = middle.map_or(0.0, |ray| self.width_rad(ray.direction, (x, y)));

@@ -21,10 +21,12 @@ use niji_geometry::Ray;
 
 use crate::air::Air;
 use crate::air_slabs::AirSlabs;
+use crate::air_slabs::AirWay;
 use crate::angle_axis::RayPlace;
 use crate::deposits::Deposits;
 use crate::flattening::axis_squares;
 use crate::frame::Frame;
+use crate::frame::FrameBasis;
 use crate::march::March;
 use crate::march::Walk;
 use crate::mirrored_drops::MirroredDrops;
@@ -34,7 +36,7 @@ use crate::mirrored_table::mirrored_table;
 use crate::moved_rows::MovedPlace;
 use crate::moved_rows::MovedRows;
 use crate::moved_rows::MovedStencil;
-use crate::ray_settings::RaySettings;
+use crate::ray_settings::RayThroughDrops;
 use crate::ray_sums::RaySums;
 use crate::request::RenderRequest;
 use crate::scattering_rows::RowStencil;
@@ -75,15 +77,6 @@ struct Part<'a> {
     moved: Option<MovedRows>,
 }
 
-/// A ray on its way through drops.
-#[derive(Clone, Copy)]
-pub(crate) struct RayThroughDrops<'a> {
-    pub(crate) ray: &'a Ray,
-    /// Distances between which it may meet them (m).
-    pub(crate) range_m: (f64, f64),
-    pub(crate) settings: RaySettings<'a>,
-}
-
 /// The light of one ray, and a thread's room for it.
 #[derive(Clone, Debug)]
 pub(crate) struct ReflectionRoom {
@@ -111,7 +104,7 @@ impl<'a> Reflection<'a> {
     /// The light by way of water for rays that see scattering angles of a range from the sun in still water.
     pub(crate) fn new(
         request: &RenderRequest<'a>,
-        frame: &Frame<'a>,
+        basis: &FrameBasis,
         range_rad: (f64, f64),
     ) -> Option<Self> {
         let drops = request.drops.mirrored()?;
@@ -124,10 +117,10 @@ impl<'a> Reflection<'a> {
         let nodes = || SizeNodes::of_drops(table, request.drops.size_range());
         let part = |polarization: Polarization| {
             let table = mirrored_table(table, polarization, step_rad);
-            let moved = MovedRows::new(&table, &nodes(), &frame.luminance_weights);
+            let moved = MovedRows::new(&table, &nodes(), &basis.luminance_weights);
             let source = (Cow::Owned(table), nodes());
             Part {
-                rows: ScatteringRows::new(source, range_rad, &frame.luminance_weights),
+                rows: ScatteringRows::new(source, range_rad, &basis.luminance_weights),
                 moved,
             }
         };
@@ -136,7 +129,7 @@ impl<'a> Reflection<'a> {
             MirroredLight::Polarized => &[Polarization::Perpendicular, Polarization::Parallel],
         };
         let parts: Vec<Part> = polarizations.iter().map(|it| part(*it)).collect();
-        let air = request.air.filter(|_| frame.air.is_some());
+        let air = request.air.filter(|_| basis.air.is_some());
         let eye = request.camera.position();
         let air = air.map(|table| {
             Air::new(table, request.levels.air_path, mirror.sun_direction, eye)
@@ -149,7 +142,7 @@ impl<'a> Reflection<'a> {
             air,
             angles_variance: added_variance(&table.theta_rad, step_rad),
             efficiency: request.levels.drop_extinction_model.efficiency(),
-            brightest: frame.brightest,
+            brightest: basis.brightest,
         })
     }
 
@@ -210,13 +203,15 @@ impl<'a> Reflection<'a> {
         let in_front = transmitted_before(&march, ray, (range_m.0, lit_m.0));
         self.place(ray.direction, &seen, settings.width_rad, room);
         let slabs = match &self.air {
-            Some(air) if !frame.dimmed_by.nothing() => Some(AirSlabs::cut(
-                air,
-                frame.dimmed_by,
-                ray,
-                lit_m,
-                &mut room.slab_ends_m,
-            )),
+            Some(air) if !frame.dimmed_by.nothing() => {
+                let way = AirWay {
+                    air,
+                    dimmed_by: frame.dimmed_by,
+                    ray,
+                    range_m: lit_m,
+                };
+                Some(AirSlabs::cut(way, &mut room.slab_ends_m))
+            }
             Some(_) | None => {
                 room.slab_ends_m.clear();
                 None

@@ -19,6 +19,7 @@ use crate::air_glow::AirGlow;
 use crate::air_glow::Glow;
 use crate::air_glow::GlowNodes;
 use crate::air_glow::GlowRange;
+use crate::air_glow::GlowRay;
 use crate::gauss_nodes::GaussRule;
 use crate::scattering_angle::scattering_angle_rad;
 
@@ -59,7 +60,14 @@ pub(crate) fn mean_surround(air: &Air, at: DVec3, n_wavelengths: usize) -> Vec<f
                 glow.lay_out(air, &ray, &range, &mut nodes);
                 light.clear();
                 let theta_rad = scattering_angle_rad(direction, air.sun_direction());
-                light.gather((air, &glow), &ray, &nodes, (theta_rad, false, 1.0));
+                let glow_ray = GlowRay {
+                    air,
+                    rules: &glow,
+                    ray: &ray,
+                    theta_rad,
+                    dimmed_by_drops: None,
+                };
+                light.gather(&glow_ray, &nodes);
                 let share = (0.5 * weight / N_AZIMUTHS as f64) as f32;
                 for (sum, value) in sum.iter_mut().zip(&light.beyond) {
                     *sum += share * value;

@@ -24,8 +24,9 @@ use crate::angle_grids::AngleGrid;
 use crate::angle_grids::AngleGrids;
 use crate::bow_light::Bin;
 use crate::error::Error;
-use crate::theory::MOVED_ORDERS;
 
+/// Primary and secondary bow.
+pub(crate) const MOVED_ORDERS: [u32; 2] = [2, 3];
 /// Drops below this radius (µm) are spheres.
 pub(crate) const STILL_UM: f64 = 30.0;
 /// Orders whose light flattening leaves where it is.

@@ -11,13 +11,11 @@ use serde::Deserialize;
 use serde::Serialize;
 
 use crate::bow_light::BowTheory;
+use crate::drop_theory::MOVED_ORDERS;
 use crate::drop_theory::Solution;
 
 /// Orders of a table.
 pub(crate) const ORDERS: RangeInclusive<u32> = 0..=7;
-
-/// Primary and secondary bow.
-pub(crate) const MOVED_ORDERS: [u32; 2] = [2, 3];
 
 /// How a drop scatters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

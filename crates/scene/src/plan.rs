@@ -66,6 +66,8 @@ use crate::scene::Scene;
 
 use bounds::Assumed;
 use facts::Situation;
+use reasons::Decided;
+use stages::Chosen;
 
 /// Plans a scene. Pure: equal arguments give equal plans.
 ///
@@ -96,7 +98,13 @@ pub fn plan(scene: &Scene, drops: Option<DropSummary>) -> Result<Plan, PlanError
         let (asked, is_on) = (scene.effects.of(effect), on.contains(&effect));
         let assumed = decide::forced(&on, effect);
         let (bound, terms) = bound_scene.bound_with_terms(effect, &assumed);
-        let reason = reasons::reason(effect, (asked, is_on), &bound, &facts);
+        let decided = Decided {
+            effect,
+            asked,
+            is_on,
+            bound,
+        };
+        let reason = reasons::reason(&decided, &facts);
         EffectDecision {
             effect,
             asked,
@@ -118,7 +126,15 @@ pub fn plan(scene: &Scene, drops: Option<DropSummary>) -> Result<Plan, PlanError
     let table_need = scattering.as_ref().map(with_angles);
     let table_refused = table_need.and_then(|need| resources::refusal(need, &situation));
     let levels = levels_used(situation.levels, &on, scattering.as_ref());
-    let stages = stages::stages(scene, &situation, (&on, table_need, table.as_ref()));
+    let stages = stages::stages(
+        scene,
+        &situation,
+        &Chosen {
+            on: &on,
+            scattering: table_need,
+            air: table.as_ref(),
+        },
+    );
     Ok(Plan {
         scene: scene.name.clone(),
         sun: scene.sun,

@@ -60,6 +60,8 @@ pub(crate) struct Diffraction<'a> {
 /// Room to work in.
 #[derive(Clone, Debug)]
 pub(crate) struct DiffractionRoom {
+    /// What diffraction changes [W m^-2 sr^-1 nm^-1].
+    pub(crate) light: Vec<f32>,
     pub(crate) deposits: Deposits,
     pub(crate) stencil: RowStencil,
     pub(crate) slab_ends_m: Vec<f64>,
@@ -108,6 +110,7 @@ impl<'a> Diffraction<'a> {
     /// Room for a ray.
     pub(crate) fn room(&self, n_wavelengths: usize) -> DiffractionRoom {
         DiffractionRoom {
+            light: vec![0.0; n_wavelengths],
             deposits: Deposits::new(self.blurred.axes()),
             stencil: RowStencil::default(),
             slab_ends_m: Vec::new(),

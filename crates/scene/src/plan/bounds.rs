@@ -150,6 +150,14 @@ enum Change {
     Nothing,
 }
 
+/// Where a bound is largest.
+struct Worst<'a> {
+    change: &'a Change,
+    /// Of the block.
+    index: usize,
+    value: f64,
+}
+
 impl BoundScene<'_> {
     /// Bound on an effect.
     pub(super) fn bound(&self, effect: Effect, assumed: &Assumed) -> Bound {
@@ -194,7 +202,14 @@ impl BoundScene<'_> {
         let values = self.of_both_suns(effect, assumed, &change);
         let worst = (0..values.len()).max_by(|a, b| values[*a].total_cmp(&values[*b]));
         let worst = worst.filter(|index| values[*index] > 0.0);
-        let terms = worst.map(|index| self.terms(effect, assumed, (&change, index, values[index])));
+        let terms = worst.map(|index| {
+            let worst = Worst {
+                change: &change,
+                index,
+                value: values[index],
+            };
+            self.terms(effect, assumed, &worst)
+        });
         (self.largest(kind, &values), terms)
     }
 
@@ -216,12 +231,12 @@ impl BoundScene<'_> {
         Bound { value, rms, kind }
     }
 
-    fn terms(
-        &self,
-        effect: Effect,
-        assumed: &Assumed,
-        (change, index, value): (&Change, usize, f64),
-    ) -> BoundTerms {
+    fn terms(&self, effect: Effect, assumed: &Assumed, worst: &Worst) -> BoundTerms {
+        let Worst {
+            change,
+            index,
+            value,
+        } = *worst;
         let sun = self.own_sun(effect);
         let (block, depth) = (&sun.blocks[index], self.depth(index));
         let efficiency = self.efficiency;

@@ -32,15 +32,27 @@ pub(super) struct Facts {
     pub(super) mirrored_share: Option<f64>,
 }
 
+/// What was decided of an effect.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Decided {
+    pub(super) effect: Effect,
+    /// What the scene asks.
+    pub(super) asked: Switch,
+    pub(super) is_on: bool,
+    /// What it contributes at most.
+    pub(super) bound: Bound,
+}
+
 /// The reason for a decision.
-pub(super) fn reason(
-    effect: Effect,
-    (asked, is_on): (Switch, bool),
-    bound: &Bound,
-    facts: &Facts,
-) -> String {
+pub(super) fn reason(decided: &Decided, facts: &Facts) -> String {
+    let Decided {
+        effect,
+        asked,
+        is_on,
+        bound,
+    } = *decided;
     if effect.comes_with_theory() {
-        return reason_of_theory((asked, is_on), bound, (effect, facts));
+        return reason_of_theory(decided, facts);
     }
     let fact = fact(effect, facts);
     match asked {
@@ -60,11 +72,13 @@ pub(super) fn reason(
 }
 
 /// The reason for an effect that a theory has or lacks.
-fn reason_of_theory(
-    (asked, is_on): (Switch, bool),
-    bound: &Bound,
-    (effect, facts): (Effect, &Facts),
-) -> String {
+fn reason_of_theory(decided: &Decided, facts: &Facts) -> String {
+    let Decided {
+        effect,
+        asked,
+        is_on,
+        bound,
+    } = *decided;
     let (fact, theory) = (fact(effect, facts), facts.theory.name());
     let is_seen = bound.value > 0.0;
     match asked {

@@ -78,16 +78,23 @@ pub struct StagePlan {
     pub estimate: Estimate,
 }
 
+/// What was chosen to be simulated.
+pub(super) struct Chosen<'a> {
+    /// Effects that are on.
+    pub(super) on: &'a BTreeSet<Effect>,
+    /// The scattering table, and how many angles it has.
+    pub(super) scattering: Option<(&'a ScatteringNeed, usize)>,
+    /// The air, tabulated.
+    pub(super) air: Option<&'a AtmosphereTable>,
+}
+
 /// The stages to run, in order.
-pub(super) fn stages(
-    scene: &Scene,
-    situation: &Situation,
-    (on, scattering, air): (
-        &BTreeSet<Effect>,
-        Option<(&ScatteringNeed, usize)>,
-        Option<&AtmosphereTable>,
-    ),
-) -> Vec<StagePlan> {
+pub(super) fn stages(scene: &Scene, situation: &Situation, chosen: &Chosen) -> Vec<StagePlan> {
+    let Chosen {
+        on,
+        scattering,
+        air,
+    } = *chosen;
     let mut stages = Vec::new();
     let mut add = |stage: Stage, makes: String, resources: Option<Resources>| {
         let estimate = Estimate {
