@@ -58,7 +58,7 @@ Looking:
   diff         Compare a VDB or EXR file with a reference
   lee          Draw the color of the bow against drop radius (EXR, PNG, SVG)
   eval         Print physics as CSV: airy, scatter, sizes, index, air, sun, ice
-  selftest     Try the hard cases: measured error beside allowed error
+  selftest     Try what a machine can break: measured error beside allowed error
 
 Shell:
   completions  Completions for bash, zsh, fish, elvish or PowerShell

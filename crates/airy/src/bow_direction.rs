@@ -5,11 +5,9 @@
 //! they serve every drop size and the averages of f² and f'² over sizes serve every direction.
 //! Airy's published form has another size factor in place of x^(1/3).
 
-use std::f64::consts::TAU;
-
-use niji_radiometry::Meters;
 use niji_radiometry::Micrometers;
 use niji_radiometry::Nanometers;
+use niji_radiometry::size_parameter;
 
 use crate::airy::AiryForm;
 
@@ -38,7 +36,7 @@ impl BowDirection {
         wavelength: Nanometers,
         squares: impl Fn(f64) -> [f64; 2],
     ) -> [f64; 2] {
-        let x = TAU * Meters::from(radius).0 / Meters::from(wavelength).0;
+        let x = size_parameter(radius, wavelength);
         let scale = (x * x).cbrt();
         let [square, derivative_square] = squares(self.argument * scale);
         let factor = AiryForm::Absolute.size_factor(radius, wavelength);

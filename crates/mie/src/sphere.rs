@@ -4,10 +4,9 @@
 //! p11 is normalized by Q_sca and never by an integral over a grid: at x = 2e4, 18000 equal steps
 //! miss nearly half of it in the forward peak.
 
-use std::f64::consts::TAU;
-
 use niji_radiometry::Micrometers;
 use niji_radiometry::Nanometers;
+use niji_radiometry::size_parameter;
 use num_complex::Complex64;
 
 use crate::amplitudes::Amplitudes;
@@ -76,7 +75,7 @@ impl Sphere {
         wavelength: Nanometers,
         index: RefractiveIndex,
     ) -> Result<Self, Error> {
-        Self::new(TAU * radius.0 / Micrometers::from(wavelength).0, index)
+        Self::new(size_parameter(radius, wavelength), index)
     }
 
     /// Size parameter x.

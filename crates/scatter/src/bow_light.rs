@@ -23,8 +23,8 @@ use crate::mean_square::Primitives;
 use crate::request::TableRequest;
 use crate::rings::DiscAverage;
 use crate::rings::Rings;
-use crate::size_parameter::size_parameter;
 use crate::sun_disc::AverageRow;
+use niji_radiometry::size_parameter;
 
 /// Where light is asked for.
 #[derive(Clone, Debug)]

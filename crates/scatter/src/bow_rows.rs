@@ -15,7 +15,7 @@ use crate::request::SizeRow;
 use crate::request::TableRequest;
 use crate::rings::DiscAverage;
 use crate::rings::Rings;
-use crate::size_parameter::size_parameter;
+use niji_radiometry::size_parameter;
 
 /// Largest error of means over sizes.
 const MEAN_ERROR: f64 = 1e-5;

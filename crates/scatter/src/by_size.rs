@@ -23,8 +23,8 @@ use crate::error::Error;
 use crate::request::SizeRow;
 use crate::request::TableRequest;
 use crate::size_average::is_cell_row;
-use crate::size_parameter::size_parameter;
 use crate::theory::Theory;
+use niji_radiometry::size_parameter;
 
 /// ε x in the bow, and x1 times the tolerance.
 const BOW_ERROR_TIMES_X: f64 = 4.8;

@@ -33,6 +33,8 @@ mod tests {
     use niji_radiometry::Radians;
     use niji_sizes::gamma_area_quadrature;
 
+    use niji_radiometry::size_parameter;
+
     use super::*;
 
     #[test]
@@ -66,7 +68,7 @@ mod tests {
             }
         }
         // Rays through the drop add to it; at 0 the spread of sizes does.
-        let x = TAU * 1e3 * radius_um / wavelength.0;
+        let x = size_parameter(Micrometers(radius_um), wavelength);
         for (exact, theta) in exact.into_iter().zip(theta) {
             let ratio = corona(x, theta) / exact;
             assert!((0.4..1.3).contains(&ratio), "{theta}: {ratio}");

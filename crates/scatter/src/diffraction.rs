@@ -24,7 +24,7 @@ use crate::error::Error;
 use crate::request::TableRequest;
 use crate::rings::DiscAverage;
 use crate::rings::Rings;
-use crate::size_parameter::size_parameter;
+use niji_radiometry::size_parameter;
 
 /// Nodes of a size law.
 const N_SIZES: usize = 48;

@@ -27,11 +27,11 @@ use crate::request::SizeRows;
 use crate::size_average::SizeNode;
 use crate::size_average::SizeSampling;
 use crate::size_average::size_nodes;
-use crate::size_parameter::size_parameter;
 use crate::table_rows::RowLight;
 use crate::table_rows::Task;
 use crate::table_rows::add;
 use crate::theory::SingleDrops;
+use niji_radiometry::size_parameter;
 
 /// Largest size parameter that the exact theories take; drops beyond it, in the tails of laws of the
 /// largest raindrops, scatter per area as one of this size.

@@ -65,7 +65,6 @@ mod order_light;
 mod request;
 mod rings;
 mod size_average;
-mod size_parameter;
 mod spheroid_ray;
 #[cfg(test)]
 mod spheroid_trace;

@@ -25,8 +25,8 @@ use crate::glory::glory;
 use crate::mean_square::Averaging;
 use crate::mean_square::MeanSquare;
 use crate::rings::Rings;
-use crate::size_parameter::size_parameter;
 use crate::theory::Theory;
+use niji_radiometry::size_parameter;
 
 /// Largest error of means over sizes.
 const BOUND_ERROR: f64 = 1e-2;

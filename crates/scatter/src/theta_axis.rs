@@ -18,7 +18,7 @@ use crate::error::Error;
 use crate::needed_angles::needed_angles;
 use crate::request::SizeRow;
 use crate::request::TableRequest;
-use crate::size_parameter::size_parameter;
+use niji_radiometry::size_parameter;
 
 /// Amplitude of the ripple after the disc, in parts of the peak.
 const RIPPLE: f64 = 0.02;

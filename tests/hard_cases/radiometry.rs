@@ -11,10 +11,10 @@ use niji_radiometry::srgb_decode;
 use niji_radiometry::srgb_encode;
 use niji_radiometry::xy_chromaticity;
 
-use crate::selftest::hard_case::HardCase;
-use crate::selftest::hard_case::relative;
-use crate::selftest::hard_case::violations;
-use crate::selftest::hard_case::worst;
+use crate::hard_case::HardCase;
+use crate::hard_case::relative;
+use crate::hard_case::violations;
+use crate::hard_case::worst;
 
 pub(crate) const CASES: &[HardCase] = &[
     HardCase {

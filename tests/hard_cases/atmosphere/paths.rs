@@ -13,13 +13,13 @@ use niji_atmosphere::sun_transmittance;
 use niji_geometry::EARTH;
 use niji_radiometry::Radians;
 
-use crate::selftest::atmosphere::air;
-use crate::selftest::atmosphere::nishita;
-use crate::selftest::atmosphere::table;
-use crate::selftest::hard_case::HardCase;
-use crate::selftest::hard_case::relative;
-use crate::selftest::hard_case::violations;
-use crate::selftest::hard_case::worst;
+use crate::atmosphere::air;
+use crate::atmosphere::nishita;
+use crate::atmosphere::table;
+use crate::hard_case::HardCase;
+use crate::hard_case::relative;
+use crate::hard_case::violations;
+use crate::hard_case::worst;
 
 pub(crate) const CASES: &[HardCase] = &[
     HardCase {

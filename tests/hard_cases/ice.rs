@@ -23,10 +23,10 @@ use niji_ice::render_ice;
 use niji_radiometry::Radians;
 use niji_radiometry::WavelengthGrid;
 
-use crate::selftest::hard_case::HardCase;
-use crate::selftest::hard_case::relative;
-use crate::selftest::hard_case::violations;
-use crate::selftest::hard_case::worst;
+use crate::hard_case::HardCase;
+use crate::hard_case::relative;
+use crate::hard_case::violations;
+use crate::hard_case::worst;
 
 pub(crate) const CASES: &[HardCase] = &[
     HardCase {

@@ -30,9 +30,9 @@ use niji_photo::write_premultiplied;
 use niji_radiometry::Radians;
 use niji_radiometry::RgbPrimaries;
 
-use crate::selftest::hard_case::HardCase;
-use crate::selftest::hard_case::violations;
-use crate::selftest::hard_case::worst;
+use crate::hard_case::HardCase;
+use crate::hard_case::violations;
+use crate::hard_case::worst;
 
 pub(crate) const CASES: &[HardCase] = &[
     HardCase {

@@ -9,10 +9,10 @@ use niji_droplets::Waterfall;
 use niji_sizes::Monodisperse;
 use niji_sizes::SizeLaw;
 
-use crate::selftest::hard_case::HardCase;
-use crate::selftest::hard_case::relative;
-use crate::selftest::hard_case::violations;
-use crate::selftest::hard_case::worst;
+use crate::hard_case::HardCase;
+use crate::hard_case::relative;
+use crate::hard_case::violations;
+use crate::hard_case::worst;
 
 pub(crate) const CASES: &[HardCase] = &[
     HardCase {

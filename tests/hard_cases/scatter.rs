@@ -12,9 +12,9 @@ use niji_scatter::Theory;
 use niji_scatter::adaptive_table;
 use niji_scatter::scattering_table;
 
-use crate::selftest::hard_case::HardCase;
-use crate::selftest::hard_case::violations;
-use crate::selftest::hard_case::worst;
+use crate::hard_case::HardCase;
+use crate::hard_case::violations;
+use crate::hard_case::worst;
 
 pub(crate) const CASES: &[HardCase] = &[
     HardCase {

@@ -2,9 +2,9 @@
 
 use niji_scene::Scene;
 
-use crate::selftest::hard_case::HardCase;
-use crate::selftest::hard_case::Random;
-use crate::selftest::hard_case::violations;
+use crate::hard_case::HardCase;
+use crate::hard_case::Random;
+use crate::hard_case::violations;
 
 pub(crate) const CASES: &[HardCase] = &[
     HardCase {

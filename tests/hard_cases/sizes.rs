@@ -17,10 +17,10 @@ use niji_sizes::Ulbrich;
 use niji_sizes::Uniform;
 use niji_sizes::gamma_area_quadrature;
 
-use crate::selftest::hard_case::HardCase;
-use crate::selftest::hard_case::relative;
-use crate::selftest::hard_case::violations;
-use crate::selftest::hard_case::worst;
+use crate::hard_case::HardCase;
+use crate::hard_case::relative;
+use crate::hard_case::violations;
+use crate::hard_case::worst;
 
 pub(crate) const CASES: &[HardCase] = &[
     HardCase {
