@@ -17,6 +17,7 @@ use niji_atmosphere::AirModel;
 use niji_atmosphere::DiffuseSky;
 use niji_atmosphere::InScattering;
 use niji_atmosphere::OpticalLength;
+use niji_atmosphere::ReferenceSky;
 use niji_atmosphere::ScatteringOrders;
 use niji_atmosphere::SingleScattering;
 use niji_atmosphere::SkyMethod;
@@ -24,8 +25,6 @@ use niji_atmosphere::SkyObserver;
 use niji_atmosphere::USUAL_TOP_M;
 use niji_atmosphere::ViewRay;
 use niji_atmosphere::optical_length_m;
-use niji_atmosphere::reference_sky;
-use niji_atmosphere::sky_method_cost;
 use niji_atmosphere::spread_directions;
 use niji_atmosphere::with_diffuse_light;
 use niji_exchange::AtmosphereTable;
@@ -247,8 +246,8 @@ fn skies(air: &AtmosphereTable, method: SkyMethod) -> Cost {
     let mut cost = Cost::default();
     for sun_deg in SUNS_DEG {
         let observer = SkyObserver::from_elevation(2.0, Radians::from_degrees(sun_deg));
-        let exact = reference_sky(air, observer, &directions);
-        let found = sky_method_cost(air, observer, method, (&directions, &exact), &mut seconds);
+        let reference = ReferenceSky::new(air, observer, &directions);
+        let found = reference.cost(method, &mut seconds);
         cost.worst = cost.worst.max(found.worst_error);
         cost.squares += n_values * found.rms_error.powi(2);
         cost.n_values += n_values;

@@ -10,12 +10,11 @@ use niji_atmosphere::AerosolKind;
 use niji_atmosphere::AirComponent;
 use niji_atmosphere::AirModel;
 use niji_atmosphere::PreparedSky;
+use niji_atmosphere::ReferenceSky;
 use niji_atmosphere::SkyMethod;
 use niji_atmosphere::SkyMethodCost;
 use niji_atmosphere::SkyObserver;
 use niji_atmosphere::USUAL_TOP_M;
-use niji_atmosphere::reference_sky;
-use niji_atmosphere::sky_method_cost;
 use niji_atmosphere::spread_directions;
 use niji_exchange::AtmosphereTable;
 use niji_geometry::EARTH;
@@ -100,10 +99,9 @@ fn print_errors() {
     println!("sun [deg]  method           setup [ms]  direction [us]  640 x 480 [s]  worst    rms");
     for sun_deg in SUN_ELEVATIONS_DEG {
         let observer = observer(sun_deg);
-        let reference = reference_sky(&air, observer, &directions);
+        let reference = ReferenceSky::new(&air, observer, &directions);
         for method in SkyMethod::ALL {
-            let work = (directions.as_slice(), reference.as_slice());
-            let row = sky_method_cost(&air, observer, method, work, &mut seconds);
+            let row = reference.cost(method, &mut seconds);
             print_row(sun_deg, &row);
         }
     }

@@ -105,7 +105,7 @@ pub fn diffuse_light(air: &AtmosphereTable, level: ScatteringOrders) -> DiffuseL
     let mut sum = last.clone();
     let mut series = Series::new(axis.len(), air.wavelengths.len());
     if last.is_dark() {
-        return table(air, &medium, (shells_m, &axis), sum);
+        return table(&medium, shells_m, &axis, sum);
     }
     let directions = Directions::new(air, &shells_m, level.n_zeniths);
     for azimuth_order in medium.azimuth_orders(&ratios) {
@@ -119,17 +119,12 @@ pub fn diffuse_light(air: &AtmosphereTable, level: ScatteringOrders) -> DiffuseL
         }
     }
     series.add_tail(&last, &mut sum);
-    table(air, &medium, (shells_m, &axis), sum)
+    table(&medium, shells_m, &axis, sum)
 }
 
-fn table(
-    air: &AtmosphereTable,
-    medium: &Medium,
-    (height_m, axis): (Vec<f64>, &SunAxis),
-    sum: Light,
-) -> DiffuseLight {
+fn table(medium: &Medium, height_m: Vec<f64>, axis: &SunAxis, sum: Light) -> DiffuseLight {
     let phase_moments = medium.phase_moments();
-    debug_assert_eq!(sum.n_wavelengths, air.wavelengths.len());
+    debug_assert_eq!(sum.n_wavelengths, medium.n_wavelengths);
     DiffuseLight {
         height_m,
         sun_zenith_rad: axis.zenith_rad().to_vec(),

@@ -141,39 +141,58 @@ impl SkyMethodCost {
     }
 }
 
-/// Radiance of the reference in every direction: rows of wavelengths.
-pub fn reference_sky(
-    air: &AtmosphereTable,
+/// The sky of an observer by the reference, which other methods are measured against.
+#[derive(Debug, Clone)]
+pub struct ReferenceSky<'a> {
+    air: &'a AtmosphereTable,
     observer: SkyObserver,
-    directions: &[SkyDirection],
-) -> Vec<f32> {
-    let sky = PreparedSky::new(air, observer, SkyMethod::REFERENCE);
-    radiances(&sky, air.wavelengths.len(), directions)
+    directions: &'a [SkyDirection],
+    radiance: Vec<f32>,
 }
 
-/// Error and time of a method against radiances of the reference.
-///
-/// `seconds` runs what it is given once or several times, and says how long one run takes: a library
-/// does not ask for the time itself.
-pub fn sky_method_cost(
-    air: &AtmosphereTable,
-    observer: SkyObserver,
-    method: SkyMethod,
-    (directions, reference): (&[SkyDirection], &[f32]),
-    seconds: &mut dyn FnMut(&mut dyn FnMut()) -> f64,
-) -> SkyMethodCost {
-    let n_wavelengths = air.wavelengths.len();
-    let mut sky = PreparedSky::new(air, observer, method);
-    let setup_s = seconds(&mut || sky = PreparedSky::new(air, observer, method));
-    let mut found = Vec::new();
-    let all_s = seconds(&mut || found = radiances(&sky, n_wavelengths, directions));
-    let (worst_error, rms_error) = errors(&found, reference, n_wavelengths);
-    SkyMethodCost {
-        method,
-        setup_s,
-        direction_s: all_s / directions.len().max(1) as f64,
-        worst_error,
-        rms_error,
+impl<'a> ReferenceSky<'a> {
+    /// Looks in every direction by [`SkyMethod::REFERENCE`].
+    pub fn new(
+        air: &'a AtmosphereTable,
+        observer: SkyObserver,
+        directions: &'a [SkyDirection],
+    ) -> Self {
+        let sky = PreparedSky::new(air, observer, SkyMethod::REFERENCE);
+        Self {
+            air,
+            observer,
+            directions,
+            radiance: radiances(&sky, air.wavelengths.len(), directions),
+        }
+    }
+
+    /// Radiance from every direction, W m^-2 sr^-1 nm^-1: rows of wavelengths.
+    pub fn radiance(&self) -> &[f32] {
+        &self.radiance
+    }
+
+    /// Error and time of a method for the same sky.
+    ///
+    /// `seconds` runs what it is given once or several times, and says how long one run takes: a
+    /// library does not ask for the time itself.
+    pub fn cost(
+        &self,
+        method: SkyMethod,
+        seconds: &mut dyn FnMut(&mut dyn FnMut()) -> f64,
+    ) -> SkyMethodCost {
+        let n_wavelengths = self.air.wavelengths.len();
+        let mut sky = PreparedSky::new(self.air, self.observer, method);
+        let setup_s = seconds(&mut || sky = PreparedSky::new(self.air, self.observer, method));
+        let mut found = Vec::new();
+        let all_s = seconds(&mut || found = radiances(&sky, n_wavelengths, self.directions));
+        let (worst_error, rms_error) = errors(&found, &self.radiance, n_wavelengths);
+        SkyMethodCost {
+            method,
+            setup_s,
+            direction_s: all_s / self.directions.len().max(1) as f64,
+            worst_error,
+            rms_error,
+        }
     }
 }
 

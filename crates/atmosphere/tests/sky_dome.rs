@@ -7,13 +7,12 @@ use niji_atmosphere::AerosolKind;
 use niji_atmosphere::AirComponent;
 use niji_atmosphere::InScattering;
 use niji_atmosphere::PreparedSky;
+use niji_atmosphere::ReferenceSky;
 use niji_atmosphere::SingleScattering;
 use niji_atmosphere::SkyDirection;
 use niji_atmosphere::SkyDome;
 use niji_atmosphere::SkyMethod;
 use niji_atmosphere::SkyObserver;
-use niji_atmosphere::reference_sky;
-use niji_atmosphere::sky_method_cost;
 use niji_atmosphere::spread_directions;
 use niji_exchange::AtmosphereTable;
 use niji_radiometry::Radians;
@@ -120,7 +119,8 @@ fn a_dome_of_1e_4_holds_it_in_twilight_half_a_degree_off_the_edge_of_the_shadow(
         let observer = observer(0.0, sun_deg);
         let dome = SkyDome::new(&air, observer, 1e-4);
         let directions = spread_directions(Radians(0.0), 24);
-        let exact = reference_sky(&air, observer, &directions);
+        let reference = ReferenceSky::new(&air, observer, &directions);
+        let exact = reference.radiance();
         let mut brightest = [0.0_f32; 3];
         for exact in exact.chunks(3) {
             for (brightest, light) in brightest.iter_mut().zip(exact) {
@@ -225,24 +225,23 @@ fn methods_have_names_of_their_own_and_their_costs_are_measured_by_the_caller() 
     let air = usual_air();
     let observer = observer(2.0, 20.0);
     let directions = spread_directions(Radians(0.0), 4);
-    let reference = reference_sky(&air, observer, &directions);
+    let reference = ReferenceSky::new(&air, observer, &directions);
     let mut n_measured = 0;
     let mut seconds = |run: &mut dyn FnMut()| {
         run();
         n_measured += 1;
         2.0
     };
-    let work = (directions.as_slice(), reference.as_slice());
     let method = SkyMethod::Rays(InScattering::Midpoint { n_steps: 50 });
-    let published = sky_method_cost(&air, observer, method, work, &mut seconds);
+    let published = reference.cost(method, &mut seconds);
     assert!(published.worst_error > 1e-3 && published.rms_error < published.worst_error);
     assert!((published.direction_s - 2.0 / 16.0).abs() < 1e-15);
     assert!((published.picture_s(32) - 6.0).abs() < 1e-12);
-    let itself = sky_method_cost(&air, observer, SkyMethod::REFERENCE, work, &mut seconds);
+    let itself = reference.cost(SkyMethod::REFERENCE, &mut seconds);
     assert!(itself.worst_error.abs() <= 0.0);
     assert_eq!(n_measured, 4);
     let exact = PreparedSky::new(&air, observer, SkyMethod::REFERENCE);
     let mut radiance = [0.0; 3];
     exact.write_radiance(directions[0], &mut radiance);
-    assert_eq!(radiance, reference[..3]);
+    assert_eq!(radiance, reference.radiance()[..3]);
 }

@@ -28,13 +28,16 @@ const MAX_HALVINGS: usize = 10;
 
 /// Part of a leg, from `near_u` to `far_u` on it, seen along the ray.
 #[derive(Clone, Copy)]
-struct Panel {
+struct Panel<'a> {
+    ray: &'a ViewRay,
     leg: Leg,
     near_u: f64,
     far_u: f64,
+    /// How often a panel was halved to make this one.
+    n_halvings: usize,
 }
 
-impl Panel {
+impl Panel<'_> {
     fn u(&self, x: f64) -> f64 {
         self.near_u + (self.far_u - self.near_u) * x
     }
@@ -49,12 +52,15 @@ impl Panel {
 
     fn halves(self) -> [Self; 2] {
         let middle_u = 0.5 * (self.near_u + self.far_u);
+        let n_halvings = self.n_halvings + 1;
         let near = Self {
             far_u: middle_u,
+            n_halvings,
             ..self
         };
         let far = Self {
             near_u: middle_u,
+            n_halvings,
             ..self
         };
         [near, far]
@@ -76,10 +82,11 @@ enum ViewLength<'a> {
 }
 
 impl<'a> ViewLength<'a> {
-    fn new(air: &'a AtmosphereTable, index: usize, ray: &'a ViewRay, panel: &Panel) -> Self {
+    fn new(air: &'a AtmosphereTable, index: usize, panel: &Panel<'a>) -> Self {
         match air.constituents[index].law {
             DensityLaw::Exponential => Self::Samples,
             DensityLaw::Linear => {
+                let ray = panel.ray;
                 let start_m = panel.distance_m(0.0);
                 Self::ClosedForm {
                     air,
@@ -163,14 +170,20 @@ impl SingleScattering<'_> {
         let (mut near_u, end_u) = if leg.rises { (0.0, 1.0) } else { (1.0, 0.0) };
         let mut far_u = end_u;
         for _ in 0..MAX_CUTS {
-            let panel = Panel { leg, near_u, far_u };
-            self.sample_densities(ray, &panel, &mut densities);
+            let panel = Panel {
+                ray,
+                leg,
+                near_u,
+                far_u,
+                n_halvings: 0,
+            };
+            self.sample_densities(&panel, &mut densities);
             let (thickest, depth) = self.thickest(&densities, &sum.depth);
             if depth > 2.0 * PANEL_DEPTH {
                 far_u = panel.u(self.cut(thickest, &densities));
                 continue;
             }
-            self.add_panel(ray, (&panel, &densities), directed, sum);
+            self.add_panel(&panel, &densities, directed, sum);
             let is_done = (far_u - end_u).abs() <= 0.0;
             if is_done || sum.depth.iter().all(|&depth| depth > BLACK_DEPTH) {
                 break;
@@ -183,12 +196,12 @@ impl SingleScattering<'_> {
     /// Adds what a panel gathers.
     fn add_panel(
         &self,
-        ray: &ViewRay,
-        (panel, densities): (&Panel, &[Vec<f64>]),
+        panel: &Panel,
+        densities: &[Vec<f64>],
         directed: &[Vec<f64>],
         sum: &mut Gathered,
     ) {
-        let whole = self.solve_panel(ray, (panel, densities), &sum.depth);
+        let whole = self.solve_panel(panel, densities, &sum.depth);
         match self.method {
             InScattering::Adaptive { tolerance } => {
                 let mut scale = sum.radiance_per_sun(directed);
@@ -201,7 +214,7 @@ impl SingleScattering<'_> {
                     directed,
                     scale,
                 };
-                self.add_agreed(ray, (panel, &whole), (&agreement, MAX_HALVINGS), sum);
+                self.add_agreed(panel, &whole, &agreement, sum);
             }
             InScattering::Midpoint { .. }
             | InScattering::Nested { .. }
@@ -212,33 +225,27 @@ impl SingleScattering<'_> {
     /// Adds what a panel gathers, or each of its halves, where the rules do not agree on it.
     fn add_agreed(
         &self,
-        ray: &ViewRay,
-        (panel, solved): (&Panel, &Solved),
-        (agreement, halvings_left): (&Agreement, usize),
+        panel: &Panel,
+        solved: &Solved,
+        agreement: &Agreement,
         sum: &mut Gathered,
     ) {
-        if halvings_left == 0 || agreement.holds(solved) {
+        if panel.n_halvings == MAX_HALVINGS || agreement.holds(solved) {
             sum.append(&solved.gathered);
             return;
         }
         let mut densities = self.no_densities();
         for half in panel.halves() {
-            self.sample_densities(ray, &half, &mut densities);
-            let solved = self.solve_panel(ray, (&half, &densities), &sum.depth);
-            let next = (agreement, halvings_left - 1);
-            self.add_agreed(ray, (&half, &solved), next, sum);
+            self.sample_densities(&half, &mut densities);
+            let solved = self.solve_panel(&half, &densities, &sum.depth);
+            self.add_agreed(&half, &solved, agreement, sum);
         }
     }
 
     /// What one panel gathers behind an optical depth.
-    fn solve_panel(
-        &self,
-        ray: &ViewRay,
-        (panel, densities): (&Panel, &[Vec<f64>]),
-        depth_before: &[f64],
-    ) -> Solved {
+    fn solve_panel(&self, panel: &Panel, densities: &[Vec<f64>], depth_before: &[f64]) -> Solved {
         let lengths: Vec<ViewLength> = (0..self.air.constituents.len())
-            .map(|index| ViewLength::new(self.air, index, ray, panel))
+            .map(|index| ViewLength::new(self.air, index, panel))
             .collect();
         let mut sum = Gathered::behind(self.air, depth_before);
         if !self.excess.is_empty() {
@@ -247,7 +254,7 @@ impl SingleScattering<'_> {
         let mut sample = Sample::new(self.air.constituents.len());
         for (node, (x, weight)) in self.rule.pairs().enumerate() {
             let distance_m = panel.distance_m(x);
-            let [height_m, mu_s] = ray.sun_at(self.planet, distance_m);
+            let [height_m, mu_s] = panel.ray.sun_at(self.planet, distance_m);
             if self.planet.hits_ground(height_m, mu_s) {
                 continue;
             }
@@ -301,7 +308,8 @@ impl SingleScattering<'_> {
     }
 
     /// Density times length of ray per node, in the order along the ray.
-    fn sample_densities(&self, ray: &ViewRay, panel: &Panel, densities: &mut [Vec<f64>]) {
+    fn sample_densities(&self, panel: &Panel, densities: &mut [Vec<f64>]) {
+        let ray = panel.ray;
         for (node, (x, _)) in self.rule.pairs().enumerate() {
             let distance_m = panel.distance_m(x);
             let height_m = self

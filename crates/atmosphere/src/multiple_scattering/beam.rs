@@ -19,8 +19,8 @@ use crate::gauss_legendre::Rule;
 use crate::multiple_scattering::gathering::Azimuths;
 use crate::multiple_scattering::gathering::Direction;
 use crate::multiple_scattering::gathering::SunShift;
+use crate::multiple_scattering::gathering::SunSides;
 use crate::multiple_scattering::gathering::directions;
-use crate::multiple_scattering::gathering::each_sun;
 use crate::multiple_scattering::gathering::gather_shells;
 use crate::multiple_scattering::light::Light;
 use crate::multiple_scattering::light::add_scaled;
@@ -72,14 +72,18 @@ impl<'a> Beam<'a> {
     /// The light at the nodes over the suns of `axis`.
     pub(crate) fn gather(&self, axis: &SunAxis, n_zeniths: usize) -> Light {
         let azimuths = Azimuths::new(self.medium.max_degree, self.medium.max_degree);
+        let sides = SunSides {
+            axis,
+            azimuths: &azimuths,
+        };
         let rule = Rule::new(n_zeniths);
         let n = self.air.wavelengths.len();
         gather_shells(self.shells_m.len(), |shell| {
             let mut light = azimuths.dark(axis, n);
-            let mut radiance = vec![0.0_f32; axis.len() * azimuths.len() * n];
+            let mut radiance = vec![0.0_f32; sides.len() * n];
             let height_m = self.shells_m[shell];
-            for direction in directions(self.air, &self.fine_shells_m, (height_m, &rule)) {
-                self.radiances(&direction, (axis, &azimuths), &mut radiance);
+            for direction in directions(self.air, &self.fine_shells_m, height_m, &rule) {
+                self.radiances(&direction, sides, &mut radiance);
                 azimuths.add(&direction, &radiance, &mut light);
             }
             light
@@ -87,12 +91,7 @@ impl<'a> Beam<'a> {
     }
 
     /// Radiance from one direction: `[sun][azimuth][wavelength]`.
-    fn radiances(
-        &self,
-        direction: &Direction,
-        (axis, azimuths): (&SunAxis, &Azimuths),
-        radiance: &mut [f32],
-    ) {
+    fn radiances(&self, direction: &Direction, sides: SunSides, radiance: &mut [f32]) {
         radiance.fill(0.0);
         let n = self.air.wavelengths.len();
         let planet = Planet {
@@ -107,7 +106,7 @@ impl<'a> Beam<'a> {
             .iter()
             .map(|crossing| shift(crossing.distance_m))
             .collect();
-        each_sun(direction, axis, azimuths, |side| {
+        sides.each(direction, |side| {
             let target = &mut radiance[side.row * n..(side.row + 1) * n];
             self.write_phases(side.cos_scattering, &mut phases);
             let weighted = weighted.chunks(block.max(1));
@@ -129,7 +128,7 @@ impl<'a> Beam<'a> {
         });
         if let Some((ground_m, transmittance)) = &direction.path.ground {
             let shift = shift(*ground_m);
-            each_sun(direction, axis, azimuths, |side| {
+            sides.each(direction, |side| {
                 let mu_s = shift.cos_sun_zenith(side);
                 let target = &mut radiance[side.row * n..(side.row + 1) * n];
                 self.add_ground(mu_s, transmittance, target);

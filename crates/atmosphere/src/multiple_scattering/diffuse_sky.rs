@@ -75,7 +75,7 @@ impl<'a> DiffuseSky<'a> {
             };
             self.light.write_by_degree(place, view, &mut by_degree);
             let weights = &path.weights[at * n..(at + 1) * n];
-            self.add_source(crossing, weights, (&by_degree, &mut radiance));
+            self.add_source(crossing, weights, &by_degree, &mut radiance);
         }
         if let Some((ground_m, transmittance)) = &path.ground {
             let [_, mu_s] = ray.sun_at(planet, enter_m + ground_m);
@@ -97,7 +97,8 @@ impl<'a> DiffuseSky<'a> {
         &self,
         crossing: &Crossing,
         weights: &[f32],
-        (by_degree, radiance): (&[f32], &mut [f64]),
+        by_degree: &[f32],
+        radiance: &mut [f64],
     ) {
         let n = radiance.len();
         // Above the air a ray's end has no weight: any air will do.

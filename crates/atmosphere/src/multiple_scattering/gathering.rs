@@ -54,6 +54,13 @@ pub(crate) struct Azimuths {
     cosines: Vec<f32>,
 }
 
+/// Every sun of an axis with every azimuth of its directions: the rows of a radiance.
+#[derive(Clone, Copy)]
+pub(crate) struct SunSides<'a> {
+    pub(crate) axis: &'a SunAxis,
+    pub(crate) azimuths: &'a Azimuths,
+}
+
 /// A sun and an azimuth, as they are seen from the start of a direction.
 #[derive(Clone, Copy)]
 pub(crate) struct SunSide {
@@ -62,6 +69,16 @@ pub(crate) struct SunSide {
     cos_sun_zenith: f64,
     /// Of the scattering angle, one for the whole ray.
     pub(crate) cos_scattering: f64,
+}
+
+/// A shell where a ray crosses it.
+#[derive(Clone, Copy)]
+struct CrossedShell<'a> {
+    shell: usize,
+    /// Cosine of the zenith angle of the ray there.
+    mu: f64,
+    /// What its source counts on the ray, by wavelength.
+    weights: &'a [f32],
 }
 
 /// Where the suns stand farther along a ray: mu_s(s) = (r0 mu_s + s nu)/r.
@@ -80,7 +97,7 @@ impl Directions {
         let rule = Rule::new(n_zeniths);
         let by_shell = shells_m
             .iter()
-            .map(|&height_m| directions(air, shells_m, (height_m, &rule)))
+            .map(|&height_m| directions(air, shells_m, height_m, &rule))
             .collect();
         Self {
             planet,
@@ -92,12 +109,15 @@ impl Directions {
     /// The light that a source sends to the nodes over the suns of `axis`.
     pub(crate) fn gather(&self, source: &Light, axis: &SunAxis) -> Light {
         let azimuths = Azimuths::new(source.max_degree, source.max_order);
+        let sides = SunSides {
+            axis,
+            azimuths: &azimuths,
+        };
         gather_shells(self.by_shell.len(), |shell| {
             let mut light = azimuths.dark(axis, self.n_wavelengths);
-            let n_rows = axis.len() * azimuths.len();
-            let mut radiance = vec![0.0_f32; n_rows * self.n_wavelengths];
+            let mut radiance = vec![0.0_f32; sides.len() * self.n_wavelengths];
             for direction in &self.by_shell[shell] {
-                self.radiances(direction, source, (axis, &azimuths), &mut radiance);
+                self.radiances(direction, source, sides, &mut radiance);
                 azimuths.add(direction, &radiance, &mut light);
             }
             light
@@ -109,25 +129,25 @@ impl Directions {
         &self,
         direction: &Direction,
         source: &Light,
-        (axis, azimuths): (&SunAxis, &Azimuths),
+        sides: SunSides,
         radiance: &mut [f32],
     ) {
         radiance.fill(0.0);
         let n = self.n_wavelengths;
         let n_orders = source.max_order + 1;
-        let shell_block = axis.len() * source.block();
+        let axis = sides.axis;
         let mut towards = vec![0.0_f32; axis.len() * n_orders * n];
         let mut cosines = vec![0.0; n_orders];
         for (at, crossing) in direction.path.crossings.iter().enumerate() {
-            let Some(crossed) = crossing.shell else {
+            let Some(shell) = crossing.shell else {
                 continue;
             };
-            let weights = &direction.path.weights[at * n..(at + 1) * n];
-            let light = &source.moments[crossed * shell_block..(crossed + 1) * shell_block];
-            source_by_order(source, (light, crossing.point.mu), weights, &mut towards);
             let mu = crossing.point.mu;
+            let weights = &direction.path.weights[at * n..(at + 1) * n];
+            let crossed = CrossedShell { shell, mu, weights };
+            write_source_by_order(source, crossed, &mut towards);
             let shift = SunShift::new(self.planet, direction, crossing.distance_m);
-            each_sun(direction, axis, azimuths, |side| {
+            sides.each(direction, |side| {
                 let mu_s = shift.cos_sun_zenith(side);
                 let Some((low, share)) = axis.place(mu_s) else {
                     return;
@@ -154,7 +174,7 @@ impl Directions {
         if let Some((ground_m, transmittance)) = &direction.path.ground {
             let on_ground = &source.on_ground;
             let shift = SunShift::new(self.planet, direction, *ground_m);
-            each_sun(direction, axis, azimuths, |side| {
+            sides.each(direction, |side| {
                 let Some((low, share)) = axis.place(shift.cos_sun_zenith(side)) else {
                     return;
                 };
@@ -240,6 +260,31 @@ impl Azimuths {
     }
 }
 
+impl SunSides<'_> {
+    /// Number of rows.
+    pub(crate) fn len(self) -> usize {
+        self.axis.len() * self.azimuths.len()
+    }
+
+    /// Calls `f` for every sun and azimuth around a direction.
+    pub(crate) fn each(self, direction: &Direction, mut f: impl FnMut(SunSide)) {
+        let mu = direction.cos_zenith;
+        let sin = safe_sqrt((1.0 - mu) * (1.0 + mu));
+        let mut row = 0;
+        for &mu_s in self.axis.cosines() {
+            let sin_s = safe_sqrt((1.0 - mu_s) * (1.0 + mu_s));
+            for cos_azimuth in &self.azimuths.cos_azimuth {
+                f(SunSide {
+                    row,
+                    cos_sun_zenith: mu_s,
+                    cos_scattering: (mu * mu_s + sin * sin_s * cos_azimuth).clamp(-1.0, 1.0),
+                });
+                row += 1;
+            }
+        }
+    }
+}
+
 impl SunShift {
     pub(crate) fn new(planet: Planet, direction: &Direction, distance_m: f64) -> Self {
         let (height_m, mu) = (direction.height_m, direction.cos_zenith);
@@ -280,7 +325,8 @@ pub(crate) fn gather_shells(
 pub(crate) fn directions(
     air: &AtmosphereTable,
     shells_m: &[f64],
-    (height_m, rule): (f64, &Rule),
+    height_m: f64,
+    rule: &Rule,
 ) -> Vec<Direction> {
     let planet = Planet {
         radius_m: air.planet_radius_m,
@@ -301,44 +347,16 @@ pub(crate) fn directions(
     cosines.map(direction).collect()
 }
 
-/// Calls `f` for every sun and azimuth.
-pub(crate) fn each_sun(
-    direction: &Direction,
-    axis: &SunAxis,
-    azimuths: &Azimuths,
-    mut f: impl FnMut(SunSide),
-) {
-    let mu = direction.cos_zenith;
-    let sin = safe_sqrt((1.0 - mu) * (1.0 + mu));
-    let mut row = 0;
-    for &mu_s in axis.cosines() {
-        let sin_s = safe_sqrt((1.0 - mu_s) * (1.0 + mu_s));
-        for cos_azimuth in &azimuths.cos_azimuth {
-            f(SunSide {
-                row,
-                cos_sun_zenith: mu_s,
-                cos_scattering: (mu * mu_s + sin * sin_s * cos_azimuth).clamp(-1.0, 1.0),
-            });
-            row += 1;
-        }
-    }
-}
-
-/// Source of a shell towards a zenith angle, times the weights of a crossing: `[sun][order m]
+/// Source of a shell along a ray that crosses it, times the weights of the crossing: `[sun][order m]
 /// [wavelength]`.
-fn source_by_order(
-    source: &Light,
-    (light, mu): (&[f32], f64),
-    weights: &[f32],
-    towards: &mut [f32],
-) {
+fn write_source_by_order(source: &Light, crossed: CrossedShell, towards: &mut [f32]) {
     let n = source.n_wavelengths;
     let n_orders = source.max_order + 1;
-    let y = harmonics(source.max_degree, mu);
+    let y = harmonics(source.max_degree, crossed.mu);
     towards.fill(0.0);
     let suns = towards
         .chunks_mut(n_orders * n)
-        .zip(light.chunks(source.block()));
+        .zip(source.at_shell(crossed.shell).chunks(source.block()));
     for (orders, moments) in suns {
         for l in 0..=source.max_degree {
             for m in 0..=l.min(source.max_order) {
@@ -348,7 +366,7 @@ fn source_by_order(
             }
         }
         for row in orders.chunks_mut(n) {
-            for (value, weight) in row.iter_mut().zip(weights) {
+            for (value, weight) in row.iter_mut().zip(crossed.weights) {
                 *value *= weight;
             }
         }

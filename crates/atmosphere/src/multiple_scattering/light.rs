@@ -28,6 +28,12 @@ impl Light {
         n_moments(self.max_degree) * self.n_wavelengths
     }
 
+    /// Moments at one shell: `[sun][moment][wavelength]`.
+    pub(crate) fn at_shell(&self, shell: usize) -> &[f32] {
+        let n = self.n_suns * self.block();
+        &self.moments[shell * n..(shell + 1) * n]
+    }
+
     pub(crate) fn is_dark(&self) -> bool {
         // Stored zeros.
         self.moments

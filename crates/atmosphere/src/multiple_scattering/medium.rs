@@ -32,7 +32,7 @@ const LEAST_ORDER: usize = 2;
 #[derive(Debug, Clone)]
 pub(crate) struct Medium {
     pub(crate) max_degree: usize,
-    n_wavelengths: usize,
+    pub(crate) n_wavelengths: usize,
     /// Which constituents scatter.
     scatters: Vec<bool>,
     /// `[constituent][degree][wavelength]`
