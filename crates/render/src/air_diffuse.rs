@@ -15,6 +15,14 @@ use niji_geometry::Ray;
 
 use crate::air::Lengths;
 
+/// A point of a view ray.
+#[derive(Clone, Copy)]
+pub(crate) struct PointOfRay<'a> {
+    pub(crate) ray: &'a Ray,
+    /// Its distance from the eye.
+    pub(crate) distance_m: f64,
+}
+
 /// The diffuse light of an air.
 pub(crate) struct DiffuseAir<'a> {
     light: &'a DiffuseLight,
@@ -69,13 +77,14 @@ impl<'a> DiffuseAir<'a> {
     /// densities (or those times a length). `room` is taken to work in.
     pub(crate) fn source(
         &self,
-        (ray, distance_m): (&Ray, f64),
+        at: PointOfRay,
         densities: &Lengths,
         room: &mut Vec<f32>,
         out: &mut [f32],
     ) {
         out.fill(0.0);
-        let point = ray.at(distance_m);
+        let ray = at.ray;
+        let point = ray.at(at.distance_m);
         let view = DiffuseView {
             cos_zenith: self.planet.cos_zenith(point, ray.direction),
             cos_sun_zenith: self.planet.cos_zenith(point, self.sun_direction),

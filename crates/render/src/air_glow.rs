@@ -21,6 +21,7 @@ use niji_geometry::Ray;
 
 use crate::air::Air;
 use crate::air::Lengths;
+use crate::air_diffuse::PointOfRay;
 use crate::gauss_nodes::AirStretch;
 use crate::gauss_nodes::GaussRule;
 use crate::gauss_nodes::RayNode;
@@ -320,7 +321,11 @@ impl Glow {
             }
             if let Some(diffuse) = air.diffuse() {
                 let Self { source, room, .. } = self;
-                diffuse.source((ray, node.distance_m), &weighted, room, source);
+                let at = PointOfRay {
+                    ray,
+                    distance_m: node.distance_m,
+                };
+                diffuse.source(at, &weighted, room, source);
                 air.transmit(&to_eye, &mut self.transmitted);
                 self.add_source(is_in_front);
             }

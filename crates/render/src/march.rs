@@ -23,6 +23,7 @@ use crate::piece::Piece;
 use crate::piece_rule::OPAQUE;
 use crate::piece_rule::PieceRule;
 use crate::size_axes::SizeAxes;
+use crate::stretch::Crossing;
 use crate::stretch::Stretch;
 use crate::stretch::ThinCell;
 use crate::stretch::join_all;
@@ -276,9 +277,11 @@ impl<F: FnMut(&mut Deposits)> Progress<'_, F> {
         let end_m = piece.start_m + piece.length_m;
         self.pass((piece.start_m, end_m), |x| piece.depth_up_to(x));
         let depth = piece.depth();
-        if !join_all(self.stretches, merged.thin, depth, (self.rule, axes)) {
+        let rule = self.rule;
+        let crossing = Crossing { rule, axes };
+        if !join_all(self.stretches, merged.thin, depth, crossing) {
             self.gather_stretches(axes);
-            if !join_all(self.stretches, merged.thin, depth, (self.rule, axes)) {
+            if !join_all(self.stretches, merged.thin, depth, crossing) {
                 return self.piece(piece, merged.error);
             }
         }

@@ -83,6 +83,16 @@ const GAUSS_3: [(f64, f64); 3] = [
     (0.887_298_334_620_741_7, 5.0 / 18.0),
 ];
 
+/// Drops at a point of a ray, before the sun's way is taken off their light.
+#[derive(Clone, Copy)]
+struct LitPoint {
+    lanes: Vec4,
+    light: f64,
+    /// Mean and variance of the distance of the stretch that it stands for [m, m²].
+    distance_m: f64,
+    distance_variance_m2: f64,
+}
+
 /// How pieces are evaluated.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PieceRule {
@@ -202,28 +212,31 @@ impl PieceRule {
             return;
         }
         let bend = 0.5 * self.sun_efficiency * self.sun_efficiency * point.tau_sun_variance;
-        let distance = (point.distance_m, point.distance_variance_m2);
-        let light = (point.lanes, light * (1.0 + bend));
-        let light = self.deposit(axes, light, distance, deposits);
+        let lit = LitPoint {
+            lanes: point.lanes,
+            light: light * (1.0 + bend),
+            distance_m: point.distance_m,
+            distance_variance_m2: point.distance_variance_m2,
+        };
+        let light = self.deposit(axes, &lit, deposits);
         deposits.error += light * point.relative_error;
         deposits.size_variance += light * SIZE_VARIANCE[0] * point.bins * point.bins;
     }
 
-    /// Deposit what the sun's way leaves of the light of drops with these lanes, from a stretch of the
-    /// ray with mean and variance of its distance [m, m²]; returns it.
+    /// Deposit what the sun's way leaves of the light of a point; returns it.
     #[inline]
-    fn deposit(
-        &self,
-        axes: &SizeAxes,
-        (lanes, light): (Vec4, f64),
-        (distance_m, variance_m2): (f64, f64),
-        deposits: &mut Deposits,
-    ) -> f64 {
+    fn deposit(&self, axes: &SizeAxes, point: &LitPoint, deposits: &mut Deposits) -> f64 {
+        let LitPoint {
+            lanes,
+            light,
+            distance_m,
+            distance_variance_m2,
+        } = *point;
         let sunlit = transmittance(self.sun_efficiency as f32 * lanes.w);
         let light = light * f64::from(sunlit);
         let place = axes.place(lanes.x, lanes.y, lanes.z);
         deposits.add(place, distance_m, f64::from(lanes.w), light);
-        deposits.light_m2 += light * variance_m2;
+        deposits.light_m2 += light * distance_variance_m2;
         light
     }
 
@@ -491,14 +504,18 @@ impl Gathering<'_> {
     fn deposit<const N: usize>(&mut self, x: f64, lane: Vec4, light: f64) {
         let length_m = self.piece.length_m;
         // One point stands for a stretch of even light.
-        let variance_m2 = if N == 1 {
+        let distance_variance_m2 = if N == 1 {
             length_m * length_m / 12.0
         } else {
             0.0
         };
-        let distance = (self.piece.start_m + x * length_m, variance_m2);
-        self.rule
-            .deposit(self.axes, (lane, light), distance, self.deposits);
+        let point = LitPoint {
+            lanes: lane,
+            light,
+            distance_m: self.piece.start_m + x * length_m,
+            distance_variance_m2,
+        };
+        self.rule.deposit(self.axes, &point, self.deposits);
     }
 }
 

@@ -280,13 +280,21 @@ impl Stretch {
     }
 }
 
+/// How drops are crossed, and which sizes their light goes to.
+#[derive(Clone, Copy)]
+pub(crate) struct Crossing<'a> {
+    pub(crate) rule: &'a PieceRule,
+    pub(crate) axes: &'a SizeAxes,
+}
+
 /// Let cells of a piece of optical depth `depth` join the stretches of their modes, all or none.
 pub(crate) fn join_all(
     stretches: &mut [Stretch],
     cells: &[Option<ThinCell>],
     depth: f64,
-    (rule, axes): (&PieceRule, &SizeAxes),
+    crossing: Crossing,
 ) -> bool {
+    let Crossing { rule, axes } = crossing;
     for (stretch, cell) in stretches.iter_mut().zip(cells) {
         if let Some(cell) = cell
             && !stretch.admits(cell, depth, rule, axes)

@@ -271,6 +271,10 @@ fn modes_share_the_light_by_their_depths() {
     let mut stretches = [Stretch::default(); 2];
     let (mut deposits, mut through) = (Deposits::new(&axes), 1.0);
     let mut depth_of_all = 0.0;
+    let crossing = Crossing {
+        rule: &rule,
+        axes: &axes,
+    };
     for index in 0..10 {
         let thin = lanes
             .each_ref()
@@ -279,7 +283,7 @@ fn modes_share_the_light_by_their_depths() {
         let depth = thin[0].depth + if both { thin[1].depth } else { 0.0 };
         let [first, second] = thin;
         let cells = [Some(first), both.then_some(second)];
-        assert!(join_all(&mut stretches, &cells, depth, (&rule, &axes)));
+        assert!(join_all(&mut stretches, &cells, depth, crossing));
         depth_of_all += depth;
     }
     rule.gather_stretches(&axes, &mut stretches, &mut through, &mut deposits);
