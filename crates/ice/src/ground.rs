@@ -20,6 +20,7 @@ use crate::error::check_range;
 use crate::facets::Facets;
 use crate::rough_dielectric::RoughDielectric;
 use crate::sampler::VertexNumbers;
+use crate::surface::Arrival;
 use crate::surface::Scattered;
 use crate::surface::Side;
 
@@ -102,8 +103,11 @@ impl Ground {
             let [_, u, v] = random.choice_and_direction();
             return (self.albedo() * cos_light / PI, Some(self.diffuse([u, v])));
         };
-        let at = (Side::Outside, back);
-        let (lit_per_sr, onwards) = waves.scatter(DVec3::Y, at, light, &mut random);
+        let arrival = Arrival {
+            side: Side::Outside,
+            back,
+        };
+        let (lit_per_sr, onwards) = waves.scatter(DVec3::Y, arrival, light, &mut random);
         let mirrored = if cos_light > 0.0 { lit_per_sr } else { 0.0 };
         match onwards.map(|onwards| onwards.side) {
             Some(Side::Inside) => {

@@ -15,6 +15,7 @@ use glam::DVec3;
 use crate::directions::frame;
 use crate::facets::Facets;
 use crate::sampler::VertexNumbers;
+use crate::surface::Arrival;
 use crate::surface::Scattered;
 use crate::surface::Side;
 
@@ -31,14 +32,14 @@ pub(crate) struct RoughDielectric {
 }
 
 impl RoughDielectric {
-    /// Walks among the facets on behalf of a path that arrives on `side` and came from `back`.
+    /// Walks among the facets on behalf of a path that arrives.
     ///
     /// The first value is the share of the irradiance on a plane across `light` that goes to the path,
     /// 1/sr: its mean over walks is right. The second is how the path goes on.
     pub(crate) fn scatter(
         &self,
         normal: DVec3,
-        (side, back): (Side, DVec3),
+        Arrival { side, back }: Arrival,
         light: DVec3,
         random: &mut VertexNumbers,
     ) -> (f64, Option<Scattered>) {
@@ -194,6 +195,11 @@ mod tests {
         DVec3::new((1.0 - cos * cos).sqrt(), 0.0, z)
     }
 
+    fn outside(back: DVec3) -> Arrival {
+        let side = Side::Outside;
+        Arrival { side, back }
+    }
+
     fn numbers(index: u64) -> VertexNumbers {
         VertexNumbers::new(
             pseudo_random(index),
@@ -278,14 +284,14 @@ mod tests {
             let back = on(side, cos_back);
             let mut chi2 = Chi2::new(256);
             for index in 0..n_draws {
-                let at = (side, back);
+                let at = Arrival { side, back };
                 let (_, on) = surface.scatter(DVec3::Z, at, DVec3::Z, &mut numbers(index));
                 chi2.count(sphere_bin(on.unwrap().direction));
             }
             chi2.assert_fits_estimates(&sphere_estimates(|light, number| {
                 let mut random = numbers(n_draws + number);
                 surface
-                    .scatter(DVec3::Z, (side, back), light, &mut random)
+                    .scatter(DVec3::Z, Arrival { side, back }, light, &mut random)
                     .0
             }));
         }
@@ -297,7 +303,8 @@ mod tests {
             for side in [Side::Outside, Side::Inside] {
                 for cos_back in [1e-6, 0.1, 0.8, 1.0] {
                     let lost = (0..5_000).filter(|&index| {
-                        let at = (side, on(side, cos_back));
+                        let back = on(side, cos_back);
+                        let at = Arrival { side, back };
                         let (_, on) =
                             surface(roughness).scatter(DVec3::Z, at, DVec3::Z, &mut numbers(index));
                         on.is_none_or(|on| on.weight != 1.0 || !on.direction.is_normalized())
@@ -316,7 +323,7 @@ mod tests {
         let mean = |side, back, light| -> f64 {
             let lit = |index| {
                 surface
-                    .scatter(DVec3::Z, (side, back), light, &mut numbers(index))
+                    .scatter(DVec3::Z, Arrival { side, back }, light, &mut numbers(index))
                     .0
             };
             (0..200_000).map(lit).sum::<f64>() / 200_000.0
@@ -336,8 +343,7 @@ mod tests {
     fn a_nearly_smooth_surface_obeys_snell() {
         let back = DVec3::new(0.6, 0.0, 0.8);
         let mut numbers = VertexNumbers::new([0.999, 0.3, 0.4], Sampler::new(1, 1).stream(0));
-        let (_, through) =
-            surface(1e-4).scatter(DVec3::Z, (Side::Outside, back), DVec3::Z, &mut numbers);
+        let (_, through) = surface(1e-4).scatter(DVec3::Z, outside(back), DVec3::Z, &mut numbers);
         let through = through.unwrap();
         assert_eq!(through.side, Side::Inside);
         assert!((through.direction.x + 0.6 / ICE).abs() < 1e-3);
@@ -346,12 +352,12 @@ mod tests {
     #[test]
     fn directions_within_and_behind_the_surface_give_nothing() {
         for back in [DVec3::X, DVec3::NEG_Z] {
-            let at = (Side::Outside, back);
+            let at = outside(back);
             let (lit, on) = surface(0.2).scatter(DVec3::Z, at, DVec3::Z, &mut numbers(1));
             assert_eq!((lit, on), (0.0, None));
         }
         let grazing = DVec3::new(1.0, 0.0, 1e-12).normalize();
-        let at = (Side::Outside, grazing);
+        let at = outside(grazing);
         let (lit, on) = surface(0.2).scatter(DVec3::Z, at, DVec3::X, &mut numbers(2));
         assert!(lit.is_finite() && on.unwrap().direction.is_finite());
     }

@@ -116,6 +116,15 @@ impl Side {
     }
 }
 
+/// A path that arrives at a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Arrival {
+    /// The side that it arrives on.
+    pub(crate) side: Side,
+    /// Unit vector to where it came from.
+    pub(crate) back: DVec3,
+}
+
 /// How a path goes on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Scattered {
@@ -154,21 +163,22 @@ impl SurfaceAt {
         }
     }
 
-    /// What it does with a path that arrives on a side, having come from `back`: the share of the
-    /// irradiance on a plane across `light`, which is outside, that goes to it, 1/sr, and how it goes on.
+    /// What it does with a path that arrives: the share of the irradiance on a plane across `light`,
+    /// which is outside, that goes to it, 1/sr, and how it goes on.
     pub(crate) fn scatter(
         &self,
         normal: DVec3,
-        (side, back): (Side, DVec3),
+        arrival: Arrival,
         light: DVec3,
         mut random: VertexNumbers,
     ) -> (f64, Option<Scattered>) {
         let (lit_per_sr, onwards) = match self {
             Self::Diffuse(surface) => {
+                let side = arrival.side;
                 let onwards = surface.sample(normal, side, random.choice_and_direction());
                 (surface.towards_light(normal, side, light), Some(onwards))
             }
-            Self::Rough(surface) => surface.scatter(normal, (side, back), light, &mut random),
+            Self::Rough(surface) => surface.scatter(normal, arrival, light, &mut random),
         };
         let is_lit = normal.dot(light) > 0.0;
         (if is_lit { lit_per_sr } else { 0.0 }, onwards)

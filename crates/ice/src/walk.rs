@@ -22,6 +22,7 @@ use crate::light::Light;
 use crate::sampler::Sampler;
 use crate::sampler::VertexNumbers;
 use crate::snow::Snow;
+use crate::surface::Arrival;
 use crate::surface::Scattered;
 use crate::surface::Side;
 use crate::surface::SurfaceAt;
@@ -56,6 +57,10 @@ struct Path {
     winding: i32,
     weight: f64,
     ice_m: f64,
+    /// Where its random numbers come from.
+    sampler: Sampler,
+    /// The number of the vertex that it goes to.
+    vertex: u32,
 }
 
 impl World<'_> {
@@ -67,12 +72,15 @@ impl World<'_> {
             winding,
             weight: 1.0,
             ice_m: 0.0,
+            sampler,
+            vertex: 0,
         };
         for vertex in 0..MOST_VERTICES {
+            path.vertex = vertex;
             let goes_on = if path.winding > 0 {
-                self.inside(&mut path, vertex, sampler, deposit)
+                self.inside(&mut path, deposit)
             } else {
-                self.outside(&mut path, vertex, sampler, deposit)
+                self.outside(&mut path, deposit)
             };
             if !goes_on || path.weight <= 0.0 {
                 return;
@@ -87,13 +95,7 @@ impl World<'_> {
     }
 
     /// Follows a path outside to the next vertex; says whether it goes on.
-    fn outside(
-        &self,
-        path: &mut Path,
-        vertex: u32,
-        sampler: Sampler,
-        deposit: &mut Deposit,
-    ) -> bool {
+    fn outside(&self, path: &mut Path, deposit: &mut Deposit) -> bool {
         let height_m = path.ray.origin.y - self.ground_y_m;
         if height_m < 0.0 {
             deposit.add(&self.glow, path.weight, path.ice_m);
@@ -107,9 +109,9 @@ impl World<'_> {
         };
         match ice {
             Some(crossing) if crossing.distance_m <= ground_m => {
-                self.surface(path, crossing, (vertex, sampler), deposit)
+                self.surface(path, crossing, deposit)
             }
-            _ if ground_m.is_finite() => self.on_ground(path, ground_m, (vertex, sampler), deposit),
+            _ if ground_m.is_finite() => self.on_ground(path, ground_m, deposit),
             _ => {
                 deposit.add_sky(path.ray.direction, path.weight, path.ice_m);
                 false
@@ -118,15 +120,9 @@ impl World<'_> {
     }
 
     /// Follows a path inside to the next vertex.
-    fn inside(
-        &self,
-        path: &mut Path,
-        vertex: u32,
-        sampler: Sampler,
-        deposit: &mut Deposit,
-    ) -> bool {
+    fn inside(&self, path: &mut Path, deposit: &mut Deposit) -> bool {
         let free_m = match &self.bubbles {
-            Some(bubbles) => bubbles.free_path_m(free_path_number(vertex, sampler)),
+            Some(bubbles) => bubbles.free_path_m(path.free_path_number()),
             None => f64::INFINITY,
         };
         match (
@@ -134,7 +130,7 @@ impl World<'_> {
             &self.bubbles,
         ) {
             (Way::Within(winding), Some(bubbles)) => {
-                let [_, u, v] = choice_and_direction(vertex, sampler);
+                let [_, u, v] = path.choice_and_direction();
                 path.ray = Ray {
                     origin: path.ray.at(free_m),
                     direction: bubbles.scattered(path.ray.direction, [u, v]),
@@ -147,30 +143,26 @@ impl World<'_> {
             (Way::Within(_), None) => false,
             (Way::Out(crossing), _) => {
                 path.ice_m += crossing.distance_m;
-                self.surface(path, crossing, (vertex, sampler), deposit)
+                self.surface(path, crossing, deposit)
             }
         }
     }
 
     /// What the surface of the ice does with a path that reaches it.
-    fn surface(
-        &self,
-        path: &mut Path,
-        crossing: Crossing,
-        (vertex, sampler): (u32, Sampler),
-        deposit: &mut Deposit,
-    ) -> bool {
+    fn surface(&self, path: &mut Path, crossing: Crossing, deposit: &mut Deposit) -> bool {
         let point = path.ray.at(crossing.distance_m);
-        let side = if path.winding > 0 {
-            Side::Inside
-        } else {
-            Side::Outside
+        let arrival = Arrival {
+            side: if path.winding > 0 {
+                Side::Inside
+            } else {
+                Side::Outside
+            },
+            back: -path.ray.direction,
         };
-        let back = -path.ray.direction;
         let surface = self.surface_at(&crossing, point, deposit);
-        let mut random = numbers(vertex, sampler);
+        let mut random = path.numbers();
         let sun = self.light.towards_disc([random.next(), random.next()]);
-        let (lit_per_sr, scattered) = surface.scatter(crossing.normal, (side, back), sun, random);
+        let (lit_per_sr, scattered) = surface.scatter(crossing.normal, arrival, sun, random);
         if lit_per_sr > 0.0 && self.is_sunlit(point, sun) {
             deposit.add_sun(path.weight * lit_per_sr, path.ice_m);
         }
@@ -185,18 +177,12 @@ impl World<'_> {
         true
     }
 
-    fn on_ground(
-        &self,
-        path: &mut Path,
-        distance_m: f64,
-        (vertex, sampler): (u32, Sampler),
-        deposit: &mut Deposit,
-    ) -> bool {
+    fn on_ground(&self, path: &mut Path, distance_m: f64, deposit: &mut Deposit) -> bool {
         let mut point = path.ray.at(distance_m);
         // Exactly on the plane, or the next step might begin below it.
         point.y = self.ground_y_m;
         let back = -path.ray.direction;
-        let mut random = numbers(vertex, sampler);
+        let mut random = path.numbers();
         let sun = self.light.towards_disc([random.next(), random.next()]);
         let (lit_per_sr, scattered) = self.ground.scatter(back, sun, random);
         if lit_per_sr > 0.0 && self.is_sunlit(point, sun) {
@@ -256,6 +242,30 @@ impl Path {
         };
         self.weight *= scattered.weight;
     }
+
+    /// The random numbers of the vertex.
+    fn numbers(&self) -> VertexNumbers {
+        VertexNumbers::new(
+            self.choice_and_direction(),
+            self.sampler.stream(self.vertex),
+        )
+    }
+
+    fn choice_and_direction(&self) -> [f64; 3] {
+        match self.vertex {
+            0 => self.sampler.coordinates(0, [6, 0, 1]),
+            1 => self.sampler.coordinates(0, [7, 2, 3]),
+            vertex => self.sampler.coordinates(vertex, [2, 0, 1]),
+        }
+    }
+
+    fn free_path_number(&self) -> f64 {
+        match self.vertex {
+            0 => self.sampler.coordinate(1, 1),
+            1 => self.sampler.coordinate(1, 2),
+            vertex => self.sampler.coordinate(vertex, 3),
+        }
+    }
 }
 
 /// Radiance of what is below the plane: what it gives back of the daylight, W m^-2 sr^-1 nm^-1.
@@ -274,28 +284,4 @@ pub(crate) fn place_in_pixel(sampler: Sampler) -> [f64; 2] {
 /// A random number for the wavelength of a path.
 pub(crate) fn wavelength_number(sampler: Sampler) -> f64 {
     sampler.coordinate(1, 0)
-}
-
-/// The random numbers of a vertex.
-fn numbers(vertex: u32, sampler: Sampler) -> VertexNumbers {
-    VertexNumbers::new(
-        choice_and_direction(vertex, sampler),
-        sampler.stream(vertex),
-    )
-}
-
-fn choice_and_direction(vertex: u32, sampler: Sampler) -> [f64; 3] {
-    match vertex {
-        0 => sampler.coordinates(0, [6, 0, 1]),
-        1 => sampler.coordinates(0, [7, 2, 3]),
-        _ => sampler.coordinates(vertex, [2, 0, 1]),
-    }
-}
-
-fn free_path_number(vertex: u32, sampler: Sampler) -> f64 {
-    match vertex {
-        0 => sampler.coordinate(1, 1),
-        1 => sampler.coordinate(1, 2),
-        _ => sampler.coordinate(vertex, 3),
-    }
 }
