@@ -14,8 +14,8 @@ use niji_geometry::PixelRegion;
 use niji_photo::Frame;
 use niji_photo::LinearPicture;
 use niji_photo::Plate;
+use niji_photo::PremultipliedPicture;
 use niji_photo::write_depth_map;
-use niji_photo::write_premultiplied;
 use niji_radiometry::RgbPrimaries;
 use support::niji_ends_with;
 use support::text;
@@ -64,8 +64,13 @@ fn plate() -> (LinearPicture, Frame) {
 }
 
 fn write_plate(path: &Path, light: &LinearPicture, frame: Frame) {
-    let to = (frame, &Provenance::default());
-    write_premultiplied(light, None, to, File::create(path).unwrap()).unwrap();
+    let picture = PremultipliedPicture {
+        light,
+        alpha: None,
+        frame,
+    };
+    let file = File::create(path).unwrap();
+    picture.write_exr(&Provenance::default(), file).unwrap();
 }
 
 #[test]

@@ -8,11 +8,11 @@ use clap::ValueEnum;
 use niji_exchange::Provenance;
 use niji_exchange::SpectralImage;
 use niji_photo::LinearPicture;
+use niji_photo::PremultipliedPicture;
 use niji_photo::alpha_over;
 use niji_photo::read_depth_map;
 use niji_photo::write_jpeg;
 use niji_photo::write_png;
-use niji_photo::write_premultiplied;
 use niji_picture::CardExposure;
 use niji_picture::Composite;
 use niji_picture::CompositeRequest;
@@ -209,10 +209,12 @@ fn write(
                 .light
                 .mapv(|pixel| pixel.map(|value| gain * value));
             let alpha = result.added.transmittance.mapv(|t| 1.0 - t);
-            let frame = result.background.frame;
-            output::write_file(main, |to| {
-                write_premultiplied(&light, Some(&alpha), (frame, provenance), to)
-            })
+            let picture = PremultipliedPicture {
+                light: &light,
+                alpha: Some(&alpha),
+                frame: result.background.frame,
+            };
+            output::write_file(main, |to| picture.write_exr(provenance, to))
         }
     }
 }
@@ -227,10 +229,12 @@ fn write_over(result: &Composite, to: &Path, provenance: &Provenance) -> Result<
     let alpha = alpha
         .transpose()
         .map_err(|error| Failure::Failed(error.to_string()))?;
-    let frame = (background.frame, provenance);
-    output::write_file(to, |to| {
-        write_premultiplied(&result.picture, alpha.as_ref(), frame, to)
-    })
+    let picture = PremultipliedPicture {
+        light: &result.picture,
+        alpha: alpha.as_ref(),
+        frame: background.frame,
+    };
+    output::write_file(to, |to| picture.write_exr(provenance, to))
 }
 
 fn settings(command: &CompositeCommand) -> String {

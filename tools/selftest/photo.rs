@@ -17,6 +17,7 @@ use niji_photo::Frame;
 use niji_photo::LinearPicture;
 use niji_photo::Photograph;
 use niji_photo::PickedEdge;
+use niji_photo::PremultipliedPicture;
 use niji_photo::SunSolution;
 use niji_photo::Verdict;
 use niji_photo::circle_through_picks;
@@ -26,7 +27,6 @@ use niji_photo::sun_from_picks;
 use niji_photo::sun_too_high;
 use niji_photo::write_jpeg;
 use niji_photo::write_png;
-use niji_photo::write_premultiplied;
 use niji_radiometry::Radians;
 use niji_radiometry::RgbPrimaries;
 
@@ -315,8 +315,12 @@ fn exr() -> Vec<u8> {
         primaries: RgbPrimaries::Rec709,
         windows: ImageWindows::whole(24, 16),
     };
-    let to = (frame, &Provenance::default());
-    let written = write_premultiplied(&gradient(), Some(&alpha), to, &mut exr);
+    let picture = PremultipliedPicture {
+        light: &gradient(),
+        alpha: Some(&alpha),
+        frame,
+    };
+    let written = picture.write_exr(&Provenance::default(), &mut exr);
     written.expect("memory takes everything");
     exr.into_inner()
 }

@@ -170,14 +170,17 @@ pub(crate) fn check_gain(gain: f64) -> Result<(), Error> {
     })
 }
 
+/// Compares sizes of arrays, rows first.
 pub(crate) fn check_size(
     what: &'static str,
-    (height, width): (usize, usize),
-    (found_height, found_width): (usize, usize),
+    expected: (usize, usize),
+    found: (usize, usize),
 ) -> Result<(), Error> {
-    if (height, width) == (found_height, found_width) {
+    if expected == found {
         return Ok(());
     }
+    let (height, width) = expected;
+    let (found_height, found_width) = found;
     Err(Error::Size {
         what,
         found_width,

@@ -68,18 +68,62 @@ pub struct Layer {
     pub distance_m: f64,
 }
 
-/// Clusters a photograph; distances are proposed for a camera at `eye_height` above level ground.
+/// How layers are proposed for a photograph.
+#[derive(Clone, Copy, Debug)]
+pub struct LayersRequest<'a> {
+    /// How many clusters.
+    pub count: ClusterCount,
+    /// Weight of position beside color, at least 0; 0 is the published method.
+    pub position_weight: f64,
+    /// The camera of the photograph.
+    pub camera: &'a PinholeCamera,
+    /// Height of the eye above level ground.
+    pub eye_height: Meters,
+}
+
+impl LayersRequest<'_> {
+    fn check(&self, photo: &LinearPicture) -> Result<(), Error> {
+        let range = |what, found, expected| {
+            Err(Error::Range {
+                what,
+                found,
+                expected,
+            })
+        };
+        if let ClusterCount::Given(n) = self.count
+            && !(1..=MOST_CLUSTERS).contains(&n)
+        {
+            return range("the number of clusters", n as f64, "1 to 64");
+        }
+        if !(self.position_weight >= 0.0 && self.position_weight.is_finite()) {
+            return range(
+                "the weight of position",
+                self.position_weight,
+                "a number of at least 0",
+            );
+        }
+        if !(self.eye_height.0 > 0.0 && self.eye_height.0.is_finite()) {
+            return range(
+                "the height of the eye in metres",
+                self.eye_height.0,
+                "a height above 0",
+            );
+        }
+        let size = (
+            self.camera.height_px() as usize,
+            self.camera.width_px() as usize,
+        );
+        crate::compositing::check_size("the photograph", size, photo.dim())
+    }
+}
+
+/// Clusters a photograph and proposes the distances of its layers.
 ///
 /// # Errors
 /// No or too many clusters, a camera of another size, or an eye that is not above the ground.
-pub fn propose_layers(
-    photo: &LinearPicture,
-    count: ClusterCount,
-    position_weight: f64,
-    (camera, eye_height): (&PinholeCamera, Meters),
-) -> Result<Layers, Error> {
-    check(photo, count, position_weight, (camera, eye_height))?;
-    let weight = position_weight as f32;
+pub fn propose_layers(photo: &LinearPicture, request: &LayersRequest) -> Result<Layers, Error> {
+    request.check(photo)?;
+    let weight = request.position_weight as f32;
     let diagonal = (photo.nrows() as f32).hypot(photo.ncols() as f32);
     let feature = |y: usize, x: usize| -> Feature {
         let [l, a, b] = oklab(photo[[y, x]]);
@@ -87,7 +131,7 @@ pub fn propose_layers(
         [l, a, b, scale * x as f32, scale * y as f32]
     };
     let samples = samples(photo.dim(), feature);
-    let clusters = match count {
+    let clusters = match request.count {
         ClusterCount::Given(n_clusters) => k_means(&samples, n_clusters),
         ClusterCount::Criterion => k_means_by_criterion(&samples, CANDIDATES),
     };
@@ -100,7 +144,12 @@ pub fn propose_layers(
     let colors: Vec<[f32; 3]> = colors
         .map(|[l, a, b, ..]| from_oklab([*l, *a, *b]))
         .collect();
-    Ok(ranked(labels, &colors, camera, eye_height.0))
+    Ok(ranked(
+        labels,
+        &colors,
+        request.camera,
+        request.eye_height.0,
+    ))
 }
 
 /// The distance of each pixel.
@@ -129,42 +178,6 @@ pub fn depth_of_layers(layers: &Layers) -> Result<Array2<f32>, Error> {
     // f32: what files hold.
     let depth = |label: u8| layers.layers[usize::from(label)].distance_m as f32;
     Ok(layers.labels.mapv(depth))
-}
-
-fn check(
-    photo: &LinearPicture,
-    count: ClusterCount,
-    position_weight: f64,
-    (camera, eye_height): (&PinholeCamera, Meters),
-) -> Result<(), Error> {
-    let range = |what, found, expected| {
-        Err(Error::Range {
-            what,
-            found,
-            expected,
-        })
-    };
-    if let ClusterCount::Given(n) = count
-        && !(1..=MOST_CLUSTERS).contains(&n)
-    {
-        return range("the number of clusters", n as f64, "1 to 64");
-    }
-    if !(position_weight >= 0.0 && position_weight.is_finite()) {
-        return range(
-            "the weight of position",
-            position_weight,
-            "a number of at least 0",
-        );
-    }
-    if !(eye_height.0 > 0.0 && eye_height.0.is_finite()) {
-        return range(
-            "the height of the eye in metres",
-            eye_height.0,
-            "a height above 0",
-        );
-    }
-    let size = (camera.height_px() as usize, camera.width_px() as usize);
-    crate::compositing::check_size("the photograph", size, photo.dim())
 }
 
 fn samples(
@@ -335,7 +348,13 @@ mod tests {
     }
 
     fn propose(count: ClusterCount, weight: f64) -> Layers {
-        propose_layers(&photo(), count, weight, (&camera(), Meters(1.6))).unwrap()
+        let request = LayersRequest {
+            count,
+            position_weight: weight,
+            camera: &camera(),
+            eye_height: Meters(1.6),
+        };
+        propose_layers(&photo(), &request).unwrap()
     }
 
     #[test]
@@ -385,7 +404,13 @@ mod tests {
     fn impossible_requests_are_refused() {
         let (photo, camera) = (photo(), camera());
         let refuse = |count, weight, eye_m| {
-            assert!(propose_layers(&photo, count, weight, (&camera, Meters(eye_m))).is_err());
+            let request = LayersRequest {
+                count,
+                position_weight: weight,
+                camera: &camera,
+                eye_height: Meters(eye_m),
+            };
+            assert!(propose_layers(&photo, &request).is_err());
         };
         refuse(ClusterCount::Given(0), 0.2, 1.6);
         refuse(ClusterCount::Given(65), 0.2, 1.6);

@@ -80,45 +80,57 @@ pub struct Frame {
     pub windows: ImageWindows,
 }
 
-/// Writes a premultiplied EXR: R, G, B and, where it is given, A.
-///
-/// # Errors
-/// A value that is not finite, or a writer that fails.
-pub fn write_premultiplied(
-    picture: &LinearPicture,
-    alpha: Option<&Array2<f32>>,
-    (frame, provenance): (Frame, &Provenance),
-    writer: impl Write + Seek,
-) -> Result<(), Error> {
-    check_finite(picture)?;
-    let mut channels = Vec::new();
-    if let Some(alpha) = alpha {
-        channels.push(("A", plane(alpha, |value| *value)));
+/// A premultiplied picture for compositors.
+#[derive(Clone, Copy, Debug)]
+pub struct PremultipliedPicture<'a> {
+    /// Linear RGB; it may be above 0 where alpha is 0.
+    pub light: &'a LinearPicture,
+    /// Alpha, 0..1, if it has one.
+    pub alpha: Option<&'a Array2<f32>>,
+    /// What its pixels are.
+    pub frame: Frame,
+}
+
+impl PremultipliedPicture<'_> {
+    /// Writes an EXR: R, G, B and, where it is given, A.
+    ///
+    /// # Errors
+    /// A value that is not finite, or a writer that fails.
+    pub fn write_exr(
+        &self,
+        provenance: &Provenance,
+        writer: impl Write + Seek,
+    ) -> Result<(), Error> {
+        check_finite(self.light)?;
+        let mut channels = Vec::new();
+        if let Some(alpha) = self.alpha {
+            channels.push(("A", plane(alpha, |value| *value)));
+        }
+        for (index, name) in ["R", "G", "B"].into_iter().enumerate() {
+            channels.push((name, plane(self.light, |pixel| pixel[index])));
+        }
+        let mut attributes = described(provenance);
+        let data = self.frame.windows.data;
+        attributes.layer_position = Vec2(data.x_px, data.y_px);
+        let layer = Layer::new(
+            (data.width_px as usize, data.height_px as usize),
+            attributes,
+            ExrEncoding {
+                compression: Compression::ZIP16,
+                blocks: Blocks::ScanLines,
+                line_order: LineOrder::Increasing,
+            },
+            planes(channels),
+        );
+        let mut image = Image::from_layer(layer);
+        let display = self.frame.windows.display;
+        image.attributes.display_window = IntegerBounds {
+            position: Vec2(display.x_px, display.y_px),
+            size: Vec2(display.width_px as usize, display.height_px as usize),
+        };
+        image.attributes.chromaticities = Some(chromaticities(self.frame.primaries));
+        image.write().to_buffered(writer).map_err(unencoded)
     }
-    for (index, name) in ["R", "G", "B"].into_iter().enumerate() {
-        channels.push((name, plane(picture, |pixel| pixel[index])));
-    }
-    let mut attributes = described(provenance);
-    let data = frame.windows.data;
-    attributes.layer_position = Vec2(data.x_px, data.y_px);
-    let layer = Layer::new(
-        (data.width_px as usize, data.height_px as usize),
-        attributes,
-        ExrEncoding {
-            compression: Compression::ZIP16,
-            blocks: Blocks::ScanLines,
-            line_order: LineOrder::Increasing,
-        },
-        planes(channels),
-    );
-    let mut image = Image::from_layer(layer);
-    let display = frame.windows.display;
-    image.attributes.display_window = IntegerBounds {
-        position: Vec2(display.x_px, display.y_px),
-        size: Vec2(display.width_px as usize, display.height_px as usize),
-    };
-    image.attributes.chromaticities = Some(chromaticities(frame.primaries));
-    image.write().to_buffered(writer).map_err(unencoded)
 }
 
 /// A depth map as an EXR of one layer.

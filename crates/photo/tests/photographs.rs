@@ -13,10 +13,10 @@ use niji_photo::Encoding;
 use niji_photo::Frame;
 use niji_photo::LinearPicture;
 use niji_photo::Photograph;
+use niji_photo::PremultipliedPicture;
 use niji_photo::composite;
 use niji_photo::write_jpeg;
 use niji_photo::write_png;
-use niji_photo::write_premultiplied;
 use niji_radiometry::RgbPrimaries;
 use niji_radiometry::srgb_decode;
 
@@ -166,7 +166,12 @@ fn a_plate_keeps_values_above_one_and_light_where_alpha_is_zero() {
     };
     let write = |path: &Path| {
         let file = File::create(path).unwrap();
-        write_premultiplied(&light, Some(&alpha), (frame(&light), &provenance), file).unwrap();
+        let picture = PremultipliedPicture {
+            light: &light,
+            alpha: Some(&alpha),
+            frame: frame(&light),
+        };
+        picture.write_exr(&provenance, file).unwrap();
         fs::read(path).unwrap()
     };
     let bytes = write(&path);

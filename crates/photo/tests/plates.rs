@@ -25,7 +25,7 @@ use niji_photo::Error;
 use niji_photo::Frame;
 use niji_photo::Photograph;
 use niji_photo::Plate;
-use niji_photo::write_premultiplied;
+use niji_photo::PremultipliedPicture;
 use niji_radiometry::RgbPrimaries;
 
 const SIZE: [usize; 2] = [4, 3];
@@ -135,7 +135,12 @@ fn what_is_written_is_read_again() {
     };
     let light = Array2::from_shape_fn((2, 5), |(y, x)| [x as f32, y as f32, 0.1]);
     let file = File::create(&path).unwrap();
-    write_premultiplied(&light, None, (frame, &Provenance::default()), file).unwrap();
+    let picture = PremultipliedPicture {
+        light: &light,
+        alpha: None,
+        frame,
+    };
+    picture.write_exr(&Provenance::default(), file).unwrap();
     let plate = Plate::read(&path, None).unwrap();
     assert_eq!(
         (plate.primaries, plate.windows),

@@ -11,6 +11,7 @@ use niji_photo::DepthAlong;
 use niji_photo::DepthKind;
 use niji_photo::Layer;
 use niji_photo::Layers;
+use niji_photo::LayersRequest;
 use niji_photo::Photograph;
 use niji_photo::depth_from_values;
 use niji_photo::depth_of_layers;
@@ -107,8 +108,13 @@ impl PhotoDepthRequest<'_> {
                 position_weight,
                 eye_height,
             } => {
-                let camera = (&pinhole(self.camera)?, eye_height);
-                let layers = propose_layers(&self.photo.light, count, position_weight, camera)?;
+                let request = LayersRequest {
+                    count,
+                    position_weight,
+                    camera: &pinhole(self.camera)?,
+                    eye_height,
+                };
+                let layers = propose_layers(&self.photo.light, &request)?;
                 (depth_of_layers(&layers)?, Some(layers))
             }
             Distances::Layers { distances, labels } => (self.of_files(distances, labels)?, None),
