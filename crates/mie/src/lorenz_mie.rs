@@ -24,8 +24,11 @@ pub(crate) fn n_partial_waves(x: f64) -> usize {
     (x + 6.0 * x.cbrt() + 10.0) as usize
 }
 
-/// psi and chi of x for n and n + 1.
+/// What is outside the sphere in the fractions of one n.
 struct Outside {
+    n: usize,
+    x: f64,
+    /// psi and chi of x for n and n + 1.
     psi: [f64; 2],
     chi: [f64; 2],
 }
@@ -34,17 +37,18 @@ struct Outside {
 pub(crate) fn partial_waves(x: f64, m: Complex64) -> PartialWaves {
     let n_max = n_partial_waves(x) + 1;
     let outside = neighbors(psi(x, n_max)).zip(neighbors(chi(x, n_max)));
-    let outside = outside.map(|(psi, chi)| Outside { psi, chi });
     let outside = (0_usize..).zip(outside).skip(1);
+    // Only here put together, so that what the recurrences bring stays in registers.
+    let of_wave = |(n, (psi, chi))| Outside { n, x, psi, chi };
     let (a, b) = if m.im > 0.0 {
         outside
             .zip(psi_ratios(m * x, 2, n_max))
-            .map(|((n, outside), ratio)| absorbing(n, x, m, -ratio, &outside))
+            .map(|(outside, ratio)| of_wave(outside).absorbing(m, -ratio))
             .unzip()
     } else {
         outside
             .zip(neighbors(psi(m.re * x, n_max)).skip(1))
-            .map(|((n, outside), psi_mx)| transparent(n, x, m.re, psi_mx, &outside))
+            .map(|(outside, psi_mx)| of_wave(outside).transparent(m.re, psi_mx))
             .unzip()
     };
     PartialWaves {
@@ -54,45 +58,38 @@ pub(crate) fn partial_waves(x: f64, m: Complex64) -> PartialWaves {
     }
 }
 
-/// The transparent sphere: numerators are real, and Re a = p^2/(p^2 + r^2) keeps its relative
-/// accuracy however small it is.
-// Inlined, so that what the recurrences bring stays in registers.
-#[inline]
-fn transparent(
-    n: usize,
-    x: f64,
-    m: f64,
-    psi_mx: [f64; 2],
-    Outside { psi, chi }: &Outside,
-) -> (Complex64, Complex64) {
-    let q_a = (n + 1) as f64 / x * ((1.0 - m) * (1.0 + m) / m) * psi_mx[0] - psi_mx[1];
-    let coefficient = |q: f64, m_next: f64| {
-        let p = q * psi[0] + m_next * psi[1];
-        let r = q * chi[0] + m_next * chi[1];
-        // p/(p - i r), scaled so that no square over- or underflows; 0 if both are. Without a
-        // branch, because which of the two is larger changes from wave to wave.
-        let scale = 1.0 / p.abs().max(r.abs()).max(f64::MIN_POSITIVE);
-        let (p, r) = (p * scale, r * scale);
-        let factor = p / (p * p + r * r).max(f64::MIN_POSITIVE);
-        Complex64::new(p * factor, r * factor)
-    };
-    (
-        coefficient(q_a, m * psi_mx[0]),
-        coefficient(-m * psi_mx[1], psi_mx[0]),
-    )
-}
+impl Outside {
+    /// The transparent sphere: numerators are real, and Re a = p^2/(p^2 + r^2) keeps its relative
+    /// accuracy however small it is.
+    // Inlined, so that what the recurrences bring stays in registers.
+    #[inline]
+    fn transparent(&self, m: f64, psi_mx: [f64; 2]) -> (Complex64, Complex64) {
+        let Self { n, x, psi, chi } = self;
+        let q_a = (n + 1) as f64 / x * ((1.0 - m) * (1.0 + m) / m) * psi_mx[0] - psi_mx[1];
+        let coefficient = |q: f64, m_next: f64| {
+            let p = q * psi[0] + m_next * psi[1];
+            let r = q * chi[0] + m_next * chi[1];
+            // p/(p - i r), scaled so that no square over- or underflows; 0 if both are. Without a
+            // branch, because which of the two is larger changes from wave to wave.
+            let scale = 1.0 / p.abs().max(r.abs()).max(f64::MIN_POSITIVE);
+            let (p, r) = (p * scale, r * scale);
+            let factor = p / (p * p + r * r).max(f64::MIN_POSITIVE);
+            Complex64::new(p * factor, r * factor)
+        };
+        (
+            coefficient(q_a, m * psi_mx[0]),
+            coefficient(-m * psi_mx[1], psi_mx[0]),
+        )
+    }
 
-fn absorbing(
-    n: usize,
-    x: f64,
-    m: Complex64,
-    e: Complex64,
-    Outside { psi, chi }: &Outside,
-) -> (Complex64, Complex64) {
-    let q_a = (n + 1) as f64 / x * ((1.0 - m) * (1.0 + m) / m) + e;
-    let xi = |i: usize| Complex64::new(psi[i], -chi[i]);
-    let coefficient = |q: Complex64, m_next: Complex64| {
-        (q * psi[0] + m_next * psi[1]) / (q * xi(0) + m_next * xi(1))
-    };
-    (coefficient(q_a, m), coefficient(m * e, Complex64::ONE))
+    /// The absorbing sphere; `e` is E_n(mx).
+    fn absorbing(&self, m: Complex64, e: Complex64) -> (Complex64, Complex64) {
+        let Self { n, x, psi, chi } = self;
+        let q_a = (n + 1) as f64 / x * ((1.0 - m) * (1.0 + m) / m) + e;
+        let xi = |i: usize| Complex64::new(psi[i], -chi[i]);
+        let coefficient = |q: Complex64, m_next: Complex64| {
+            (q * psi[0] + m_next * psi[1]) / (q * xi(0) + m_next * xi(1))
+        };
+        (coefficient(q_a, m), coefficient(m * e, Complex64::ONE))
+    }
 }

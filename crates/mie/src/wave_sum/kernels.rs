@@ -202,71 +202,96 @@ impl<L: Lanes> Vectors<'_, L> {
     ) {
         let block =
             |all: &[L::Vector]| -> [L::Vector; B] { std::array::from_fn(|i| all[first + i]) };
-        let (w, mut q, mut d) = (block(self.w), block(self.q), block(self.d));
-        let mut strip = [q; N_STRIP];
+        let mut block = Block::<L, B> {
+            w: block(self.w),
+            q: block(self.q),
+            d: block(self.d),
+        };
+        let mut strip = [block.q; N_STRIP];
         for (strip_index, steps) in waves.steps.chunks(N_STRIP).enumerate() {
             let strip = &mut strip[..steps.len()];
-            fill_strip(lanes, steps, &w, [&mut q, &mut d], strip);
+            block.fill_strip(lanes, steps, strip);
             for (factors, sums) in waves.series.iter().zip(&mut self.sums) {
                 let factors = &factors[strip_index * N_STRIP..][..steps.len()];
+                let strip = SeriesStrip {
+                    lanes,
+                    factors,
+                    q: strip,
+                };
                 let (u, v) = sums.split_at_mut(4);
                 for h in (0..B).step_by(H) {
-                    add_strip::<L, B, H, 0>(lanes, factors, (strip, h), (u, first + h));
-                    add_strip::<L, B, H, 1>(lanes, factors, (strip, h), (v, first + h));
+                    strip.add::<H, 0>(h, u, first + h);
+                    strip.add::<H, 1>(h, v, first + h);
                 }
             }
         }
-        self.q[first..first + B].copy_from_slice(&q);
-        self.d[first..first + B].copy_from_slice(&d);
+        self.q[first..first + B].copy_from_slice(&block.q);
+        self.d[first..first + B].copy_from_slice(&block.d);
     }
 }
 
-/// Keeps q_n before each step, and leaves q and d behind the last.
-#[inline(always)]
-fn fill_strip<L: Lanes, const B: usize>(
-    lanes: L,
-    steps: &[Step],
-    w: &[L::Vector; B],
-    [q, d]: [&mut [L::Vector; B]; 2],
-    strip: &mut [[L::Vector; B]],
-) {
-    for ([minus_e, minus_alpha], strip) in steps.iter().zip(strip) {
-        *strip = *q;
-        let minus_e = lanes.splat(*minus_e);
-        let minus_alpha = lanes.splat(*minus_alpha);
-        for i in 0..B {
-            let factor = lanes.mul_add(minus_alpha, w[i], minus_e);
-            d[i] = lanes.mul_add(factor, q[i], d[i]);
-            q[i] = lanes.add(q[i], d[i]);
-        }
-    }
+/// The recurrence of `B` vectors of pairs: their arguments, and q_n and d_n of the next wave.
+struct Block<L: Lanes, const B: usize> {
+    w: [L::Vector; B],
+    q: [L::Vector; B],
+    d: [L::Vector; B],
 }
 
-/// Adds the waves of one parity, 0 for odd n and 1 for even, to `H` vectors of a block.
-#[inline(always)]
-fn add_strip<L: Lanes, const B: usize, const H: usize, const PARITY: usize>(
-    lanes: L,
-    factors: &[Factors],
-    (strip, first_in_strip): (&[[L::Vector; B]], usize),
-    (parts, first): (&mut [&mut [L::Vector]], usize),
-) {
-    let mut sums = [[lanes.splat(0.0); H]; 4];
-    for (sums, part) in sums.iter_mut().zip(parts.iter()) {
-        sums.copy_from_slice(&part[first..first + H]);
-    }
-    let (factors, _) = factors.as_chunks::<2>();
-    let (strip, _) = strip.as_chunks::<2>();
-    for (factors, q) in factors.iter().zip(strip) {
-        let q: [L::Vector; H] = std::array::from_fn(|i| q[PARITY][first_in_strip + i]);
-        for (sums, factor) in sums.iter_mut().zip(factors[PARITY]) {
-            let factor = lanes.splat(factor);
-            for (sum, q) in sums.iter_mut().zip(q) {
-                *sum = lanes.mul_add(factor, q, *sum);
+impl<L: Lanes, const B: usize> Block<L, B> {
+    /// Keeps q_n before each step, and leaves q and d behind the last.
+    #[inline(always)]
+    fn fill_strip(&mut self, lanes: L, steps: &[Step], strip: &mut [[L::Vector; B]]) {
+        let Self { w, q, d } = self;
+        for ([minus_e, minus_alpha], strip) in steps.iter().zip(strip) {
+            *strip = *q;
+            let minus_e = lanes.splat(*minus_e);
+            let minus_alpha = lanes.splat(*minus_alpha);
+            for i in 0..B {
+                let factor = lanes.mul_add(minus_alpha, w[i], minus_e);
+                d[i] = lanes.mul_add(factor, q[i], d[i]);
+                q[i] = lanes.add(q[i], d[i]);
             }
         }
     }
-    for (sums, part) in sums.iter().zip(parts.iter_mut()) {
-        part[first..first + H].copy_from_slice(sums);
+}
+
+/// The waves of a strip in one series: its factors, and the q_n of a block.
+#[derive(Clone, Copy)]
+struct SeriesStrip<'a, L: Lanes, const B: usize> {
+    lanes: L,
+    factors: &'a [Factors],
+    q: &'a [[L::Vector; B]],
+}
+
+impl<L: Lanes, const B: usize> SeriesStrip<'_, L, B> {
+    /// Adds the waves of one parity, 0 for odd n and 1 for even, to `H` vectors of sums from `first`
+    /// on, which belong to those of the block from `first_in_block` on.
+    #[inline(always)]
+    fn add<const H: usize, const PARITY: usize>(
+        self,
+        first_in_block: usize,
+        parts: &mut [&mut [L::Vector]],
+        first: usize,
+    ) {
+        let lanes = self.lanes;
+        let mut sums = [[lanes.splat(0.0); H]; 4];
+        for (sums, part) in sums.iter_mut().zip(parts.iter()) {
+            sums.copy_from_slice(&part[first..first + H]);
+        }
+        let (factors, _) = self.factors.as_chunks::<2>();
+        let (strip, _) = self.q.as_chunks::<2>();
+        for (factors, q) in factors.iter().zip(strip) {
+            let q: [L::Vector; H] = std::array::from_fn(|i| q[PARITY][first_in_block + i]);
+            for (sums, factor) in sums.iter_mut().zip(factors[PARITY]) {
+                let factor = lanes.splat(factor);
+                for (sum, q) in sums.iter_mut().zip(q) {
+                    *sum = lanes.mul_add(factor, q, *sum);
+                }
+            }
+        }
+        for (sums, part) in sums.iter().zip(parts.iter_mut()) {
+            part[first..first + H].copy_from_slice(sums);
+        }
     }
 }
 
