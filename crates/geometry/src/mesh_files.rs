@@ -36,15 +36,19 @@ pub fn read_mesh(path: &Path) -> Result<TriangleMesh, Error> {
             return Err(Error::MeshFormat { path });
         }
     };
-    let (corners, triangles) =
-        soup.map_err(|message| damaged(format!("cannot be read as {format}: {message}")))?;
-    TriangleMesh::new(&corners, &triangles)
+    let soup = soup.map_err(|message| damaged(format!("cannot be read as {format}: {message}")))?;
+    TriangleMesh::new(&soup.corners, &soup.triangles)
 }
 
-/// Corners, and triples of their indices; or what is wrong.
-type Soup = Result<(Vec<DVec3>, Vec<[u32; 3]>), String>;
+/// Triangles as they come from a file, before their equal corners are found.
+#[derive(Default)]
+struct Soup {
+    corners: Vec<DVec3>,
+    /// Triples of indices of corners.
+    triangles: Vec<[u32; 3]>,
+}
 
-fn read_obj(file: File) -> Soup {
+fn read_obj(file: File) -> Result<Soup, String> {
     let mut reader = BufReader::new(file);
     let options = tobj::LoadOptions {
         triangulate: true,
@@ -55,15 +59,15 @@ fn read_obj(file: File) -> Soup {
     let no_materials = |_: &Path| Ok((Vec::new(), HashMap::default()));
     let (models, _) = tobj::load_obj_buf(&mut reader, &options, no_materials)
         .map_err(|error| error.to_string())?;
-    let (mut corners, mut triangles) = (Vec::new(), Vec::new());
+    let mut soup = Soup::default();
     for model in models {
-        let first = corners.len() as u32;
+        let first = soup.corners.len() as u32;
         let positions = model.mesh.positions.chunks_exact(3);
-        corners.extend(positions.map(DVec3::from_slice));
+        soup.corners.extend(positions.map(DVec3::from_slice));
         let indices = model.mesh.indices.chunks_exact(3);
-        triangles.extend(indices.map(|i| shifted(i, first)));
+        soup.triangles.extend(indices.map(|i| shifted(i, first)));
     }
-    Ok((corners, triangles))
+    Ok(soup)
 }
 
 /// Corner numbers of a part of a file as those of the whole; no number of a damaged file wraps around.
@@ -71,7 +75,7 @@ fn shifted(indices: &[u32], first: u32) -> [u32; 3] {
     [0, 1, 2].map(|corner| first.saturating_add(indices[corner]))
 }
 
-fn read_stl(file: File) -> Soup {
+fn read_stl(file: File) -> Result<Soup, String> {
     let mut reader = BufReader::new(file);
     let facets = stl_io::create_stl_reader(&mut reader).map_err(|error| error.to_string())?;
     let mut corners = Vec::new();
@@ -79,17 +83,20 @@ fn read_stl(file: File) -> Soup {
         let facet = facet.map_err(|error| error.to_string())?;
         corners.extend(facet.vertices.map(|vertex| Vec3::from(vertex.0).as_dvec3()));
     }
-    let triangles =
-        (0..corners.len() as u32 / 3).map(|index| [3 * index, 3 * index + 1, 3 * index + 2]);
-    Ok((corners, triangles.collect()))
+    let n_triangles = corners.len() as u32 / 3;
+    let triangles = (0..n_triangles).map(|index| [3 * index, 3 * index + 1, 3 * index + 2]);
+    Ok(Soup {
+        corners,
+        triangles: triangles.collect(),
+    })
 }
 
-fn read_gltf(path: &Path) -> Soup {
+fn read_gltf(path: &Path) -> Result<Soup, String> {
     let document = gltf::Gltf::open(path).map_err(|error| error.to_string())?;
     let gltf::Gltf { document, blob } = document;
     let buffers = gltf::import_buffers(&document, path.parent(), blob);
     let buffers = buffers.map_err(|error| error.to_string())?;
-    let mut soup = (Vec::new(), Vec::new());
+    let mut soup = Soup::default();
     let scene = document
         .default_scene()
         .or_else(|| document.scenes().next());
@@ -98,7 +105,7 @@ fn read_gltf(path: &Path) -> Soup {
     while let Some((node, parent)) = waiting.pop() {
         let placed = parent * matrix_of(&node);
         for primitive in node.mesh().iter().flat_map(gltf::Mesh::primitives) {
-            add_primitive(&primitive, &buffers, placed, &mut soup)?;
+            soup.add_primitive(&primitive, &buffers, placed)?;
         }
         waiting.extend(node.children().map(|child| (child, placed)));
     }
@@ -110,33 +117,37 @@ fn matrix_of(node: &gltf::Node) -> DMat4 {
     DMat4::from_cols_array_2d(&columns.map(|column| column.map(f64::from)))
 }
 
-fn add_primitive(
-    primitive: &gltf::Primitive,
-    buffers: &[gltf::buffer::Data],
-    placed: DMat4,
-    (corners, triangles): &mut (Vec<DVec3>, Vec<[u32; 3]>),
-) -> Result<(), String> {
-    let mode = primitive.mode();
-    if mode != gltf::mesh::Mode::Triangles {
-        return Err(format!("found a mesh of {mode:?}, expected triangles"));
+impl Soup {
+    /// Adds the triangles of a part of a file, `placed` by the transforms of its nodes.
+    fn add_primitive(
+        &mut self,
+        primitive: &gltf::Primitive,
+        buffers: &[gltf::buffer::Data],
+        placed: DMat4,
+    ) -> Result<(), String> {
+        let mode = primitive.mode();
+        if mode != gltf::mesh::Mode::Triangles {
+            return Err(format!("found a mesh of {mode:?}, expected triangles"));
+        }
+        let first = self.corners.len() as u32;
+        let reader = primitive.reader(|buffer| buffers.get(buffer.index()).map(|data| &data.0[..]));
+        let positions = reader.read_positions();
+        let positions = positions.ok_or("found a mesh without positions".to_owned())?;
+        self.corners
+            .extend(positions.map(|at| placed.transform_point3(Vec3::from(at).as_dvec3())));
+        let n_own = self.corners.len() as u32 - first;
+        let indices: Vec<u32> = match reader.read_indices() {
+            Some(indices) => indices.into_u32().collect(),
+            None => (0..n_own).collect(),
+        };
+        // A mirroring transform turns the triangles over.
+        let is_mirrored = placed.determinant() < 0.0;
+        self.triangles.extend(indices.chunks_exact(3).map(|i| {
+            let [a, b, c] = shifted(i, first);
+            if is_mirrored { [a, c, b] } else { [a, b, c] }
+        }));
+        Ok(())
     }
-    let first = corners.len() as u32;
-    let reader = primitive.reader(|buffer| buffers.get(buffer.index()).map(|data| &data.0[..]));
-    let positions = reader.read_positions();
-    let positions = positions.ok_or("found a mesh without positions".to_owned())?;
-    corners.extend(positions.map(|at| placed.transform_point3(Vec3::from(at).as_dvec3())));
-    let n_own = corners.len() as u32 - first;
-    let indices: Vec<u32> = match reader.read_indices() {
-        Some(indices) => indices.into_u32().collect(),
-        None => (0..n_own).collect(),
-    };
-    // A mirroring transform turns the triangles over.
-    let is_mirrored = placed.determinant() < 0.0;
-    triangles.extend(indices.chunks_exact(3).map(|i| {
-        let [a, b, c] = shifted(i, first);
-        if is_mirrored { [a, c, b] } else { [a, b, c] }
-    }));
-    Ok(())
 }
 
 #[cfg(test)]
