@@ -216,7 +216,7 @@ fn rising_segment(air: &AirConstituent, low: RayStart, high: RayStart) -> f64 {
         DensityLaw::Linear => closed_form::rising_length(air, low, high.height_m),
         DensityLaw::Exponential if high.height_m > top_m => rising_column(air, low),
         DensityLaw::Exponential => {
-            let layer = Layer::at(air, low.height_m);
+            let mut layer = Layer::at(air, low.height_m);
             let is_of_layer = layer.holds(high.height_m);
             let log_ratio = if is_of_layer {
                 (layer.log_slope_m1 * (high.height_m - low.height_m)).abs()
@@ -235,27 +235,28 @@ fn rising_segment(air: &AirConstituent, low: RayStart, high: RayStart) -> f64 {
             } else {
                 &HALF_RULE_OF_8
             };
-            gauss_legendre((air, layer), low, length_m, half_rule)
+            let density_after = |distance_m: f64| {
+                let height_m = low.height_after_m(distance_m);
+                if !layer.holds(height_m) {
+                    layer = Layer::at(air, height_m);
+                }
+                layer.density(height_m)
+            };
+            gauss_legendre(density_after, length_m, half_rule)
         }
     }
 }
 
-/// Integral of the density over a length of a ray that starts in a layer, by pairs of nodes from the
-/// middle outwards.
+/// Integral over a length of a ray, by pairs of nodes from the middle outwards; `density_after` says
+/// what is there after a distance (m).
+#[inline]
 fn gauss_legendre(
-    (air, mut layer): (&AirConstituent, Layer),
-    ray: RayStart,
+    mut density_after: impl FnMut(f64) -> f64,
     length_m: f64,
     half_rule: &[(f64, f64)],
 ) -> f64 {
     let half_m = 0.5 * length_m;
-    let mut at = |x: f64| {
-        let height_m = ray.height_after_m(half_m * (1.0 + x));
-        if !layer.holds(height_m) {
-            layer = Layer::at(air, height_m);
-        }
-        layer.density(height_m)
-    };
+    let mut at = |x: f64| density_after(half_m * (1.0 + x));
     let pairs = half_rule
         .iter()
         .map(|(x, weight)| weight * (at(-x) + at(*x)));
