@@ -116,12 +116,13 @@ impl Decoder {
             return Ok(only_active_changed);
         }
         let bytes = self.stored_bytes(input, n_stored * size)?;
+        let stored = |size: usize| bytes.chunks_exact(size);
         let every = n_stored == out.len();
         match (half, every) {
-            (true, true) => decode_all(bytes, T::HALF_SIZE, T::decode_half, out),
-            (true, false) => decode_active(bytes, T::HALF_SIZE, T::decode_half, (mask, out)),
-            (false, true) => decode_all(bytes, T::SIZE, T::decode, out),
-            (false, false) => decode_active(bytes, T::SIZE, T::decode, (mask, out)),
+            (true, true) => fill_all(stored(T::HALF_SIZE).map(T::decode_half), out),
+            (true, false) => fill_active(stored(T::HALF_SIZE).map(T::decode_half), mask, out),
+            (false, true) => fill_all(stored(T::SIZE).map(T::decode), out),
+            (false, false) => fill_active(stored(T::SIZE).map(T::decode), mask, out),
         }
         Ok(only_active_changed)
     }
@@ -249,33 +250,25 @@ fn fill_inactive<T: Value>(selection: Option<&Vec<u64>>, inactive: [T; 2], out: 
     }
 }
 
-fn decode_all<T>(bytes: &[u8], size: usize, decode: impl Fn(&[u8]) -> T, out: &mut [T]) {
-    for (value, bytes) in out.iter_mut().zip(bytes.chunks_exact(size)) {
-        *value = decode(bytes);
+fn fill_all<T>(stored: impl Iterator<Item = T>, out: &mut [T]) {
+    for (value, stored) in out.iter_mut().zip(stored) {
+        *value = stored;
     }
 }
 
 /// Put the values into the active places, in their order.
-fn decode_active<T>(
-    bytes: &[u8],
-    size: usize,
-    decode: impl Fn(&[u8]) -> T,
-    (mask, out): (&[u64], &mut [T]),
-) {
-    let mut stored = bytes.chunks_exact(size);
+fn fill_active<T>(mut stored: impl Iterator<Item = T>, mask: &[u64], out: &mut [T]) {
     for (values, &word) in out.chunks_mut(64).zip(mask) {
         if word == u64::MAX {
-            for (value, bytes) in values.iter_mut().zip(&mut stored) {
-                *value = decode(bytes);
-            }
+            fill_all(&mut stored, values);
             continue;
         }
         let mut rest = word;
         while rest != 0 {
             let bit = rest.trailing_zeros() as usize;
             rest &= rest - 1;
-            if let Some(bytes) = stored.next() {
-                values[bit] = decode(bytes);
+            if let Some(stored) = stored.next() {
+                values[bit] = stored;
             }
         }
     }

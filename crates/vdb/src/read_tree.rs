@@ -111,7 +111,7 @@ impl TreeReader {
             let cut = self.cut_leaves::<T>(window, places);
             let Some(n_bytes) = cut.last().map(|piece| piece.end) else {
                 let mut leaf = Leaf::new(first.origin, background);
-                decode_leaf(&mut self.decoder, input, first, background, &mut leaf)?;
+                first.read(&mut self.decoder, input, background, &mut leaf)?;
                 leaves.push(leaf);
                 places = &places[1..];
                 continue;
@@ -131,7 +131,7 @@ impl TreeReader {
                         bytes: &window[piece.clone()],
                         position: position + piece.start as u64,
                     };
-                    decode_leaf(&mut decoder, &mut source, place, background, leaf)?;
+                    place.read(&mut decoder, &mut source, background, leaf)?;
                 }
                 Ok(())
             });
@@ -231,31 +231,33 @@ impl TreeReader {
     }
 }
 
-/// Read the values of a leaf that holds the background.
-fn decode_leaf<T: Value>(
-    decoder: &mut Decoder,
-    source: &mut impl Source,
-    place: &LeafPlace,
-    background: T,
-    leaf: &mut Leaf<T>,
-) -> Result<(), Error> {
-    const WHAT: &str = "a leaf";
-    source.mask(&mut leaf.mask, WHAT)?;
-    if leaf.mask != place.mask {
-        return Err(source.damaged(format!("the two masks of leaf {:?} differ", place.origin)));
-    }
-    if T::IS_BOOL {
-        // Leaves of bool grids repeat their origin and hold their values as bits.
-        source.coordinates(WHAT)?;
-        let mut bits = [0; 8];
-        source.mask(&mut bits, WHAT)?;
-        for index in 0..LEAF_VOXELS {
-            leaf.values[index] = T::decode(&[(bits[index >> 6] >> (index & 63) & 1) as u8]);
+impl LeafPlace {
+    /// Read the values of the leaf, which holds the background.
+    fn read<T: Value>(
+        &self,
+        decoder: &mut Decoder,
+        source: &mut impl Source,
+        background: T,
+        leaf: &mut Leaf<T>,
+    ) -> Result<(), Error> {
+        const WHAT: &str = "a leaf";
+        source.mask(&mut leaf.mask, WHAT)?;
+        if leaf.mask != self.mask {
+            return Err(source.damaged(format!("the two masks of leaf {:?} differ", self.origin)));
         }
-    } else {
-        decoder.block(source, &leaf.mask, background, &mut leaf.values)?;
+        if T::IS_BOOL {
+            // Leaves of bool grids repeat their origin and hold their values as bits.
+            source.coordinates(WHAT)?;
+            let mut bits = [0; 8];
+            source.mask(&mut bits, WHAT)?;
+            for index in 0..LEAF_VOXELS {
+                leaf.values[index] = T::decode(&[(bits[index >> 6] >> (index & 63) & 1) as u8]);
+            }
+        } else {
+            decoder.block(source, &leaf.mask, background, &mut leaf.values)?;
+        }
+        Ok(())
     }
-    Ok(())
 }
 
 impl<T: Value> Parts<T> {
