@@ -21,6 +21,7 @@ use crate::parcels::Parcels;
 use crate::parcels::resolved_spread_m;
 use crate::waterfall_frame::Frame;
 use crate::waterfall_frame::Part;
+use crate::waterfall_frame::Row;
 use crate::waterfall_frame::peak_m1;
 
 /// Depth at the brink of a free overfall as a part of the critical depth (Rou36).
@@ -80,8 +81,14 @@ impl Part for Curtain {
 
     fn extent(&self) -> (DVec3, DVec3) {
         let height_m = self.frame.height_m;
-        let lip = (self.middle(0.0), self.spread_m(0.0));
-        let foot = (self.frame.foot_xz(), self.spread_m(height_m));
+        let lip = Row {
+            middle: self.middle(0.0),
+            spread_m: self.spread_m(0.0),
+        };
+        let foot = Row {
+            middle: self.frame.foot_xz(),
+            spread_m: self.spread_m(height_m),
+        };
         let low_m = self.frame.foot.y;
         self.frame.extent([lip, foot], (low_m, low_m + height_m))
     }
@@ -108,8 +115,10 @@ impl Part for Curtain {
             let layers = parcels.layers(heights, |height_m| {
                 (to_s - Frame::fall_s(lip_y_m - height_m)) / step_s
             });
-            let spread_m = self.spread_m(depth_m(middle_s));
-            let row = (self.middle(middle_s), spread_m);
+            let row = Row {
+                middle: self.middle(middle_s),
+                spread_m: self.spread_m(depth_m(middle_s)),
+            };
             let water_g = self.flow_g_s * step_s;
             self.frame.add_row(parcels, water_g, row, &layers);
         }

@@ -35,6 +35,15 @@ pub(crate) struct Frame {
     pub(crate) voxel_m: f64,
 }
 
+/// A row of parcels across the whole width of a fall, all with the same spread.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Row {
+    /// Its middle, x and z (m).
+    pub(crate) middle: DVec2,
+    /// Standard deviation of each parcel across (m).
+    pub(crate) spread_m: f64,
+}
+
 /// A population of drops of a fall.
 pub(crate) trait Part {
     /// Water in the air (g).
@@ -68,14 +77,9 @@ impl Frame {
         DVec2::new(self.foot.x, self.foot.z)
     }
 
-    /// Lay out water evenly over the width, each place with the same spread.
-    pub(crate) fn add_row(
-        &self,
-        parcels: &mut Parcels,
-        water_g: f64,
-        (middle, spread_m): (DVec2, f64),
-        layers: &Shares,
-    ) {
+    /// Lay out water evenly over a row.
+    pub(crate) fn add_row(&self, parcels: &mut Parcels, water_g: f64, row: Row, layers: &Shares) {
+        let Row { middle, spread_m } = row;
         let spacing_m = resolved_spread_m(spread_m, parcels.voxel_m());
         let n_strands = (self.width_m / spacing_m).ceil().max(1.0) as usize;
         let across = self.forward.perp() * self.width_m;
@@ -84,13 +88,9 @@ impl Frame {
         parcels.add_row(water_g, &places, spread_m, layers);
     }
 
-    /// Lowest and highest corner of rows of parcels with their spreads, between two heights (m).
-    pub(crate) fn extent(
-        &self,
-        rows: [(DVec2, f64); 2],
-        (low_m, high_m): (f64, f64),
-    ) -> (DVec3, DVec3) {
-        let corners = rows.map(|(middle, spread_m)| {
+    /// Lowest and highest corner of rows of parcels, between two heights (m).
+    pub(crate) fn extent(&self, rows: [Row; 2], (low_m, high_m): (f64, f64)) -> (DVec3, DVec3) {
+        let corners = rows.map(|Row { middle, spread_m }| {
             let reach_m = CUT * resolved_spread_m(spread_m, self.voxel_m);
             let reach = self.forward.perp().abs() * (0.5 * self.width_m) + reach_m;
             (middle - reach, middle + reach)

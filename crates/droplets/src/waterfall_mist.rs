@@ -28,6 +28,7 @@ use crate::parcels::Parcels;
 use crate::parcels::cut_normal_share;
 use crate::waterfall_frame::Frame;
 use crate::waterfall_frame::Part;
+use crate::waterfall_frame::Row;
 use crate::waterfall_frame::peak_m1;
 
 /// Growth of the plume across with the distance (Bri73).
@@ -117,9 +118,15 @@ impl Part for Mist {
 
     fn extent(&self) -> (DVec3, DVec3) {
         let length_m = LENGTH * self.frame.height_m;
-        let source = (self.frame.foot_xz(), self.spread_m(0.0));
-        let end = self.drift_m_s().normalize_or_zero() * length_m;
-        let end = (self.frame.foot_xz() + end, self.spread_m(length_m));
+        let source = Row {
+            middle: self.frame.foot_xz(),
+            spread_m: self.spread_m(0.0),
+        };
+        let way = self.drift_m_s().normalize_or_zero() * length_m;
+        let end = Row {
+            middle: self.frame.foot_xz() + way,
+            spread_m: self.spread_m(length_m),
+        };
         let low_m = self.frame.foot.y;
         let high_m = low_m + CUT * self.height_m(self.whole_growth());
         self.frame.extent([source, end], (low_m, high_m))
@@ -149,11 +156,12 @@ impl Part for Mist {
                 // The upper half of a normal law.
                 2.0 * cut_normal_share((y_m - low_m) / height_m) - 1.0
             });
-            let place = self.frame.foot_xz() + direction * distance_m;
+            let row = Row {
+                middle: self.frame.foot_xz() + direction * distance_m,
+                spread_m: self.spread_m(distance_m),
+            };
             let water_g = self.water_between_g((from, to));
-            let spread_m = self.spread_m(distance_m);
-            self.frame
-                .add_row(parcels, water_g, (place, spread_m), &layers);
+            self.frame.add_row(parcels, water_g, row, &layers);
         }
     }
 }

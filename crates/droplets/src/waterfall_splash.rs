@@ -22,6 +22,7 @@ use crate::parcels::Parcels;
 use crate::parcels::resolved_spread_m;
 use crate::waterfall_frame::Frame;
 use crate::waterfall_frame::Part;
+use crate::waterfall_frame::Row;
 use crate::waterfall_frame::SQRT_TAU;
 use crate::waterfall_frame::peak_m1;
 
@@ -68,7 +69,10 @@ impl Part for Splash {
         let (rise_m, low_m) = (self.frame.rise_m(), self.frame.foot.y);
         let farthest = self.frame.forward * (FARTHEST * self.distance_m());
         let rows = [self.frame.foot_xz(), self.frame.foot_xz() + farthest];
-        let rows = rows.map(|middle| (middle, rise_m));
+        let rows = rows.map(|middle| Row {
+            middle,
+            spread_m: rise_m,
+        });
         self.frame.extent(rows, (low_m, low_m + HIGHEST * rise_m))
     }
 
@@ -97,9 +101,11 @@ impl Part for Splash {
             let share = (gamma_share(far) - gamma_share(near)) / gamma_share(FARTHEST);
             let water_g = self.water_g() * share;
             let along_m = 0.5 * (near + far) * self.distance_m();
-            let middle = self.frame.foot_xz() + self.frame.forward * along_m;
-            self.frame
-                .add_row(parcels, water_g, (middle, rise_m), &layers);
+            let row = Row {
+                middle: self.frame.foot_xz() + self.frame.forward * along_m,
+                spread_m: rise_m,
+            };
+            self.frame.add_row(parcels, water_g, row, &layers);
         }
     }
 }
