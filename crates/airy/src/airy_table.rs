@@ -131,27 +131,38 @@ impl AiryTable {
         let index = (position as usize).min(last - 1);
         let end = |index: usize| {
             let (z, f) = (self.z[index], self.f[index]);
-            [f, self.dfdz[index], -SECOND_DERIVATIVE * z * f]
+            HermiteNode {
+                at: z,
+                value: f,
+                slope: self.dfdz[index],
+                curvature: -SECOND_DERIVATIVE * z * f,
+            }
         };
-        quintic_hermite(
-            (self.z[index], end(index)),
-            (self.z[index + 1], end(index + 1)),
-            z,
-        )
+        quintic_hermite(end(index), end(index + 1), z)
     }
 }
 
+/// What a function is at one place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HermiteNode {
+    /// The place, z.
+    pub at: f64,
+    /// The function, f(z).
+    pub value: f64,
+    /// Its first derivative, f'(z).
+    pub slope: f64,
+    /// Its second derivative, f''(z).
+    pub curvature: f64,
+}
+
 /// Value and slope at `z` of the quintic with given value, slope and curvature at both ends.
-pub fn quintic_hermite(
-    (z0, [f0, slope0, curvature0]): (f64, [f64; 3]),
-    (z1, [f1, slope1, curvature1]): (f64, [f64; 3]),
-    z: f64,
-) -> (f64, f64) {
-    let h = z1 - z0;
-    let t = (z - z0) / h;
+pub fn quintic_hermite(left: HermiteNode, right: HermiteNode, z: f64) -> (f64, f64) {
+    let h = right.at - left.at;
+    let t = (z - left.at) / h;
     // Left end and its deviation from the Taylor parabola there: c3 t^3 + c4 t^4 + c5 t^5.
-    let (d0, d1) = (h * slope0, h * slope1);
-    let (k0, k1) = (0.5 * h * h * curvature0, 0.5 * h * h * curvature1);
+    let (f0, f1) = (left.value, right.value);
+    let (d0, d1) = (h * left.slope, h * right.slope);
+    let (k0, k1) = (0.5 * h * h * left.curvature, 0.5 * h * h * right.curvature);
     let rise = f1 - f0 - d0 - k0;
     let tilt = d1 - d0 - 2.0 * k0;
     let bend = k1 - k0;

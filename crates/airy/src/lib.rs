@@ -48,6 +48,7 @@ pub use airy_integral::airy_integral_derivative;
 pub use airy_integral::airy_integral_with_derivative;
 pub use airy_integral::airy_squares;
 pub use airy_table::AiryTable;
+pub use airy_table::HermiteNode;
 pub use airy_table::TableError;
 pub use airy_table::fringe_coordinate;
 pub use airy_table::from_fringe_coordinate;

@@ -20,6 +20,7 @@
 //! dlmf.nist.gov.
 
 use niji_airy::AiryTable;
+use niji_airy::HermiteNode;
 use niji_airy::airy_integral_with_derivative;
 use niji_airy::airy_squares;
 use niji_airy::fringe_coordinate;
@@ -236,7 +237,15 @@ impl LawMean {
         let index = (position as usize).min(self.nodes.len() - 2);
         let (left, right) = (&self.nodes[index], &self.nodes[index + 1]);
         [0, 1].map(|j| {
-            let end = |node: &Node| (node.z, quantity(node.squares[j]));
+            let end = |node: &Node| {
+                let [value, slope, curvature] = quantity(node.squares[j]);
+                HermiteNode {
+                    at: node.z,
+                    value,
+                    slope,
+                    curvature,
+                }
+            };
             quintic_hermite(end(left), end(right), z).0
         })
     }
