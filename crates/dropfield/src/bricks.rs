@@ -50,6 +50,7 @@ use crate::brick_layout::occupied;
 use crate::coarse_cells::CoarseErrors;
 use crate::coarse_cells::NO_DROPS;
 use crate::coarse_cells::TOO_COARSE;
+use crate::segments::LatticeRay;
 
 /// Cells along an edge of a brick.
 pub(crate) const BRICK_DIM: i32 = 8;
@@ -302,8 +303,7 @@ impl Bricks {
     ) -> Segments<'_> {
         Segments::new(
             self,
-            self.to_lattice(origin),
-            direction / self.voxel_m,
+            LatticeRay::new(self.to_lattice(origin), direction / self.voxel_m),
             t_range,
             relative_error as f32,
         )

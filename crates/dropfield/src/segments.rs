@@ -87,14 +87,70 @@ impl Segment<'_> {
     }
 }
 
+/// A ray in lattice coordinates.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct LatticeRay {
+    origin: DVec3,
+    direction: DVec3,
+    /// One over each component of the direction.
+    inverse: DVec3,
+}
+
+impl LatticeRay {
+    #[inline]
+    pub(crate) fn new(origin: DVec3, direction: DVec3) -> Self {
+        Self {
+            origin,
+            direction,
+            inverse: direction.recip(),
+        }
+    }
+
+    #[inline]
+    fn at(&self, t: f64) -> DVec3 {
+        self.origin + self.direction * t
+    }
+
+    /// The part of a range of distances that lies in the box from 0 to `size`; empty as (0, 0).
+    fn clip(&self, size: DVec3, t_range: (f64, f64)) -> (f64, f64) {
+        let Self {
+            origin,
+            direction,
+            inverse,
+        } = *self;
+        let (mut t_enter, mut t_exit) = t_range;
+        // Also where an end is not a number, which `max` and `min` would pass over.
+        if t_enter.partial_cmp(&t_exit) != Some(std::cmp::Ordering::Less) {
+            return (0.0, 0.0);
+        }
+        let (at_low, at_high) = (-origin * inverse, (size - origin) * inverse);
+        for axis in 0..3 {
+            let (low, high) = (at_low[axis], at_high[axis]);
+            // Against the stored direction: only an exact 0 runs along the faces.
+            if direction[axis] == 0.0 {
+                if !(0.0..size[axis]).contains(&origin[axis]) {
+                    return (0.0, 0.0);
+                }
+                continue;
+            }
+            let (near, far) = if low < high { (low, high) } else { (high, low) };
+            t_enter = if near > t_enter { near } else { t_enter };
+            t_exit = if far < t_exit { far } else { t_exit };
+        }
+        // Written so that a NaN gives nothing.
+        if t_enter < t_exit && (direction + origin).is_finite() {
+            (t_enter, t_exit)
+        } else {
+            (0.0, 0.0)
+        }
+    }
+}
+
 /// Iterator over the cells along a ray, those without drops left out.
 #[derive(Debug, Clone)]
 pub struct Segments<'a> {
     bricks: &'a Bricks,
-    /// The ray in lattice coordinates.
-    origin: DVec3,
-    direction: DVec3,
-    inverse: DVec3,
+    ray: LatticeRay,
     /// 1 along axes on which the ray runs upwards, else 0.
     upwards: IVec3,
     /// Lowest voxel of the cell.
@@ -123,20 +179,16 @@ impl<'a> Segments<'a> {
     #[inline]
     pub(crate) fn new(
         bricks: &'a Bricks,
-        origin: DVec3,
-        direction: DVec3,
+        ray: LatticeRay,
         t_range: (f64, f64),
         most_error: f32,
     ) -> Self {
         let n_cells = bricks.n_cells();
-        let inverse = direction.recip();
-        let upwards = IVec3::from(direction.to_array().map(|axis| i32::from(axis > 0.0)));
-        let (t, t_end) = clip(n_cells.as_dvec3(), (origin, direction, inverse), t_range);
+        let upwards = IVec3::from(ray.direction.to_array().map(|axis| i32::from(axis > 0.0)));
+        let (t, t_end) = ray.clip(n_cells.as_dvec3(), t_range);
         let mut segments = Self {
             bricks,
-            origin,
-            direction,
-            inverse,
+            ray,
             upwards,
             cell: IVec3::ZERO,
             brick: NO_BRICK,
@@ -150,7 +202,7 @@ impl<'a> Segments<'a> {
             exits: DVec3::INFINITY,
             t,
             t_end,
-            at: origin + direction * t,
+            at: ray.at(t),
         };
         if segments.t < segments.t_end {
             // What rounding puts below 0 becomes 0.
@@ -166,10 +218,10 @@ impl<'a> Segments<'a> {
     fn exit(&self, axis: usize) -> f64 {
         let plane = f64::from(self.cell[axis] + self.to_exit[axis]);
         // Against the stored direction: only an exact 0 never crosses.
-        if self.direction[axis] == 0.0 {
+        if self.ray.direction[axis] == 0.0 {
             f64::INFINITY
         } else {
-            (plane - self.origin[axis]) * self.inverse[axis]
+            (plane - self.ray.origin[axis]) * self.ray.inverse[axis]
         }
     }
 
@@ -283,7 +335,7 @@ impl<'a> Iterator for Segments<'a> {
                 self.cross(axis);
                 continue;
             }
-            let exit = self.origin + self.direction * t_exit;
+            let exit = self.ray.at(t_exit);
             let segment = self.has_drops().then(|| self.segment(t_exit, exit));
             (self.t, self.at) = (t_exit, exit);
             self.cross(axis);
@@ -308,38 +360,6 @@ fn first(exits: DVec3) -> (usize, f64) {
         (0, exits.x)
     } else {
         (axis, exit)
-    }
-}
-
-/// The part of a range of distances that lies in the box from 0 to `size`; empty as (0, 0).
-fn clip(
-    size: DVec3,
-    (origin, direction, inverse): (DVec3, DVec3, DVec3),
-    (mut t_enter, mut t_exit): (f64, f64),
-) -> (f64, f64) {
-    // Also where an end is not a number, which `max` and `min` would pass over.
-    if t_enter.partial_cmp(&t_exit) != Some(std::cmp::Ordering::Less) {
-        return (0.0, 0.0);
-    }
-    let (at_low, at_high) = (-origin * inverse, (size - origin) * inverse);
-    for axis in 0..3 {
-        let (low, high) = (at_low[axis], at_high[axis]);
-        // Against the stored direction: only an exact 0 runs along the faces.
-        if direction[axis] == 0.0 {
-            if !(0.0..size[axis]).contains(&origin[axis]) {
-                return (0.0, 0.0);
-            }
-            continue;
-        }
-        let (near, far) = if low < high { (low, high) } else { (high, low) };
-        t_enter = if near > t_enter { near } else { t_enter };
-        t_exit = if far < t_exit { far } else { t_exit };
-    }
-    // Written so that a NaN gives nothing.
-    if t_enter < t_exit && (direction + origin).is_finite() {
-        (t_enter, t_exit)
-    } else {
-        (0.0, 0.0)
     }
 }
 

@@ -24,6 +24,17 @@ struct Row {
     step: f64,
 }
 
+/// The points of a row that lie in one brick.
+#[derive(Clone, Copy)]
+struct RowInBrick {
+    row: Row,
+    /// Number of the first of them in the row.
+    first: usize,
+    /// The row's lowest cell in the brick, and the place of its lowest corner there.
+    low: IVec3,
+    base: usize,
+}
+
 impl Bricks {
     /// Add M2 (um²/m³) at the points `start + i step_m` along an axis to each of `sums`; to rounding
     /// that of [`Bricks::m2`]. `step_m` is above 0.
@@ -52,16 +63,26 @@ impl Bricks {
             let end = row.n_before(brick_end).clamp(next + 1, sums.len());
             let brick = self.brick_of(cell);
             if brick != NO_BRICK {
-                let base = cell_base(brick, cell);
-                self.add_in_brick(row, (base, cell), next, &mut sums[next..end]);
+                let part = RowInBrick {
+                    row,
+                    first: next,
+                    low: cell,
+                    base: cell_base(brick, cell),
+                };
+                self.add_in_brick(part, &mut sums[next..end]);
             }
             next = end;
         }
     }
 
-    /// At points in one brick; `first` is the number of the first, `base` the place of the lowest corner
-    /// of the row's lowest cell in it.
-    fn add_in_brick(&self, row: Row, (base, low): (usize, IVec3), first: usize, sums: &mut [f64]) {
+    /// At the points of one brick.
+    fn add_in_brick(&self, part: RowInBrick, sums: &mut [f64]) {
+        let RowInBrick {
+            row,
+            first,
+            low,
+            base,
+        } = part;
         let Row { axis, start, .. } = row;
         let mut local = (start - low.as_dvec3()).as_vec3();
         // Cell within the brick, and the place in it.
