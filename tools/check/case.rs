@@ -111,7 +111,7 @@ impl Case<'_> {
             .map(|view| view.angle_between(forward))
             .fold(0.0, f64::max);
         let around =
-            luminance_around_bow(&self.photo.light, &self.camera, (-self.sun, self.bow_angle));
+            luminance_around_bow(&self.photo.light, &self.camera, -self.sun, self.bow_angle);
         let [inside, outside] = around;
         let from_sun = Radians(forward.angle_between(self.sun));
         [

@@ -433,35 +433,34 @@ impl Bricks {
         }
     }
 
-    /// All lanes inside a cell of a width on the line from `start` to `start + way` in local coordinates.
+    /// All lanes inside a cell on the line from `start` to `start + way` in local coordinates.
     #[inline]
-    pub(crate) fn cubic_in_cell(
-        &self,
-        (base, width): (usize, i32),
-        start: Vec3A,
-        way: Vec3A,
-    ) -> [Vec4; 4] {
-        if width > 1 {
-            self.cubic_in_coarse_cell((base, width), start, way)
+    pub(crate) fn cubic_in_cell(&self, cell: Cell, start: Vec3A, way: Vec3A) -> [Vec4; 4] {
+        if cell.width > 1 {
+            self.cubic_in_coarse_cell(cell, start, way)
         } else {
-            trilinear_along::<1>(&self.nodes[base..], start, way)
+            trilinear_along::<1>(&self.nodes[cell.base..], start, way)
         }
     }
 
     // In one `match` with the others, cells of one voxel took 4 % more instructions.
-    fn cubic_in_coarse_cell(
-        &self,
-        (base, width): (usize, i32),
-        start: Vec3A,
-        way: Vec3A,
-    ) -> [Vec4; 4] {
-        let nodes = &self.nodes[base..];
-        match width {
+    fn cubic_in_coarse_cell(&self, cell: Cell, start: Vec3A, way: Vec3A) -> [Vec4; 4] {
+        let nodes = &self.nodes[cell.base..];
+        match cell.width {
             2 => trilinear_along::<2>(nodes, start, way),
             4 => trilinear_along::<4>(nodes, start, way),
             _ => trilinear_along::<8>(nodes, start, way),
         }
     }
+}
+
+/// A cell among the nodes of the bricks.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Cell {
+    /// Place in `nodes` of its lowest corner.
+    pub(crate) base: usize,
+    /// Its edge in voxels.
+    pub(crate) width: i32,
 }
 
 /// The trilinear interpolant on the line start + x way, as a cubic of x: linear along the edges,

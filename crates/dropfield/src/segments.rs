@@ -19,6 +19,7 @@ use glam::Vec4;
 use crate::Bricks;
 use crate::Sample;
 use crate::bricks::BRICK_DIM;
+use crate::bricks::Cell;
 use crate::bricks::NO_BRICK;
 use crate::bricks::cell_base;
 use crate::coarse_cells::NO_DROPS;
@@ -33,9 +34,8 @@ pub struct Segment<'a> {
     pub t_exit: f64,
     bricks: &'a Bricks,
     brick: u32,
-    base: usize,
-    /// Edge of the cell in voxels, and relative error because of it.
-    width: i32,
+    cell: Cell,
+    /// Relative error because of the width of the cell.
     error: f32,
     local_enter: Vec3A,
     local_exit: Vec3A,
@@ -57,7 +57,7 @@ impl Segment<'_> {
             };
         }
         let local = self.local_enter * (1.0 - fraction) + self.local_exit * fraction;
-        self.bricks.sample_cell(self.base, Vec3::from(local))
+        self.bricks.sample_cell(self.cell.base, Vec3::from(local))
     }
 
     /// The lanes of [`Sample`] along the run, as the factors c0 to c3 of the cubic
@@ -66,14 +66,13 @@ impl Segment<'_> {
     #[inline]
     pub fn cubic(&self) -> [Vec4; 4] {
         let way = self.local_exit - self.local_enter;
-        let cell = (self.base, self.width);
-        self.bricks.cubic_in_cell(cell, self.local_enter, way)
+        self.bricks.cubic_in_cell(self.cell, self.local_enter, way)
     }
 
     /// Whether the cell is wider than a voxel.
     #[inline]
     pub fn is_coarse(&self) -> bool {
-        self.width > 1
+        self.cell.width > 1
     }
 
     /// Relative error of the moments and of sunlight because the cell is coarse; else 0.
@@ -314,8 +313,10 @@ impl<'a> Segments<'a> {
             t_exit,
             bricks: self.bricks,
             brick: self.brick,
-            base: cell_base(self.brick, self.cell),
-            width: self.width,
+            cell: Cell {
+                base: cell_base(self.brick, self.cell),
+                width: self.width,
+            },
             error: self.error,
             local_enter: local(self.at),
             local_exit: local(exit),

@@ -25,6 +25,15 @@ pub(crate) const CUT: f64 = 4.0;
 /// Least standard deviation of a parcel, in voxels.
 const LEAST_SPREAD: f64 = 0.25;
 
+/// What lies between two places on an axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Span {
+    /// The lower end (m).
+    pub(crate) low_m: f64,
+    /// The upper end (m).
+    pub(crate) high_m: f64,
+}
+
 /// Standard deviation with which a parcel is laid out (m).
 pub(crate) fn resolved_spread_m(spread_m: f64, voxel_m: f64) -> f64 {
     spread_m.max(LEAST_SPREAD * voxel_m)
@@ -86,27 +95,18 @@ impl Parcels {
         self.grid.voxel_m
     }
 
-    /// Shares of the layers between two heights (m), by the share of the water below a height.
-    pub(crate) fn layers(
-        &self,
-        (low_m, high_m): (f64, f64),
-        share_below: impl Fn(f64) -> f64,
-    ) -> Shares {
-        self.shares(1, (low_m, high_m), share_below)
+    /// Shares of the layers between two heights, by the share of the water below a height.
+    pub(crate) fn layers(&self, heights: Span, share_below: impl Fn(f64) -> f64) -> Shares {
+        self.shares(1, heights, share_below)
     }
 
-    fn shares(
-        &self,
-        axis: usize,
-        (low_m, high_m): (f64, f64),
-        share_below: impl Fn(f64) -> f64,
-    ) -> Shares {
+    fn shares(&self, axis: usize, span: Span, share_below: impl Fn(f64) -> f64) -> Shares {
         let (origin_m, voxel_m) = (self.grid.min[axis], self.grid.voxel_m);
         let last = self.n_cells[axis] - 1;
         // Casts saturate: a parcel that roundoff puts outside goes to the outermost cell.
         let cell =
             |position_m: f64| (((position_m - origin_m) / voxel_m).floor() as usize).min(last);
-        let (first, end) = (cell(low_m), cell(high_m));
+        let (first, end) = (cell(span.low_m), cell(span.high_m));
         let mut below = 0.0;
         let shares = (first..=end).map(|index| {
             let edge_m = origin_m + (index as f64 + 1.0) * voxel_m;
@@ -158,8 +158,11 @@ impl Parcels {
     fn seen_from_above(&self, places: &[DVec2], spread_m: f64) -> FromAbove {
         let s = resolved_spread_m(spread_m, self.grid.voxel_m);
         let around = |axis: usize, middle_m: f64| {
-            let range = (middle_m - CUT * s, middle_m + CUT * s);
-            self.shares(axis, range, |edge_m| {
+            let span = Span {
+                low_m: middle_m - CUT * s,
+                high_m: middle_m + CUT * s,
+            };
+            self.shares(axis, span, |edge_m| {
                 cut_normal_share((edge_m - middle_m) / s)
             })
         };
@@ -224,7 +227,7 @@ mod tests {
     }
 
     fn even(parcels: &Parcels, low_m: f64, high_m: f64) -> Shares {
-        parcels.layers((low_m, high_m), |y| (y - low_m) / (high_m - low_m))
+        parcels.layers(Span { low_m, high_m }, |y| (y - low_m) / (high_m - low_m))
     }
 
     #[test]

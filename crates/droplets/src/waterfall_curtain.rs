@@ -18,6 +18,7 @@ use glam::DVec3;
 use crate::drag::GRAVITY_M_S2;
 use crate::drag::WATER_DENSITY_KG_M3;
 use crate::parcels::Parcels;
+use crate::parcels::Span;
 use crate::parcels::resolved_spread_m;
 use crate::waterfall_frame::Frame;
 use crate::waterfall_frame::Part;
@@ -90,7 +91,11 @@ impl Part for Curtain {
             spread_m: self.spread_m(height_m),
         };
         let low_m = self.frame.foot.y;
-        self.frame.extent([lip, foot], (low_m, low_m + height_m))
+        let heights = Span {
+            low_m,
+            high_m: low_m + height_m,
+        };
+        self.frame.extent([lip, foot], heights)
     }
 
     /// Slowest and thinnest at the lip. A cell holds no more than its diagonal's part of the width.
@@ -111,7 +116,10 @@ impl Part for Curtain {
         for step in 0..n_steps {
             let (from_s, middle_s) = (step as f64 * step_s, (step as f64 + 0.5) * step_s);
             let to_s = from_s + step_s;
-            let heights = (lip_y_m - depth_m(to_s), lip_y_m - depth_m(from_s));
+            let heights = Span {
+                low_m: lip_y_m - depth_m(to_s),
+                high_m: lip_y_m - depth_m(from_s),
+            };
             let layers = parcels.layers(heights, |height_m| {
                 (to_s - Frame::fall_s(lip_y_m - height_m)) / step_s
             });

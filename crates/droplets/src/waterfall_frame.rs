@@ -12,6 +12,7 @@ use crate::drag::GRAVITY_M_S2;
 use crate::parcels::CUT;
 use crate::parcels::Parcels;
 use crate::parcels::Shares;
+use crate::parcels::Span;
 use crate::parcels::resolved_spread_m;
 
 /// Mean rise of the splash as a part of the height of the fall, h0/H.
@@ -89,7 +90,7 @@ impl Frame {
     }
 
     /// Lowest and highest corner of rows of parcels, between two heights (m).
-    pub(crate) fn extent(&self, rows: [Row; 2], (low_m, high_m): (f64, f64)) -> (DVec3, DVec3) {
+    pub(crate) fn extent(&self, rows: [Row; 2], heights: Span) -> (DVec3, DVec3) {
         let corners = rows.map(|Row { middle, spread_m }| {
             let reach_m = CUT * resolved_spread_m(spread_m, self.voxel_m);
             let reach = self.forward.perp().abs() * (0.5 * self.width_m) + reach_m;
@@ -98,8 +99,8 @@ impl Frame {
         let low = corners[0].0.min(corners[1].0);
         let high = corners[0].1.max(corners[1].1);
         (
-            DVec3::new(low.x, low_m, low.y),
-            DVec3::new(high.x, high_m, high.y),
+            DVec3::new(low.x, heights.low_m, low.y),
+            DVec3::new(high.x, heights.high_m, high.y),
         )
     }
 

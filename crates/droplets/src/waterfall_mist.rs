@@ -25,6 +25,7 @@ use glam::DVec3;
 
 use crate::parcels::CUT;
 use crate::parcels::Parcels;
+use crate::parcels::Span;
 use crate::parcels::cut_normal_share;
 use crate::waterfall_frame::Frame;
 use crate::waterfall_frame::Part;
@@ -93,7 +94,7 @@ impl Mist {
     }
 
     /// Water between two growths (g): integral of Q(s)/U ds.
-    fn water_between_g(&self, (from, to): (f64, f64)) -> f64 {
+    fn water_between_g(&self, from: f64, to: f64) -> f64 {
         let power = 1.0 - self.depletion();
         let per_growth_g = self.flow_g_s * self.frame.rise_m()
             / (GROWTH_UP * self.drift_m_s().length())
@@ -113,7 +114,7 @@ fn relative_expm1(x: f64) -> f64 {
 
 impl Part for Mist {
     fn water_g(&self) -> f64 {
-        self.water_between_g((0.0, self.whole_growth()))
+        self.water_between_g(0.0, self.whole_growth())
     }
 
     fn extent(&self) -> (DVec3, DVec3) {
@@ -129,7 +130,7 @@ impl Part for Mist {
         };
         let low_m = self.frame.foot.y;
         let high_m = low_m + CUT * self.height_m(self.whole_growth());
-        self.frame.extent([source, end], (low_m, high_m))
+        self.frame.extent([source, end], Span { low_m, high_m })
     }
 
     /// At the ground at the source. Plumes from all places of the width lie side by side in a drift
@@ -152,7 +153,11 @@ impl Part for Mist {
             let (from, to) = (growth(row as f64), growth(row as f64 + 1.0));
             let middle = 0.5 * (from + to);
             let (distance_m, height_m) = (self.distance_m(middle), self.height_m(middle));
-            let layers = parcels.layers((low_m, low_m + CUT * height_m), |y_m| {
+            let heights = Span {
+                low_m,
+                high_m: low_m + CUT * height_m,
+            };
+            let layers = parcels.layers(heights, |y_m| {
                 // The upper half of a normal law.
                 2.0 * cut_normal_share((y_m - low_m) / height_m) - 1.0
             });
@@ -160,7 +165,7 @@ impl Part for Mist {
                 middle: self.frame.foot_xz() + direction * distance_m,
                 spread_m: self.spread_m(distance_m),
             };
-            let water_g = self.water_between_g((from, to));
+            let water_g = self.water_between_g(from, to);
             self.frame.add_row(parcels, water_g, row, &layers);
         }
     }
@@ -194,7 +199,7 @@ mod tests {
             settling_m_s: settling,
         };
         let drift_m_s = 2.0 + 0.05 * frame.impact_m_s();
-        let water_to = |distance_m: f64| mist.water_between_g((0.0, (0.06 * distance_m).ln_1p()));
+        let water_to = |distance_m: f64| mist.water_between_g(0.0, (0.06 * distance_m).ln_1p());
         let step_m = 1e-3;
         let flux =
             |s: f64| drift_m_s * (water_to(s + step_m) - water_to(s - step_m)) / (2.0 * step_m);

@@ -19,6 +19,7 @@ use glam::DVec3;
 
 use crate::drag::GRAVITY_M_S2;
 use crate::parcels::Parcels;
+use crate::parcels::Span;
 use crate::parcels::resolved_spread_m;
 use crate::waterfall_frame::Frame;
 use crate::waterfall_frame::Part;
@@ -48,6 +49,15 @@ impl Splash {
     fn distance_m(&self) -> f64 {
         DISTANCE * self.frame.rise_m()
     }
+
+    /// Heights that it reaches.
+    fn heights(&self) -> Span {
+        let low_m = self.frame.foot.y;
+        Span {
+            low_m,
+            high_m: low_m + HIGHEST * self.frame.rise_m(),
+        }
+    }
 }
 
 /// Share of the gamma law of shape 2 within a distance, in scales d.
@@ -66,14 +76,14 @@ impl Part for Splash {
     }
 
     fn extent(&self) -> (DVec3, DVec3) {
-        let (rise_m, low_m) = (self.frame.rise_m(), self.frame.foot.y);
+        let rise_m = self.frame.rise_m();
         let farthest = self.frame.forward * (FARTHEST * self.distance_m());
         let rows = [self.frame.foot_xz(), self.frame.foot_xz() + farthest];
         let rows = rows.map(|middle| Row {
             middle,
             spread_m: rise_m,
         });
-        self.frame.extent(rows, (low_m, low_m + HIGHEST * rise_m))
+        self.frame.extent(rows, self.heights())
     }
 
     /// At the ground, one scale d from the foot: p(d) = 1/(e d).
@@ -88,8 +98,7 @@ impl Part for Splash {
 
     fn lay(&self, parcels: &mut Parcels) {
         let (rise_m, low_m) = (self.frame.rise_m(), self.frame.foot.y);
-        let heights = (low_m, low_m + HIGHEST * rise_m);
-        let layers = parcels.layers(heights, |y_m| {
+        let layers = parcels.layers(self.heights(), |y_m| {
             exponential_share((y_m - low_m) / rise_m) / exponential_share(HIGHEST)
         });
         let reach_m = FARTHEST * self.distance_m();

@@ -38,16 +38,17 @@ pub(crate) fn partial_waves(x: f64, m: Complex64) -> PartialWaves {
     let n_max = n_partial_waves(x) + 1;
     let outside = neighbors(psi(x, n_max)).zip(neighbors(chi(x, n_max)));
     let outside = (0_usize..).zip(outside).skip(1);
-    let outside = outside.map(|(n, (psi, chi))| Outside { n, x, psi, chi });
+    // Only here put together, so that what the recurrences bring stays in registers.
+    let of_wave = |(n, (psi, chi))| Outside { n, x, psi, chi };
     let (a, b) = if m.im > 0.0 {
         outside
             .zip(psi_ratios(m * x, 2, n_max))
-            .map(|(outside, ratio)| outside.absorbing(m, -ratio))
+            .map(|(outside, ratio)| of_wave(outside).absorbing(m, -ratio))
             .unzip()
     } else {
         outside
             .zip(neighbors(psi(m.re * x, n_max)).skip(1))
-            .map(|(outside, psi_mx)| outside.transparent(m.re, psi_mx))
+            .map(|(outside, psi_mx)| of_wave(outside).transparent(m.re, psi_mx))
             .unzip()
     };
     PartialWaves {

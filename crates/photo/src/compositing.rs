@@ -52,8 +52,8 @@ impl AddedLight {
     #[must_use]
     pub fn on_region(self, from: PixelRegion, to: PixelRegion) -> Self {
         Self {
-            light: on_region(&self.light, (from, to), [0.0; 3]),
-            transmittance: on_region(&self.transmittance, (from, to), 1.0),
+            light: on_region(&self.light, from, to, [0.0; 3]),
+            transmittance: on_region(&self.transmittance, from, to, 1.0),
         }
     }
 
@@ -139,7 +139,8 @@ pub fn scale_to_white(picture: &mut LinearPicture) {
 /// The pixels `to` of a frame from a picture of its pixels `from`; `fill` where it has none.
 pub fn on_region<T: Copy>(
     picture: &Array2<T>,
-    (from, to): (PixelRegion, PixelRegion),
+    from: PixelRegion,
+    to: PixelRegion,
     fill: T,
 ) -> Array2<T> {
     if from == to {

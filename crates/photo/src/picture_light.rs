@@ -29,7 +29,8 @@ const BLACK: f64 = 1e-3;
 pub fn luminance_around_bow(
     photo: &LinearPicture,
     camera: &PinholeCamera,
-    (antisolar, bow_angle): (DVec3, Radians),
+    antisolar: DVec3,
+    bow_angle: Radians,
 ) -> [f64; 2] {
     let mut sums = [[0.0; 2]; 2];
     let (height, width) = photo.dim();
@@ -97,15 +98,15 @@ mod tests {
             height_px: 150,
         })
         .unwrap();
-        let bow = (DVec3::NEG_Z, Radians::from_degrees(30.0));
+        let bow_angle = Radians::from_degrees(30.0);
         let photo = Array2::from_shape_fn((150, 200), |(y, x)| {
             let view = camera.ray(x as f64 + 0.5, y as f64 + 0.5).direction;
-            let is_inside = view.angle_between(DVec3::NEG_Z) < bow.1.0;
+            let is_inside = view.angle_between(DVec3::NEG_Z) < bow_angle.0;
             [if is_inside { 0.75 } else { 0.25 }; 3]
         });
-        let [inside, outside] = luminance_around_bow(&photo, &camera, bow);
+        let [inside, outside] = luminance_around_bow(&photo, &camera, DVec3::NEG_Z, bow_angle);
         assert!((inside - 0.75).abs() < 1e-6 && (outside - 0.25).abs() < 1e-6);
-        let behind = luminance_around_bow(&photo, &camera, (DVec3::Z, bow.1));
+        let behind = luminance_around_bow(&photo, &camera, DVec3::Z, bow_angle);
         assert!(behind[0].is_nan());
     }
 

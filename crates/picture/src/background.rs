@@ -125,13 +125,13 @@ impl Background {
             let light = light.resized(size)?;
             return Ok(light.on_region(work, data));
         };
-        let surface_m = on_region(surface_m, (data, work), f32::INFINITY);
+        let surface_m = on_region(surface_m, data, work, f32::INFINITY);
         let light = if let Some(ends_m) = surface_of_light(image) {
-            let ends_m = on_region(ends_m, (from, to), f32::INFINITY);
+            let ends_m = on_region(ends_m, from, to, f32::INFINITY);
             light.at_surfaces(&ends_m, &surface_m)?
         } else {
             let light_m = distance_of_light(image)?;
-            let light_m = on_region(light_m, (from, to), 0.0);
+            let light_m = on_region(light_m, from, to, 0.0);
             let mut light = light.resized(size)?;
             light.hide_behind(&surface_m, &light_m)?;
             light
