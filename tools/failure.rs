@@ -7,6 +7,7 @@ use std::path::Path;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use niji_picture::without_path;
 use niji_scene::NoSuchMoment;
 
 use crate::shell_word::quoted;
@@ -97,16 +98,8 @@ fn how_to_make_drops(error: &niji_picture::Error) -> String {
 impl Failure {
     /// A damaged, missing or impossible input file.
     pub(crate) fn bad_input(path: &Path, error: impl std::fmt::Display) -> Self {
-        let message = error.to_string();
-        // Libraries name the path themselves where they open the file: say it once.
-        let path_text = path.display();
-        let named = [
-            format!("{path_text}: "),
-            format!("cannot read {path_text}: "),
-        ];
-        let unnamed = named.iter().find_map(|name| message.strip_prefix(&**name));
         Self::BadInput {
-            message: unnamed.unwrap_or(&message).to_owned(),
+            message: without_path(path, &error.to_string()),
             path: path.to_owned(),
         }
     }

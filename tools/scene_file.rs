@@ -21,7 +21,7 @@ pub(crate) fn load(path: &Path, goal: Goal) -> Result<PlannedScene, Failure> {
         tolerance: goal.tolerance,
         ..beside(path)
     };
-    planned(read(path, goal)?, path, request)
+    planned_for(read(path, goal)?, path, request)
 }
 
 /// Files that a scene names lie beside its own.
@@ -32,7 +32,15 @@ fn beside(path: &Path) -> PlanRequest<'_> {
     }
 }
 
-fn planned(scene: Scene, path: &Path, request: PlanRequest) -> Result<PlannedScene, Failure> {
+/// Makes the plan of a scene that stands in the file `path`.
+///
+/// # Errors
+/// A drop volume that is missing or wrong, or a scene that cannot be planned.
+pub(crate) fn planned(scene: Scene, path: &Path) -> Result<PlannedScene, Failure> {
+    planned_for(scene, path, beside(path))
+}
+
+fn planned_for(scene: Scene, path: &Path, request: PlanRequest) -> Result<PlannedScene, Failure> {
     PlannedScene::new(scene, request).map_err(|error| match error {
         niji_picture::Error::Plan(_) => Failure::bad_input(path, error),
         error => error.into(),
@@ -71,7 +79,7 @@ pub(crate) fn frame(text: &str, path: &Path, goal: Goal) -> Result<PlannedScene,
         is_frame: true,
         ..beside(path)
     };
-    planned(frame_scene(text, path, goal)?, path, request)
+    planned_for(frame_scene(text, path, goal)?, path, request)
 }
 
 /// Reads the text of a scene.

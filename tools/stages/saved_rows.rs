@@ -84,8 +84,7 @@ pub(crate) fn render(work: &Work, to: &Path, saving: Saving) -> Result<SpectralI
             ..work.request
         };
         let mut saver = Saver::new(work, folder, below, saving);
-        let n_threads = u32::try_from(rayon::current_num_threads()).unwrap_or(u32::MAX);
-        let n_rows = rows_of_step(below, n_threads).max(below.height_px / N_STEPS);
+        let n_rows = rows_of_step(below).max(below.height_px / N_STEPS);
         let mut next = |rendered: &Rendered, n_finished: u32| {
             saver.save_if_due(rendered, n_finished);
             ControlFlow::Continue(n_rows)

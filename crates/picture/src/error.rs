@@ -83,22 +83,24 @@ pub enum Error {
 impl Error {
     /// A file that is missing, damaged or holds values that cannot be.
     pub(crate) fn file(path: &Path, error: impl std::fmt::Display) -> Self {
-        let message = error.to_string();
-        // Libraries name the path themselves where they open the file: say it once.
-        let named = [
-            format!("{}: ", path.display()),
-            format!("cannot read {}: ", path.display()),
-        ];
-        let unnamed = named.iter().find_map(|name| message.strip_prefix(&**name));
         Self::File {
             path: path.to_owned(),
-            message: unnamed.unwrap_or(&message).to_owned(),
+            message: without_path(path, &error.to_string()),
         }
     }
 
     pub(crate) fn scene(error: impl std::fmt::Display) -> Self {
         Self::Scene(error.to_string())
     }
+}
+
+/// A message about a file without its path at the beginning: libraries name it themselves where they open the
+/// file, and it is to be said once.
+pub fn without_path(path: &Path, message: &str) -> String {
+    let path = path.display();
+    let named = [format!("{path}: "), format!("cannot read {path}: ")];
+    let unnamed = named.iter().find_map(|name| message.strip_prefix(&**name));
+    unnamed.unwrap_or(message).to_owned()
 }
 
 /// An error and its causes in one line.

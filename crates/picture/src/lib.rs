@@ -47,6 +47,7 @@ pub use drop_volume::VolumeSource;
 pub use drop_volume::read_drops;
 pub use error::Error;
 pub use error::with_causes;
+pub use error::without_path;
 pub use image::white_luminance_cd_m2;
 pub use niji_scene::Scene;
 pub use photo_depth::DepthMap;

@@ -199,25 +199,23 @@ impl PictureWork {
     /// Parts that contradict each other or the settings; [`Error::Stopped`].
     pub fn render(&self, region: PixelRegion, watch: Watch) -> Result<SpectralImage, Error> {
         let watched = Watched::new(Stage::Render, region.n_pixels(), watch);
-        let n_threads = u32::try_from(rayon::current_num_threads()).unwrap_or(u32::MAX);
-        let n_rows = rows_of_step(region, n_threads);
-        let rendered = render_in_steps(
-            &self.request(region),
-            &|n_pixels| {
-                let _ = watched.add(n_pixels);
-            },
-            &mut |_, _| match watched.goes_on() {
-                ControlFlow::Continue(()) => ControlFlow::Continue(n_rows),
-                ControlFlow::Break(()) => ControlFlow::Break(()),
-            },
-        );
+        let n_rows = rows_of_step(region);
+        let next = &mut |_: &Rendered, _| {
+            if watched.is_stopped() {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(n_rows)
+            }
+        };
+        let rendered = render_in_steps(&self.request(region), &|n| watched.add(n), next);
         watched.check()?;
         Ok(self.image(rendered?, region, Provenance::default()))
     }
 }
 
 /// Rows of a step of a picture: threads wait for each other at the end of each.
-pub fn rows_of_step(region: PixelRegion, n_threads: u32) -> u32 {
+pub fn rows_of_step(region: PixelRegion) -> u32 {
+    let n_threads = u32::try_from(rayon::current_num_threads()).unwrap_or(u32::MAX);
     let n_rows = ROWS_PER_THREAD.min(PIXELS_PER_THREAD / region.width_px.max(1));
     n_rows.saturating_mul(n_threads).max(1)
 }

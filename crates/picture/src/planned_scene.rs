@@ -263,17 +263,12 @@ impl PlannedScene {
     /// # Errors
     /// A file that is missing or damaged; distances that are none.
     pub fn surfaces(&self, photo_depth_m: Option<Array2<f32>>) -> Result<Option<Surfaces>, Error> {
-        let mut files = SurfaceFiles::of_scene(&self.scene, &self.folder);
-        let Some(depth_m) = photo_depth_m else {
-            return files.read(self.scene.camera);
-        };
-        // What a photograph is made from by a map has its distances already.
-        files.depth = None;
-        let photographed = Surfaces::new(depth_m)?;
-        Ok(Some(match files.mesh()? {
-            Some(mesh) => photographed.with_mesh(mesh),
-            None => photographed,
-        }))
+        let files = SurfaceFiles::of_scene(&self.scene, &self.folder);
+        match photo_depth_m {
+            // A map of the scene has become distances of its photograph.
+            Some(depth_m) => files.beside(Some(Surfaces::new(depth_m)?)),
+            None => files.read(self.scene.camera),
+        }
     }
 
     /// Its photograph with the bow of an image of it, where it has one.

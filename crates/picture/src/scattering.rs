@@ -24,9 +24,7 @@ pub fn table(
 ) -> Result<ScatteringTable, Error> {
     let airy = airy.filter(|_| need.theory.uses_airy_table());
     let watched = Watched::new(Stage::Scatter, 1, watch);
-    let table = adaptive_table(&need.request(wavelengths, airy), &|part| {
-        let _ = watched.tell(part);
-    });
+    let table = adaptive_table(&need.request(wavelengths, airy), &|part| watched.tell(part));
     watched.check()?;
     Ok(table?)
 }

@@ -119,23 +119,21 @@ impl SurfaceFiles {
         }
     }
 
-    /// Reads its meshes as one; `None` if there are none.
-    ///
-    /// # Errors
-    /// A file that is missing or damaged.
-    pub fn mesh(&self) -> Result<Option<MeshBvh>, Error> {
-        read_meshes(&self.meshes)
-    }
-
     /// Reads them for a camera; `None` if there are none.
     ///
     /// # Errors
     /// A file that is missing or damaged.
     pub fn read(&self, camera: Camera) -> Result<Option<Surfaces>, Error> {
         let depth = self.depth.as_ref();
-        let depth = depth.map(|depth| read_depth(depth, camera)).transpose()?;
-        let mesh = self.mesh()?;
-        Ok(match (depth, mesh) {
+        self.beside(depth.map(|depth| read_depth(depth, camera)).transpose()?)
+    }
+
+    /// Reads its meshes beside surfaces whose distances are there; `None` if there is neither.
+    ///
+    /// # Errors
+    /// A file that is missing or damaged.
+    pub fn beside(&self, depth: Option<Surfaces>) -> Result<Option<Surfaces>, Error> {
+        Ok(match (depth, read_meshes(&self.meshes)?) {
             (Some(depth), Some(mesh)) => Some(depth.with_mesh(mesh)),
             (None, Some(mesh)) => Some(Surfaces::of_mesh(mesh)),
             (depth, None) => depth,

@@ -39,34 +39,30 @@ impl<'a> Watched<'a> {
         }
     }
 
-    /// So many steps more are done; whether to go on.
-    pub(crate) fn add(&self, n: u64) -> ControlFlow<()> {
+    /// So many steps more are done.
+    pub(crate) fn add(&self, n: u64) {
         let n_done = n + self.n_done.fetch_add(n, Ordering::Relaxed);
-        self.tell(n_done as f64 / self.n_total as f64)
+        self.tell(n_done as f64 / self.n_total as f64);
     }
 
-    /// This part is done; whether to go on.
-    pub(crate) fn tell(&self, part: f64) -> ControlFlow<()> {
+    /// This part is done.
+    pub(crate) fn tell(&self, part: f64) {
         if (self.watch)(self.stage, part).is_break() {
             self.is_stopped.store(true, Ordering::Relaxed);
         }
-        self.goes_on()
     }
 
-    /// Whether nobody stopped it.
-    pub(crate) fn goes_on(&self) -> ControlFlow<()> {
-        if self.is_stopped.load(Ordering::Relaxed) {
-            ControlFlow::Break(())
-        } else {
-            ControlFlow::Continue(())
-        }
+    /// Whether somebody stopped it.
+    pub(crate) fn is_stopped(&self) -> bool {
+        self.is_stopped.load(Ordering::Relaxed)
     }
 
     /// Refuses to go on where it was stopped.
     pub(crate) fn check(&self) -> Result<(), Error> {
-        match self.goes_on() {
-            ControlFlow::Continue(()) => Ok(()),
-            ControlFlow::Break(()) => Err(Error::Stopped),
+        if self.is_stopped() {
+            Err(Error::Stopped)
+        } else {
+            Ok(())
         }
     }
 }

@@ -57,10 +57,8 @@ pub(crate) struct Frame<'a> {
     pub(crate) luminance_weights: Vec<f64>,
     /// Error of the table in parts of the peak of a bow.
     pub(crate) table_error: f64,
-    /// Between secondary and primary bow.
-    pub(crate) split_theta_rad: f64,
-    /// Which side of the split is wanted: below, above.
-    pub(crate) sides: (bool, bool),
+    /// The bows that are wanted.
+    pub(crate) sides: BowSides,
     /// Whether what lies behind drops is dimmed.
     pub(crate) drops_dim: bool,
     /// The air, where any of its effects is on.
@@ -83,12 +81,36 @@ pub(crate) struct Frame<'a> {
     pub(crate) reflection: Option<Reflection<'a>>,
 }
 
+/// Which bows are wanted, on both sides of the angle between them.
+#[derive(Clone, Copy)]
+pub(crate) struct BowSides {
+    /// Between secondary and primary bow.
+    split_theta_rad: f64,
+    /// Below the split and above it.
+    wanted: (bool, bool),
+}
+
+impl BowSides {
+    /// Whether a scattering angle is on the side of the primary.
+    pub(crate) fn is_primary(self, theta_rad: f64) -> bool {
+        theta_rad >= self.split_theta_rad
+    }
+
+    /// Whether a bow is wanted at a scattering angle.
+    pub(crate) fn wants(self, theta_rad: f64) -> bool {
+        if self.is_primary(theta_rad) {
+            self.wanted.1
+        } else {
+            self.wanted.0
+        }
+    }
+}
+
 /// What is known before any light of drops is: the way through drops and air, and the rays that count.
 pub(crate) struct FrameBasis<'a> {
     pub(crate) bounds: Option<Aabb>,
     pub(crate) march: March<'a>,
-    pub(crate) split_theta_rad: f64,
-    pub(crate) sides: (bool, bool),
+    pub(crate) sides: BowSides,
     pub(crate) air: Option<Air<'a>>,
     pub(crate) dimmed_by: DimmedBy,
     pub(crate) glows: (bool, bool),
@@ -126,23 +148,15 @@ impl<'a> FrameBasis<'a> {
                 rule,
                 integration: levels.integration,
             },
-            split_theta_rad: request.table.map_or(0.0, |table| table.split_theta_rad),
-            sides: request.wanted_sides(),
+            sides: BowSides {
+                split_theta_rad: request.table.map_or(0.0, |table| table.split_theta_rad),
+                wanted: request.wanted_sides(),
+            },
             air,
             dimmed_by,
             glows,
             brightest: brightest(&luminance_weights),
             luminance_weights,
-        }
-    }
-
-    /// Whether a bow is wanted at a scattering angle.
-    fn wants(&self, theta_rad: f64) -> bool {
-        let is_primary = theta_rad >= self.split_theta_rad;
-        if is_primary {
-            self.sides.1
-        } else {
-            self.sides.0
         }
     }
 }
@@ -193,7 +207,6 @@ pub(crate) fn frame<'a>(
         moved,
         luminance_weights: basis.luminance_weights,
         table_error: request.table.map_or(0.0, table_error),
-        split_theta_rad: basis.split_theta_rad,
         sides: basis.sides,
         drops_dim: request.effects.drop_extinction.is_on(),
         air: basis.air,
@@ -398,7 +411,10 @@ fn directions_seen(
     let n = rays_along(request.levels.pixel_footprint);
     let drops = basis.bounds?;
     let wants = |direction: DVec3| {
-        basis.sides == (true, true) || basis.wants(scattering_angle_rad(direction, sun_direction))
+        basis.sides.wanted == (true, true)
+            || basis
+                .sides
+                .wants(scattering_angle_rad(direction, sun_direction))
     };
     (0..region.height_px)
         .into_par_iter()

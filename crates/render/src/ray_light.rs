@@ -164,15 +164,6 @@ impl Frame<'_> {
         self.glows.1
     }
 
-    /// Whether a bow is wanted at a scattering angle.
-    pub(crate) fn wants(&self, theta_rad: f64) -> bool {
-        if theta_rad < self.split_theta_rad {
-            self.sides.0
-        } else {
-            self.sides.1
-        }
-    }
-
     /// How rays are followed at the level of the picture, in pixels that span an angle.
     pub(crate) fn settings(&self, width_rad: f64) -> RaySettings<'_> {
         RaySettings {
@@ -192,7 +183,7 @@ impl Frame<'_> {
         out.clear();
         let ray = &sight.ray;
         let theta_rad = scattering_angle_rad(ray.direction, self.sun_direction);
-        out.is_primary = theta_rad >= self.split_theta_rad;
+        out.is_primary = self.sides.is_primary(theta_rad);
         let glow_range = GlowRange {
             drops_m,
             surface_m: sight.surface_m,
@@ -224,7 +215,7 @@ impl Frame<'_> {
             if let (Some(diffraction), Some(room), true) = (
                 &self.diffraction,
                 &mut out.scratch.diffraction,
-                self.wants(theta_rad),
+                self.sides.wants(theta_rad),
             ) {
                 self.diffracted(diffraction, way, theta_rad, room);
                 out.multiple.copy_from_slice(&room.light);
@@ -258,7 +249,7 @@ impl Frame<'_> {
             settings,
         } = way;
         let width_rad = settings.width_rad;
-        let rows = self.rows.as_ref().filter(|_| self.wants(theta_rad));
+        let rows = self.rows.as_ref().filter(|_| self.sides.wants(theta_rad));
         if rows.is_none() && !self.drops_dim {
             return;
         }

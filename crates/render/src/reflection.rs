@@ -193,7 +193,7 @@ impl<'a> Reflection<'a> {
             .mirror
             .surface
             .lit_range_m(ray, sun_direction, range_m);
-        let Some(lit_m) = lit.filter(|_| frame.wants(seen.theta_rad)) else {
+        let Some(lit_m) = lit.filter(|_| frame.sides.wants(seen.theta_rad)) else {
             return sums;
         };
         let march = March {
