@@ -8,7 +8,8 @@ A scattering table is an EXR image: one column per scattering angle, one row per
 effective variance (the last runs fastest), one channel per polarization and wavelength: `s.560nm`
 perpendicular and `p.560nm` parallel to the scattering plane. Values are (dsigma/dOmega) / (pi <r^2>) in
 1/sr. The axes stand in the header as text. Rows of single sizes (niji:rowUse is sums) add up to any size
-law. Tables for flattened drops hold the light of each bow once more, in parts called moved.2 and moved.3.
+law. Tables for flattened drops hold the light of each bow once more, in parts called moved.2 and moved.3 with
+angles of their own.
 """
 
 import sys

@@ -1,8 +1,8 @@
 //! Light of single drops that moves along the scattering angle where air has flattened them.
 //!
 //! t(θ) = t_still(θ) + Σ_p t_p(θ − Δθ_p)
-//! `t` the scattering table, `t_p` the light of order p in it, `t_still` all other light of the table, `Δθ_p`
-//! the shift of [`BowShift`] for an order and a wavelength. Drops tilt and tremble: what moves is as wide as
+//! `t` the scattering table, `t_p` the light of order p in it, linear between angles of its own, which are
+//! fewer: alone an order has no ripple; `t_still` all other light of the table, `Δθ_p` the shift of [`BowShift`] for an order and a wavelength. Drops tilt and tremble: what moves is as wide as
 //! [`FallingDrops`] of a radius say.
 
 use ndarray::Array4;
@@ -48,8 +48,10 @@ pub struct MovedOrder {
     pub order: u32,
     /// How it moves, by wavelength.
     pub shifts: Vec<BowShift>,
-    /// Its part of the table's values, by polarization, radius of those that move, wavelength and scattering
-    /// angle, 1/sr.
+    /// Scattering angles, ascending, from the table's first to its last, in radians.
+    pub theta_rad: Vec<f64>,
+    /// Its part of the table's values, by polarization, radius of those that move, wavelength and its own
+    /// angles, 1/sr.
     pub values: Array4<f32>,
 }
 
@@ -57,27 +59,30 @@ impl MovedBows {
     /// The parts of the file.
     ///
     /// # Panics
-    /// If drops are more than radii; if shifts or values are not as many as the drops, wavelengths and angles.
+    /// If drops are more than radii; if shifts or values are not as many as the drops, wavelengths and angles
+    /// of an order.
     pub(crate) fn parts(&self, main: &TablePart, wavelengths: &WavelengthGrid) -> Vec<TablePart> {
         let n_moved = self.drops.len();
-        let shape = (2, n_moved, wavelengths.len(), main.column_axis.values.len());
         let radii = last(&main.row_axes[0], n_moved);
         let part = |order: &MovedOrder| {
             assert_eq!(
                 order.values.dim(),
-                shape,
+                (2, n_moved, wavelengths.len(), order.theta_rad.len()),
                 "moved values have the shape of the axes"
             );
             assert_eq!(
                 order.shifts.len(),
-                shape.2,
+                wavelengths.len(),
                 "shifts are known for each wavelength"
             );
             let mut attributes = main.attributes.clone();
             attributes.extend(self.attributes(order, wavelengths));
             TablePart {
                 name: format!("{PREFIX}{}", order.order),
-                column_axis: main.column_axis.clone(),
+                column_axis: Axis {
+                    values: order.theta_rad.clone(),
+                    ..main.column_axis.clone()
+                },
                 row_axes: vec![radii.clone()],
                 channels: crate::scattering_table::channels(wavelengths, |polarization, index| {
                     let values = order.values.slice(s![polarization, .., index, ..]);
@@ -104,7 +109,7 @@ impl MovedBows {
         shifts.chain(of_drops).collect()
     }
 
-    /// Takes the orders of a table with these radii and angles out of the parts of a file; `None` if there
+    /// Takes the orders of a table with these radii and ends of angles out of the parts of a file; `None` if there
     /// are none.
     ///
     /// # Errors
@@ -126,6 +131,7 @@ impl MovedBows {
             let order = MovedOrder {
                 order,
                 shifts: shifts(&part, wavelengths)?,
+                theta_rad: part.column_axis.values.clone(),
                 values: crate::scattering_table::take_values(&mut part, wavelengths)?,
             };
             match &mut found {
@@ -174,7 +180,8 @@ fn not_ascending(found: &str) -> Error {
     }
 }
 
-/// Refuses axes that are not those of the main part, of which the last may have no values but 0.
+/// Refuses axes that are not those of the main part, of which the last may have no values but 0; angles need but
+/// have the same ends.
 fn check_axes(part: &TablePart, main: &TablePart) -> Result<(), Error> {
     let [radii, variances] = [0, 1].map(|index| &main.row_axes[index]);
     // Stored numbers, so equal bits are meant.
@@ -188,11 +195,17 @@ fn check_axes(part: &TablePart, main: &TablePart) -> Result<(), Error> {
     }
     let n_moved = part.row_axes.first().map_or(0, |axis| axis.values.len());
     let radii = last(radii, n_moved.clamp(1, radii.values.len()));
-    let expected = [&main.column_axis, &radii];
-    let axes: Vec<_> = [&part.column_axis]
-        .into_iter()
-        .chain(&part.row_axes)
-        .collect();
+    let ends = |axis: &Axis| Axis {
+        values: [axis.values.first(), axis.values.last()]
+            .into_iter()
+            .flatten()
+            .copied()
+            .collect(),
+        ..axis.clone()
+    };
+    let expected = [ends(&main.column_axis), radii];
+    let of_angles = ends(&part.column_axis);
+    let axes: Vec<&Axis> = [&of_angles].into_iter().chain(&part.row_axes).collect();
     if axes.len() != expected.len() {
         return Err(Error::Shape {
             what: format!("axes in part {:?}", part.name),
@@ -201,7 +214,7 @@ fn check_axes(part: &TablePart, main: &TablePart) -> Result<(), Error> {
         });
     }
     match expected
-        .into_iter()
+        .iter()
         .zip(axes)
         .find(|(expected, axis)| expected != axis)
     {

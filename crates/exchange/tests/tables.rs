@@ -196,10 +196,19 @@ fn a_scattering_table_comes_back_exactly_even_on_an_odd_wavelength_grid() {
 
 /// A table of single sizes of flat drops, with numbers that need all of their digits.
 fn table_of_flat_drops() -> ScatteringTable {
-    let values = |scale: f32| {
-        Array4::from_shape_fn((2, 3, 4, 31), |(j, r, l, t)| {
-            scale * sample(((j * 3 + r) * 4 + l) * 31 + t).abs()
+    let values = |scale: f32, n_theta: usize| {
+        Array4::from_shape_fn((2, 3, 4, n_theta), |(j, r, l, t)| {
+            scale * sample(((j * 3 + r) * 4 + l) * n_theta + t).abs()
         })
+    };
+    let table = scattering_table();
+    // Every third angle, every fifth.
+    let angles = |order: u32| {
+        table
+            .theta_rad
+            .iter()
+            .copied()
+            .step_by(2 * order as usize - 1)
     };
     let order = |order: u32| MovedOrder {
         order,
@@ -209,8 +218,9 @@ fn table_of_flat_drops() -> ScatteringTable {
                     .map(|coefficient| unit * coefficient),
             })
             .into(),
+        theta_rad: angles(order).collect(),
         // The smallest stay.
-        values: values(order as f32 / 10.0)
+        values: values(order as f32 / 10.0, angles(order).count())
             .slice(s![.., 1.., .., ..])
             .to_owned(),
     };
@@ -220,15 +230,14 @@ fn table_of_flat_drops() -> ScatteringTable {
         mean_sin2: 0.0353,
         mean_sin4: 1.0 / 490.0,
     });
-    let table = scattering_table();
     ScatteringTable {
         effective_variance: vec![0.0],
-        values: values(1.0).insert_axis(ndarray::Axis(2)),
+        values: values(1.0, 31).insert_axis(ndarray::Axis(2)),
         moved: Some(MovedBows {
             drops: drops.into(),
             orders: vec![order(2), order(3)],
         }),
-        ..table
+        ..table.clone()
     }
 }
 
@@ -258,7 +267,8 @@ fn moved_orders_are_parts_of_their_own_that_any_reader_understands() {
     let names: Vec<&str> = file.parts.iter().map(|part| part.name.as_str()).collect();
     assert_eq!(names, ["scattering", "moved.2", "moved.3"]);
     let part = file.part("moved.3").unwrap();
-    assert_eq!(part.column_axis.values, table.theta_rad);
+    assert_eq!(part.column_axis.values, moved.orders[1].theta_rad);
+    assert_eq!(part.column_axis.values.len(), 7);
     let radii = &file.parts[0].row_axes[0].values;
     assert_eq!(part.row_axes.len(), 1);
     assert_eq!(part.row_axes[0].values, radii[1..]);
@@ -303,7 +313,7 @@ fn moved_orders_with_other_axes_or_values_are_refused() {
     type Change = fn(&mut TablePart);
     let missing_axes: [(&str, Change); 3] = [
         ("theta of scattering in moved.3", |part| {
-            part.column_axis.values[4] += 1e-9;
+            part.column_axis.values[6] += 1e-9;
         }),
         ("effective_radius of scattering in moved.3", |part| {
             part.row_axes[0].values[0] = 9.0;

@@ -33,19 +33,16 @@ pub(crate) fn mirrored_table(
     polarization: Polarization,
     step_rad: f64,
 ) -> ScatteringTable {
-    let theta_rad = even_angles(&table.theta_rad, step_rad);
-    let means = theta_rad
-        .as_ref()
-        .map(|angles| hat_means(&table.theta_rad, angles));
-    let n_theta = theta_rad.as_ref().map_or(table.theta_rad.len(), Vec::len);
-    let of_lane = |s: ArrayView1<f32>, p: ArrayView1<f32>| {
+    let even = even_angles(&table.theta_rad, step_rad);
+    let angles_from = |own: &Vec<f64>| even.clone().unwrap_or_else(|| own.clone());
+    let of_lane = |(s, p): (ArrayView1<f32>, ArrayView1<f32>), means: &Option<Means>| {
         let value = |angle: usize| match polarization {
             Polarization::Natural => 0.5 * (s[angle] + p[angle]),
             Polarization::Perpendicular => s[angle],
             Polarization::Parallel => p[angle],
         };
-        match &means {
-            None => Array1::from_shape_fn(n_theta, value),
+        match means {
+            None => Array1::from_shape_fn(s.len(), value),
             Some(means) => means
                 .iter()
                 .map(|mean| {
@@ -56,32 +53,32 @@ pub(crate) fn mirrored_table(
                 .collect(),
         }
     };
-    let mut shape = table.values.raw_dim();
-    shape[4] = n_theta;
-    let mut values = ndarray::Array5::zeros(shape);
-    let fill = |source: ndarray::ArrayViewD<f32>, mut into: ndarray::ArrayViewMutD<f32>| {
+    // All values on one's own angles, in their own shape but for the last axis.
+    let turned = |source: ndarray::ArrayViewD<f32>, theta_rad: &[f64]| {
+        let means = even.as_ref().map(|angles| hat_means(theta_rad, angles));
+        let mut shape = source.raw_dim();
+        shape[source.ndim() - 1] = even.as_ref().map_or(theta_rad.len(), Vec::len);
+        let mut into = ndarray::ArrayD::zeros(shape);
         let (s, p) = (source.index_axis(Axis(0), 0), source.index_axis(Axis(0), 1));
         let (mut first, mut second) = into.view_mut().split_at(Axis(0), 1);
         let lanes = first.lanes_mut(Axis(source.ndim() - 1)).into_iter();
         let others = second.lanes_mut(Axis(source.ndim() - 1)).into_iter();
         let sources = s.lanes(Axis(s.ndim() - 1)).into_iter();
         let sources = sources.zip(p.lanes(Axis(p.ndim() - 1)));
-        for ((mut lane, mut other), (s, p)) in lanes.zip(others).zip(sources) {
-            lane.assign(&of_lane(s, p));
+        for ((mut lane, mut other), sources) in lanes.zip(others).zip(sources) {
+            lane.assign(&of_lane(sources, &means));
             other.assign(&lane);
         }
+        into
     };
-    fill(table.values.view().into_dyn(), values.view_mut().into_dyn());
-    let order = |order: &MovedOrder| {
-        let mut shape = order.values.raw_dim();
-        shape[3] = n_theta;
-        let mut values = ndarray::Array4::zeros(shape);
-        fill(order.values.view().into_dyn(), values.view_mut().into_dyn());
-        MovedOrder {
-            order: order.order,
-            shifts: order.shifts.clone(),
-            values,
-        }
+    let same_axes = "an array has as many axes as its view";
+    let order = |order: &MovedOrder| MovedOrder {
+        order: order.order,
+        shifts: order.shifts.clone(),
+        values: turned(order.values.view().into_dyn(), &order.theta_rad)
+            .into_dimensionality()
+            .expect(same_axes),
+        theta_rad: angles_from(&order.theta_rad),
     };
     let moved = table.moved.as_ref().map(|moved| MovedBows {
         drops: moved.drops.clone(),
@@ -91,10 +88,12 @@ pub(crate) fn mirrored_table(
         theory: table.theory.clone(),
         orders: table.orders.clone(),
         wavelengths: table.wavelengths,
-        theta_rad: theta_rad.unwrap_or_else(|| table.theta_rad.clone()),
+        theta_rad: angles_from(&table.theta_rad),
         effective_radius_um: table.effective_radius_um.clone(),
         effective_variance: table.effective_variance.clone(),
-        values,
+        values: turned(table.values.view().into_dyn(), &table.theta_rad)
+            .into_dimensionality()
+            .expect(same_axes),
         moved,
         row_use: table.row_use,
         relative_error: table.relative_error,

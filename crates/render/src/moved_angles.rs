@@ -1,8 +1,8 @@
-//! The angles of a scattering table over which moved light is integrated.
+//! The angles of an order over which its moved light is integrated.
 //!
-//! ⟨t⟩ = (I(θ + w/2) − I(θ − w/2))/w,   I = ∫ t dθ  linear between the table's angles
-//! `w` width of the stretch of angles over which the mean is taken, no narrower than the step of the table
-//! there. At 0 and 180 degrees the table is continued by its mirror.
+//! ⟨t⟩ = (I(θ + w/2) − I(θ − w/2))/w,   I = ∫ t dθ  linear between these angles
+//! `w` width of the stretch of angles over which the mean is taken, no narrower than the step
+//! there. At 0 and 180 degrees the light is continued by its mirror.
 
 use std::f64::consts::PI;
 

@@ -5,8 +5,8 @@
 //! order p of single drops, <> the mean over a stretch of angles as wide as the pixel, and as the spread of
 //! tilted and trembling drops and of all that a radius stands for, together: of the variance
 //! w²/12 = footprint²/12 + sd² + (∂Δθ/∂e δe)²/12, `δe` step of eccentricity around it. It is never narrower
-//! than the step of the table there. The mean is a difference of the integral over θ, linear between the
-//! table's angles, so that it costs the same for any width.
+//! than the step of the order's angles there. The mean is a difference of the integral over θ, linear between
+//! them, so that it costs the same for any width.
 //!
 //! Wavelengths move by different amounts; those that differ by less than a 25th of the sun's diameter go
 //! together, eight always do.
@@ -44,23 +44,32 @@ const APART_RAD: f64 = 0.02 * PI / 180.0;
 const APART_OF_WIDTH: f64 = 0.1;
 /// Share of the light of a row that is left out on either side of where it is lit.
 const DARK: f32 = 1e-6;
+/// Share of the light of a ray below which that of a row is left out: the tails of laws.
+const FEW: f32 = 1e-6;
 /// Wavelengths are shaded in lanes of so many.
 const LANES: usize = 8;
 
 /// Rows of the orders that move.
 #[derive(Debug)]
 pub(crate) struct MovedRows {
-    angles: MovedAngles,
     orders: Vec<OrderRows>,
     drops: Vec<DropsAround>,
-    /// By node of sizes: rows and their weights.
-    laws: Vec<Vec<(u32, f32)>>,
+    /// By node of sizes.
+    laws: Vec<RowWeights>,
     n_padded: usize,
+}
+
+/// The rows of a law, which lie side by side.
+#[derive(Debug, Default)]
+struct RowWeights {
+    first: usize,
+    weights: Vec<f32>,
 }
 
 /// One order.
 #[derive(Debug)]
 struct OrderRows {
+    angles: MovedAngles,
     /// Where each half of a lane of wavelengths begins, and at the last wavelength.
     shifts: Vec<BowShift>,
     /// Integral over the angle by [row, angle, wavelength], lanes of 0 behind the last wavelength.
@@ -102,22 +111,19 @@ impl MovedRows {
         luminance_weights: &[f64],
     ) -> Option<Self> {
         let moved = table.moved.as_ref()?;
-        let angles = MovedAngles::mirrored(&table.theta_rad);
         let radii = MovedRadii::new(table, moved, nodes);
         let n_bins = nodes.radius_um.len() * nodes.variance.len();
         let law = |bin: usize| {
             let weights = nodes.weights(bin, &radii.radii_um).into_iter();
             let moving = weights.filter_map(|(radius, weight)| {
                 let row = radius.checked_sub(radii.n_still)?;
-                Some((row as u32, weight as f32))
+                Some((row, weight as f32))
             });
-            moving.collect()
+            RowWeights::new(moving.collect())
         };
         let order = |order: &MovedOrder| {
             let source = OrderSource {
                 order,
-                theta_rad: &table.theta_rad,
-                angles: &angles,
                 luminance_weights,
             };
             source.rows(&radii.rows)
@@ -127,7 +133,6 @@ impl MovedRows {
             laws: (0..n_bins).into_par_iter().map(law).collect(),
             n_padded: table.wavelengths.len().next_multiple_of(LANES),
             drops: radii.drops,
-            angles,
         })
     }
 
@@ -164,8 +169,9 @@ impl MovedRows {
         weights.clear();
         weights.resize(self.drops.len(), 0.0);
         for (bin, light) in light {
-            for (row, weight) in &self.laws[*bin] {
-                weights[*row as usize] += light * weight;
+            let law = &self.laws[*bin];
+            for (sum, weight) in weights[law.first..].iter_mut().zip(&law.weights) {
+                *sum += light * weight;
             }
         }
         sums.clear();
@@ -183,6 +189,20 @@ impl MovedRows {
             *value += sum.max(0.0);
         }
         peaks
+    }
+}
+
+impl RowWeights {
+    /// Of ascending rows.
+    fn new(rows: Vec<(usize, f32)>) -> Self {
+        let (Some((first, _)), Some((last, _))) = (rows.first(), rows.last()) else {
+            return Self::default();
+        };
+        let (first, mut weights) = (*first, vec![0.0; last + 1 - first]);
+        for (row, weight) in rows {
+            weights[row - first] = weight;
+        }
+        Self { first, weights }
     }
 }
 
@@ -209,8 +229,9 @@ impl WithSimd for Adding<'_> {
     fn with_simd<S: Simd>(mut self, _: S) -> f64 {
         let n_lanes = self.rows.n_padded / LANES;
         let (mut peaks, side) = (0.0, side_of(self.place.theta_rad));
+        let least = FEW * self.weights.iter().sum::<f32>();
         for (row, weight) in self.weights.iter().enumerate() {
-            if *weight <= 0.0 {
+            if *weight <= least {
                 continue;
             }
             let of_orders = self
@@ -232,7 +253,7 @@ impl Adding<'_> {
     /// Add one order of one row: lanes whose bows lie close together at one shift.
     #[inline(always)]
     fn add_order(&mut self, (order, seen): (&OrderRows, &[SeenShift]), row: usize, weight: f32) {
-        let (angles, n_padded) = (&self.rows.angles, self.rows.n_padded);
+        let (angles, n_padded) = (&order.angles, self.rows.n_padded);
         let (n_lanes, around) = (seen.len() / 2, &self.rows.drops[row]);
         let shift_rad = |half: usize| {
             let shift_rad = seen[half].shift_rad(around.drops.eccentricity);
@@ -299,8 +320,6 @@ fn at(index: usize) -> impl Fn(&[[f32; LANES]]) -> [f32; LANES] {
 /// What the rows of an order are made from.
 struct OrderSource<'a> {
     order: &'a MovedOrder,
-    theta_rad: &'a [f64],
-    angles: &'a MovedAngles,
     luminance_weights: &'a [f64],
 }
 
@@ -309,48 +328,26 @@ impl OrderSource<'_> {
     fn rows(&self, means: &[RowMean]) -> OrderRows {
         let (_, _, n_wavelengths, _) = self.order.values.dim();
         let n_padded = n_wavelengths.next_multiple_of(LANES);
-        let mut integrals = vec![0.0; means.len() * self.angles.theta_rad.len() * n_padded];
-        let of_rows = integrals.par_chunks_mut(self.angles.theta_rad.len() * n_padded);
+        let angles = MovedAngles::mirrored(&self.order.theta_rad);
+        let n_of_row = angles.theta_rad.len() * n_padded;
+        let mut integrals = vec![0.0; means.len() * n_of_row];
+        let of_rows = integrals.par_chunks_mut(n_of_row);
         let (peaks, lit_rad) = (of_rows.zip(means))
             .map(|(integrals, mean)| {
                 let light = self.natural_light(mean);
-                self.integrate(&light, integrals);
-                (self.peaks(&light), self.lit_rad(integrals, n_padded))
+                self.integrate((&light, &angles.theta_rad), integrals);
+                let lit_rad = lit_rad((integrals, n_padded), &angles.theta_rad);
+                (self.peaks(&light), lit_rad)
             })
             .unzip();
         let half = |index: usize| self.order.shifts[(index * LANES / 2).min(n_wavelengths - 1)];
         OrderRows {
             shifts: (0..=2 * n_padded / LANES).map(half).collect(),
+            angles,
             integrals,
             peaks,
             lit_rad,
         }
-    }
-
-    /// The angles between which each wavelength has all but a millionth of its integral.
-    fn lit_rad(&self, integrals: &[f32], n_padded: usize) -> [f64; 2] {
-        let all = &integrals[integrals.len() - n_padded..];
-        let of_angles: Vec<&[f32]> = integrals.chunks_exact(n_padded).collect();
-        let outside = |share: f32| {
-            move |values: &&[f32]| {
-                values
-                    .iter()
-                    .zip(all)
-                    .all(|(value, all)| *value <= share * all)
-            }
-        };
-        let last = of_angles.len() - 1;
-        let first_lit = of_angles.partition_point(outside(DARK));
-        // Where some wavelength lacks more than that.
-        let is_whole = |values: &&[f32]| {
-            let both = values.iter().zip(all);
-            both.into_iter()
-                .all(|(value, all)| *value >= (1.0 - DARK) * all)
-        };
-        let last_lit = of_angles
-            .partition_point(|values| !is_whole(values))
-            .min(last);
-        [first_lit.saturating_sub(1), last_lit].map(|angle| self.angles.theta_rad[angle])
     }
 
     /// [wavelength, angle of the table].
@@ -367,12 +364,13 @@ impl OrderSource<'_> {
         light
     }
 
-    /// Integrals by [angle, wavelength].
-    fn integrate(&self, light: &Array2<f64>, integrals: &mut [f32]) {
-        let (theta_rad, n_theta) = (&self.angles.theta_rad, self.theta_rad.len());
+    /// Integrals by [angle, wavelength], over angles that go on where those of the order are mirrored.
+    fn integrate(&self, (light, theta_rad): (&Array2<f64>, &[f64]), integrals: &mut [f32]) {
+        let own_rad = &self.order.theta_rad;
+        let n_theta = own_rad.len();
         let n_padded = integrals.len() / theta_rad.len();
-        let before = theta_rad.partition_point(|theta| *theta < self.theta_rad[0]);
-        // The angle of the table that a mirrored one is.
+        let before = theta_rad.partition_point(|theta| *theta < own_rad[0]);
+        // The angle of the order that a mirrored one is.
         let source = |angle: usize| {
             let place = angle as i64 - before as i64;
             let last = n_theta as i64 - 1;
@@ -394,12 +392,34 @@ impl OrderSource<'_> {
     fn peaks(&self, light: &Array2<f64>) -> [f64; 2] {
         let weights = Array1::from(self.luminance_weights.to_vec());
         let mut peaks = [0.0_f64; 2];
-        for (theta_rad, luminance) in self.theta_rad.iter().zip(weights.dot(light)) {
+        for (theta_rad, luminance) in self.order.theta_rad.iter().zip(weights.dot(light)) {
             let peak = &mut peaks[side_of(*theta_rad)];
             *peak = peak.max(luminance);
         }
         peaks
     }
+}
+
+/// The angles between which each wavelength has all but a millionth of its integral.
+fn lit_rad((integrals, n_padded): (&[f32], usize), theta_rad: &[f64]) -> [f64; 2] {
+    let all = &integrals[integrals.len() - n_padded..];
+    let of_angles: Vec<&[f32]> = integrals.chunks_exact(n_padded).collect();
+    let is_dark = |values: &&[f32]| {
+        let mut both = values.iter().zip(all);
+        both.all(|(value, all)| *value <= DARK * all)
+    };
+    // Where some wavelength lacks more than that.
+    let lacks_some = |values: &&[f32]| {
+        let mut both = values.iter().zip(all);
+        both.any(|(value, all)| *value < (1.0 - DARK) * all)
+    };
+    let last_lit = of_angles.partition_point(lacks_some);
+    let first_lit = of_angles.partition_point(is_dark);
+    [
+        first_lit.saturating_sub(1),
+        last_lit.min(of_angles.len() - 1),
+    ]
+    .map(|angle| theta_rad[angle])
 }
 
 #[cfg(test)]

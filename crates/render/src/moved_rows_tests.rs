@@ -49,6 +49,7 @@ fn table(
     let order = MovedOrder {
         order: 2,
         shifts,
+        theta_rad: theta_rad.clone(),
         values: values.clone(),
     };
     ScatteringTable {
@@ -298,7 +299,7 @@ fn moved_light_is_what_still_rows_leave_out() {
                 .filter(|(row, _)| *row < first)
                 .map(|(_, w)| w)
                 .sum();
-            let moving: f64 = law.iter().map(|(_, weight)| f64::from(*weight)).sum();
+            let moving: f64 = law.weights.iter().copied().map(f64::from).sum();
             // Quadratures of hats with kinks at different radii; measured 1.5e-4.
             assert!(
                 (staying + moving - 1.0).abs() < 2e-4,

@@ -354,14 +354,16 @@ impl RenderRequest<'_> {
             return bad("an effective radius or variance is negative");
         }
         if let Some(moved) = &table.moved {
-            let of_order = (
-                2,
-                moved.drops.len(),
-                table.wavelengths.len(),
-                table.theta_rad.len(),
-            );
+            let n_wavelengths = table.wavelengths.len();
             let fits = moved.orders.iter().all(|order| {
-                order.values.dim() == of_order && order.shifts.len() == table.wavelengths.len()
+                let shape = (2, moved.drops.len(), n_wavelengths, order.theta_rad.len());
+                let have_ends = order.theta_rad.first() == table.theta_rad.first()
+                    && order.theta_rad.last() == table.theta_rad.last();
+                order.values.dim() == shape
+                    && order.shifts.len() == n_wavelengths
+                    && is_axis(&order.theta_rad)
+                    && order.theta_rad.len() > 1
+                    && have_ends
             });
             // Compared with the value that stands for single sizes.
             if !fits || moved.drops.len() > radii.len() || *variances != [0.0] {

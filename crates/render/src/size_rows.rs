@@ -50,8 +50,17 @@ pub(crate) struct RowSource<'a> {
     laws: Option<Laws>,
     /// The angles that are wanted.
     angles: Range<usize>,
+    /// Where they lie between the angles of each order that moves.
+    places: Vec<Vec<LinearPlace>>,
     /// From a spectrum of the table's unit to luminance.
     luminance_weights: Vec<f64>,
+}
+
+/// A place between an angle and the next, as a part of the way.
+#[derive(Clone, Copy, Debug)]
+struct LinearPlace {
+    lower: usize,
+    fraction: f32,
 }
 
 /// Size laws and the rows of which they are sums.
@@ -85,7 +94,12 @@ impl<'a> RowSource<'a> {
             }
             Cow::Owned(table)
         };
+        let wanted_rad = &table.theta_rad[angles.clone()];
+        let moved = table.moved.iter().flat_map(|moved| &moved.orders);
         let mut source = Self {
+            places: moved
+                .map(|order| linear_places(&order.theta_rad, wanted_rad))
+                .collect(),
             table,
             laws: None,
             angles,
@@ -135,37 +149,58 @@ impl<'a> RowSource<'a> {
             values_sr1: vec![0.0; self.table.wavelengths.len() * self.angles.len()],
             is_sound: true,
         };
-        panel.add_natural(1.0, self.lanes(self.table.values.as_slice(), row));
+        let n_wavelengths = self.table.wavelengths.len();
+        let size = [n_wavelengths, self.table.theta_rad.len()];
+        panel.add(lanes(self.table.values.as_slice(), row, size), &self.angles);
         if let Some(moved) = &self.table.moved
             && let Some(row) = row.checked_sub(first_moved_row(&self.table, moved))
         {
-            for order in &moved.orders {
-                panel.add_natural(-1.0, self.lanes(order.values.as_slice(), row));
+            for (order, places) in moved.orders.iter().zip(&self.places) {
+                let size = [n_wavelengths, order.theta_rad.len()];
+                panel.subtract(lanes(order.values.as_slice(), row, size), places);
             }
-            // 0 but for rounding where what moves is all there is.
+            // 0 but for rounding, and for the error of straight lines, where what moves is all there is.
             for value in &mut panel.values_sr1 {
                 *value = if *value < 0.0 { 0.0 } else { *value };
             }
         }
         panel
     }
+}
 
-    /// Values of both polarizations at the wanted angles, wavelength by wavelength.
-    fn lanes<'b>(
-        &self,
-        values: Option<&'b [f32]>,
-        row: usize,
-    ) -> impl Iterator<Item = [&'b [f32]; 2]> {
-        let n_theta = self.table.theta_rad.len();
-        let length = self.table.wavelengths.len() * n_theta;
-        let values = values.expect("an array in standard layout is a slice");
-        let (s_part, p_part) = values.split_at(values.len() / 2);
-        let lanes = |part: &'b [f32]| {
-            let wanted = self.angles.clone();
-            let of_row = part[row * length..(row + 1) * length].chunks_exact(n_theta);
-            of_row.map(move |lane| &lane[wanted.clone()])
-        };
-        lanes(s_part).zip(lanes(p_part)).map(|(s, p)| [s, p])
+/// Values of both polarizations in a row, wavelength by wavelength.
+fn lanes(
+    values: Option<&[f32]>,
+    row: usize,
+    [n_wavelengths, n_theta]: [usize; 2],
+) -> impl Iterator<Item = [&[f32]; 2]> {
+    let values = values.expect("an array in standard layout is a slice");
+    let length = n_wavelengths * n_theta;
+    let (s_part, p_part) = values.split_at(values.len() / 2);
+    let [s, p] =
+        [s_part, p_part].map(|part| part[row * length..(row + 1) * length].chunks_exact(n_theta));
+    s.zip(p).map(|(s, p)| [s, p])
+}
+
+/// Where angles lie between others, of which there are two at least.
+fn linear_places(theta_rad: &[f64], wanted_rad: &[f64]) -> Vec<LinearPlace> {
+    let place = |wanted: &f64| {
+        let above = theta_rad.partition_point(|theta| theta <= wanted);
+        let lower = above.clamp(1, theta_rad.len() - 1) - 1;
+        let fraction = (wanted - theta_rad[lower]) / (theta_rad[lower + 1] - theta_rad[lower]);
+        LinearPlace {
+            lower,
+            fraction: fraction as f32,
+        }
+    };
+    wanted_rad.iter().map(place).collect()
+}
+
+impl LinearPlace {
+    #[inline]
+    fn of(self, values: &[f32]) -> f32 {
+        let [below, above] = [values[self.lower], values[self.lower + 1]];
+        below + self.fraction * (above - below)
     }
 }
 
@@ -219,23 +254,43 @@ struct Panel {
 }
 
 impl Panel {
-    /// Add half the sum of both polarizations, times a sign.
-    fn add_natural<'a>(&mut self, sign: f32, lanes: impl Iterator<Item = [&'a [f32]; 2]>) {
-        let mut rest = &mut self.values_sr1[..];
-        for [s, p] in lanes {
-            let (values, behind) = rest.split_at_mut(s.len());
-            let mut is_sound = true;
+    /// Add half the sum of both polarizations at some angles.
+    fn add<'a>(&mut self, lanes: impl Iterator<Item = [&'a [f32]; 2]>, angles: &Range<usize>) {
+        let mut is_sound = self.is_sound;
+        for (values, lanes) in self.values_sr1.chunks_exact_mut(angles.len()).zip(lanes) {
+            let [s, p] = lanes.map(|lane| &lane[angles.clone()]);
             for ((value, s), p) in values.iter_mut().zip(s).zip(p) {
-                let natural = s + p;
-                // Bits of numbers from 0 up to infinity are ordered; those of negative numbers and NaN
-                // lie above. Without a branch this is a few vector instructions.
-                is_sound &= (natural + 0.0).to_bits() < f32::INFINITY.to_bits();
-                *value += 0.5 * sign * natural;
+                let both = s + p;
+                is_sound &= is_light(both);
+                *value += 0.5 * both;
             }
-            self.is_sound &= is_sound;
-            rest = behind;
         }
+        self.is_sound = is_sound;
     }
+
+    /// Subtract half the sum of both polarizations between angles of their own.
+    fn subtract<'a>(
+        &mut self,
+        lanes: impl Iterator<Item = [&'a [f32]; 2]>,
+        places: &[LinearPlace],
+    ) {
+        let mut is_sound = self.is_sound;
+        for (values, [s, p]) in self.values_sr1.chunks_exact_mut(places.len()).zip(lanes) {
+            for (value, place) in values.iter_mut().zip(places) {
+                let both = place.of(s) + place.of(p);
+                is_sound &= is_light(both);
+                *value -= 0.5 * both;
+            }
+        }
+        self.is_sound = is_sound;
+    }
+}
+
+/// Whether a value is 0 or more, and finite. Bits of numbers from 0 up to infinity are ordered; those of negative
+/// numbers and NaN lie above. Without a branch this is a few vector instructions.
+#[inline]
+fn is_light(value: f32) -> bool {
+    (value + 0.0).to_bits() < f32::INFINITY.to_bits()
 }
 
 #[cfg(test)]

@@ -39,8 +39,8 @@ pub fn adaptive_table(
 ) -> Result<ScatteringTable, Error> {
     request.check()?;
     let chosen = chosen_angles(request)?;
-    let theta_rad = &chosen.theta_rad;
-    request.check_size(theta_rad.len())?;
+    let theta_rad = &chosen.angles.theta_rad;
+    request.check_size(&chosen.angles.number())?;
     let mut request = request.clone();
     let [variance, radius] = match request.rows {
         SizeRows::Laws => {

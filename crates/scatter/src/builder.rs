@@ -23,6 +23,7 @@ use crate::request::TableRequest;
 use crate::table_rows::TableRows;
 use crate::table_rows::Task;
 use crate::theta_axis::ChosenAngles;
+use crate::theta_axis::TableAngles;
 use crate::theta_axis::chosen_angles;
 
 /// Half of the light that a large drop takes out of a beam is diffracted forward.
@@ -50,10 +51,10 @@ pub(crate) fn table_at(
     chosen: ChosenAngles,
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<ScatteringTable, Error> {
-    let ChosenAngles { theta_rad, lights } = chosen;
+    let ChosenAngles { angles, lights } = chosen;
     let lights = lights.are_rings().then_some(lights);
-    let values = values_at(request, &theta_rad, lights, progress)?;
-    Ok(described(request, theta_rad, values))
+    let values = values_at(request, &angles, lights, progress)?;
+    Ok(described(request, angles.theta_rad, values))
 }
 
 /// What a table holds by row, wavelength and angle.
@@ -67,11 +68,12 @@ pub(crate) struct Values {
 /// The values of a table at angles of one's own, with what is known of its bows.
 pub(crate) fn values_at(
     request: &TableRequest,
-    theta_rad: &[f64],
+    angles: &TableAngles,
     lights: Option<BowLights>,
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<Values, Error> {
-    request.check_size(theta_rad.len())?;
+    request.check_size(&angles.number())?;
+    let theta_rad = &angles.theta_rad;
     let (blend, moved) = (Blend::new(request)?, MovedOrders::new(request));
     let task = Task {
         request,
@@ -87,14 +89,20 @@ pub(crate) fn values_at(
         *n_done += n;
         progress(*n_done as f64 / n_total as f64);
     };
-    let zeros = |n_radii, n_variances| {
+    let (n_radii, n_variances) = (
+        request.effective_radius_um.len(),
+        request.effective_variance.len(),
+    );
+    let zeros = |(n_radii, n_variances), n_angles| {
         let n_wavelengths = request.wavelengths.len();
-        Array5::zeros((2, n_radii, n_variances, n_wavelengths, theta_rad.len()))
+        Array5::zeros((2, n_radii, n_variances, n_wavelengths, n_angles))
     };
-    let n_radii = request.effective_radius_um.len();
-    // All light, and the orders that are kept apart.
-    let mut parts = vec![zeros(n_radii, request.effective_variance.len())];
-    parts.resize(1 + moved.orders.len(), zeros(n_radii - moved.n_still, 1));
+    // All light, and the orders that are kept apart, each at its angles.
+    let mut parts = vec![zeros((n_radii, n_variances), theta_rad.len())];
+    let of_orders = angles.of_orders.iter();
+    parts.extend(of_orders.map(|of_order| zeros((moved.n_moved(), 1), of_order.len())));
+    let all: Vec<usize> = (0..theta_rad.len()).collect();
+    let angles_of_parts: Vec<&Vec<usize>> = [&all].into_iter().chain(&angles.of_orders).collect();
     // Wavelength by wavelength: rows are f64, and all of them would take more than the table.
     let mut planes: Vec<_> = parts
         .iter_mut()
@@ -106,13 +114,14 @@ pub(crate) fn values_at(
     let fill = |(index, mut planes): (usize, Vec<ArrayViewMut4<f32>>)| {
         let of_drops = rows.of_drops(index, &count)?;
         for row in request.size_rows() {
-            for (plane, light) in planes.iter_mut().zip(rows.row(index, &row, &of_drops)) {
+            let parts = planes.iter_mut().zip(&angles_of_parts);
+            for ((plane, angles), light) in parts.zip(rows.row(index, &row, &of_drops)) {
                 // Of orders that are kept apart there are but the radii that move, the last ones.
                 let radius_index = row.radius_index + plane.len_of(Axis(1)) - n_radii;
                 let mut values = plane.slice_mut(s![.., radius_index, row.variance_index, ..]);
                 for ((j, angle), value) in values.indexed_iter_mut() {
                     // As the file holds it: f32, 1e-7 of a value, and never below 0.
-                    *value = light[angle][j].max(0.0) as f32;
+                    *value = light[angles[angle]][j].max(0.0) as f32;
                 }
             }
         }
@@ -121,10 +130,13 @@ pub(crate) fn values_at(
     };
     planes.into_par_iter().enumerate().try_for_each(fill)?;
     let all = parts.remove(0);
-    let of_orders = parts.into_iter().map(|part| part.remove_axis(Axis(2)));
+    let of_orders = angles.of_orders.iter().zip(parts).map(|(angles, part)| {
+        let theta_rad = angles.iter().map(|angle| theta_rad[*angle]).collect();
+        (theta_rad, part.remove_axis(Axis(2)))
+    });
     Ok(Values {
         all,
-        moved: moved.bows(of_orders.collect()),
+        moved: moved.bows(of_orders),
     })
 }
 

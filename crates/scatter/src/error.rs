@@ -33,8 +33,8 @@ pub enum Error {
     },
     /// A table larger than any renderer should hold.
     #[error(
-        "found a table of {gib:.0} GiB ({radii} radii x {variances} variances x {parts} \
-         parts x {wavelengths} wavelengths x {angles} angles), expected at most \
+        "found a table of {gib:.0} GiB ({radii} radii x {variances} variances x {wavelengths} \
+         wavelengths x {angles} angles, and what moves of flattened drops), expected at most \
          {limit_gib} GiB: allow a larger error (table_relative_error in [accuracy], --relative-error), \
          fewer wavelengths ([spectrum], --spectrum), a narrower range of sizes ([drops], \
          --effective-radius-um, --effective-variance) or spheres (drop_flattening = \"off\" in \
@@ -49,8 +49,6 @@ pub enum Error {
         radii: usize,
         /// Effective variances.
         variances: usize,
-        /// All light, and each order that is kept apart.
-        parts: usize,
         /// Wavelengths.
         wavelengths: usize,
         /// Scattering angles.

@@ -1,7 +1,8 @@
 //! What linear interpolation between the nodes of a table costs, measured.
 //!
 //! error = rms and maximum over the angles of |linear − computed| / peak of the computed row
-//! in natural light, the larger of those on either side of 90 degrees, half way between nodes: in θ and in
+//! in natural light, the larger of those on either side of 90 degrees, half way between nodes: in θ (of single
+//! sizes that no ray sees alone, of the narrowest law that they are for) and in
 //! radius (geometric mean), variance and flattening at every interval, at the ends of the other axes and
 //! the shortest wavelength, whose bow is the sharpest. The computed light is that of the same theory, so
 //! that errors of the theory do not enter.
@@ -20,6 +21,7 @@ use crate::request::SizeRow;
 use crate::request::SizeRows;
 use crate::request::TableRequest;
 use crate::size_average::is_cell_row;
+use crate::theta_axis::TableAngles;
 
 /// One axis besides the angle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -77,10 +79,16 @@ pub(crate) fn theta_error(request: &TableRequest, theta_rad: &[f64]) -> Result<A
     let with_middles: Vec<f64> = (0..=2 * last)
         .map(|index| 0.5 * (theta_rad[index / 2] + theta_rad[index.div_ceil(2)]))
         .collect();
-    let rows = pilot_rows(&ends_of(request), &with_middles, Radii::Ends)?;
+    let rows: Vec<Vec<f64>> = if let Some(law) = Law::narrowest(request) {
+        let radii = &request.effective_radius_um;
+        let radii_um = [radii[0], law.middle_um, radii[radii.len() - 1]];
+        law.light(request, &with_middles, &radii_um)?
+    } else {
+        let rows = pilot_rows(&ends_of(request), &with_middles, Radii::Ends)?;
+        rows.into_iter().map(|row| row.light).collect()
+    };
     let middles = |range: Range<usize>| range.filter(|index| index % 2 == 1);
-    let error = |row: &PilotRow| {
-        let row = &row.light;
+    let error = |row: &Vec<f64>| {
         let off = |index: usize| 0.5 * (row[index - 1] + row[index + 1]) - row[index];
         worse_side(&with_middles, row, |side| middles(side).map(off).collect())
     };
@@ -133,40 +141,75 @@ pub(crate) fn interval_errors(
 /// Error of the sum over single sizes that a law of some variance is, in the middle of the radii: what the
 /// sum changes by once there are twice as many.
 pub(crate) fn bins_error(request: &TableRequest, theta_rad: &[f64]) -> Result<AxisError, Error> {
-    let SizeRows::Bins {
-        ln_step,
-        narrowest_variance,
-    } = request.rows
-    else {
+    let Some(law) = Law::narrowest(request) else {
         return Ok(AxisError::default());
     };
     let radii = &request.effective_radius_um;
-    let middle_um = (radii[0] * radii[radii.len() - 1]).sqrt();
     let mut finer = vec![radii[0]];
     for pair in radii.windows(2) {
         finer.extend([SizeAxis::Radius.middle(pair[0], pair[1]), pair[1]]);
     }
-    let law_sum = |radii: &[f64], ln_step: f64| -> Result<Vec<f64>, Error> {
-        let pilot = TableRequest {
-            rows: SizeRows::Bins {
-                ln_step,
-                narrowest_variance,
-            },
-            ..SizeAxis::Radius.with_nodes(&ends_of(request), radii.to_vec())
-        };
-        let rows = pilot_rows(&pilot, theta_rad, Radii::All)?;
-        let weights = law_weights(radii, Micrometers(middle_um), narrowest_variance)?;
-        let at = |angle: usize| {
-            let terms = weights
-                .iter()
-                .map(|(row, weight)| weight * rows[*row].light[angle]);
-            terms.sum()
-        };
-        Ok((0..theta_rad.len()).map(at).collect())
+    let finer = TableRequest {
+        rows: SizeRows::Bins {
+            ln_step: 0.5 * law.ln_step,
+            narrowest_variance: law.variance,
+        },
+        ..SizeAxis::Radius.with_nodes(request, finer)
     };
-    let (coarse, fine) = (law_sum(radii, ln_step)?, law_sum(&finer, 0.5 * ln_step)?);
+    let of_law = |request| law.light(request, theta_rad, &[law.middle_um]);
+    let (coarse, fine) = (of_law(request)?.remove(0), of_law(&finer)?.remove(0));
     let off = |angle: usize| coarse[angle] - fine[angle];
     Ok(worse_side(theta_rad, &fine, |side| side.map(off).collect()))
+}
+
+/// The narrowest law that a table of single sizes is for.
+#[derive(Clone, Copy, Debug)]
+struct Law {
+    variance: f64,
+    /// Step of ln r of the single sizes.
+    ln_step: f64,
+    /// In the middle of the radii.
+    middle_um: f64,
+}
+
+impl Law {
+    fn narrowest(request: &TableRequest) -> Option<Self> {
+        let radii = &request.effective_radius_um;
+        match request.rows {
+            SizeRows::Laws => None,
+            SizeRows::Bins {
+                ln_step,
+                narrowest_variance,
+            } => Some(Self {
+                variance: narrowest_variance,
+                ln_step,
+                middle_um: (radii[0] * radii[radii.len() - 1]).sqrt(),
+            }),
+        }
+    }
+
+    /// Natural light of the law by angle, at some effective radii, from the single sizes of a request.
+    fn light(
+        self,
+        request: &TableRequest,
+        theta_rad: &[f64],
+        effective_radii_um: &[f64],
+    ) -> Result<Vec<Vec<f64>>, Error> {
+        let radii = &request.effective_radius_um;
+        let all = SizeAxis::Radius.with_nodes(&ends_of(request), radii.clone());
+        let rows = pilot_rows(&all, theta_rad, Radii::All)?;
+        let of_radius = |radius_um: &f64| {
+            let weights = law_weights(radii, Micrometers(*radius_um), self.variance)?;
+            let at = |angle: usize| {
+                let terms = weights
+                    .iter()
+                    .map(|(row, weight)| weight * rows[*row].light[angle]);
+                terms.sum()
+            };
+            Ok((0..theta_rad.len()).map(at).collect())
+        };
+        effective_radii_um.iter().map(of_radius).collect()
+    }
 }
 
 /// Which radii of a pilot count.
@@ -218,7 +261,11 @@ fn pilot_rows(
     theta_rad: &[f64],
     radii: Radii,
 ) -> Result<Vec<PilotRow>, Error> {
-    let values = values_at(request, theta_rad, None, &|_| {})?.all;
+    let angles = TableAngles {
+        theta_rad: theta_rad.to_vec(),
+        of_orders: Vec::new(),
+    };
+    let values = values_at(request, &angles, None, &|_| {})?.all;
     let all_um = &request.effective_radius_um;
     let counts =
         |row: &SizeRow| radii == Radii::All || [0, all_um.len() - 1].contains(&row.radius_index);

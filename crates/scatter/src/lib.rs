@@ -97,4 +97,5 @@ pub use request::TableRequest;
 pub use rings::DiscAverage;
 pub use rings::Rings;
 pub use theory::Theory;
-pub use theta_axis::theta_axis;
+pub use theta_axis::NumberOfAngles;
+pub use theta_axis::number_of_angles;

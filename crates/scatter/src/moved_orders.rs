@@ -76,13 +76,22 @@ impl MovedOrders {
         }
     }
 
-    /// What the table holds of them, with the light of each; `None` where nothing moves.
-    pub(crate) fn bows(self, values: Vec<Array4<f32>>) -> Option<MovedBows> {
-        let orders = self.orders.into_iter().zip(self.shifts).zip(values);
+    /// How many radii move.
+    pub(crate) fn n_moved(&self) -> usize {
+        self.drops.len()
+    }
+
+    /// What the table holds of them, with the angles and the light of each; `None` where nothing moves.
+    pub(crate) fn bows(
+        self,
+        light: impl Iterator<Item = (Vec<f64>, Array4<f32>)>,
+    ) -> Option<MovedBows> {
+        let orders = self.orders.into_iter().zip(self.shifts).zip(light);
         let orders: Vec<MovedOrder> = orders
-            .map(|((order, shifts), values)| MovedOrder {
+            .map(|((order, shifts), (theta_rad, values))| MovedOrder {
                 order,
                 shifts,
+                theta_rad,
                 values,
             })
             .collect();

@@ -10,9 +10,23 @@ pub(crate) fn sides(theta_rad: &[f64]) -> [Range<usize>; 2] {
     [0..behind, behind..theta_rad.len()]
 }
 
-/// Indices of the angles that linear interpolation of every curve needs to stay within `tolerance`
-/// times that curve's maximum on the same side.
-pub(crate) fn needed_angles(theta_rad: &[f64], curves: &[Vec<f64>], tolerance: f64) -> Vec<usize> {
+/// How near linear interpolation between angles comes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Nearness<'a> {
+    /// In parts of the maximum on the same side of 90 degrees.
+    pub(crate) tolerance: f64,
+    /// Whose maximum that is, curve by curve: all light where a curve is one order of it.
+    pub(crate) of: &'a [Vec<f64>],
+    /// Widest step between angles, where candidates lie closer, rad.
+    pub(crate) widest_step_rad: f64,
+}
+
+/// Indices of the angles that linear interpolation of every curve needs to come so near.
+pub(crate) fn needed_angles(
+    theta_rad: &[f64],
+    curves: &[Vec<f64>],
+    nearness: Nearness,
+) -> Vec<usize> {
     let mut nodes = Vec::new();
     for side in sides(theta_rad) {
         if side.is_empty() {
@@ -20,30 +34,38 @@ pub(crate) fn needed_angles(theta_rad: &[f64], curves: &[Vec<f64>], tolerance: f
         }
         // The step across 90 degrees belongs to the side in front.
         let reach = side.start..(side.end + 1).min(theta_rad.len());
-        let of_side: Vec<&[f64]> = curves.iter().map(|curve| &curve[reach.clone()]).collect();
-        let needed = needed_nodes(&theta_rad[reach.clone()], &of_side, tolerance);
+        let limit = |all: &Vec<f64>| {
+            let peak = all[reach.clone()]
+                .iter()
+                .fold(0.0_f64, |peak, &value| peak.max(value));
+            nearness.tolerance * peak
+        };
+        let of_side: Vec<(&[f64], f64)> = curves
+            .iter()
+            .zip(nearness.of)
+            .map(|(curve, all)| (&curve[reach.clone()], limit(all)))
+            .collect();
+        let positions = &theta_rad[reach.clone()];
+        let needed = needed_nodes(positions, &of_side, nearness.widest_step_rad);
         nodes.extend(needed.into_iter().map(|index| reach.start + index));
     }
     nodes.dedup();
     nodes
 }
 
-/// Indices of the nodes that linear interpolation of every curve needs to stay within `tolerance`
-/// times that curve's maximum: intervals are halved until every candidate between their ends fits.
-fn needed_nodes(positions: &[f64], curves: &[&[f64]], tolerance: f64) -> Vec<usize> {
-    let limits: Vec<f64> = curves
-        .iter()
-        .map(|curve| tolerance * curve.iter().fold(0.0_f64, |peak, &value| peak.max(value)))
-        .collect();
+/// Indices of the nodes that linear interpolation of every curve needs to stay within its limit: intervals are
+/// halved until every candidate between their ends fits.
+fn needed_nodes(positions: &[f64], curves: &[(&[f64], f64)], widest_step_rad: f64) -> Vec<usize> {
     let fits = |first: usize, last: usize| {
         let width = positions[last] - positions[first];
-        curves.iter().zip(&limits).all(|(curve, limit)| {
-            (first + 1..last).all(|index| {
-                let part = (positions[index] - positions[first]) / width;
-                let line = curve[first] * (1.0 - part) + curve[last] * part;
-                (curve[index] - line).abs() <= *limit
+        width <= widest_step_rad
+            && curves.iter().all(|(curve, limit)| {
+                (first + 1..last).all(|index| {
+                    let part = (positions[index] - positions[first]) / width;
+                    let line = curve[first] * (1.0 - part) + curve[last] * part;
+                    (curve[index] - line).abs() <= *limit
+                })
             })
-        })
     };
     let mut nodes = vec![0];
     let mut open = vec![(0, positions.len() - 1)];
@@ -74,8 +96,13 @@ mod tests {
             theta_rad.iter().map(at).collect::<Vec<f64>>()
         };
         let nodes = |forwards: f64, range: Range<usize>| {
-            let curve = light(forwards)[range.clone()].to_vec();
-            needed_angles(&theta_rad[range], &[curve], 1e-2)
+            let curves = [light(forwards)[range.clone()].to_vec()];
+            let nearness = Nearness {
+                tolerance: 1e-2,
+                of: &curves,
+                widest_step_rad: f64::INFINITY,
+            };
+            needed_angles(&theta_rad[range], &curves, nearness)
         };
         let [behind, all] = [sides(&theta_rad)[1].clone(), 0..theta_rad.len()];
         let bow = nodes(100.0, behind.clone());
@@ -99,7 +126,7 @@ mod tests {
             .iter()
             .map(|x| (-(x - 6.0).powi(2)).exp())
             .collect();
-        let nodes = needed_nodes(&positions, &[&curve], 1e-3);
+        let nodes = needed_nodes(&positions, &[(&curve, 1e-3)], f64::INFINITY);
         assert!(nodes.len() < 150, "{} nodes", nodes.len());
         assert_eq!((nodes[0], nodes[nodes.len() - 1]), (0, 2000));
         for pair in nodes.windows(2) {

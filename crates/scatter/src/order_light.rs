@@ -214,6 +214,7 @@ mod tests {
     use super::*;
     use crate::request::SizeRows;
     use crate::request::TableRequest;
+    use crate::theta_axis::TableAngles;
 
     const WATER: Water = Water::pure(15.0);
     const THEORIES: [Theory; 4] = [
@@ -266,7 +267,11 @@ mod tests {
                 water: WATER,
                 airy_table: None,
             };
-            let table = crate::builder::values_at(&table, &theta_rad, None, &|_| ()).unwrap();
+            let angles = TableAngles {
+                theta_rad: theta_rad.clone(),
+                of_orders: Vec::new(),
+            };
+            let table = crate::builder::values_at(&table, &angles, None, &|_| ()).unwrap();
             for (law, band) in [(0, 0), (1, 0), (1, 1), (2, 1)] {
                 let found = light.slice(s![law, band, ..]);
                 let [s, p] = [0, 1].map(|j| table.all.slice(s![j, law, law, band, ..]));

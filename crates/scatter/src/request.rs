@@ -10,8 +10,10 @@ use serde::Serialize;
 
 use crate::drop_motion::DropMotion;
 use crate::error::Error;
+use crate::moved_orders::MovedOrders;
 use crate::theory::ORDERS;
 use crate::theory::Theory;
+use crate::theta_axis::NumberOfAngles;
 
 /// Largest table: the renderer holds all of it.
 const LARGEST_TABLE_GIB: u64 = 4;
@@ -121,19 +123,27 @@ impl TableRequest<'_> {
         self.theory.orders_among(&self.orders)
     }
 
+    /// How many places the table has: rows times angles of all light and of each order that is kept apart. At each
+    /// there are two values a wavelength, one for each polarization.
+    #[must_use]
+    pub fn n_places(&self, angles: &NumberOfAngles) -> usize {
+        let n_moved = MovedOrders::new(self).n_moved();
+        let of_orders: usize = angles.of_orders.iter().map(|n| n * n_moved).sum();
+        self.n_rows() * angles.all + of_orders
+    }
+
     /// Refuses a table of so many angles that would be too large.
     ///
     /// # Errors
     /// [`Error::TooLarge`].
-    pub fn check_size(&self, n_angles: usize) -> Result<(), Error> {
+    pub fn check_size(&self, angles: &NumberOfAngles) -> Result<(), Error> {
         let (radii, variances) = (
             self.effective_radius_um.len(),
             self.effective_variance.len(),
         );
-        let (parts, wavelengths) = (1 + self.moved_orders().len(), self.wavelengths.len());
-        let axes = [radii, variances, parts, wavelengths, n_angles];
-        let n_values: f64 = axes.into_iter().map(|n| n as f64).product();
-        let gib = 2.0 * size_of::<f32>() as f64 * n_values / (1_u64 << 30) as f64;
+        let wavelengths = self.wavelengths.len();
+        let n_values = 2.0 * self.n_places(angles) as f64 * wavelengths as f64;
+        let gib = size_of::<f32>() as f64 * n_values / (1_u64 << 30) as f64;
         if gib <= LARGEST_TABLE_GIB as f64 {
             return Ok(());
         }
@@ -142,9 +152,8 @@ impl TableRequest<'_> {
             limit_gib: LARGEST_TABLE_GIB,
             radii,
             variances,
-            parts,
             wavelengths,
-            angles: n_angles,
+            angles: angles.all,
         })
     }
 

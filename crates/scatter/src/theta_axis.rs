@@ -1,5 +1,7 @@
 //! The scattering angles of a table: as few as linear interpolation to a tolerance allows.
 //!
+//! An order that moves has fewer angles of its own, some of the table's: it has no ripple.
+//!
 //! Judged on every wavelength, because each has its bow elsewhere, on the smallest, the largest and
 //! some radii between, and on the narrowest and the broadest law, by the theory itself (the uniform one
 //! for exact theories) after the sun's disc. One thing these curves do not show, so that steps are
@@ -15,13 +17,19 @@ use crate::bow_rows::BowLights;
 use crate::bow_rows::BowRows;
 use crate::bow_rows::Drops;
 use crate::error::Error;
+use crate::moved_orders::MovedOrders;
+use crate::needed_angles::Nearness;
 use crate::needed_angles::needed_angles;
 use crate::request::SizeRow;
+use crate::request::SizeRows;
 use crate::request::TableRequest;
 use niji_radiometry::size_parameter;
 
-/// Amplitude of the ripple after the disc, in parts of the peak.
+/// Amplitude of the ripple of a single size after the disc, in parts of the peak.
 const RIPPLE: f64 = 0.02;
+/// Widest step between the angles of an order that moves: none is dark at one end and bright at the other,
+/// far from its bow.
+const WIDEST_MOVED_STEP_RAD: f64 = PI / 180.0;
 /// Candidates at most.
 const MOST_ANGLES: usize = 40_000;
 /// Radii that are judged, at most.
@@ -29,17 +37,43 @@ const N_RADII: usize = 7;
 /// Without a disc: how far inside the primary bow fringes are resolved, 12 degrees.
 const RESOLVED_RAD: f64 = 12.0 * PI / 180.0;
 
-/// The angles of the table, rad: all that it costs to know how large a table will be.
+/// How many angles there are.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct NumberOfAngles {
+    /// Of all light.
+    pub all: usize,
+    /// Of the orders that are kept apart, each.
+    pub of_orders: Vec<usize>,
+}
+
+/// How many angles a table will have: all that it costs to know how large it will be.
 ///
 /// # Errors
 /// As [`crate::scattering_table`].
-pub fn theta_axis(request: &TableRequest) -> Result<Vec<f64>, Error> {
-    Ok(chosen_angles(request)?.theta_rad)
+pub fn number_of_angles(request: &TableRequest) -> Result<NumberOfAngles, Error> {
+    Ok(chosen_angles(request)?.angles.number())
+}
+
+/// The angles of a table.
+#[derive(Clone, Debug)]
+pub(crate) struct TableAngles {
+    pub(crate) theta_rad: Vec<f64>,
+    /// Which of them the orders have that are kept apart, ascending.
+    pub(crate) of_orders: Vec<Vec<usize>>,
+}
+
+impl TableAngles {
+    pub(crate) fn number(&self) -> NumberOfAngles {
+        NumberOfAngles {
+            all: self.theta_rad.len(),
+            of_orders: self.of_orders.iter().map(Vec::len).collect(),
+        }
+    }
 }
 
 /// The angles of a table, and what was computed of its bows on the way.
 pub(crate) struct ChosenAngles {
-    pub(crate) theta_rad: Vec<f64>,
+    pub(crate) angles: TableAngles,
     pub(crate) lights: BowLights,
 }
 
@@ -49,29 +83,70 @@ pub(crate) fn chosen_angles(request: &TableRequest) -> Result<ChosenAngles, Erro
     let probe = probe(request);
     let lights = BowLights::new(&probe, &candidates)?;
     let rows = BowRows::new(&probe, lights, &candidates);
-    let orders = probe.orders_in();
     let sizes: Vec<SizeRow> = probe.size_rows().collect();
-    let curves: Vec<Vec<Vec<f64>>> = (0..request.wavelengths.len())
-        .into_par_iter()
-        .map(|index| {
-            let natural = |size: &SizeRow| {
-                let row = rows.light(index, Drops::of_row(size), &orders);
-                row.iter().map(|[s, p]| 0.5 * (s + p)).collect()
-            };
-            sizes.iter().map(natural).collect()
-        })
+    // Natural light by angle, of each wavelength and size.
+    let curves = |orders: &[u32]| -> Vec<Vec<f64>> {
+        let of_wavelengths: Vec<Vec<Vec<f64>>> = (0..request.wavelengths.len())
+            .into_par_iter()
+            .map(|index| {
+                let natural = |size: &SizeRow| {
+                    let row = rows.light(index, Drops::of_row(size), orders);
+                    row.iter().map(|[s, p]| 0.5 * (s + p)).collect()
+                };
+                sizes.iter().map(natural).collect()
+            })
+            .collect();
+        of_wavelengths.into_iter().flatten().collect()
+    };
+    let all = curves(&probe.orders_in());
+    let needed = |curves: &[Vec<f64>], widest_step_rad: f64| -> Vec<f64> {
+        let nearness = Nearness {
+            tolerance: request.tolerance,
+            of: &all,
+            widest_step_rad,
+        };
+        let kept = needed_angles(&candidates, curves, nearness).into_iter();
+        kept.map(|index| candidates[index]).collect()
+    };
+    let moved = MovedOrders::new(request).orders;
+    let of_orders: Vec<Vec<f64>> = moved
+        .iter()
+        .map(|order| needed(&curves(&[*order]), WIDEST_MOVED_STEP_RAD))
         .collect();
-    let curves: Vec<Vec<f64>> = curves.into_iter().flatten().collect();
-    let kept = needed_angles(&candidates, &curves, request.tolerance);
-    let mut theta_rad: Vec<f64> = kept.into_iter().map(|index| candidates[index]).collect();
+    let mut theta_rad = needed(&all, f64::INFINITY);
+    theta_rad.extend(of_orders.iter().flatten());
+    theta_rad.sort_by(f64::total_cmp);
+    theta_rad.dedup();
     if request.theory.is_exact() && radius_of(request) > 0.0 {
-        let root = (2.0 * request.tolerance / RIPPLE).sqrt();
+        let root = (2.0 * request.tolerance / ripple(request)).sqrt();
         theta_rad = with_steps_up_to(&theta_rad, root * 2.0 * radius_of(request) / PI);
     }
+    let place = |theta: &f64| theta_rad.partition_point(|of_all| of_all < theta);
     Ok(ChosenAngles {
-        theta_rad,
+        angles: TableAngles {
+            of_orders: of_orders
+                .iter()
+                .map(|of_order| of_order.iter().map(place).collect())
+                .collect(),
+            theta_rad,
+        },
         lights: rows.lights,
     })
+}
+
+/// Amplitude of the ripple after the disc in what is seen of a table, in parts of the peak: in sums over
+/// single sizes, which ripple each by itself, as much less as their number of equal weights has it.
+fn ripple(request: &TableRequest) -> f64 {
+    match request.rows {
+        SizeRows::Bins {
+            ln_step,
+            narrowest_variance,
+        } if ln_step > 0.0 => {
+            let n_sizes = 2.0 * (PI * narrowest_variance).sqrt() / ln_step;
+            RIPPLE / n_sizes.max(1.0).sqrt()
+        }
+        SizeRows::Bins { .. } | SizeRows::Laws => RIPPLE,
+    }
 }
 
 fn radius_of(request: &TableRequest) -> f64 {

@@ -122,8 +122,9 @@ pub fn plan(scene: &Scene, drops: Option<DropSummary>) -> Result<Plan, PlanError
         .map(|decision| decision.bound.value)
         .sum();
     let scattering = scattering_need::scattering_need(scene, (&situation, &curves), &on)?;
-    let with_angles = |need| (need, resources::n_angles(need, &situation));
-    let table_need = scattering.as_ref().map(with_angles);
+    let angles = |need| resources::angles(need, &situation);
+    let angles = scattering.as_ref().map(angles);
+    let table_need = scattering.as_ref().zip(angles.as_ref());
     let table_refused = table_need.and_then(|need| resources::refusal(need, &situation));
     let levels = levels_used(situation.levels, &on, scattering.as_ref());
     let stages = stages::stages(

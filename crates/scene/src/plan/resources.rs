@@ -17,7 +17,8 @@ use niji_exchange::DensityLaw;
 use niji_exchange::DiffuseLight;
 use niji_exchange::n_moments;
 use niji_radiometry::WavelengthGrid;
-use niji_scatter::theta_axis;
+use niji_scatter::NumberOfAngles;
+use niji_scatter::number_of_angles;
 
 use crate::effect::Effect;
 use crate::scene::Scene;
@@ -104,15 +105,17 @@ pub(super) fn airy() -> Resources {
 
 /// Of a scattering table for both polarizations, with so many angles.
 pub(super) fn table(
-    (need, n_angles): (&ScatteringNeed, usize),
+    (need, angles): (&ScatteringNeed, &NumberOfAngles),
     situation: &Situation,
 ) -> Resources {
     let channels = 2.0 * situation.grid.len() as f64;
-    let (rows, angles) = (need.n_rows() as f64, n_angles as f64);
+    let n_places = need.request(situation.grid, None).n_places(angles) as f64;
+    let n_parts = 1.0 + angles.of_orders.len() as f64;
+    let rows = n_parts * (need.effective_radius_um.len() * need.effective_variance.len()) as f64;
     // Each row of pixels is told where it is and which one it is; axes stand in the header.
-    let row = channels * NUMBER_BYTES * angles + 16.0;
-    let axis = 20.0 * angles + 30.0 * rows.sqrt();
-    let file = rows * row + axis + 2.0 * HEADER_BYTES + 24.0 * channels;
+    let axis = 20.0 * n_places / rows + 30.0 * rows.sqrt();
+    let values = channels * NUMBER_BYTES * n_places + 16.0 * rows;
+    let file = values + n_parts * (axis + 2.0 * HEADER_BYTES + 24.0 * channels);
     let series = if need.theory.is_exact() {
         SERIES_BYTES
     } else {
@@ -153,24 +156,23 @@ pub(super) fn atmosphere(table: &AtmosphereTable, orders: Option<ScatteringOrder
 
 /// Angles of a scattering table, chosen as the stage chooses them, by fewer wavelengths with the same
 /// ends. Where rows between those of the plan turn out to be needed, it gets larger.
-pub(super) fn n_angles(need: &ScatteringNeed, situation: &Situation) -> usize {
+pub(super) fn angles(need: &ScatteringNeed, situation: &Situation) -> NumberOfAngles {
     let grid = situation.grid;
     let n_judged = grid.len().min(N_JUDGED);
     let n_steps = [grid.len(), n_judged].map(|n| (n as f64 - 1.0).max(1.0));
     let step_nm = grid.step_nm() * n_steps[0] / n_steps[1];
     let judged = WavelengthGrid::new(grid.first_nm(), step_nm, n_judged).unwrap_or(grid);
-    let angles = theta_axis(&need.request(judged, None));
     // What is wrong with a need without angles is said by its refusal.
-    angles.map_or(0, |angles| angles.len())
+    number_of_angles(&need.request(judged, None)).unwrap_or_default()
 }
 
 /// What the stage would say of the table before it computes any light; `None` if it makes it.
 pub(super) fn refusal(
-    (need, n_angles): (&ScatteringNeed, usize),
+    (need, angles): (&ScatteringNeed, &NumberOfAngles),
     situation: &Situation,
 ) -> Option<niji_scatter::Error> {
     let request = need.request(situation.grid, None);
-    let sound = request.check().and_then(|()| request.check_size(n_angles));
+    let sound = request.check().and_then(|()| request.check_size(angles));
     sound.err()
 }
 

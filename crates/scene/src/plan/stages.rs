@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use niji_atmosphere::ScatteringOrders;
 use niji_droplets::Shape;
 use niji_exchange::AtmosphereTable;
+use niji_scatter::NumberOfAngles;
 use niji_scatter::SizeRows;
 use serde::Serialize;
 
@@ -83,7 +84,7 @@ pub(super) struct Chosen<'a> {
     /// Effects that are on.
     pub(super) on: &'a BTreeSet<Effect>,
     /// The scattering table, and how many angles it has.
-    pub(super) scattering: Option<(&'a ScatteringNeed, usize)>,
+    pub(super) scattering: Option<(&'a ScatteringNeed, &'a NumberOfAngles)>,
     /// The air, tabulated.
     pub(super) air: Option<&'a AtmosphereTable>,
 }
