@@ -131,13 +131,7 @@ fn scalar(field: &Field, is_required: bool) -> Arg {
                 .allow_hyphen_values(true)
                 .value_parser(move |text: &str| list(text, n))
         }
-        Kind::Name(names) => {
-            let value = |(name, help): &(String, String)| {
-                PossibleValue::new(name.clone()).help(help.clone())
-            };
-            arg.value_name("NAME")
-                .value_parser(PossibleValuesParser::new(names.iter().map(value)))
-        }
+        Kind::Name(names) => arg.value_name("NAME").value_parser(possible(names)),
         Kind::WholeNumber => arg
             .value_name("NUMBER")
             .value_parser(clap::value_parser!(u32)),
@@ -147,6 +141,13 @@ fn scalar(field: &Field, is_required: bool) -> Arg {
             .allow_negative_numbers(true)
             .value_parser(number),
     }
+}
+
+/// Names with what they mean.
+pub(super) fn possible(names: &[(String, String)]) -> PossibleValuesParser {
+    let value =
+        |(name, help): &(String, String)| PossibleValue::new(name.clone()).help(help.clone());
+    PossibleValuesParser::new(names.iter().map(value))
 }
 
 fn unit(key: &str) -> &'static str {

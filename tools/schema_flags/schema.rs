@@ -64,7 +64,7 @@ fn kind(schema: &Value, flag: &str) -> Kind {
     let items = list(schema, "oneOf");
     if let Some(first) = items.first() {
         return match properties(first).and_then(|content| content.values().next()) {
-            None => Kind::Name(items.iter().filter_map(name).collect()),
+            None => Kind::Name(names(schema)),
             Some(content) if properties(content).is_some() => Kind::Choice(variants(schema)),
             Some(_) => Kind::OneOf(items.iter().flat_map(numbers).collect()),
         };
@@ -85,7 +85,11 @@ fn kind(schema: &Value, flag: &str) -> Kind {
     }
 }
 
-/// A name of an enum without content.
+/// The names of an enum without content.
+pub(super) fn names(schema: &Value) -> Vec<(String, String)> {
+    list(schema, "oneOf").iter().filter_map(name).collect()
+}
+
 fn name(item: &Value) -> Option<(String, String)> {
     let name = item.get("const")?.as_str()?;
     Some((name.to_owned(), documentation(item)))
