@@ -35,6 +35,14 @@ impl Flags {
         }
     }
 
+    /// The same with a default for a field that the struct requires.
+    pub(crate) fn with_default(mut self, key: &str, value: Value) -> Self {
+        for field in self.fields.iter_mut().filter(|field| field.key == key) {
+            field.default = Some(value.clone());
+        }
+        self
+    }
+
     /// The flags, for a command.
     pub(crate) fn arguments(&self) -> Vec<Arg> {
         arguments::of_fields(&self.fields)
