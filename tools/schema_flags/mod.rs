@@ -36,7 +36,7 @@ impl Flags {
     }
 
     /// The same with a default for a field that the struct requires.
-    pub(crate) fn with_default(mut self, key: &str, value: Value) -> Self {
+    pub(crate) fn with_default(mut self, key: &str, value: &Value) -> Self {
         for field in self.fields.iter_mut().filter(|field| field.key == key) {
             field.default = Some(value.clone());
         }

@@ -27,6 +27,9 @@ pub struct BowEdge {
 
 impl BowEdge {
     /// Its angle from the antisolar point, for large drops and a point sun.
+    ///
+    /// # Panics
+    /// For water that was not checked.
     pub fn angle(self) -> Radians {
         let wavelength = match self.color {
             PickedColor::Red => Nanometers(650.0),
@@ -39,6 +42,9 @@ impl BowEdge {
     }
 
     /// What is picked, as the fit takes it, where the edge is expected at an angle with a standard error.
+    ///
+    /// # Panics
+    /// As [`Self::angle`].
     pub fn picked(self, angle: Radians, standard_error: Radians) -> PickedEdge {
         let color = match self.color {
             PickedColor::Red | PickedColor::Middle => PickedColor::Violet,

@@ -148,7 +148,7 @@ impl AirFlags {
 
 impl SectionFlags {
     fn flags() -> Flags {
-        Flags::of::<Air>().with_default("constituents", json!([Constituent::Rayleigh]))
+        Flags::of::<Air>().with_default("constituents", &json!([Constituent::Rayleigh]))
     }
 
     fn air(&self) -> Result<Air, Failure> {
