@@ -23,10 +23,10 @@ use niji_picture::PictureSettings;
 use niji_picture::PictureWork;
 use niji_picture::PlanRequest;
 use niji_picture::PlannedScene;
-use niji_picture::Scene;
 use niji_picture::SurfaceFiles;
 use niji_picture::air;
 use niji_picture::scattering;
+use niji_picture::scene_from_toml;
 use niji_picture::unwatched;
 use niji_scatter::airy_to_file;
 use niji_scene::Sequence;
@@ -152,7 +152,7 @@ fn planned(text: &str, folder: &Path, is_frame: bool) -> PlannedScene {
         is_frame,
         ..PlanRequest::default()
     };
-    PlannedScene::new(Scene::from_toml(text).unwrap(), request).unwrap()
+    PlannedScene::new(scene_from_toml(text, folder).unwrap(), request).unwrap()
 }
 
 const SMALL: [(&str, &str); 2] = [("camera.width_px", "48"), ("camera.height_px", "32")];
@@ -194,17 +194,8 @@ fn a_photograph() {
     let shipped = repository("data/scenes/photo-pavilion-rain.toml");
     let photos = repository("data/photos");
     let scene_text = fs::read_to_string(shipped).unwrap();
-    // A sun as it stands, not by picks.
-    let picks = scene_text
-        .lines()
-        .find(|line| line.starts_with("picks_px"))
-        .unwrap();
+    // Its sun follows from picks.
     let scene_text = scene_text
-        .replace(picks, "")
-        .replace(
-            "[camera]",
-            "[sun]\nelevation_deg = 27.0\nazimuth_deg = 185.0\n[camera]",
-        )
         .replace("../photos", text(&photos))
         .replace("width_px = 640", "width_px = 96")
         .replace("height_px = 427", "height_px = 64");

@@ -24,7 +24,6 @@ use serde_json::json;
 use crate::failure::Failure;
 use crate::flags::Common;
 use crate::output;
-use crate::progress::Verbosity;
 use crate::stages::Done;
 use crate::stages::Request;
 use crate::stages::StageOptions;
@@ -147,12 +146,10 @@ pub(crate) fn make(command: &CompositeCommand, options: StageOptions) -> Result<
     };
     perform(&job, options, |provenance| {
         let result = picture(command)?;
-        if options.verbosity > Verbosity::Quiet {
-            eprintln!(
-                "  composite  a sunlit white card has the value {:.4} in the photograph",
-                result.gain
-            );
-        }
+        options.verbosity.say(format_args!(
+            "  composite  a sunlit white card has the value {:.4} in the photograph",
+            result.gain
+        ));
         if let Some(path) = &command.over {
             write_over(&result, path, &provenance)?;
         }

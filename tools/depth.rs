@@ -8,7 +8,6 @@ use clap::ValueEnum;
 use ndarray::Array2;
 use niji_exchange::Provenance;
 use niji_photo::ClusterCount;
-use niji_photo::DepthAlong;
 use niji_photo::Layers;
 use niji_photo::LinearPicture;
 use niji_photo::Photograph;
@@ -23,12 +22,14 @@ use niji_picture::MapValues;
 use niji_picture::POSITION_WEIGHT;
 use niji_picture::PhotoDepthRequest;
 use niji_radiometry::Meters;
+use niji_scene::Along;
 use serde_json::json;
 
 use crate::failure::Failure;
 use crate::flags;
 use crate::flags::Common;
 use crate::output;
+use crate::schema_flags::names;
 use crate::stages::Done;
 use crate::stages::Request;
 use crate::stages::StageOptions;
@@ -81,7 +82,7 @@ pub(crate) struct DepthCommand {
     #[arg(long, value_enum, requires = "map")]
     kind: Option<Kind>,
     /// Along what the map measures.
-    #[arg(long, value_enum, default_value_t = Along::Ray)]
+    #[arg(long, value_name = "ALONG", value_parser = names::<Along>(), default_value = "ray")]
     along: Along,
     /// What the value 1 of a map in metres is, in metres.
     #[arg(long, value_name = "M", default_value_t = 1.0)]
@@ -106,15 +107,6 @@ enum Kind {
     Inverse,
     /// Depth of unknown scale and shift, near = small.
     Relative,
-}
-
-/// What depth is measured along.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Along {
-    /// The view ray.
-    Ray,
-    /// The optical axis.
-    Axis,
 }
 
 /// Makes the depth map.
@@ -169,24 +161,20 @@ pub(crate) fn make(command: &DepthCommand, options: StageOptions) -> Result<Done
 }
 
 /// Where the distances come from.
-fn distances(command: &DepthCommand) -> Result<Distances<'_>, Failure> {
+fn distances(command: &DepthCommand) -> Result<Distances, Failure> {
     if let Some(path) = &command.map {
         let values = match command.kind {
-            Some(Kind::Inverse) => MapValues::Inverse(&command.anchors),
-            Some(Kind::Relative) => MapValues::Relative(&command.anchors),
+            Some(Kind::Inverse) => MapValues::Inverse(command.anchors.clone()),
+            Some(Kind::Relative) => MapValues::Relative(command.anchors.clone()),
             Some(Kind::Metres) | None => MapValues::Metres(command.unit_m),
         };
-        let along = match command.along {
-            Along::Ray => DepthAlong::Ray,
-            Along::Axis => DepthAlong::Axis,
-        };
         return Ok(Distances::Map(DepthMap {
-            path,
+            path: path.clone(),
             values,
-            along,
+            along: command.along,
         }));
     }
-    match (&command.layers, &command.labels) {
+    match (command.layers.clone(), command.labels.clone()) {
         (Some(distances), Some(labels)) => Ok(Distances::Layers { distances, labels }),
         (None, None) => Ok(Distances::Proposed {
             count: command

@@ -55,7 +55,7 @@ impl From<niji_picture::Error> for Failure {
             Error::NoDrops { ref path, .. } => {
                 Self::bad_input(path, text + &how_to_make_drops(&error))
             }
-            Error::Drops(_) | Error::Dark { .. } => Self::Impossible(text),
+            Error::Drops(_) | Error::Dark { .. } | Error::NoSun(_) => Self::Impossible(text),
             Error::Render(niji_render::Error::Memory { .. }) => {
                 Self::Failed(format!("{text} (`niji render --tiles` or `--region`)"))
             }
@@ -68,6 +68,7 @@ impl From<niji_picture::Error> for Failure {
             | Error::Scattering(_)
             | Error::Air(_)
             | Error::Scene(_)
+            | Error::SceneFile(_)
             | Error::TooManyMeshes { .. }
             | Error::Render(_) => Self::Usage(text),
         }

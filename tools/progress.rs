@@ -1,5 +1,6 @@
 //! Progress bars on standard error, only where a person looks at it.
 
+use std::fmt::Display;
 use std::sync::Once;
 use std::sync::OnceLock;
 use std::time::Duration;
@@ -18,6 +19,20 @@ pub(crate) enum Verbosity {
     Normal,
     /// Also what each stage decided.
     Verbose,
+}
+
+impl Verbosity {
+    /// Says something on standard error, unless it is to be quiet.
+    pub(crate) fn say(self, text: impl Display) {
+        if self > Self::Quiet {
+            eprintln!("{text}");
+        }
+    }
+
+    /// Says a warning, unless it is to be quiet.
+    pub(crate) fn warn(self, warning: impl Display) {
+        self.say(format_args!("{:>11}  {warning}", "warning"));
+    }
 }
 
 /// A bar over `n_steps` steps; hidden when quiet or when standard error is not a terminal.

@@ -3,14 +3,15 @@
 use std::fs;
 use std::path::Path;
 
+use niji_picture::Error;
 use niji_picture::PlanRequest;
 use niji_picture::PlannedScene;
+use niji_picture::scene_from_toml;
 use niji_scene::Goal;
 use niji_scene::Scene;
 use niji_scene::SceneError;
 
 use crate::failure::Failure;
-use crate::stages::photo::with_picked_sun;
 
 /// Reads a scene and makes its plan, with levels for what is asked of the picture.
 ///
@@ -42,7 +43,7 @@ pub(crate) fn planned(scene: Scene, path: &Path) -> Result<PlannedScene, Failure
 
 fn planned_for(scene: Scene, path: &Path, request: PlanRequest) -> Result<PlannedScene, Failure> {
     PlannedScene::new(scene, request).map_err(|error| match error {
-        niji_picture::Error::Plan(_) => Failure::bad_input(path, error),
+        Error::Plan(_) => Failure::bad_input(path, error),
         error => error.into(),
     })
 }
@@ -53,7 +54,7 @@ fn planned_for(scene: Scene, path: &Path, request: PlanRequest) -> Result<Planne
 /// A scene that is missing or wrong.
 pub(crate) fn read(path: &Path, goal: Goal) -> Result<Scene, Failure> {
     let text = fs::read_to_string(path).map_err(|error| Failure::bad_input(path, error))?;
-    parsed(&with_picked_sun(text, path)?, path, goal)
+    parsed(&text, path, goal)
 }
 
 /// Reads the scene of a frame, whose text stands for that of the file `path`.
@@ -84,15 +85,16 @@ pub(crate) fn frame(text: &str, path: &Path, goal: Goal) -> Result<PlannedScene,
 
 /// Reads the text of a scene.
 fn parsed(text: &str, path: &Path, goal: Goal) -> Result<Scene, Failure> {
-    let scene = Scene::from_toml(text).map_err(|error| match error {
-        SceneError::UnknownKey { key, .. } if key == "ice" => Failure::bad_input(
+    let scene = scene_from_toml(text, beside(path).folder).map_err(|error| match error {
+        Error::SceneFile(SceneError::UnknownKey { key, .. }) if key == "ice" => Failure::bad_input(
             path,
             format!(
                 "this is a scene of ice: `niji ice {} -o EXR` makes its picture",
                 path.display()
             ),
         ),
-        error => Failure::bad_input(path, error),
+        Error::SceneFile(error) => Failure::bad_input(path, error),
+        error => error.into(),
     })?;
     Ok(goal.of(scene))
 }

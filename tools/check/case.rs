@@ -28,17 +28,17 @@ use niji_photo::sun_below_horizon;
 use niji_photo::sun_elsewhere;
 use niji_photo::sun_too_high;
 use niji_photo::supernumeraries_washed_out;
+use niji_picture::BowEdge;
 use niji_radiometry::Micrometers;
 use niji_radiometry::Radians;
 use niji_radiometry::RgbPrimaries;
 use niji_scene::Moment;
+use niji_scene::PickedColor;
 
 use super::CheckCommand;
 use super::Source;
 use crate::failure::Failure;
-use crate::sun::bow_edges::Bow;
-use crate::sun::bow_edges::BowEdge;
-use crate::sun::bow_edges::Edge;
+use crate::schema_flags::name;
 
 /// What all checks of one call share.
 struct Case<'a> {
@@ -69,7 +69,7 @@ pub(super) fn findings(command: &CheckCommand) -> Result<Vec<Finding>, Failure> 
     }
     let red = BowEdge {
         bow: command.bow,
-        edge: Edge::Red,
+        color: PickedColor::Red,
         water: command.water.water()?,
     };
     let bow_angle = red.angle();
@@ -209,11 +209,7 @@ impl Case<'_> {
             let gain = card_value(Exposure::GreyWorld, &self.photo.light, &self.photo.notes)
                 .map_err(of_image)?;
             let contrast = peak_contrast(&self.photo.light, &added, gain).map_err(of_image)?;
-            let name = match command.bow {
-                Bow::Primary => "primary",
-                Bow::Secondary => "secondary",
-            };
-            findings.extend(contrast_too_low(contrast, name));
+            findings.extend(contrast_too_low(contrast, &name(command.bow)));
         }
         if let (Some(path), Some(drops_m)) = (&command.depth, command.drops_distance_m) {
             let depth_m = read_depth_map(path).map_err(|error| Failure::bad_input(path, error))?;

@@ -10,6 +10,7 @@ use clap::Args;
 use clap::ValueEnum;
 use niji_photo::Finding;
 use niji_photo::Severity;
+use niji_scene::PickedBow;
 use serde_json::json;
 
 use crate::check::case::findings;
@@ -17,13 +18,13 @@ use crate::failure::Failure;
 use crate::flags;
 use crate::flags::Common;
 use crate::output;
+use crate::schema_flags::names;
 use crate::stages;
 use crate::stages::Done;
 use crate::stages::Request;
 use crate::stages::StageOptions;
 use crate::stages::perform;
-use crate::sun::bow_edges::Bow;
-use crate::sun::bow_edges::TEMPERATURE_C;
+use crate::sun::TEMPERATURE_C;
 use crate::sun::camera_flags::CameraFlags;
 use crate::sun::report;
 use crate::sun::report::FindingText;
@@ -55,8 +56,8 @@ pub(crate) struct CheckCommand {
     #[arg(long, value_name = "DEG", default_value_t = 0.5)]
     sun_error_deg: f64,
     /// Which bow is wanted.
-    #[arg(long, value_enum, default_value_t = Bow::Primary)]
-    bow: Bow,
+    #[arg(long, value_name = "BOW", value_parser = names::<PickedBow>(), default_value = "primary")]
+    bow: PickedBow,
     /// The water of the drops.
     #[command(flatten)]
     water: WaterFlags,

@@ -9,24 +9,26 @@ use crate::stages::accuracy::Reached;
 use crate::stages::accuracy::of_white;
 use niji_picture::PlannedScene;
 
-/// Prints the times of stages, the effects that are left out, and the verdict.
-pub(super) fn print(planned: &PlannedScene, done: &[Done], reached: Option<&Reached>) {
-    eprintln!();
+/// The times of stages after an empty line, the effects that are left out, and the verdict.
+pub(super) fn text(planned: &PlannedScene, done: &[Done], reached: Option<&Reached>) -> String {
+    let mut lines = vec![String::new()];
     for stage in done {
         let note = if stage.up_to_date { "  up to date" } else { "" };
-        eprintln!("{:>11} {:>7.2} s{note}", stage.stage, stage.seconds);
+        lines.push(format!(
+            "{:>11} {:>7.2} s{note}",
+            stage.stage, stage.seconds
+        ));
     }
-    for line in left_out(&planned.plan) {
-        eprintln!("{line}");
-    }
+    lines.extend(left_out(&planned.plan));
     let seconds: f64 = done.iter().map(|done| done.seconds).sum();
     if let Some(reached) = reached {
-        eprintln!("{}; {seconds:.1} s", reached.text());
+        lines.push(format!("{}; {seconds:.1} s", reached.text()));
     }
     let too_much = reached.and_then(Reached::too_much);
     if let (Some(cause), None) = (too_much, planned.tolerance) {
-        eprintln!("most of it from {cause}");
+        lines.push(format!("most of it from {cause}"));
     }
+    lines.join("\n")
 }
 
 /// The effects that are off although they may be seen, a line for light that drops scatter more than

@@ -14,7 +14,6 @@ use serde::Serialize;
 use crate::failure::Failure;
 use crate::flags::Common;
 use crate::output;
-use crate::progress::Verbosity;
 use crate::run::Outcome;
 use crate::run::RunCommand;
 use crate::run::files::Files;
@@ -87,12 +86,14 @@ pub(super) fn execute(
         let text = sequence.scene_text(number);
         let planned = scene_file::frame(&text, scene_file, common.goal()).map_err(in_frame)?;
         planned.check().map_err(Failure::from).map_err(in_frame)?;
-        if verbosity > Verbosity::Quiet {
-            eprintln!("{:>11}  {number}", "frame");
-            for warning in &planned.plan.warnings {
-                eprintln!("{:>11}  {warning}", "warning");
-            }
-            warn_of_jump(&planned.plan, &mut effects);
+        verbosity.say(format_args!("{:>11}  {number}", "frame"));
+        for warning in planned
+            .plan
+            .warnings
+            .iter()
+            .chain(&jumps(&planned.plan, &mut effects))
+        {
+            verbosity.warn(warning);
         }
         let given = given_table::given(&planned, command.table.as_deref(), verbosity);
         let files = Files::of_frame(&planned, folder, number)?.with_table(given.map_err(in_frame)?);
@@ -127,29 +128,33 @@ fn sequence(scene_file: &Path) -> Result<Sequence, Failure> {
     })
 }
 
-/// Says where another set of effects is simulated than in the frame before: `auto` decides for each
+/// Where another set of effects is simulated than in the frame before: `auto` decides for each
 /// frame, and what is left out is below the tolerance, but it goes all at once.
-fn warn_of_jump(plan: &Plan, before: &mut Option<BTreeSet<Effect>>) {
+fn jumps(plan: &Plan, before: &mut Option<BTreeSet<Effect>>) -> Vec<String> {
     let on: BTreeSet<Effect> = Effect::ALL
         .into_iter()
         .filter(|effect| plan.is_on(*effect))
         .collect();
-    if let Some(before) = before {
-        for effect in on.symmetric_difference(before) {
-            let now = if on.contains(effect) { "on" } else { "off" };
-            eprintln!(
-                "{:>11}  {effect} is {now} from here: set it in [effects] for all frames alike",
-                "warning"
-            );
-        }
-    }
+    let jump = |effect: &Effect| {
+        let now = if on.contains(effect) { "on" } else { "off" };
+        format!("{effect} is {now} from here: set it in [effects] for all frames alike")
+    };
+    let switched = before
+        .iter()
+        .flat_map(|before| on.symmetric_difference(before));
+    let jumps = switched.map(jump).collect();
     *before = Some(on);
+    jumps
 }
 
 fn finish(frames: &[FrameDone], folder: &Path, common: &Common) -> Result<(), Failure> {
     let is_kept = |frame: &FrameDone| frame.stages.iter().all(|done| done.up_to_date);
-    if common.verbosity() > Verbosity::Quiet && frames.iter().all(is_kept) {
-        eprintln!("{}: everything is up to date", folder.display());
+    if frames.iter().all(is_kept) {
+        let verbosity = common.verbosity();
+        verbosity.say(format_args!(
+            "{}: everything is up to date",
+            folder.display()
+        ));
     }
     if common.json {
         return output::print(&format!("{:#}\n", report::of_frames(frames)));

@@ -17,7 +17,6 @@ use crate::check;
 use crate::failure::Failure;
 use crate::flags::Common;
 use crate::output;
-use crate::progress::Verbosity;
 use crate::run::files::Files;
 use crate::run::frames::FrameRange;
 use crate::run::frames::parse_frames;
@@ -105,17 +104,19 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
     let reached = accuracy::reached(&planned, &image)?;
     let report = report::json(&planned, &done, reached.as_ref());
     report::write(&report, folder)?;
-    if options.verbosity > Verbosity::Quiet {
-        for warning in &planned.plan.warnings {
-            eprintln!("    warning  {warning}");
-        }
-        for finding in findings.iter().map(FindingText::from) {
-            eprint!("{}", finding.text());
-        }
-        closing::print(&planned, &done, reached.as_ref());
-        if done.iter().all(|done| done.up_to_date) {
-            eprintln!("{}: everything is up to date", folder.display());
-        }
+    let verbosity = options.verbosity;
+    for warning in &planned.plan.warnings {
+        verbosity.warn(warning);
+    }
+    for finding in findings.iter().map(FindingText::from) {
+        verbosity.say(finding.text().trim_end());
+    }
+    verbosity.say(closing::text(&planned, &done, reached.as_ref()));
+    if done.iter().all(|done| done.up_to_date) {
+        verbosity.say(format_args!(
+            "{}: everything is up to date",
+            folder.display()
+        ));
     }
     if common.json {
         output::print(&format!("{report:#}\n"))?;

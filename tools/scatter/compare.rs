@@ -12,7 +12,6 @@ use crate::bow_curves::BowCurves;
 use crate::failure::Failure;
 use crate::flags::Common;
 use crate::output;
-use crate::progress::Verbosity;
 use crate::stages;
 
 /// Angles between which bows are compared unless others are asked for.
@@ -100,10 +99,8 @@ pub(super) fn execute(command: &ScatterCommand, common: &Common) -> Result<(), F
         })
         .collect();
     print(&rows, common)?;
-    if common.verbosity() > Verbosity::Quiet {
-        for row in &rows[..rows.len() - 1] {
-            eprintln!("{}", verdict(row, reference_name));
-        }
+    for row in &rows[..rows.len() - 1] {
+        common.verbosity().say(verdict(row, reference_name));
     }
     match &command.plot {
         Some(path) => {

@@ -170,8 +170,10 @@ fn table(command: &ScatterCommand, common: &Common) -> Result<Option<ScatteringT
                 return Ok(None);
             }
             let table = stages::scatter::read(path)?;
-            if options.verbosity > Verbosity::Normal {
-                stages::scatter::print_interpolation_error(&table);
+            if options.verbosity > Verbosity::Normal
+                && let Some(error) = stages::scatter::interpolation_error(&table)
+            {
+                options.verbosity.say(error);
             }
             Ok(Some(table))
         }

@@ -1,6 +1,7 @@
 //! Fields as the arguments of a command.
 
 use clap::Arg;
+use clap::ArgAction;
 use clap::builder::PossibleValue;
 use clap::builder::PossibleValuesParser;
 use serde_json::Value;
@@ -11,7 +12,7 @@ use super::field::Variant;
 use crate::flags::numbers;
 
 /// Units by the ending of a key, the longer of two that fit first.
-const UNITS: [(&str, &str); 17] = [
+const UNITS: [(&str, &str); 20] = [
     ("_g_m3", "G/M3"),
     ("_m3", "1/M3"),
     ("_m1", "1/M"),
@@ -23,6 +24,9 @@ const UNITS: [(&str, &str); 17] = [
     ("_per_um_gamma", "UM^-GAMMA"),
     ("_deg", "DEG"),
     ("_dbz", "DBZ"),
+    ("_hpa", "HPA"),
+    ("_dobson", "DU"),
+    ("_cm", "CM"),
     ("_um", "UM"),
     ("_mm", "MM"),
     ("_km", "KM"),
@@ -63,9 +67,12 @@ fn of_field(field: &Field, is_required: bool) -> Vec<Arg> {
             std::iter::once(naming).chain(own).collect()
         }
         Kind::OneOf(inner) => optional(inner),
-        Kind::Number | Kind::WholeNumber | Kind::Text | Kind::Numbers(_) | Kind::Name(_) => {
-            vec![scalar(field, is_required)]
-        }
+        Kind::Number
+        | Kind::WholeNumber
+        | Kind::Text
+        | Kind::Numbers(_)
+        | Kind::Name(_)
+        | Kind::Names(_) => vec![scalar(field, is_required)],
     }
 }
 
@@ -111,7 +118,7 @@ fn plain(field: &Field, is_required: bool) -> Arg {
     };
     let arg = Arg::new(field.flag.clone())
         .help(help)
-        .required(is_required);
+        .required(is_required && field.default.is_none());
     // The file that a volume is made from is what its command is about: it needs no flag.
     if field.key == "file" {
         arg
@@ -131,13 +138,12 @@ fn scalar(field: &Field, is_required: bool) -> Arg {
                 .allow_hyphen_values(true)
                 .value_parser(move |text: &str| list(text, n))
         }
-        Kind::Name(names) => {
-            let value = |(name, help): &(String, String)| {
-                PossibleValue::new(name.clone()).help(help.clone())
-            };
-            arg.value_name("NAME")
-                .value_parser(PossibleValuesParser::new(names.iter().map(value)))
-        }
+        Kind::Name(names) => arg.value_name("NAME").value_parser(possible(names)),
+        Kind::Names(names) => arg
+            .value_name("NAME,NAME,…")
+            .value_delimiter(',')
+            .action(ArgAction::Append)
+            .value_parser(possible(names)),
         Kind::WholeNumber => arg
             .value_name("NUMBER")
             .value_parser(clap::value_parser!(u32)),
@@ -147,6 +153,13 @@ fn scalar(field: &Field, is_required: bool) -> Arg {
             .allow_negative_numbers(true)
             .value_parser(number),
     }
+}
+
+/// Names with what they mean.
+pub(super) fn possible(names: &[(String, String)]) -> PossibleValuesParser {
+    let value =
+        |(name, help): &(String, String)| PossibleValue::new(name.clone()).help(help.clone());
+    PossibleValuesParser::new(names.iter().map(value))
 }
 
 fn unit(key: &str) -> &'static str {

@@ -40,6 +40,8 @@ pub(super) enum Kind {
     Numbers(usize),
     /// One of some names, each with what it means.
     Name(Vec<(String, String)>),
+    /// Some of such names.
+    Names(Vec<(String, String)>),
     /// A struct.
     Group(Vec<Field>),
     /// One of some structs.
@@ -58,8 +60,11 @@ pub(super) fn flagged(fields: &[Field]) -> Box<dyn Iterator<Item = &Field> + '_>
                 .flat_map(|variant| flagged(&variant.flags.fields));
             Box::new(std::iter::once(field).chain(inner))
         }
-        Kind::Number | Kind::WholeNumber | Kind::Text | Kind::Numbers(_) | Kind::Name(_) => {
-            Box::new(std::iter::once(field))
-        }
+        Kind::Number
+        | Kind::WholeNumber
+        | Kind::Text
+        | Kind::Numbers(_)
+        | Kind::Name(_)
+        | Kind::Names(_) => Box::new(std::iter::once(field)),
     }))
 }

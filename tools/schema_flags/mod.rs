@@ -15,7 +15,9 @@ mod values;
 
 use clap::Arg;
 use clap::ArgMatches;
+use clap::builder::TypedValueParser;
 use schemars::JsonSchema;
+use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
@@ -31,6 +33,14 @@ impl Flags {
         Self {
             fields: schema::fields(&schema::of::<T>(), ""),
         }
+    }
+
+    /// The same with a default for a field that the struct requires.
+    pub(crate) fn with_default(mut self, key: &str, value: &Value) -> Self {
+        for field in self.fields.iter_mut().filter(|field| field.key == key) {
+            field.default = Some(value.clone());
+        }
+        self
     }
 
     /// The flags, for a command.
@@ -66,6 +76,21 @@ impl Flags {
 /// The variants of an enum of structs.
 pub(crate) fn variants<T: JsonSchema>() -> Vec<Variant> {
     schema::variants(&schema::of::<T>())
+}
+
+/// Values of an enum of plain names, by their names in scene files.
+pub(crate) fn names<T>() -> impl TypedValueParser<Value = T>
+where
+    T: JsonSchema + DeserializeOwned + Clone + Send + Sync + 'static,
+{
+    let names = arguments::possible(&schema::names(&schema::of::<T>()));
+    names.try_map(|name| serde_json::from_value(name.into()))
+}
+
+/// The name of such a value.
+pub(crate) fn name(value: impl Serialize) -> String {
+    let value = serde_json::to_value(value).unwrap_or_default();
+    value.as_str().unwrap_or_default().to_owned()
 }
 
 /// The type that JSON stands for.

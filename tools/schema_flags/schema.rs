@@ -24,6 +24,9 @@ pub(super) fn fields(schema: &Value, prefix: &str) -> Vec<Field> {
         .iter()
         .filter_map(Value::as_str)
         .collect();
+    // A list of structs has no flag: it stands in files.
+    let has_flag =
+        |(_, schema): &(&String, &Value)| schema.get("items").and_then(properties).is_none();
     let field = |(key, schema): (&String, &Value)| {
         let flag = format!("{prefix}{}", key.replace('_', "-"));
         Field {
@@ -41,6 +44,7 @@ pub(super) fn fields(schema: &Value, prefix: &str) -> Vec<Field> {
     properties(schema)
         .into_iter()
         .flatten()
+        .filter(has_flag)
         .map(field)
         .collect()
 }
@@ -64,7 +68,7 @@ fn kind(schema: &Value, flag: &str) -> Kind {
     let items = list(schema, "oneOf");
     if let Some(first) = items.first() {
         return match properties(first).and_then(|content| content.values().next()) {
-            None => Kind::Name(items.iter().filter_map(name).collect()),
+            None => Kind::Name(names(schema)),
             Some(content) if properties(content).is_some() => Kind::Choice(variants(schema)),
             Some(_) => Kind::OneOf(items.iter().flat_map(numbers).collect()),
         };
@@ -76,6 +80,12 @@ fn kind(schema: &Value, flag: &str) -> Kind {
         Some(Value::Array(names)) => names.iter().any(|found| found == name),
         found => found.is_some_and(|found| found == name),
     };
+    if let Some(items) = schema
+        .get("items")
+        .filter(|items| items.get("oneOf").is_some())
+    {
+        return Kind::Names(names(items));
+    }
     let length = schema.get("maxItems").and_then(Value::as_u64);
     match length {
         Some(n) => Kind::Numbers(n as usize),
@@ -85,7 +95,11 @@ fn kind(schema: &Value, flag: &str) -> Kind {
     }
 }
 
-/// A name of an enum without content.
+/// The names of an enum without content.
+pub(super) fn names(schema: &Value) -> Vec<(String, String)> {
+    list(schema, "oneOf").iter().filter_map(name).collect()
+}
+
 fn name(item: &Value) -> Option<(String, String)> {
     let name = item.get("const")?.as_str()?;
     Some((name.to_owned(), documentation(item)))

@@ -14,7 +14,9 @@ use crate::failure::Failure;
 pub(super) fn object(fields: &[Field], matches: &ArgMatches) -> Result<Value, Failure> {
     let mut object = Map::new();
     for field in fields {
-        match given(field, matches)? {
+        // A field that the struct requires has a default only on the command line.
+        let usual = field.default.as_ref().filter(|_| field.is_required);
+        match given(field, matches)?.or_else(|| usual.cloned()) {
             Some(value) => {
                 object.insert(field.key.clone(), value);
             }
@@ -42,6 +44,10 @@ fn given(field: &Field, matches: &ArgMatches) -> Result<Option<Value>, Failure> 
         Kind::Text | Kind::Name(_) => {
             let value = matches.get_one::<String>(flag);
             value.map(|value| Value::from(value.as_str()))
+        }
+        Kind::Names(_) => {
+            let names = matches.get_many::<String>(flag);
+            names.map(|names| names.map(String::as_str).collect())
         }
         Kind::Numbers(_) => {
             let value = matches.get_one::<Vec<f64>>(flag);

@@ -9,7 +9,6 @@ use niji_vdb::Compression;
 
 use crate::failure::Failure;
 use crate::output;
-use crate::progress::Verbosity;
 use crate::stages::Done;
 use crate::stages::Request;
 use crate::stages::StageOptions;
@@ -46,15 +45,13 @@ pub(crate) fn make(
             _ => Failure::Failed(error.to_string()),
         })?;
         output::write_file(to, |writer| file.write(writer, compression))?;
-        if options.verbosity > Verbosity::Quiet {
-            print_summary(volume);
-        }
+        options.verbosity.say(summary(volume));
         Ok(())
     })
 }
 
-/// Says on standard error how much water and how much extinction there is, and what is unnatural.
-fn print_summary(volume: DropVolume) {
+/// How much water and how much extinction there is, and what is unnatural.
+fn summary(volume: DropVolume) -> String {
     let whole = volume.summary();
     let modes = if volume.modes.len() > 1 {
         volume.modes
@@ -62,37 +59,36 @@ fn print_summary(volume: DropVolume) {
         Vec::new()
     };
     let (r_low, r_high) = whole.effective_radius_um;
-    let [tau_x, tau_y, tau_z] = whole.optical_depth_q1;
-    eprintln!(
-        "      drops  {} nodes, effective radius {r_low:.4} to {r_high:.4} um",
-        whole.n_nodes
-    );
-    eprintln!(
-        "             liquid water {:.3e} g/m3 mean, {:.3e} max; extinction (Q = 2) {:.3e} 1/m max",
-        whole.mean_liquid_water_g_m3,
-        whole.max_liquid_water_g_m3,
-        2.0 * whole.max_extinction_m1_q1
-    );
-    eprintln!(
-        "             optical depth (Q = 2) across x, y, z: {:.3}, {:.3}, {:.3}",
-        2.0 * tau_x,
-        2.0 * tau_y,
-        2.0 * tau_z
-    );
+    let [tau_x, tau_y, tau_z] = whole.optical_depth_q1.map(|tau| 2.0 * tau);
+    let mut lines = vec![
+        format!(
+            "      drops  {} nodes, effective radius {r_low:.4} to {r_high:.4} um",
+            whole.n_nodes
+        ),
+        format!(
+            "             liquid water {:.3e} g/m3 mean, {:.3e} max; extinction (Q = 2) {:.3e} 1/m max",
+            whole.mean_liquid_water_g_m3,
+            whole.max_liquid_water_g_m3,
+            2.0 * whole.max_extinction_m1_q1
+        ),
+        format!(
+            "             optical depth (Q = 2) across x, y, z: {tau_x:.3}, {tau_y:.3}, {tau_z:.3}"
+        ),
+    ];
     for mode in modes {
         let name = mode.name.clone();
         let mode = DropVolume { modes: vec![mode] }.summary();
         let (r_low, r_high) = mode.effective_radius_um;
         let deepest = mode.optical_depth_q1.into_iter().fold(0.0, f64::max);
-        eprintln!(
+        lines.push(format!(
             "             {name}: {} nodes, {:.3e} g of water, effective radius {r_low:.4} to \
              {r_high:.4} um, optical depth (Q = 2) up to {:.3}",
             mode.n_nodes,
             mode.total_water_g,
             2.0 * deepest
-        );
+        ));
     }
-    for warning in &whole.warnings {
-        eprintln!("    warning  {warning}");
-    }
+    let warnings = whole.warnings.iter();
+    lines.extend(warnings.map(|warning| format!("    warning  {warning}")));
+    lines.join("\n")
 }

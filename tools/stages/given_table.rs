@@ -36,12 +36,7 @@ pub(crate) fn given(
 
 /// Says on standard error that a table is of no use.
 pub(crate) fn warn_unused(verbosity: Verbosity) {
-    if verbosity > Verbosity::Quiet {
-        eprintln!(
-            "{:>11}  the plan of this scene needs no scattering table: --table is not used",
-            "warning"
-        );
-    }
+    verbosity.warn("the plan of this scene needs no scattering table: --table is not used");
 }
 
 /// Reads a table that serves a scene.

@@ -103,12 +103,10 @@ pub(crate) fn perform(
         .map(|path| path.display().to_string())
         .collect();
     let seconds = start.elapsed().as_secs_f64();
-    if options.verbosity > Verbosity::Quiet && up_to_date {
-        eprintln!(
-            "{:>11}  {} is up to date",
-            request.stage,
-            request.outputs[0].display()
-        );
+    if up_to_date {
+        let (stage, main) = (request.stage, request.outputs[0].display());
+        let verbosity = options.verbosity;
+        verbosity.say(format_args!("{stage:>11}  {main} is up to date"));
     }
     Ok(Done {
         stage: request.stage,

@@ -21,7 +21,7 @@ pub(crate) fn warn(scene: &Scene, air: Option<&Path>, verbosity: Verbosity) {
         return;
     }
     for warning in air.map_or_else(Vec::new, |path| other_air(scene, path)) {
-        eprintln!("{:>11}  {warning}", "warning");
+        verbosity.warn(warning);
     }
 }
 

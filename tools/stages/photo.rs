@@ -7,17 +7,13 @@ use std::path::Path;
 
 use clap::Args;
 use niji_photo::Finding;
+use niji_picture::CardExposure;
+use niji_picture::Distances;
+use niji_picture::PlannedScene;
 use niji_picture::SurfaceFiles;
-use niji_radiometry::Water;
-use niji_scene::Along;
 use niji_scene::Camera;
 use niji_scene::Photo;
-use niji_scene::PhotoExposure;
-use niji_scene::PickedBow;
-use niji_scene::PickedColor;
 use niji_scene::Stage;
-use niji_scene::picked_sun;
-use niji_scene::with_sun;
 
 use crate::check;
 use crate::check::CheckCommand;
@@ -26,13 +22,13 @@ use crate::composite::CompositeCommand;
 use crate::depth;
 use crate::depth::DepthCommand;
 use crate::failure::Failure;
+use crate::schema_flags::name;
 use crate::stages;
 use crate::stages::Done;
 use crate::stages::StageOptions;
 use crate::sun;
 use crate::sun::SunCommand;
 use crate::water_flags;
-use niji_picture::PlannedScene;
 
 /// Names of the files in the folder of a run.
 const DEPTH: &str = "depth.exr";
@@ -45,24 +41,6 @@ pub(crate) const COMPOSITE: &str = "composite.png";
 /// Shapes whose drops are no rain.
 const SPRAYS: [&str; 3] = ["fountain", "waterfall", "sea-spray"];
 const FOGS: [&str; 1] = ["fog-bank"];
-
-/// A scene file with the sun that its picks give, where it says none.
-///
-/// # Errors
-/// A photograph that cannot be read, or picks that no sun explains.
-pub(crate) fn with_picked_sun(text: String, scene_file: &Path) -> Result<String, Failure> {
-    let Some(picked) = picked_sun(&text) else {
-        return Ok(text);
-    };
-    let folder = scene_file.parent().unwrap_or(Path::new(""));
-    let mut arguments = vec!["sun".to_owned()];
-    arguments.extend(picture_and_camera(&picked.photo, &picked.camera, folder));
-    arguments.extend(picks(&picked.photo, picked.water));
-    let solved = sun::solve(&parse::<SunCommand>(&arguments)?)?;
-    let best = solved.best()?;
-    let (elevation_deg, azimuth_deg) = (best.elevation.to_degrees(), best.azimuth.to_degrees());
-    Ok(with_sun(&text, elevation_deg, azimuth_deg))
-}
 
 /// Where the light of the render stage ends: at the photographed surfaces, or at those that the scene
 /// names.
@@ -88,12 +66,16 @@ pub(crate) fn arguments(
     match stage {
         Stage::Depth => {
             arguments.extend(camera());
-            arguments.extend(distances(photo, planned));
+            arguments.extend(planned.photo_distances().iter().flat_map(distances));
             arguments.extend(output(DEPTH));
         }
         Stage::Sun => {
             arguments.extend(camera());
-            arguments.extend(picks(photo, planned.scene.water()));
+            let picks = photo.picks_px.iter();
+            arguments.extend(picks.map(|[x, y]| format!("--pick={x},{y}")));
+            arguments.push(format!("--bow={}", name(photo.bow)));
+            arguments.push(format!("--edge={}", name(photo.edge)));
+            arguments.extend(water_flags::arguments(planned.scene.water()));
             arguments.push(format!("--preview={}", inside(SUN_PREVIEW)));
             arguments.extend(output(SUN));
         }
@@ -106,7 +88,7 @@ pub(crate) fn arguments(
             arguments.push(beside(&planned.folder, &photo.picture));
             arguments.push(format!("--image={}", inside(stages::render::FILE)));
             arguments.push(format!("--depth={}", inside(DEPTH)));
-            arguments.push(format!("--exposure={}", exposure(photo)));
+            arguments.push(format!("--exposure={}", exposure(photo.into())));
             arguments.extend(output(COMPOSITE));
         }
         Stage::Drops | Stage::Airy | Stage::Scatter | Stage::Atmosphere | Stage::Render => {
@@ -171,48 +153,18 @@ fn picture_and_camera(photo: &Photo, camera: &Camera, folder: &Path) -> Vec<Stri
     ]
 }
 
-fn distances(photo: &Photo, planned: &PlannedScene) -> Vec<String> {
-    let beside = |path: &str| beside(&planned.folder, path);
-    if let (Some(layers), Some(labels)) = (&photo.layers, &photo.labels) {
-        return vec![
-            format!("--layers={}", beside(layers)),
-            format!("--labels={}", beside(labels)),
-        ];
-    }
-    let Some(occluders) = &planned.scene.occluders else {
-        return Vec::new();
-    };
-    let map = occluders.depth.iter().flat_map(|depth| {
-        [
-            format!("--map={}", beside(depth)),
+fn distances(distances: &Distances) -> Vec<String> {
+    match distances {
+        Distances::Layers { distances, labels } => vec![
+            format!("--layers={}", distances.display()),
+            format!("--labels={}", labels.display()),
+        ],
+        Distances::Map(map) => vec![
+            format!("--map={}", map.path.display()),
             "--kind=metres".to_owned(),
-            match occluders.along {
-                Along::Ray => "--along=ray".to_owned(),
-                Along::Axis => "--along=axis".to_owned(),
-            },
-        ]
-    });
-    map.collect()
-}
-
-fn picks(photo: &Photo, water: Water) -> Vec<String> {
-    let edge = match photo.edge {
-        PickedColor::Red => "red",
-        PickedColor::Middle => "middle",
-        PickedColor::Violet => "violet",
-    };
-    let picks = photo.picks_px.iter();
-    picks
-        .map(|[x, y]| format!("--pick={x},{y}"))
-        .chain([bow(photo), format!("--edge={edge}")])
-        .chain(water_flags::arguments(water))
-        .collect()
-}
-
-fn bow(photo: &Photo) -> String {
-    match photo.bow {
-        PickedBow::Primary => "--bow=primary".to_owned(),
-        PickedBow::Secondary => "--bow=secondary".to_owned(),
+            format!("--along={}", name(map.along)),
+        ],
+        Distances::Proposed { .. } => Vec::new(),
     }
 }
 
@@ -238,7 +190,7 @@ fn circumstances(
     let mut arguments = vec![
         format!("--sun-elevation-deg={}", sun.elevation_deg),
         format!("--sun-azimuth-deg={}", sun.azimuth_deg),
-        bow(photo),
+        format!("--bow={}", name(photo.bow)),
         format!("--drops={drops}"),
         format!("--image={}", inside(stages::render::FILE)),
     ];
@@ -252,10 +204,10 @@ fn circumstances(
     arguments
 }
 
-fn exposure(photo: &Photo) -> String {
-    match (photo.white_card, photo.exposure) {
-        (Some(value), _) => value.to_string(),
-        (None, PhotoExposure::Match) => "match".to_owned(),
-        (None, PhotoExposure::Camera) => "camera".to_owned(),
+fn exposure(exposure: CardExposure) -> String {
+    match exposure {
+        CardExposure::Match => "match".to_owned(),
+        CardExposure::Camera => "camera".to_owned(),
+        CardExposure::Value(value) => value.to_string(),
     }
 }

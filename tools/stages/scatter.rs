@@ -99,15 +99,14 @@ pub(crate) fn computed(
     Ok(table?)
 }
 
-/// Says on standard error how far linear interpolation along each axis is from the theory.
-pub(crate) fn print_interpolation_error(table: &ScatteringTable) {
-    let Some(found) = table.interpolation_error else {
-        return;
-    };
-    eprintln!("interpolation error over the peak of the bow, rms and largest:");
-    for (axis, error) in found.axes() {
-        eprintln!("  {axis:<19} {:.1e}  {:.1e}", error.rms, error.max);
+/// How far linear interpolation along each axis is from the theory, where that is known.
+pub(crate) fn interpolation_error(table: &ScatteringTable) -> Option<String> {
+    let title = "interpolation error over the peak of the bow, rms and largest:";
+    let mut lines = vec![title.to_owned()];
+    for (axis, error) in table.interpolation_error?.axes() {
+        lines.push(format!("  {axis:<19} {:.1e}  {:.1e}", error.rms, error.max));
     }
+    Some(lines.join("\n"))
 }
 
 /// Airy's theory is no theory of fog.
@@ -118,12 +117,12 @@ fn warn_of_small_drops(need: &ScatteringNeed, verbosity: Verbosity) {
         .copied()
         .unwrap_or(f64::INFINITY);
     let is_airy = matches!(need.theory, Theory::Airy | Theory::AiryPublished);
-    if is_airy && smallest_um < AIRY_SMALLEST_RADIUS.0 && verbosity > Verbosity::Quiet {
-        eprintln!(
-            "{:>11}  drops of {smallest_um} µm: below {} µm Airy's bow is wrong by more than 8 % and \
+    if is_airy && smallest_um < AIRY_SMALLEST_RADIUS.0 {
+        verbosity.warn(format_args!(
+            "drops of {smallest_um} µm: below {} µm Airy's bow is wrong by more than 8 % and \
              misplaced; use uniform, debye or mie",
-            "warning", AIRY_SMALLEST_RADIUS.0
-        );
+            AIRY_SMALLEST_RADIUS.0
+        ));
     }
 }
 

@@ -91,7 +91,7 @@ impl CameraFlags {
         let mut camera = Camera {
             width_px: width as u32,
             height_px: height as u32,
-            horizontal_fov_deg: fov.to_degrees(),
+            horizontal_fov_deg: self.fov_deg.unwrap_or_else(|| fov.to_degrees()),
             fov_source,
             azimuth_deg: self.azimuth_deg.or(photo.notes.azimuth_deg).unwrap_or(0.0),
             elevation_deg: self.elevation_deg.unwrap_or(0.0),

@@ -1,6 +1,5 @@
 //! `niji sun`: where the sun stands by pixels of a photograph where a bow is or should be.
 
-pub(crate) mod bow_edges;
 pub(crate) mod camera_flags;
 pub(crate) mod report;
 
@@ -9,39 +8,39 @@ use std::path::PathBuf;
 use clap::Args;
 use glam::DVec3;
 use niji_geometry::PinholeCamera;
-use niji_photo::Finding;
-use niji_photo::FitRequest;
 use niji_photo::LinearPicture;
 use niji_photo::Photograph;
 use niji_photo::PickedEdge;
-use niji_photo::SunSolution;
-use niji_photo::Verdict;
 use niji_photo::bow_path;
-use niji_photo::diagnose_picks;
 use niji_photo::draw_line;
 use niji_photo::published_directions;
-use niji_photo::sun_from_picks;
 use niji_photo::write_png;
+use niji_picture::BowEdge;
+use niji_picture::EDGE_ERROR;
+use niji_picture::PICK_ERROR_PX;
+use niji_picture::PickedSuns;
+use niji_picture::PicksRequest;
 use niji_radiometry::Radians;
+use niji_scene::PickedBow;
+use niji_scene::PickedColor;
 use serde_json::json;
 
 use crate::failure::Failure;
 use crate::flags::Common;
 use crate::output;
+use crate::schema_flags::names;
 use crate::stages;
 use crate::stages::Done;
 use crate::stages::Request;
 use crate::stages::StageOptions;
 use crate::stages::perform;
-use crate::sun::bow_edges::Bow;
-use crate::sun::bow_edges::BowEdge;
-use crate::sun::bow_edges::EDGE_ERROR_DEG;
-use crate::sun::bow_edges::Edge;
-use crate::sun::bow_edges::TEMPERATURE_C;
 use crate::sun::camera_flags::Camera;
 use crate::sun::camera_flags::CameraFlags;
 use crate::sun::camera_flags::point;
 use crate::water_flags::WaterFlags;
+
+/// Temperature of the water unless another is said; 10 degrees move the bow by 0.1 degree.
+pub(crate) const TEMPERATURE_C: &str = "15";
 
 /// Colors of the drawn bows, linear: the best one, the others, the picks.
 const BEST: [f32; 3] = [1.0, 1.0, 1.0];
@@ -65,11 +64,11 @@ pub(crate) struct SunCommand {
     #[arg(long = "pick", value_name = "X,Y", value_parser = point, required = true, allow_hyphen_values = true)]
     picks: Vec<[f64; 2]>,
     /// Which bow was picked.
-    #[arg(long, value_enum, default_value_t = Bow::Primary)]
-    bow: Bow,
+    #[arg(long, value_name = "BOW", value_parser = names::<PickedBow>(), default_value = "primary")]
+    bow: PickedBow,
     /// Which color edge of it was picked.
-    #[arg(long, value_enum, default_value_t = Edge::Red)]
-    edge: Edge,
+    #[arg(long, value_name = "EDGE", value_parser = names::<PickedColor>(), default_value = "red")]
+    edge: PickedColor,
     /// The water of the drops.
     #[command(flatten)]
     water: WaterFlags,
@@ -77,13 +76,13 @@ pub(crate) struct SunCommand {
     #[arg(long, value_name = "DEG")]
     bow_angle_deg: Option<f64>,
     /// Standard error of the bow angle in degrees.
-    #[arg(long, value_name = "DEG", default_value_t = EDGE_ERROR_DEG)]
+    #[arg(long, value_name = "DEG", default_value_t = EDGE_ERROR.to_degrees())]
     bow_angle_error_deg: f64,
     /// Assume no bow angle: it comes out and is a check.
     #[arg(long)]
     no_prior: bool,
     /// Standard error of a pick in pixels.
-    #[arg(long, value_name = "PX", default_value_t = 1.0)]
+    #[arg(long, value_name = "PX", default_value_t = PICK_ERROR_PX)]
     noise_px: f64,
     /// Search as published: directions on a grid of this step with 40 to 43 degrees at every pick.
     #[arg(long, value_name = "STEP_DEG", num_args = 0..=1, default_missing_value = "0.25")]
@@ -104,9 +103,7 @@ pub(crate) struct Solved {
     camera: Camera,
     pinhole: PinholeCamera,
     photo: Photograph,
-    /// Best first.
-    solutions: Vec<SunSolution>,
-    findings: Vec<Finding>,
+    suns: PickedSuns,
 }
 
 /// Solves for the sun.
@@ -126,11 +123,12 @@ pub(crate) fn execute(command: &SunCommand, common: &Common) -> Result<(), Failu
         report::text(&report)
     };
     output::print(&text)?;
-    let possible = solved.best().map(|_| ());
+    let possible = solved.suns.best();
     if command.output.is_some() || command.preview.is_some() {
         files(command, common.options(), || Ok(solved))?;
     }
-    possible
+    possible?;
+    Ok(())
 }
 
 /// Writes what the picks say, or keeps files that fit.
@@ -150,44 +148,26 @@ pub(crate) fn solve(command: &SunCommand) -> Result<Solved, Failure> {
         .map_err(|error| Failure::bad_input(&command.photo, error))?;
     let camera = command.camera.camera(&photo)?;
     let pinhole = camera.pinhole()?;
-    let edge = edge(command)?;
-    let offsets_rad = vec![0.0; command.picks.len()];
-    let request = FitRequest {
+    let request = PicksRequest {
         camera: &pinhole,
         picks_px: &command.picks,
-        offsets_rad: &offsets_rad,
         noise_px: command.noise_px,
-        prior: (!command.no_prior).then_some(edge.expected),
+        edge: edge(command)?,
+        is_angle_known: !command.no_prior,
     };
-    let usage = |error: niji_photo::Error| Failure::Usage(error.to_string());
-    let solutions = sun_from_picks(&request).map_err(usage)?;
-    let findings = diagnose_picks(&request, edge, &solutions);
+    let suns = request.suns();
+    let suns = suns.map_err(|error| Failure::Usage(error.to_string()))?;
     Ok(Solved {
         camera,
         pinhole,
         photo,
-        solutions,
-        findings,
+        suns,
     })
 }
 
 impl Solved {
-    /// The first solution against which nothing speaks.
-    ///
-    /// # Errors
-    /// [`Failure::Impossible`] if there is none.
-    pub(crate) fn best(&self) -> Result<&SunSolution, Failure> {
-        let possible = |solution: &&SunSolution| solution.verdict == Verdict::Possible;
-        self.solutions.iter().find(possible).ok_or_else(|| {
-            let reason = self.findings.first().map(|finding| finding.reason.clone());
-            Failure::Impossible(reason.unwrap_or_else(|| {
-                "no place of the sun gives a bow through these picks".to_owned()
-            }))
-        })
-    }
-
     fn report(&self) -> report::Report<'_> {
-        report::Report::new(&self.camera, &self.solutions, &self.findings)
+        report::Report::new(&self.camera, &self.suns)
     }
 }
 
@@ -249,10 +229,11 @@ fn edge(command: &SunCommand) -> Result<PickedEdge, Failure> {
     }
     let edge = BowEdge {
         bow: command.bow,
-        edge: command.edge,
+        color: command.edge,
         water: command.water.water()?,
     };
-    Ok(edge.picked((angle_deg, error_deg)))
+    let angle = angle_deg.map_or_else(|| edge.angle(), Radians::from_degrees);
+    Ok(edge.picked(angle, Radians::from_degrees(error_deg)))
 }
 
 fn published(command: &SunCommand, step_deg: f64, common: &Common) -> Result<(), Failure> {
@@ -278,7 +259,7 @@ fn published(command: &SunCommand, step_deg: f64, common: &Common) -> Result<(),
 fn drawn(solved: Solved, picks: &[[f64; 2]]) -> LinearPicture {
     let mut picture = solved.photo.light;
     let width_px = (picture.ncols() as f64 / 500.0).max(1.5);
-    for (index, solution) in solved.solutions.iter().enumerate().rev() {
+    for (index, solution) in solved.suns.solutions.iter().enumerate().rev() {
         let color = if index == 0 { BEST } else { OTHER };
         let fit = &solution.fit;
         for line in bow_path(&solved.pinhole, fit.antisolar, fit.bow_angle) {

@@ -5,6 +5,7 @@ use niji_photo::Finding;
 use niji_photo::Severity;
 use niji_photo::SunSolution;
 use niji_photo::Verdict;
+use niji_picture::PickedSuns;
 use serde::Serialize;
 use serde_json::json;
 
@@ -83,11 +84,11 @@ impl FindingText {
 
 impl<'a> Report<'a> {
     /// Gathers what there is to say.
-    pub(crate) fn new(camera: &'a Camera, solutions: &[SunSolution], findings: &[Finding]) -> Self {
+    pub(crate) fn new(camera: &'a Camera, suns: &PickedSuns) -> Self {
         Self {
             camera,
-            solutions: solutions.iter().map(Solution::from).collect(),
-            findings: findings.iter().map(FindingText::from).collect(),
+            solutions: suns.solutions.iter().map(Solution::from).collect(),
+            findings: suns.findings.iter().map(FindingText::from).collect(),
         }
     }
 }

@@ -177,7 +177,7 @@ pub enum DropSource {
 
 /// A bow too faint to be seen: its luminance over that of what lies behind it.
 #[must_use]
-pub fn contrast_too_low(contrast: f64, bow: &'static str) -> Option<Finding> {
+pub fn contrast_too_low(contrast: f64, bow: &str) -> Option<Finding> {
     // False for NaN, which is unknown.
     (contrast < VISIBLE_CONTRAST).then(|| {
         Finding::new(

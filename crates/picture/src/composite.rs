@@ -11,6 +11,8 @@ use niji_photo::card_value;
 use niji_photo::composite;
 use niji_photo::scale_to_white;
 use niji_radiometry::RgbPrimaries;
+use niji_scene::Photo;
+use niji_scene::PhotoExposure;
 
 use crate::background::Background;
 use crate::error::Error;
@@ -24,6 +26,16 @@ pub enum CardExposure {
     Camera,
     /// This value, linear.
     Value(f64),
+}
+
+impl From<&Photo> for CardExposure {
+    fn from(section: &Photo) -> Self {
+        match (section.white_card, section.exposure) {
+            (Some(value), _) => Self::Value(value),
+            (None, PhotoExposure::Match) => Self::Match,
+            (None, PhotoExposure::Camera) => Self::Camera,
+        }
+    }
 }
 
 /// What a bow is set into, and how.

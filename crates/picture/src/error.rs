@@ -29,6 +29,12 @@ pub enum Error {
     /// Drops that physics does not allow.
     #[error("{}", with_causes(.0))]
     Drops(#[source] niji_droplets::Error),
+    /// A scene file that is wrong.
+    #[error(transparent)]
+    SceneFile(#[from] niji_scene::SceneError),
+    /// Picks in a photograph that no sun explains.
+    #[error("{0}")]
+    NoSun(String),
     /// A scene that cannot be planned.
     #[error("{}", with_causes(.0))]
     Plan(#[from] niji_scene::PlanError),

@@ -2,11 +2,12 @@
 //!
 //! ```
 //! use std::path::Path;
-//! use niji_picture::{PlanRequest, PlannedScene, Scene, unwatched};
+//! use niji_picture::{PlanRequest, PlannedScene, scene_from_toml, unwatched};
 //!
-//! let scene = Scene::from_toml(include_str!("../../../data/scenes/paper-c-figure-3.toml"))?;
-//! # let scene = { let mut scene = scene; scene.camera.width_px = 24; scene.camera.height_px = 16; scene };
+//! let text = include_str!("../../../data/scenes/paper-c-figure-3.toml");
 //! let folder = Path::new("data/scenes");
+//! let scene = scene_from_toml(text, folder)?;
+//! # let scene = { let mut scene = scene; scene.camera.width_px = 24; scene.camera.height_px = 16; scene };
 //! let planned = PlannedScene::new(scene, PlanRequest { folder, ..PlanRequest::default() })?;
 //! println!("{}", planned.plan);
 //! let image = planned.picture(&unwatched)?;
@@ -25,11 +26,13 @@
 
 pub mod air;
 mod background;
+mod bow_edge;
 mod composite;
 mod drop_volume;
 mod error;
 mod image;
 mod photo_depth;
+mod picked_sun;
 mod picture;
 mod planned_scene;
 pub mod scattering;
@@ -39,6 +42,8 @@ mod watch;
 
 pub use background::Background;
 pub use background::DEPTH_MAP;
+pub use bow_edge::BowEdge;
+pub use bow_edge::EDGE_ERROR;
 pub use composite::CardExposure;
 pub use composite::Composite;
 pub use composite::CompositeRequest;
@@ -57,6 +62,10 @@ pub use photo_depth::MapValues;
 pub use photo_depth::POSITION_WEIGHT;
 pub use photo_depth::PhotoDepth;
 pub use photo_depth::PhotoDepthRequest;
+pub use picked_sun::PICK_ERROR_PX;
+pub use picked_sun::PickedSuns;
+pub use picked_sun::PicksRequest;
+pub use picked_sun::scene_from_toml;
 pub use picture::PictureParts;
 pub use picture::PictureSettings;
 pub use picture::PictureWork;

@@ -1,7 +1,9 @@
 //! How far away the surfaces of a photograph are.
 
 use std::path::Path;
+use std::path::PathBuf;
 
+use glam::DVec3;
 use ndarray::Array2;
 use niji_geometry::PinholeCamera;
 use niji_geometry::PinholeRequest;
@@ -22,6 +24,9 @@ use niji_photo::read_layer_distances;
 use niji_photo::upsample_depth;
 use niji_photo::upsample_labels;
 use niji_radiometry::Meters;
+use niji_radiometry::Radians;
+use niji_scene::Along;
+use niji_scene::Camera;
 
 use crate::error::Error;
 
@@ -31,8 +36,8 @@ pub const POSITION_WEIGHT: f64 = 0.3;
 pub const EYE_HEIGHT: Meters = Meters(1.6);
 
 /// Where distances come from.
-#[derive(Clone, Copy, Debug)]
-pub enum Distances<'a> {
+#[derive(Clone, Debug)]
+pub enum Distances {
     /// Layers of similar color, their distances proposed.
     Proposed {
         /// How many.
@@ -45,46 +50,46 @@ pub enum Distances<'a> {
     /// Layers in files.
     Layers {
         /// Their distances (TOML).
-        distances: &'a Path,
+        distances: PathBuf,
         /// Their labels (PNG), of the size of the photograph or smaller.
-        labels: &'a Path,
+        labels: PathBuf,
     },
     /// A map in a file.
-    Map(DepthMap<'a>),
+    Map(DepthMap),
 }
 
 /// A depth map from elsewhere.
-#[derive(Clone, Copy, Debug)]
-pub struct DepthMap<'a> {
+#[derive(Clone, Debug)]
+pub struct DepthMap {
     /// EXR with a channel Z, or a grey PNG, whose white is 1.
-    pub path: &'a Path,
+    pub path: PathBuf,
     /// What its values are.
-    pub values: MapValues<'a>,
+    pub values: MapValues,
     /// What they are measured along.
-    pub along: DepthAlong,
+    pub along: Along,
 }
 
 /// What the values of a depth map are; anchors are a column and a row of the photograph with the distance there
 /// in metres.
-#[derive(Clone, Copy, Debug)]
-pub enum MapValues<'a> {
+#[derive(Clone, Debug)]
+pub enum MapValues {
     /// Distances in this unit (m); 0 and infinity are the sky.
     Metres(f64),
     /// Inverse depth of unknown scale and shift, near = large.
-    Inverse(&'a [[f64; 3]]),
+    Inverse(Vec<[f64; 3]>),
     /// Depth of unknown scale and shift, near = small.
-    Relative(&'a [[f64; 3]]),
+    Relative(Vec<[f64; 3]>),
 }
 
 /// A photograph and what is known of it.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct PhotoDepthRequest<'a> {
     /// The photograph.
     pub photo: &'a Photograph,
     /// What took it, in the pixels of the photograph.
     pub camera: PinholeRequest,
     /// Where distances come from.
-    pub distances: Distances<'a>,
+    pub distances: Distances,
 }
 
 /// Distances along the view rays.
@@ -102,8 +107,8 @@ impl PhotoDepthRequest<'_> {
     /// # Errors
     /// Files that are missing, damaged or contradict the photograph; counts, weights and heights out of range.
     pub fn depth(&self) -> Result<PhotoDepth, Error> {
-        let (depth_m, layers) = match self.distances {
-            Distances::Proposed {
+        let (depth_m, layers) = match &self.distances {
+            &Distances::Proposed {
                 count,
                 position_weight,
                 eye_height,
@@ -118,7 +123,7 @@ impl PhotoDepthRequest<'_> {
                 (depth_of_layers(&layers)?, Some(layers))
             }
             Distances::Layers { distances, labels } => (self.of_files(distances, labels)?, None),
-            Distances::Map(map) => (self.of_map(&map)?, None),
+            Distances::Map(map) => (self.of_map(map)?, None),
         };
         Ok(PhotoDepth { depth_m, layers })
     }
@@ -141,8 +146,8 @@ impl PhotoDepthRequest<'_> {
     }
 
     fn of_map(&self, map: &DepthMap) -> Result<Array2<f32>, Error> {
-        let of_map = |error: niji_photo::Error| Error::file(map.path, error);
-        let mut values = read_depth_values(map.path).map_err(of_map)?;
+        let of_map = |error: niji_photo::Error| Error::file(&map.path, error);
+        let mut values = read_depth_values(&map.path).map_err(of_map)?;
         let (height, width) = values.dim();
         let camera = pinhole(PinholeRequest {
             width_px: width as u32,
@@ -162,20 +167,43 @@ impl PhotoDepthRequest<'_> {
             });
             anchors.collect()
         };
-        let kind = match map.values {
+        let kind = match &map.values {
             MapValues::Inverse(known) => DepthKind::Inverse(anchors(known)),
             MapValues::Relative(known) => DepthKind::Relative(anchors(known)),
             MapValues::Metres(unit_m) => {
-                let unit_m = unit_m as f32;
+                let unit_m = *unit_m as f32;
                 values.mapv_inplace(|value| value * unit_m);
                 DepthKind::Metres
             }
         };
-        let coarse_m = depth_from_values(&values, &kind, map.along, &camera).map_err(of_map)?;
+        let along = match map.along {
+            Along::Ray => DepthAlong::Ray,
+            Along::Axis => DepthAlong::Axis,
+        };
+        let coarse_m = depth_from_values(&values, &kind, along, &camera).map_err(of_map)?;
         upsample_depth(&coarse_m, &self.photo.light).map_err(of_map)
     }
 }
 
-fn pinhole(request: PinholeRequest) -> Result<PinholeCamera, Error> {
+/// Reads a photograph.
+pub(crate) fn read_photo(path: &Path) -> Result<Photograph, Error> {
+    Photograph::read(path).map_err(|error| Error::file(path, error))
+}
+
+/// The camera of a scene as the one that took its photograph, its eye at the origin.
+pub(crate) fn photo_camera(camera: &Camera, photo: &Photograph) -> PinholeRequest {
+    PinholeRequest {
+        position: DVec3::ZERO,
+        azimuth: Radians::from_degrees(camera.azimuth_deg),
+        elevation: Radians::from_degrees(camera.elevation_deg),
+        roll: Radians::from_degrees(camera.roll_deg),
+        // A scene with a photograph has a pinhole camera, hence a field of view.
+        horizontal_fov: Radians::from_degrees(camera.horizontal_fov_deg.unwrap_or_default()),
+        width_px: photo.width() as u32,
+        height_px: photo.height() as u32,
+    }
+}
+
+pub(crate) fn pinhole(request: PinholeRequest) -> Result<PinholeCamera, Error> {
     PinholeCamera::new(request).map_err(Error::scene)
 }

@@ -4,7 +4,6 @@ use std::fs;
 use std::path::Path;
 use std::path::PathBuf;
 
-use glam::DVec3;
 use ndarray::Array2;
 use niji_airy::AiryTable;
 use niji_dropfield::DropVolume;
@@ -12,19 +11,13 @@ use niji_exchange::AtmosphereTable;
 use niji_exchange::Provenance;
 use niji_exchange::ScatteringTable;
 use niji_exchange::SpectralImage;
-use niji_geometry::PinholeRequest;
 use niji_photo::ClusterCount;
-use niji_photo::DepthAlong;
-use niji_photo::Photograph;
-use niji_radiometry::Radians;
 use niji_render::Surfaces;
 use niji_render::ask_for_memory;
 use niji_scatter::airy_from_file;
 use niji_scatter::airy_to_file;
-use niji_scene::Along;
 use niji_scene::DropSummary;
 use niji_scene::Effect;
-use niji_scene::PhotoExposure;
 use niji_scene::Plan;
 use niji_scene::ScatteringNeed;
 use niji_scene::Scene;
@@ -35,7 +28,6 @@ use niji_scene::plan;
 use niji_scene::tolerance_for_rays;
 
 use crate::air;
-use crate::composite::CardExposure;
 use crate::composite::Composite;
 use crate::composite::CompositeRequest;
 use crate::drop_volume::VolumePart;
@@ -47,6 +39,8 @@ use crate::photo_depth::EYE_HEIGHT;
 use crate::photo_depth::MapValues;
 use crate::photo_depth::POSITION_WEIGHT;
 use crate::photo_depth::PhotoDepthRequest;
+use crate::photo_depth::photo_camera;
+use crate::photo_depth::read_photo;
 use crate::picture::PictureParts;
 use crate::picture::PictureSettings;
 use crate::picture::PictureWork;
@@ -208,50 +202,44 @@ impl PlannedScene {
         table.map(as_filed).transpose()
     }
 
+    /// Where the distances of the surfaces of its photograph come from, where it has one.
+    pub fn photo_distances(&self) -> Option<Distances> {
+        let section = self.scene.photo.as_ref()?;
+        let beside = |file: &String| self.folder.join(file);
+        if let (Some(layers), Some(labels)) = (&section.layers, &section.labels) {
+            return Some(Distances::Layers {
+                distances: beside(layers),
+                labels: beside(labels),
+            });
+        }
+        let occluders = self.scene.occluders.as_ref();
+        let map = occluders.and_then(|it| Some((it.depth.as_ref()?, it.along)));
+        Some(match map {
+            Some((file, along)) => Distances::Map(DepthMap {
+                path: beside(file),
+                values: MapValues::Metres(1.0),
+                along,
+            }),
+            None => Distances::Proposed {
+                count: ClusterCount::Criterion,
+                position_weight: POSITION_WEIGHT,
+                eye_height: EYE_HEIGHT,
+            },
+        })
+    }
+
     /// Distances of the surfaces of its photograph by row and column (m), where it has one.
     ///
     /// # Errors
     /// A file that is missing or damaged.
     pub fn photo_depth_m(&self) -> Result<Option<Array2<f32>>, Error> {
-        let (Some(section), camera) = (&self.scene.photo, &self.scene.camera) else {
+        let (Some(section), Some(distances)) = (&self.scene.photo, self.photo_distances()) else {
             return Ok(None);
         };
-        let path = self.folder.join(&section.picture);
-        let photo = Photograph::read(&path).map_err(|error| Error::file(&path, error))?;
-        let files = [&section.layers, &section.labels];
-        let files = files.map(|it| it.as_ref().map(|file| self.folder.join(file)));
-        let occluders = self.scene.occluders.as_ref();
-        let map = occluders.and_then(|it| Some((self.folder.join(it.depth.as_ref()?), it.along)));
-        let distances = match (&files, &map) {
-            ([Some(distances), Some(labels)], _) => Distances::Layers { distances, labels },
-            (_, Some((path, along))) => Distances::Map(DepthMap {
-                path,
-                values: MapValues::Metres(1.0),
-                along: match along {
-                    Along::Ray => DepthAlong::Ray,
-                    Along::Axis => DepthAlong::Axis,
-                },
-            }),
-            _ => Distances::Proposed {
-                count: ClusterCount::Criterion,
-                position_weight: POSITION_WEIGHT,
-                eye_height: EYE_HEIGHT,
-            },
-        };
+        let photo = read_photo(&self.folder.join(&section.picture))?;
         let request = PhotoDepthRequest {
             photo: &photo,
-            camera: PinholeRequest {
-                position: DVec3::ZERO,
-                azimuth: Radians::from_degrees(camera.azimuth_deg),
-                elevation: Radians::from_degrees(camera.elevation_deg),
-                roll: Radians::from_degrees(camera.roll_deg),
-                // A scene with a photograph has a pinhole camera, hence a field of view.
-                horizontal_fov: Radians::from_degrees(
-                    camera.horizontal_fov_deg.unwrap_or_default(),
-                ),
-                width_px: photo.width() as u32,
-                height_px: photo.height() as u32,
-            },
+            camera: photo_camera(&self.scene.camera, &photo),
             distances,
         };
         Ok(Some(request.depth()?.depth_m))
@@ -288,11 +276,7 @@ impl PlannedScene {
             depth_m: photo_depth_m,
             plate_primaries: None,
             primaries: None,
-            exposure: match (section.white_card, section.exposure) {
-                (Some(value), _) => CardExposure::Value(value),
-                (None, PhotoExposure::Match) => CardExposure::Match,
-                (None, PhotoExposure::Camera) => CardExposure::Camera,
-            },
+            exposure: section.into(),
             scales_to_white: false,
         };
         request.with_bow(image).map(Some)

@@ -177,15 +177,15 @@ impl Haze {
 
 impl Air {
     /// A setting that belongs to constituents none of which the air has: (key, constituent).
-    pub(crate) fn idle_setting(&self) -> Option<(&'static str, Constituent)> {
+    pub fn idle_setting(&self) -> Option<(&'static str, Constituent)> {
         use Constituent::{Aerosol, Oxygen, Ozone, Rayleigh, WaterVapor};
+        let under_pressure: &[_] = match self.rayleigh {
+            Some(RayleighModel::Nishita) => &[Oxygen],
+            Some(RayleighModel::Bodhaine) | None => &[Rayleigh, Oxygen],
+        };
         let settings: [(_, _, &[Constituent]); 6] = [
             ("rayleigh", self.rayleigh.is_some(), &[Rayleigh]),
-            (
-                "pressure_hpa",
-                self.pressure_hpa.is_some(),
-                &[Rayleigh, Oxygen],
-            ),
+            ("pressure_hpa", self.pressure_hpa.is_some(), under_pressure),
             ("aerosol", self.aerosol.is_some(), &[Aerosol]),
             ("visibility_km", self.visibility_km.is_some(), &[Aerosol]),
             ("ozone_dobson", self.ozone_dobson.is_some(), &[Ozone]),

@@ -4,9 +4,6 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
 
-use crate::camera_section::Camera;
-use crate::sections::Water;
-
 /// The section `[photo]`: the camera of the scene is the one that took the picture.
 ///
 /// The picture may be larger than the camera's, in the same shape: the bow is smooth, its edges are
@@ -83,57 +80,10 @@ pub enum PhotoExposure {
     Camera,
 }
 
-/// What the sun of a scene follows from.
-#[derive(Debug, Clone, PartialEq)]
-pub struct PickedSun {
-    /// The photograph, with its picks.
-    pub photo: Photo,
-    /// The eye.
-    pub camera: Camera,
-    /// What the drops are made of.
-    pub water: niji_radiometry::Water,
-}
-
-/// What a scene file says whose sun follows from picks; `None` for any other text, even one that is no
-/// scene.
-pub fn picked_sun(text: &str) -> Option<PickedSun> {
-    let mut scene: toml::Table = text.parse().ok()?;
-    if scene.contains_key("sun") {
-        return None;
-    }
-    let photo: Photo = scene.remove("photo")?.try_into().ok()?;
-    let camera: Camera = scene.remove("camera")?.try_into().ok()?;
-    let water: Water = match scene.remove("water") {
-        Some(water) => water.try_into().ok()?,
-        None => Water::default(),
-    };
-    let drops = scene
-        .get("drops")
-        .into_iter()
-        .flat_map(|drops| match drops {
-            toml::Value::Array(entries) => entries.as_slice(),
-            one => std::slice::from_ref(one),
-        });
-    let shapes = drops.map(|drops| {
-        let shape = drops.get("shape").and_then(toml::Value::as_str);
-        shape.unwrap_or_default()
-    });
-    let shapes: Vec<&str> = shapes.collect();
-    (!photo.picks_px.is_empty()).then(|| PickedSun {
-        photo,
-        camera,
-        water: water.of(shapes),
-    })
-}
-
-/// A scene file with a sun; the lines of everything else stay.
-pub fn with_sun(text: &str, elevation_deg: f64, azimuth_deg: f64) -> String {
-    format!("{text}\n[sun]\nelevation_deg = {elevation_deg:?}\nazimuth_deg = {azimuth_deg:?}\n")
-}
-
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use crate::error::SceneError;
+    use crate::moment::SunPosition;
     use crate::occluders::Along;
     use crate::scene::Scene;
 
@@ -154,42 +104,46 @@ picture = "photo.jpg"
 picks_px = [[10.0, 20.0], [32.0, 8.0], [54, 20]]
 "#;
 
+    fn with_sun(text: &str) -> String {
+        format!("{text}\n[sun]\nelevation_deg = 20.0\nazimuth_deg = 180.0\n")
+    }
+
+    /// Reads a scene whose sun stands where picks would put it.
+    fn picked(text: &str) -> Result<Scene, SceneError> {
+        Scene::from_toml_with_picks(text, |scene| {
+            assert!(scene.photo.is_some());
+            Ok(SunPosition {
+                elevation_deg: 20.0,
+                azimuth_deg: 180.0,
+            })
+        })
+    }
+
     #[test]
-    fn a_sun_by_picks_becomes_a_section() {
-        let PickedSun {
-            photo,
-            camera,
-            water,
-        } = picked_sun(SCENE).unwrap();
-        assert_eq!(water, niji_radiometry::Water::pure(15.0));
-        let spray = SCENE.replace("file = \"drops.vdb\"", "shape = \"sea-spray\"");
-        let spray = picked_sun(&(spray + "[water]\ntemperature_c = 10.0\n")).unwrap();
-        assert_eq!(spray.water, niji_radiometry::Water::of_the_sea(10.0));
-        assert_eq!(photo.picks_px[2], [54.0, 20.0]);
-        assert_eq!(camera.width_px, 64);
-        let text = with_sun(SCENE, 0.1 + 0.2, 180.0);
-        let scene = Scene::from_toml(&text).unwrap();
-        assert_eq!(scene.sun.elevation_deg, 0.1 + 0.2);
-        assert_eq!(scene.photo, Some(photo));
-        // With a sun there is nothing to pick, and no text is an error here.
-        assert_eq!(picked_sun(&text), None);
-        assert_eq!(picked_sun("[photo"), None);
-        assert!(
-            Scene::from_toml(SCENE)
-                .unwrap_err()
-                .to_string()
-                .contains("sun")
+    fn a_sun_by_picks_is_that_of_a_section() {
+        let written = Scene::from_toml(&with_sun(SCENE));
+        assert_eq!(picked(SCENE), written);
+        // With a sun there is nothing to pick.
+        let never = |_: &Scene| -> Result<SunPosition, SceneError> { panic!("picked") };
+        assert_eq!(
+            Scene::from_toml_with_picks(&with_sun(SCENE), never),
+            written
         );
+        let refusal = |result: Result<Scene, SceneError>| result.unwrap_err().to_string();
+        let lacking = "line 1: the top level lacks `sun`";
+        assert_eq!(refusal(Scene::from_toml(SCENE)), lacking);
+        let unpicked = SCENE.replace("picks_px", "#");
+        assert_eq!(refusal(picked(&unpicked)), lacking);
+        // What else is wrong is told before anything is solved.
+        let two = SCENE.replace(", [54, 20]", "");
+        let never = |_: &Scene| -> Result<SunPosition, SceneError> { panic!("picked") };
+        assert!(refusal(Scene::from_toml_with_picks(&two, never)).contains("picks_px"));
     }
 
     #[test]
     fn contradictions_of_a_photograph_are_refused_with_their_line() {
         let refused = |line: &str| {
-            let text = with_sun(
-                &SCENE.replace("picks_px", &format!("{line}\npicks_px")),
-                20.0,
-                180.0,
-            );
+            let text = with_sun(&SCENE.replace("picks_px", &format!("{line}\npicks_px")));
             Scene::from_toml(&text).unwrap_err().to_string()
         };
         assert!(refused("layers = \"layers.toml\"").contains("layers and labels"));
@@ -197,15 +151,7 @@ picks_px = [[10.0, 20.0], [32.0, 8.0], [54, 20]]
         assert!(refused("white_card = -1.0").starts_with("line 15"));
         assert!(refused("cloud_cover = 1.5").contains("0 to 1"));
         assert!(refused("pictur = \"a.png\"").contains("did you mean `picture`"));
-        let two = with_sun(&SCENE.replace(", [54, 20]", ""), 20.0, 180.0);
-        assert!(
-            Scene::from_toml(&two)
-                .unwrap_err()
-                .to_string()
-                .contains("picks_px")
-        );
-        let occluded =
-            with_sun(SCENE, 20.0, 180.0) + "[occluders]\ndepth = \"depth.exr\"\nalong = \"axis\"\n";
+        let occluded = with_sun(SCENE) + "[occluders]\ndepth = \"depth.exr\"\nalong = \"axis\"\n";
         assert_eq!(
             Scene::from_toml(&occluded)
                 .unwrap()

@@ -5,26 +5,62 @@ use std::collections::BTreeMap;
 use crate::check::Check;
 use crate::document;
 use crate::error::SceneError;
+use crate::moment::SunPosition;
 use crate::scene::Scene;
 use crate::scene_check;
+use crate::sections::Body;
 use crate::sections::Sun;
 use crate::sequence::Sequence;
 use crate::sun_section::SunSection;
+
+/// Where the sun stands while picks have not told it yet.
+const UNTOLD: Sun = Sun {
+    body: Body::Sun,
+    phase_angle_deg: None,
+    elevation_deg: 0.0,
+    azimuth_deg: 0.0,
+};
 
 impl Scene {
     /// Reads a scene from TOML; every key must be known, of the right type and within its range.
     ///
     /// # Errors
-    /// The first thing that is wrong, with its line and what would be right.
+    /// The first thing that is wrong, with its line and what would be right; a scene without `[sun]`.
     pub fn from_toml(text: &str) -> Result<Self, SceneError> {
-        let document = document::parse::<Scene<SunSection>>(text)?;
+        Self::from_toml_with_picks(text, |_| Err(missing_sun()))
+    }
+
+    /// As [`Scene::from_toml`], of a scene whose sun may follow from picks in its photograph: where `[sun]`
+    /// is left out, `solve` says where the sun of the scene stands. What `solve` sees is checked but for that.
+    ///
+    /// # Errors
+    /// As [`Scene::from_toml`], and what `solve` reports.
+    pub fn from_toml_with_picks<E: From<SceneError>>(
+        text: &str,
+        solve: impl FnOnce(&Self) -> Result<SunPosition, E>,
+    ) -> Result<Self, E> {
+        let document = document::parse::<Scene<Option<SunSection>>>(text)?;
         Sequence::from_toml(text)?;
         let check = Check {
             lines: &document.lines,
         };
-        let sun = document.value.sun.clone().placed(&check)?;
-        let scene = document.value.with_sun(sun);
+        let section = document.value.sun.clone();
+        let sun = section.map(|sun| sun.placed(&check)).transpose()?;
+        let mut scene = document.value.with_sun(sun.unwrap_or(UNTOLD));
+        let has_picks = (scene.photo.iter()).any(|photo| !photo.picks_px.is_empty());
+        if sun.is_none() && !has_picks {
+            return Err(missing_sun().into());
+        }
         scene_check::check(&scene, &document.lines)?;
+        if sun.is_none() {
+            let SunPosition {
+                elevation_deg,
+                azimuth_deg,
+            } = solve(&scene)?;
+            scene.sun.elevation_deg = elevation_deg;
+            scene.sun.azimuth_deg = azimuth_deg;
+            scene_check::check(&scene, &document.lines)?;
+        }
         Ok(scene)
     }
 
@@ -42,7 +78,15 @@ impl Scene {
     }
 }
 
-impl Scene<SunSection> {
+fn missing_sun() -> SceneError {
+    SceneError::MissingKey {
+        line: 1,
+        section: document::section_of(""),
+        key: "sun".to_owned(),
+    }
+}
+
+impl<S> Scene<S> {
     /// The same scene under a sun that has its place.
     fn with_sun(self, sun: Sun) -> Scene {
         Scene {

@@ -12,10 +12,9 @@ use std::fs;
 use niji_scene::IceScene;
 use niji_scene::Scene;
 use niji_scene::SceneError;
+use niji_scene::SunPosition;
 use niji_scene::ice_scene_schema;
-use niji_scene::picked_sun;
 use niji_scene::scene_schema;
-use niji_scene::with_sun;
 use serde_json::Value;
 use serde_json::json;
 
@@ -25,14 +24,15 @@ const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/");
 
 /// Reads a document as a scene of ice if it is one; a sun that is to be picked stands at 30 degrees.
 fn read(document: &Value) -> Result<(), SceneError> {
-    let mut text = toml::to_string(document).unwrap();
+    let text = toml::to_string(document).unwrap();
     if document.get("ice").is_some() {
         return IceScene::from_toml(&text).map(|_| ());
     }
-    if picked_sun(&text).is_some() {
-        text = with_sun(&text, 30.0, 180.0);
-    }
-    Scene::from_toml(&text).map(|_| ())
+    let picked = SunPosition {
+        elevation_deg: 30.0,
+        azimuth_deg: 180.0,
+    };
+    Scene::from_toml_with_picks(&text, |_| Ok(picked)).map(|_| ())
 }
 
 fn schema_of(document: &Value) -> Value {

@@ -8,9 +8,9 @@ use std::path::PathBuf;
 
 use niji_scene::IceScene;
 use niji_scene::Scene;
-use niji_scene::picked_sun;
+use niji_scene::SceneError;
+use niji_scene::SunPosition;
 use niji_scene::plan;
-use niji_scene::with_sun;
 
 /// All scene files with their texts.
 fn texts() -> Vec<(PathBuf, String)> {
@@ -39,11 +39,13 @@ fn is_ice(text: &str) -> bool {
 fn shipped() -> Vec<(PathBuf, Scene)> {
     let read = |(path, text): (PathBuf, String)| {
         // Where picks in a photograph tell the sun, here it stands about where they put it.
-        let text = match picked_sun(&text) {
-            Some(_) => with_sun(&text, 27.0, 190.0),
-            None => text,
+        let picked = |_: &Scene| -> Result<SunPosition, SceneError> {
+            Ok(SunPosition {
+                elevation_deg: 27.0,
+                azimuth_deg: 190.0,
+            })
         };
-        let scene = Scene::from_toml(&text);
+        let scene = Scene::from_toml_with_picks(&text, picked);
         let scene = scene.unwrap_or_else(|error| panic!("{}: {error}", path.display()));
         (path, scene)
     };

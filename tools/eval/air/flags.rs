@@ -1,55 +1,43 @@
-//! What the air is made of, by flags: every physical constant can be set.
+//! What the air is made of, by flags: the section `[air]` of a scene, and the constants of its
+//! constituents, which scenes do not set.
 
+use clap::ArgMatches;
 use clap::Args;
+use clap::Command;
+use clap::FromArgMatches;
 use clap::ValueEnum;
 use niji_atmosphere::Aerosol;
-use niji_atmosphere::AerosolKind;
 use niji_atmosphere::AerosolLobe;
 use niji_atmosphere::AirComponent;
 use niji_atmosphere::AirModel;
-use niji_atmosphere::BandGas;
 use niji_atmosphere::BodhaineAir;
 use niji_atmosphere::KingFactor;
 use niji_atmosphere::NishitaAir;
 use niji_atmosphere::OzoneLayer;
-use niji_atmosphere::USUAL_TOP_M;
 use niji_geometry::EARTH;
-use niji_geometry::Planet;
 use niji_radiometry::WavelengthGrid;
+use niji_scene::Air;
+use niji_scene::Constituent;
+use niji_scene::RayleighModel;
+use niji_scene::Sun;
+use serde_json::json;
 
 use crate::failure::Failure;
+use crate::schema_flags;
+use crate::schema_flags::Flags;
 
-/// Pressure at sea level, hPa.
-const STANDARD_PRESSURE_HPA: f64 = 1013.25;
-/// Usual column of ozone, Dobson units.
-const USUAL_OZONE_DOBSON: f64 = 300.0;
-/// Precipitable water of the US standard atmosphere, cm.
-const USUAL_WATER_CM: f64 = 1.42;
-
-/// What air can be made of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Part {
-    Rayleigh,
-    Ozone,
-    Aerosol,
-    WaterVapor,
-    Oxygen,
+/// The air by flags.
+#[derive(Debug, Args)]
+pub(super) struct AirFlags {
+    #[command(flatten)]
+    section: SectionFlags,
+    #[command(flatten)]
+    constants: Constants,
 }
 
-/// Whose constants the molecules have.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Rayleigh {
-    Bodhaine,
-    Nishita,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Haze {
-    Clear,
-    Rural,
-    Maritime,
-    Urban,
-}
+/// The flags of a section `[air]`.
+#[derive(Debug)]
+struct SectionFlags(ArgMatches);
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Lobe {
@@ -57,17 +45,11 @@ enum Lobe {
     CornetteShanks,
 }
 
-/// The air by its constants.
+/// What is usual unless it is given.
 #[derive(Debug, Args)]
-#[command(next_help_heading = "Air")]
-#[group(id = "air_flags", multiple = true, conflicts_with = "scene")]
-pub(super) struct AirFlags {
-    /// What the air is made of [default: rayleigh].
-    #[arg(long, value_name = "NAME,NAME,…", value_delimiter = ',')]
-    constituents: Option<Vec<Part>>,
-    /// Whose constants the molecules have [default: bodhaine].
-    #[arg(long, value_name = "MODEL")]
-    rayleigh: Option<Rayleigh>,
+#[command(next_help_heading = "Constants of the air")]
+#[group(multiple = true, conflicts_with = "scene")]
+struct Constants {
     /// Refractive index n of nishita [default: 1.0003].
     #[arg(long, value_name = "N")]
     refractive_index: Option<f64>,
@@ -77,30 +59,18 @@ pub(super) struct AirFlags {
     /// Scale height of the molecules [default: nishita 7994, bodhaine 8449.65].
     #[arg(long, value_name = "M")]
     rayleigh_scale_height_m: Option<f64>,
-    /// Pressure at sea level, for bodhaine and oxygen [default: 1013.25].
-    #[arg(long, value_name = "HPA")]
-    pressure_hpa: Option<f64>,
     /// King factor F of cross section and phase function, 1 without depolarization, or `air`
     /// [default: bodhaine air, nishita 1].
     #[arg(long, value_name = "F|air", value_parser = king_factor)]
     king_factor: Option<KingFactor>,
-    /// Column of ozone [default: 300].
-    #[arg(long, value_name = "DU")]
-    ozone_dobson: Option<f64>,
     /// Bottom, peak and top of the layer of ozone [default: 10000,25000,40000].
     #[arg(long, value_name = "M,M,M", value_delimiter = ',')]
     ozone_heights_m: Option<Vec<f64>>,
-    /// Kind of haze, whose constants hold unless they are given [default: clear].
-    #[arg(long, value_name = "KIND")]
-    aerosol: Option<Haze>,
-    /// Amount of haze by visibility, instead of --angstrom-beta.
-    #[arg(long, value_name = "KM", conflicts_with = "angstrom_beta")]
-    visibility_km: Option<f64>,
     /// Exponent alpha of the Angstrom law.
     #[arg(long, value_name = "ALPHA", allow_negative_numbers = true)]
     angstrom_alpha: Option<f64>,
-    /// Vertical optical depth of the haze at 1 um, beta of the Angstrom law.
-    #[arg(long, value_name = "BETA")]
+    /// Vertical optical depth of the haze at 1 um, beta of the Angstrom law, instead of --visibility-km.
+    #[arg(long, value_name = "BETA", conflicts_with = "visibility-km")]
     angstrom_beta: Option<f64>,
     /// Scattering over extinction of the haze.
     #[arg(long, value_name = "W0")]
@@ -114,9 +84,6 @@ pub(super) struct AirFlags {
     /// Scale height of the haze.
     #[arg(long, value_name = "M")]
     aerosol_scale_height_m: Option<f64>,
-    /// Water in a vertical column, for water-vapor [default: 1.42].
-    #[arg(long, value_name = "CM")]
-    precipitable_water_cm: Option<f64>,
     /// Path over the vertical one on which water-vapor and oxygen are exact [default: the sun's].
     #[arg(long, value_name = "M")]
     band_air_mass: Option<f64>,
@@ -126,9 +93,9 @@ pub(super) struct AirFlags {
     /// Height above which there is no air [default: 100000].
     #[arg(long, value_name = "M")]
     top_height_m: Option<f64>,
-    /// Share of the light that the ground gives back [default: 0].
-    #[arg(long, value_name = "A")]
-    ground_albedo: Option<f64>,
+    /// Share of the light that the ground gives back.
+    #[arg(long, value_name = "A", default_value_t = 0.0)]
+    ground_albedo: f64,
 }
 
 fn king_factor(text: &str) -> Result<KingFactor, String> {
@@ -146,92 +113,118 @@ impl AirFlags {
     pub(super) fn model(
         &self,
         wavelengths: WavelengthGrid,
-        cos_sun_zenith: f64,
+        sun: &Sun,
     ) -> Result<AirModel, Failure> {
-        self.check_idle_flags()?;
-        let planet = Planet {
-            radius_m: self.planet_radius_m.unwrap_or(EARTH.radius_m),
-        };
-        let mut components = Vec::new();
-        for part in self.parts() {
-            components.push(match part {
-                Part::Rayleigh => self.molecules(&wavelengths)?,
-                Part::Ozone => self.ozone(&wavelengths)?,
-                Part::Aerosol => AirComponent::Aerosol(self.haze()?),
-                Part::WaterVapor => self.band(
-                    BandGas::WaterVapor {
-                        precipitable_cm: self.precipitable_water_cm.unwrap_or(USUAL_WATER_CM),
-                    },
-                    planet,
-                    cos_sun_zenith,
-                ),
-                Part::Oxygen => self.band(
-                    BandGas::Oxygen {
-                        pressure_pa: self.pressure_pa(),
-                    },
-                    planet,
-                    cos_sun_zenith,
-                ),
-            });
-        }
-        Ok(AirModel {
-            planet,
-            top_height_m: self.top_height_m.unwrap_or(USUAL_TOP_M),
-            wavelengths,
-            sun_scale: 1.0,
-            ground_albedo: self.ground_albedo.unwrap_or(0.0),
-            components,
-        })
-    }
-
-    fn parts(&self) -> Vec<Part> {
-        self.constituents
-            .clone()
-            .unwrap_or_else(|| vec![Part::Rayleigh])
-    }
-
-    fn is_nishita(&self) -> bool {
-        self.rayleigh == Some(Rayleigh::Nishita)
-    }
-
-    fn pressure_pa(&self) -> f64 {
-        100.0 * self.pressure_hpa.unwrap_or(STANDARD_PRESSURE_HPA)
-    }
-
-    fn molecules(&self, wavelengths: &WavelengthGrid) -> Result<AirComponent, Failure> {
-        let constituent = if self.is_nishita() {
-            let published = NishitaAir::PUBLISHED;
-            NishitaAir {
-                refractive_index: self.refractive_index.unwrap_or(published.refractive_index),
-                molecules_m3: self.molecules_m3.unwrap_or(published.molecules_m3),
-                scale_height_m: self
-                    .rayleigh_scale_height_m
-                    .unwrap_or(published.scale_height_m),
-                king_factor: self.king_factor.unwrap_or(published.king_factor),
-            }
-            .constituent(wavelengths)
-        } else {
-            let usual = BodhaineAir::at_pressure(self.pressure_pa());
-            BodhaineAir {
-                scale_height_m: self.rayleigh_scale_height_m.unwrap_or(usual.scale_height_m),
-                king_factor: self.king_factor.unwrap_or(usual.king_factor),
-                ..usual
-            }
-            .constituent(wavelengths)
-        };
-        constituent.map(AirComponent::Custom).map_err(usage)
-    }
-
-    fn ozone(&self, wavelengths: &WavelengthGrid) -> Result<AirComponent, Failure> {
-        let mut layer = OzoneLayer::of_column(self.ozone_dobson.unwrap_or(USUAL_OZONE_DOBSON));
-        if let Some(heights_m) = &self.ozone_heights_m {
-            let message = || {
-                Failure::Usage(format!(
-                    "found {} heights of ozone, expected 3: bottom, peak, top",
-                    heights_m.len()
-                ))
+        let air = self.section.air()?;
+        let constants = &self.constants;
+        constants.check_idle(&air)?;
+        let albedo = constants.ground_albedo;
+        let mut model = air.model(wavelengths, albedo, sun).map_err(usage)?;
+        model.planet.radius_m = constants.planet_radius_m.unwrap_or(EARTH.radius_m);
+        model.top_height_m = constants.top_height_m.unwrap_or(model.top_height_m);
+        for component in &mut model.components {
+            *component = match component {
+                AirComponent::RayleighNishita => constants.nishita(&wavelengths)?,
+                AirComponent::RayleighBodhaine { pressure_pa } => {
+                    constants.bodhaine(*pressure_pa, &wavelengths)?
+                }
+                AirComponent::Ozone { column_dobson } => {
+                    constants.ozone(*column_dobson, &wavelengths)?
+                }
+                AirComponent::Aerosol(usual) => constants.haze(*usual, air.visibility_km)?,
+                AirComponent::Band { gas, .. } => {
+                    let of_sun = || gas.air_mass(model.planet, sun.direction().y);
+                    AirComponent::Band {
+                        gas: *gas,
+                        air_mass: constants.band_air_mass.unwrap_or_else(of_sun),
+                    }
+                }
+                AirComponent::Custom(_) => continue,
             };
-            layer.heights_m = heights_m.as_slice().try_into().map_err(|_| message())?;
+        }
+        Ok(model)
+    }
+}
+
+impl SectionFlags {
+    fn flags() -> Flags {
+        Flags::of::<Air>().with_default("constituents", &json!([Constituent::Rayleigh]))
+    }
+
+    fn air(&self) -> Result<Air, Failure> {
+        let air: Air = schema_flags::read(Self::flags().value(&self.0)?)?;
+        match air.idle_setting() {
+            Some((key, constituent)) => Err(idle(&key.replace('_', "-"), constituent.name())),
+            None => Ok(air),
+        }
+    }
+}
+
+impl Args for SectionFlags {
+    fn augment_args(command: Command) -> Command {
+        let flags = Self::flags().arguments().into_iter();
+        command.args(flags.map(|flag| flag.conflicts_with("scene").help_heading("Air")))
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+impl FromArgMatches for SectionFlags {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        Ok(Self(matches.clone()))
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        self.0 = matches.clone();
+        Ok(())
+    }
+}
+
+impl Constants {
+    fn nishita(&self, wavelengths: &WavelengthGrid) -> Result<AirComponent, Failure> {
+        let usual = NishitaAir::PUBLISHED;
+        let air = NishitaAir {
+            refractive_index: self.refractive_index.unwrap_or(usual.refractive_index),
+            molecules_m3: self.molecules_m3.unwrap_or(usual.molecules_m3),
+            scale_height_m: self.rayleigh_scale_height_m.unwrap_or(usual.scale_height_m),
+            king_factor: self.king_factor.unwrap_or(usual.king_factor),
+        };
+        air.constituent(wavelengths)
+            .map(AirComponent::Custom)
+            .map_err(usage)
+    }
+
+    fn bodhaine(
+        &self,
+        pressure_pa: f64,
+        wavelengths: &WavelengthGrid,
+    ) -> Result<AirComponent, Failure> {
+        let usual = BodhaineAir::at_pressure(pressure_pa);
+        let air = BodhaineAir {
+            scale_height_m: self.rayleigh_scale_height_m.unwrap_or(usual.scale_height_m),
+            king_factor: self.king_factor.unwrap_or(usual.king_factor),
+            ..usual
+        };
+        air.constituent(wavelengths)
+            .map(AirComponent::Custom)
+            .map_err(usage)
+    }
+
+    fn ozone(
+        &self,
+        column_dobson: f64,
+        wavelengths: &WavelengthGrid,
+    ) -> Result<AirComponent, Failure> {
+        let mut layer = OzoneLayer::of_column(column_dobson);
+        if let Some(heights_m) = &self.ozone_heights_m {
+            let n = heights_m.len();
+            let message = format!("found {n} heights of ozone, expected 3: bottom, peak, top");
+            layer.heights_m = heights_m
+                .as_slice()
+                .try_into()
+                .map_err(|_| Failure::Usage(message))?;
         }
         layer
             .constituent(wavelengths)
@@ -239,118 +232,77 @@ impl AirFlags {
             .map_err(usage)
     }
 
-    fn haze(&self) -> Result<Aerosol, Failure> {
-        let kind = match self.aerosol.unwrap_or(Haze::Clear) {
-            Haze::Clear => AerosolKind::Clear,
-            Haze::Rural => AerosolKind::Rural,
-            Haze::Maritime => AerosolKind::Maritime,
-            Haze::Urban => AerosolKind::Urban,
-        };
-        let usual = kind.aerosol();
+    fn haze(&self, usual: Aerosol, visibility_km: Option<f64>) -> Result<AirComponent, Failure> {
         let (AerosolLobe::HenyeyGreenstein { asymmetry: usual_g }
         | AerosolLobe::CornetteShanks { parameter: usual_g }) = usual.lobe;
         let g = self.asymmetry.unwrap_or(usual_g);
-        let aerosol = Aerosol {
+        let albedo = self.single_scattering_albedo;
+        let haze = Aerosol {
             angstrom_exponent: self.angstrom_alpha.unwrap_or(usual.angstrom_exponent),
             optical_depth_at_1_um: self.angstrom_beta.unwrap_or(usual.optical_depth_at_1_um),
-            single_scattering_albedo: self
-                .single_scattering_albedo
-                .unwrap_or(usual.single_scattering_albedo),
+            single_scattering_albedo: albedo.unwrap_or(usual.single_scattering_albedo),
             scale_height_m: self.aerosol_scale_height_m.unwrap_or(usual.scale_height_m),
             lobe: match self.phase_function {
                 Some(Lobe::HenyeyGreenstein) => AerosolLobe::HenyeyGreenstein { asymmetry: g },
                 Some(Lobe::CornetteShanks) | None => AerosolLobe::CornetteShanks { parameter: g },
             },
         };
-        match self.visibility_km {
-            Some(visibility_km) => aerosol
-                .with_visibility_m(1e3 * visibility_km)
-                .map_err(usage),
-            None => Ok(aerosol),
-        }
-    }
-
-    fn band(&self, gas: BandGas, planet: Planet, cos_sun_zenith: f64) -> AirComponent {
-        let air_mass = self
-            .band_air_mass
-            .unwrap_or_else(|| gas.air_mass(planet, cos_sun_zenith));
-        AirComponent::Band { gas, air_mass }
+        // The constants change how much haze makes a visibility.
+        let seen = visibility_km.map(|km| haze.with_visibility_m(1e3 * km));
+        seen.unwrap_or(Ok(haze))
+            .map(AirComponent::Aerosol)
+            .map_err(usage)
     }
 
     /// Refuses a constant of something that the air does not have.
-    fn check_idle_flags(&self) -> Result<(), Failure> {
-        let parts = self.parts();
-        let has = |part: Part| parts.contains(&part);
-        let molecules = has(Part::Rayleigh);
-        let nishita = molecules && self.is_nishita();
-        let pressure = (molecules && !self.is_nishita()) || has(Part::Oxygen);
-        let bands = has(Part::WaterVapor) || has(Part::Oxygen);
+    fn check_idle(&self, air: &Air) -> Result<(), Failure> {
+        let has = |constituent| air.constituents.contains(&constituent);
+        let rayleigh = (has(Constituent::Rayleigh), "rayleigh");
+        let is_nishita = rayleigh.0 && air.rayleigh == Some(RayleighModel::Nishita);
+        let nishita = (is_nishita, "--rayleigh nishita and rayleigh");
+        let aerosol = (has(Constituent::Aerosol), "aerosol");
+        let ozone = (has(Constituent::Ozone), "ozone");
+        let bands = has(Constituent::WaterVapor) || has(Constituent::Oxygen);
+        let bands = (bands, "water-vapor or oxygen");
         let users = [
-            ("rayleigh", molecules, self.molecule_flags()),
-            ("--rayleigh nishita", nishita, self.nishita_flags()),
-            ("ozone", has(Part::Ozone), self.ozone_flags()),
-            ("aerosol", has(Part::Aerosol), self.haze_flags()),
+            ("refractive-index", self.refractive_index.is_some(), nishita),
+            ("molecules-m3", self.molecules_m3.is_some(), nishita),
             (
-                "water-vapor",
-                has(Part::WaterVapor),
-                self.precipitable_water_cm.map(|_| "precipitable-water-cm"),
+                "rayleigh-scale-height-m",
+                self.rayleigh_scale_height_m.is_some(),
+                rayleigh,
             ),
+            ("king-factor", self.king_factor.is_some(), rayleigh),
+            ("ozone-heights-m", self.ozone_heights_m.is_some(), ozone),
+            ("angstrom-alpha", self.angstrom_alpha.is_some(), aerosol),
+            ("angstrom-beta", self.angstrom_beta.is_some(), aerosol),
             (
-                "--rayleigh bodhaine or oxygen",
-                pressure,
-                self.pressure_hpa.map(|_| "pressure-hpa"),
+                "single-scattering-albedo",
+                self.single_scattering_albedo.is_some(),
+                aerosol,
             ),
+            ("asymmetry", self.asymmetry.is_some(), aerosol),
+            ("phase-function", self.phase_function.is_some(), aerosol),
             (
-                "water-vapor or oxygen",
-                bands,
-                self.band_air_mass.map(|_| "band-air-mass"),
+                "aerosol-scale-height-m",
+                self.aerosol_scale_height_m.is_some(),
+                aerosol,
             ),
+            ("band-air-mass", self.band_air_mass.is_some(), bands),
         ];
-        for (needed, is_there, flag) in users {
-            if let (false, Some(flag)) = (is_there, flag) {
-                return Err(Failure::Usage(format!(
-                    "--{flag} has no effect without {needed} among --constituents"
-                )));
+        for (flag, is_given, (is_there, needed)) in users {
+            if is_given && !is_there {
+                return Err(idle(flag, needed));
             }
         }
         Ok(())
     }
+}
 
-    /// The first flag given of those for molecules of either model.
-    fn molecule_flags(&self) -> Option<&'static str> {
-        let height = self.rayleigh_scale_height_m;
-        self.rayleigh
-            .map(|_| "rayleigh")
-            .or(height.map(|_| "rayleigh-scale-height-m"))
-            .or(self.king_factor.map(|_| "king-factor"))
-    }
-
-    fn nishita_flags(&self) -> Option<&'static str> {
-        self.refractive_index
-            .map(|_| "refractive-index")
-            .or(self.molecules_m3.map(|_| "molecules-m3"))
-    }
-
-    fn ozone_flags(&self) -> Option<&'static str> {
-        let heights = self.ozone_heights_m.as_ref();
-        self.ozone_dobson
-            .map(|_| "ozone-dobson")
-            .or(heights.map(|_| "ozone-heights-m"))
-    }
-
-    fn haze_flags(&self) -> Option<&'static str> {
-        let albedo = self.single_scattering_albedo;
-        let height = self.aerosol_scale_height_m;
-        self.aerosol
-            .map(|_| "aerosol")
-            .or(self.visibility_km.map(|_| "visibility-km"))
-            .or(self.angstrom_alpha.map(|_| "angstrom-alpha"))
-            .or(self.angstrom_beta.map(|_| "angstrom-beta"))
-            .or(albedo.map(|_| "single-scattering-albedo"))
-            .or(self.asymmetry.map(|_| "asymmetry"))
-            .or(self.phase_function.map(|_| "phase-function"))
-            .or(height.map(|_| "aerosol-scale-height-m"))
-    }
+fn idle(flag: &str, needed: &str) -> Failure {
+    Failure::Usage(format!(
+        "--{flag} has no effect without {needed} among --constituents"
+    ))
 }
 
 fn usage(error: impl std::fmt::Display) -> Failure {

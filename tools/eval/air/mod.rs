@@ -15,6 +15,7 @@ use niji_atmosphere::with_diffuse_light;
 use niji_exchange::AtmosphereTable;
 use niji_radiometry::Radians;
 use niji_radiometry::WavelengthGrid;
+use niji_scene::Body;
 use niji_scene::Scene;
 use niji_scene::Sun;
 
@@ -36,6 +37,13 @@ const USUAL_NODES: usize = 16;
 const USUAL_SUN_NODES: usize = 12;
 const USUAL_STEPS: usize = 50;
 const MAX_SAMPLES: usize = 2_000;
+/// The sun where no scene says more of it.
+const OVERHEAD: Sun = Sun {
+    body: Body::Sun,
+    phase_angle_deg: None,
+    elevation_deg: 90.0,
+    azimuth_deg: 0.0,
+};
 
 /// Air along rays: optical depth, transmittance, in-scattered light, the sun's beam.
 ///
@@ -216,16 +224,17 @@ impl<'a> Request<'a> {
         sun_elevation: Radians,
     ) -> Result<AtmosphereTable, Failure> {
         let usage = |error: niji_atmosphere::Error| Failure::Usage(error.to_string());
-        let model = match &self.scene {
-            None => self.arguments.air.model(grid, sun_elevation.0.sin())?,
+        let of_scene = self.scene.as_ref();
+        let sun = Sun {
+            elevation_deg: sun_elevation.to_degrees(),
+            ..of_scene.map_or(OVERHEAD, |scene| scene.sun)
+        };
+        let model = match of_scene {
+            None => self.arguments.air.model(grid, &sun)?,
             Some(scene) => {
                 let vacuum =
                     || Failure::Usage("the scene has no section [air]: a vacuum".to_owned());
                 let air = scene.air.as_ref().ok_or_else(vacuum)?;
-                let sun = Sun {
-                    elevation_deg: sun_elevation.to_degrees(),
-                    ..scene.sun
-                };
                 air.model(grid, scene.ground.albedo, &sun).map_err(usage)?
             }
         };
