@@ -42,7 +42,7 @@ const REMEDIES: [(&str, &str); 7] = [
     ),
     (
         "air",
-        "the air's light along the rays: a smaller relative_error in accuracy.integration",
+        "the air's light along the rays: more n_nodes of quadrature in accuracy.air_path",
     ),
     (
         "angles",

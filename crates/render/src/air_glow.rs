@@ -25,7 +25,7 @@ use crate::air_diffuse::PointOfRay;
 use crate::gauss_nodes::AirStretch;
 use crate::gauss_nodes::GaussRule;
 use crate::gauss_nodes::RayNode;
-use crate::levels::Integration;
+use crate::levels::AirPath;
 use crate::march::Probe;
 use crate::veil::Veil;
 use crate::veil::VeilRoom;
@@ -122,14 +122,11 @@ pub(crate) struct AirGlow {
 }
 
 impl AirGlow {
-    /// The rules of a level.
-    pub(crate) fn of(integration: Integration) -> Self {
-        Self::new(match integration {
-            Integration::Adaptive { relative_error } if relative_error >= 1e-2 => 6,
-            Integration::Adaptive { relative_error } if relative_error < 1e-5 => 24,
-            Integration::FixedStep { .. }
-            | Integration::CellExact
-            | Integration::Adaptive { .. } => 10,
+    /// The rules of a level: light is smoother than the ways through the air that nodes were asked for.
+    pub(crate) fn of(air_path: AirPath) -> Self {
+        Self::new(match air_path {
+            AirPath::Quadrature { n_nodes } => (3 * n_nodes / 4).max(1),
+            AirPath::Constant | AirPath::Midpoint { .. } | AirPath::Table => 10,
         })
     }
 

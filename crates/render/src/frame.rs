@@ -212,7 +212,7 @@ pub(crate) fn frame<'a>(
         air: basis.air,
         dimmed_by: basis.dimmed_by,
         glows: basis.glows,
-        glow: AirGlow::of(request.levels.integration),
+        glow: AirGlow::of(request.levels.air_path),
         brightest: basis.brightest,
         surround,
         multiple,

@@ -96,7 +96,8 @@ impl SunPath {
     }
 }
 
-/// How much air lies on a path.
+/// How much air lies on a path, and at how many places of it its light is computed: ten, or three quarters of
+/// the nodes of the quadrature.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum AirPath {
