@@ -19,7 +19,9 @@ use crate::document::section_of;
 use crate::drops::DropSource;
 use crate::drops::Population;
 use crate::effect::Effect;
-use crate::effect::Switch;
+use crate::effect::Role;
+use crate::effect::Row;
+use crate::effect_switches::Switch;
 use crate::error::SceneError;
 use crate::occluders::Along;
 use crate::occluders::MAX_MESHES;
@@ -306,28 +308,23 @@ fn effects(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {
         return Err(check.out_of_range("accuracy.sun_path", "\"ignore\"".to_string(), expected));
     }
     for effect in Effect::ALL {
-        let key = format!("effects.{effect}");
         let switch = scene.effects.of(effect);
-        if switch == Switch::On && effect.needs_air() && scene.air.is_none() {
-            let expected = "\"auto\" or \"off\" in a scene without an [air] section";
-            return Err(check.out_of_range(&key, "\"on\"".to_string(), expected));
-        }
-        if switch == Switch::On && effect == Effect::ReflectionBow && scene.water_surface.is_none()
-        {
-            let expected = "\"auto\" or \"off\" in a scene without a [water_surface] section";
-            return Err(check.out_of_range(&key, "\"on\"".to_string(), expected));
-        }
-        let missing = effect
-            .needs()
-            .iter()
-            .find(|needed| scene.effects.of(**needed) == Switch::Off);
-        if let (Switch::On, Some(missing)) = (switch, missing) {
-            let expected = format!("\"auto\" or \"off\" in a scene without {missing}");
-            return Err(check.out_of_range(&key, "\"on\"".to_string(), &expected));
-        }
-        if switch == Switch::Off && effect == Effect::Occluders {
+        let refused = |found: &str, expected: &str| {
+            Err(check.out_of_range(&format!("effects.{effect}"), found.to_string(), expected))
+        };
+        let Row { role, section, .. } = effect.row();
+        if switch == Switch::Off && *role == Role::Fixed {
             let expected = "\"on\" or \"auto\": surfaces always hide what is behind them";
-            return Err(check.out_of_range(&key, "\"off\"".to_string(), expected));
+            return refused("\"off\"", expected);
+        }
+        let section = section.filter(|section| !scene.has(*section));
+        let section = section.map(|section| format!("{} section", section.name()));
+        let mut needs = effect.needs().iter();
+        let effect_off = needs.find(|needed| scene.effects.of(**needed) == Switch::Off);
+        let lacking = section.or(effect_off.map(Effect::to_string));
+        if let (Switch::On, Some(lacking)) = (switch, lacking) {
+            let expected = format!("\"auto\" or \"off\" in a scene without {lacking}");
+            return refused("\"on\"", &expected);
         }
     }
     Ok(())
