@@ -75,9 +75,7 @@ impl Files {
             files.drops = named(&files.drops, &hash(canonical_json(&scene.drops)));
         }
         if let Some(need) = &planned.plan.scattering {
-            let wavelengths = scene.spectrum.grid();
-            let wavelengths = wavelengths.map_err(|e| Failure::Failed(e.to_string()))?;
-            let settings = niji_picture::scattering::settings(need, wavelengths);
+            let settings = niji_picture::scattering::settings(need, scene.spectrum);
             files.table = named(&files.table, &hash(settings));
         }
         let orders = planned.plan.scattering_orders(scene);

@@ -1,6 +1,8 @@
 //! A scene: everything that a picture depends on, read from TOML.
 
 use niji_atmosphere::ScatteringOrders;
+use niji_radiometry::WavelengthGrid;
+use niji_scatter::DropMotion;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
@@ -21,11 +23,9 @@ use crate::photo::Photo;
 use crate::schema::parts::Tracks;
 use crate::sections::Ground;
 use crate::sections::Picture;
-use crate::sections::Spectrum;
 use crate::sections::Sun;
 use crate::sections::Water;
 use crate::water_surface::WaterSurface;
-use niji_scatter::DropMotion;
 
 /// The version of the scene format that this crate reads.
 pub const FORMAT: u32 = 1;
@@ -82,8 +82,8 @@ pub struct Scene<S = Sun> {
     /// The eye.
     pub camera: Camera,
     /// The wavelengths.
-    #[serde(default)]
-    pub spectrum: Spectrum,
+    #[serde(default = "WavelengthGrid::visible")]
+    pub spectrum: WavelengthGrid,
     /// The drops.
     pub drops: Drops,
     /// What the drops are made of.

@@ -52,7 +52,6 @@ pub(crate) fn check(scene: &Scene, lines: &BTreeMap<String, usize>) -> Result<()
     check.number("sun.azimuth_deg", scene.sun.azimuth_deg, TURNS_DEG)?;
     moon(scene, &check)?;
     camera_section::check(&scene.camera, &check)?;
-    spectrum(scene, &check)?;
     drops(scene, &check)?;
     let water = scene.water().check();
     water.map_err(|error| check.refused("water", &error))?;
@@ -84,17 +83,6 @@ fn moon(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {
             Err(check.out_of_range(key, phase_deg.to_string(), expected))
         }
     }
-}
-
-fn spectrum(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {
-    let spectrum = &scene.spectrum;
-    let found = format!(
-        "{} bins of {} nm from {} nm",
-        spectrum.n_wavelengths, spectrum.step_nm, spectrum.first_nm
-    );
-    let refused =
-        |error: niji_radiometry::Error| check.out_of_range("spectrum", found, &error.to_string());
-    spectrum.grid().map(|_| ()).map_err(refused)
 }
 
 /// Every population, and that their names differ.
@@ -365,9 +353,7 @@ fn air(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {
     ] {
         found.map_or(Ok(()), |found| check.number(key, found, range))?;
     }
-    let grid = scene.spectrum.grid();
-    let grid = grid.map_err(|error| check.refused("air", &error))?;
-    air.model(grid, scene.ground.albedo, &scene.sun)
+    air.model(scene.spectrum, scene.ground.albedo, &scene.sun)
         .map(|_| ())
         .map_err(|error| check.refused("air", &error))
 }

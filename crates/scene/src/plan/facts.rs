@@ -90,7 +90,7 @@ impl Situation {
     pub(super) fn new(scene: &Scene, drops: Option<DropSummary>) -> Result<Self, PlanError> {
         let drops = summary(scene, drops)?;
         let camera = scene.camera.camera()?;
-        let grid = scene.spectrum.grid()?;
+        let grid = scene.spectrum;
         let sun = scene.sun.direction();
         let extent = view::Extent {
             whole: drops.bounds(),
