@@ -136,6 +136,33 @@ fn libraries_know_nothing_of_the_program() {
     }
 }
 
+#[test]
+fn an_effect_that_the_renderer_obeys_is_named_by_its_row_and_its_bound() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut files = rust_files(&root.join("crates/scene/src"));
+    files.extend(rust_files(&root.join("tools")));
+    for effect in [
+        "DropExtinction",
+        "SkylitDrops",
+        "SunlightThroughAir",
+        "AirExtinction",
+        "Sky",
+    ] {
+        let is_named = |file: &&std::path::PathBuf| {
+            let text = fs::read_to_string(file).expect("sources are UTF-8");
+            let code = text.split("#[cfg(test)]").next().unwrap_or_default();
+            let code = code.lines().filter(|it| !it.trim_start().starts_with("//"));
+            let mut words =
+                code.flat_map(|it| it.split(|c: char| !c.is_alphanumeric() && c != ':'));
+            words.any(|word| word == format!("Effect::{effect}"))
+        };
+        let named: BTreeSet<_> = files.iter().filter(is_named).collect();
+        let expected =
+            ["effect.rs", "plan/bounds.rs"].map(|it| root.join("crates/scene/src").join(it));
+        assert!(named.into_iter().eq(&expected), "{effect}");
+    }
+}
+
 fn rust_files(folder: &Path) -> Vec<std::path::PathBuf> {
     let mut files = Vec::new();
     for entry in fs::read_dir(folder).expect("a crate has a source folder") {

@@ -108,7 +108,7 @@ fn compare(planned: &PlannedScene, folder: &Path, image_name: &str) -> SpectralI
     let mut inputs = vec!["drops"];
     let table = planned.scattering(airy.as_ref(), &unwatched).unwrap();
     if let (Some(table), Some(need)) = (&table, &planned.plan.scattering) {
-        let settings = scattering::settings(need, planned.scene.spectrum.grid().unwrap());
+        let settings = scattering::settings(need, planned.scene.spectrum);
         let of_airy: &[&str] = if airy.is_some() { &["airy"] } else { &[] };
         let file = table.to_file(files.provenance("scatter", settings, of_airy));
         files.compare("table", "scatter.exr", &bytes(|to| file.write(to)));

@@ -20,7 +20,6 @@ use niji_scene::Occluders;
 use niji_scene::Plan;
 use niji_scene::ScatteringNeed;
 use niji_scene::Scene;
-use niji_scene::Spectrum;
 use niji_scene::Switch;
 use serde::Serialize;
 
@@ -166,7 +165,7 @@ pub(crate) fn measure(
 fn small(scene: &Scene, plan: &Plan) -> Scene {
     let mut small = plan.settled(scene);
     shrink(&mut small.camera, WIDTH_PX);
-    small.spectrum = in_wider_bins(small.spectrum, N_WAVELENGTHS);
+    small.spectrum = small.spectrum.in_wider_bins(N_WAVELENGTHS);
     small.accuracy.pixel_footprint = Some(PixelFootprint::Center);
     small.accuracy.theory = Some(plan.levels.theory);
     let ((fine, few), (coarse, many)) = (FINE_TABLE, COARSE_TABLE);
@@ -189,17 +188,6 @@ fn small(scene: &Scene, plan: &Plan) -> Scene {
     small
 }
 
-/// The same band in wider bins.
-fn in_wider_bins(spectrum: Spectrum, most: usize) -> Spectrum {
-    let n_wavelengths = spectrum.n_wavelengths.min(most);
-    let step_nm = spectrum.step_nm * spectrum.n_wavelengths as f64 / n_wavelengths as f64;
-    Spectrum {
-        first_nm: spectrum.first_nm + 0.5 * (step_nm - spectrum.step_nm),
-        step_nm,
-        n_wavelengths,
-    }
-}
-
 /// The scene that an effect is compared with where it is not that of the plan: with all that the effect
 /// cannot do without, whose own change is not the effect's, and with tables that are coarse enough for
 /// flat drops of many sizes where these change more than coarse tables do.
@@ -212,7 +200,7 @@ fn other_base(scene: &Scene, decision: &EffectDecision) -> Option<Scene> {
     if decision.effect == Effect::DropFlattening && decision.bound.value > coarse {
         let levels = base.accuracy.levels(1.0);
         base.accuracy.table_relative_error = Some(levels.table_relative_error.max(coarse));
-        base.spectrum = in_wider_bins(base.spectrum, N_WAVELENGTHS_FLAT);
+        base.spectrum = base.spectrum.in_wider_bins(N_WAVELENGTHS_FLAT);
     }
     (base != *scene).then_some(base)
 }

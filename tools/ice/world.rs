@@ -61,7 +61,7 @@ impl World {
     /// A mesh that is missing, damaged or encloses nothing, or a scene without any light.
     pub(crate) fn new(scene: &IceScene, mesh: Option<&Path>) -> Result<Self, Failure> {
         let usage = |error: &dyn std::fmt::Display| Failure::Usage(error.to_string());
-        let wavelengths = scene.spectrum.grid().map_err(|error| usage(&error))?;
+        let wavelengths = scene.spectrum;
         let light = light(scene, wavelengths)?;
         if is_dark(&light) {
             return Err(Failure::Impossible(format!(
@@ -137,7 +137,7 @@ fn body(scene: &IceScene, mesh: Option<&Path>) -> Result<Body, Failure> {
             let mesh = read_mesh(path).map_err(|error| failed(&error))?;
             let longest_m = mesh.bounds().size().max_element();
             let scale = length_m.map_or(1.0, |length_m| length_m / longest_m);
-            let turn = up.axis().to_y_up();
+            let turn = up.to_y_up();
             Body::of_mesh(moved(&mesh, &|corner| scale * (turn * corner))?)
         }
         IceShape::Iceberg(iceberg) => {

@@ -6,7 +6,6 @@ use std::path::PathBuf;
 use niji_exchange::Provenance;
 use niji_scene::canonical_json;
 
-use crate::failure::Failure;
 use crate::stages;
 use niji_picture::PlannedScene;
 
@@ -60,14 +59,7 @@ impl Files {
 
     /// Those of a frame of a sequence: frames that need the same drops, table or air share a file,
     /// because what it depends on is part of its name.
-    ///
-    /// # Errors
-    /// Never for a scene that was read from a file.
-    pub(super) fn of_frame(
-        planned: &PlannedScene,
-        folder: &Path,
-        frame: u32,
-    ) -> Result<Self, Failure> {
+    pub(super) fn of_frame(planned: &PlannedScene, folder: &Path, frame: u32) -> Self {
         let scene = &planned.scene;
         let mut files = Self::of_scene(planned, folder);
         files.image = named(&files.image, &format!("{frame:04}"));
@@ -75,9 +67,7 @@ impl Files {
             files.drops = named(&files.drops, &hash(canonical_json(&scene.drops)));
         }
         if let Some(need) = &planned.plan.scattering {
-            let wavelengths = scene.spectrum.grid();
-            let wavelengths = wavelengths.map_err(|e| Failure::Failed(e.to_string()))?;
-            let settings = niji_picture::scattering::settings(need, wavelengths);
+            let settings = niji_picture::scattering::settings(need, scene.spectrum);
             files.table = named(&files.table, &hash(settings));
         }
         let orders = planned.plan.scattering_orders(scene);
@@ -85,7 +75,7 @@ impl Files {
             &files.air,
             &hash(niji_picture::air::settings(scene, orders)),
         );
-        Ok(files)
+        files
     }
 }
 

@@ -96,7 +96,7 @@ pub(super) fn execute(
             verbosity.warn(warning);
         }
         let given = given_table::given(&planned, command.table.as_deref(), verbosity);
-        let files = Files::of_frame(&planned, folder, number)?.with_table(given.map_err(in_frame)?);
+        let files = Files::of_frame(&planned, folder, number).with_table(given.map_err(in_frame)?);
         let outcome = run_stages_to(&planned, &files, common.options());
         let Outcome { done, .. } = outcome.map_err(in_frame)?;
         if accuracy.is_ok() {

@@ -188,11 +188,9 @@ fn run_stages_to(
                 let Some(need) = &plan.scattering else {
                     continue;
                 };
-                let wavelengths = scene.spectrum.grid();
-                let wavelengths = wavelengths.map_err(|e| Failure::Failed(e.to_string()))?;
                 let made_from = TableInputs {
                     need,
-                    wavelengths,
+                    wavelengths: scene.spectrum,
                     airy: Some(airy),
                 };
                 stages::scatter::make(made_from, table, options)

@@ -188,11 +188,7 @@ fn of_scene(
     let planned = scene_file::load(path, common.goal())?;
     let unneeded = || Failure::Usage("the plan of this scene needs no scattering table".to_owned());
     let need = planned.plan.scattering.clone().ok_or_else(unneeded)?;
-    let wavelengths = planned.scene.spectrum.grid();
-    Ok((
-        need,
-        wavelengths.map_err(|error| Failure::bad_input(path, error))?,
-    ))
+    Ok((need, planned.scene.spectrum))
 }
 
 fn of_flags(command: &ScatterCommand) -> Result<(ScatteringNeed, WavelengthGrid), Failure> {

@@ -28,9 +28,7 @@ pub(crate) fn given(
         warn_unused(verbosity);
         return Ok(None);
     };
-    let wavelengths = planned.scene.spectrum.grid();
-    let wavelengths = wavelengths.map_err(|error| Failure::Failed(error.to_string()))?;
-    read(path, need, wavelengths)?;
+    read(path, need, planned.scene.spectrum)?;
     Ok(Some(path.to_owned()))
 }
 

@@ -132,13 +132,11 @@ fn picture(
         inputs,
         target,
     } = stage;
-    let wavelengths = settings.spectrum.grid();
-    let wavelengths = wavelengths.map_err(|error| Failure::Usage(error.to_string()))?;
     let table = inputs
         .table
         .zip(settings.scattering.as_ref())
         .map(|(path, need)| {
-            let table = given_table::read(path, need, wavelengths)?;
+            let table = given_table::read(path, need, settings.spectrum)?;
             Ok::<_, Failure>(as_needed(table, need))
         });
     let parts = PictureParts {

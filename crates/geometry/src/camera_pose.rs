@@ -12,6 +12,9 @@ use glam::DMat4;
 use glam::DQuat;
 use glam::DVec3;
 use niji_radiometry::Radians;
+use schemars::JsonSchema;
+use serde::Deserialize;
+use serde::Serialize;
 
 use crate::error::Error;
 
@@ -22,16 +25,18 @@ const AXES_TOLERANCE: f64 = 1e-3;
 /// An optical axis nearer to the vertical than this is vertical.
 const ROUNDING: f64 = 1e-14;
 
-/// Which axis of a program's world points up.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum UpAxis {
-    /// y is up and −z is north, as here.
+/// Which axis points up in a file or a program's world.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Up {
+    /// y, and north is -z: as in glTF, Houdini, Nuke and Maya.
+    #[default]
     Y,
-    /// z is up and y is north.
+    /// z, and north is y: as in Blender and most STL files.
     Z,
 }
 
-impl UpAxis {
+impl Up {
     /// The matrix that takes such a world to one with y up and −z north.
     #[must_use]
     pub fn to_y_up(self) -> DMat3 {
@@ -77,7 +82,7 @@ impl CameraPose {
     /// [`Error::NotFinite`]; [`Error::MatrixIsTransposed`] for a position in the last row;
     /// [`Error::MatrixIsProjective`] for a last row other than 0, 0, 0, 1; [`Error::MatrixScales`] and
     /// [`Error::MatrixMirrors`] for axes that are not those of a rotation.
-    pub fn from_matrix(camera_to_world: DMat4, up: UpAxis) -> Result<Self, Error> {
+    pub fn from_matrix(camera_to_world: DMat4, up: Up) -> Result<Self, Error> {
         if !camera_to_world.is_finite() {
             return Err(Error::NotFinite);
         }
@@ -181,7 +186,7 @@ mod tests {
     #[test]
     fn the_inverse_of_world_to_camera_gives_the_pose_back() {
         let pose = looking(123.0, 45.0, -30.0);
-        let back = CameraPose::from_matrix(pose.world_to_camera().inverse(), UpAxis::Y).unwrap();
+        let back = CameraPose::from_matrix(pose.world_to_camera().inverse(), Up::Y).unwrap();
         assert!(distance(&pose, &back) < 1e-14);
     }
 
@@ -196,7 +201,7 @@ mod tests {
             [0.0, 0.0, 0.0, 1.0],
         ];
         let matrix = DMat4::from_cols_array_2d(&rows).transpose();
-        let pose = CameraPose::from_matrix(matrix, UpAxis::Z).unwrap();
+        let pose = CameraPose::from_matrix(matrix, Up::Z).unwrap();
         // The four digits of the matrix, 2e-5.
         assert!(distance(&pose, &looking(70.0, 0.0, 0.0)) < 1e-4);
         assert!((pose.axes.determinant() - 1.0).abs() < 1e-15);
@@ -219,7 +224,7 @@ mod tests {
     #[test]
     fn matrices_that_are_no_pose_are_refused_and_told_why() {
         let sound = looking(10.0, 20.0, 30.0).world_to_camera().inverse();
-        let from = |matrix: DMat4| CameraPose::from_matrix(matrix, UpAxis::Y).unwrap_err();
+        let from = |matrix: DMat4| CameraPose::from_matrix(matrix, Up::Y).unwrap_err();
         assert_eq!(from(sound.transpose()), Error::MatrixIsTransposed);
         let scaled = sound * DMat4::from_scale(DVec3::new(1.0, 2.0, 1.0));
         assert!(matches!(from(scaled), Error::MatrixScales { lengths } if lengths[1] > 1.99));

@@ -53,7 +53,7 @@ mod sobol;
 pub use aabb::Aabb;
 pub use camera::Camera;
 pub use camera_pose::CameraPose;
-pub use camera_pose::UpAxis;
+pub use camera_pose::Up;
 pub use error::Error;
 pub use fisheye::FisheyeCamera;
 pub use fisheye::FisheyeMapping;

@@ -50,10 +50,9 @@ pub fn table(
     scene: &Scene,
     orders: Option<ScatteringOrders>,
 ) -> Result<Option<AtmosphereTable>, Error> {
-    let wavelengths = scene.spectrum.grid().map_err(Error::scene)?;
     let request = |air| AirRequest {
         air,
-        wavelengths,
+        wavelengths: scene.spectrum,
         ground_albedo: scene.ground.albedo,
         sun: &scene.sun,
         orders,

@@ -24,7 +24,6 @@ use niji_scene::Effect;
 use niji_scene::Levels;
 use niji_scene::Picture;
 use niji_scene::ScatteringNeed;
-use niji_scene::Spectrum;
 use niji_scene::Stage;
 use niji_scene::Sun;
 use niji_scene::WaterSurface;
@@ -51,7 +50,7 @@ pub struct PictureSettings {
     /// The light.
     pub sun: Sun,
     /// The wavelengths.
-    pub spectrum: Spectrum,
+    pub spectrum: WavelengthGrid,
     /// What is simulated, by name.
     pub effects: Vec<&'static str>,
     /// How accurately.
@@ -146,7 +145,7 @@ impl PictureWork {
     /// # Errors
     /// Drops without room for them or their shadow; a camera or a spectrum that cannot be.
     pub fn new(settings: PictureSettings, parts: PictureParts) -> Result<Self, Error> {
-        let wavelengths = settings.spectrum.grid().map_err(Error::scene)?;
+        let wavelengths = settings.spectrum;
         Ok(Self {
             camera: settings.camera.camera().map_err(Error::scene)?,
             wavelengths,

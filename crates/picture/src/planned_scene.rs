@@ -181,8 +181,7 @@ impl PlannedScene {
         let Some(need) = &self.plan.scattering else {
             return Ok(None);
         };
-        let wavelengths = self.scene.spectrum.grid().map_err(Error::scene)?;
-        scattering::table(need, wavelengths, airy, watch).map(Some)
+        scattering::table(need, self.scene.spectrum, airy, watch).map(Some)
     }
 
     /// Its air, where an effect needs it.

@@ -4,6 +4,10 @@
 //! All in nm. Spectral values on a grid are means over these bins, never point samples: the sun's
 //! lines make a point at 400 nm 12 % wrong.
 
+use schemars::JsonSchema;
+use serde::Deserialize;
+use serde::Serialize;
+
 use crate::error::Error;
 use crate::units::Nanometers;
 
@@ -26,11 +30,49 @@ const EDGE_TOLERANCE_NM: f64 = 1e-9;
 /// assert_eq!(grid.edges(3), (Nanometers(525.0), Nanometers(575.0)));
 /// # Ok::<(), niji_radiometry::Error>(())
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(try_from = "Spectrum", into = "Spectrum")]
+#[schemars(
+    rename = "Spectrum",
+    description = "The section `[spectrum]`: 380 to 780 nm by 10 nm where it is left out."
+)]
 pub struct WavelengthGrid {
     first_nm: f64,
     step_nm: f64,
     n_wavelengths: usize,
+}
+
+/// A grid as files have it, not yet checked.
+#[derive(Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct Spectrum {
+    /// Center of the first bin, nm.
+    #[schemars(extend("exclusiveMinimum" = 300.0, "exclusiveMaximum" = 1000.0))]
+    first_nm: f64,
+    /// Width of a bin, nm.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 700.0))]
+    step_nm: f64,
+    /// Number of bins.
+    #[schemars(range(min = 1, max = 8192))]
+    n_wavelengths: usize,
+}
+
+impl TryFrom<Spectrum> for WavelengthGrid {
+    type Error = Error;
+
+    fn try_from(spectrum: Spectrum) -> Result<Self, Error> {
+        Self::new(spectrum.first_nm, spectrum.step_nm, spectrum.n_wavelengths)
+    }
+}
+
+impl From<WavelengthGrid> for Spectrum {
+    fn from(grid: WavelengthGrid) -> Self {
+        Self {
+            first_nm: grid.first_nm,
+            step_nm: grid.step_nm,
+            n_wavelengths: grid.n_wavelengths,
+        }
+    }
 }
 
 impl WavelengthGrid {
@@ -75,6 +117,18 @@ impl WavelengthGrid {
             first_nm: 380.0,
             step_nm: 10.0,
             n_wavelengths: 41,
+        }
+    }
+
+    /// The same band in as many bins at most.
+    #[must_use]
+    pub fn in_wider_bins(self, most: usize) -> Self {
+        let n_wavelengths = self.n_wavelengths.min(most).max(1);
+        let step_nm = self.step_nm * self.n_wavelengths as f64 / n_wavelengths as f64;
+        Self {
+            first_nm: self.first_nm + 0.5 * (step_nm - self.step_nm),
+            step_nm,
+            n_wavelengths,
         }
     }
 

@@ -19,8 +19,9 @@ use serde::Deserialize;
 use serde::Serialize;
 
 use crate::effect::Effect;
-use crate::effect::EffectSwitches;
-use crate::effect::Switch;
+use crate::effect::Role;
+use crate::effect_switches::EffectSwitches;
+use crate::effect_switches::Switch;
 
 /// A named set of levels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
@@ -307,13 +308,7 @@ impl Accuracy {
 /// The exact theory of a scene: Lorenz-Mie, or, because that holds all orders at once, the Debye series
 /// where one of them is switched off.
 pub(crate) fn exact_theory(effects: &EffectSwitches) -> Theory {
-    let orders = [
-        Effect::PrimaryBow,
-        Effect::SecondaryBow,
-        Effect::HigherOrders,
-    ];
-    let is_off = |order: &Effect| effects.of(*order) == Switch::Off;
-    if orders.iter().any(is_off) {
+    if Effect::of_role(Role::Order).any(|order| effects.of(order) == Switch::Off) {
         Theory::Debye { max_order: 7 }
     } else {
         Theory::Mie

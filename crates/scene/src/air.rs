@@ -5,7 +5,10 @@ use niji_atmosphere::AerosolKind;
 use niji_atmosphere::AirComponent;
 use niji_atmosphere::AirModel;
 use niji_atmosphere::BandGas;
+use niji_atmosphere::BodhaineAir;
 use niji_atmosphere::DensityProfile;
+use niji_atmosphere::NishitaAir;
+use niji_atmosphere::OzoneLayer;
 use niji_atmosphere::USUAL_TOP_M;
 use niji_exchange::DensityLaw;
 use niji_geometry::EARTH;
@@ -223,10 +226,10 @@ impl Air {
         ground_albedo: f64,
         sun: &Sun,
     ) -> Result<AirModel, niji_atmosphere::Error> {
-        let components = self
-            .constituents
-            .iter()
-            .map(|constituent| self.layered(*constituent, &wavelengths, sun));
+        let components = self.constituents.iter().map(|constituent| {
+            let layered = self.layered(*constituent, &wavelengths, sun)?;
+            Ok(AirComponent::Custom(layered))
+        });
         Ok(AirModel {
             planet: EARTH,
             top_height_m: USUAL_TOP_M,
@@ -237,69 +240,61 @@ impl Air {
         })
     }
 
-    /// A component with the density that its layer gives it.
+    /// A constituent with the density that its layer gives it.
     fn layered(
         &self,
         constituent: Constituent,
         wavelengths: &WavelengthGrid,
         sun: &Sun,
-    ) -> Result<AirComponent, niji_atmosphere::Error> {
-        let component = self.component(constituent, sun)?;
+    ) -> Result<niji_atmosphere::Constituent, niji_atmosphere::Error> {
+        let usual = self.usual(constituent, wavelengths, sun)?;
         let mut layers = self
             .layers
             .iter()
             .filter(|layer| layer.constituent == constituent);
         let Some(layer) = layers.next() else {
-            return Ok(component);
+            return Ok(usual);
         };
         if layers.next().is_some() {
             let problem = format!("two layers of {} found, expected one", constituent.name());
             return Err(niji_atmosphere::Error::Profile { problem });
         }
-        let (usual, profile) = (component.constituent(wavelengths)?, layer.profile()?);
         let keeps_ground = constituent == Constituent::Aerosol && self.visibility_km.is_some();
-        let spread = if keeps_ground {
-            usual.with_ground_density_in(profile)?
+        if keeps_ground {
+            usual.with_ground_density_in(layer.profile()?)
         } else {
-            usual.with_column_in(profile)?
-        };
-        Ok(AirComponent::Custom(spread))
+            usual.with_column_in(layer.profile()?)
+        }
     }
 
-    fn component(
+    /// A constituent with the density of its own.
+    fn usual(
         &self,
         constituent: Constituent,
+        wavelengths: &WavelengthGrid,
         sun: &Sun,
-    ) -> Result<AirComponent, niji_atmosphere::Error> {
-        let band = |gas: BandGas| AirComponent::Band {
-            gas,
-            air_mass: gas.air_mass(EARTH, sun.direction().y),
+    ) -> Result<niji_atmosphere::Constituent, niji_atmosphere::Error> {
+        let band = |gas: BandGas| {
+            let air_mass = gas.air_mass(EARTH, sun.direction().y);
+            gas.constituent(wavelengths, air_mass)
         };
-        Ok(match constituent {
-            Constituent::Rayleigh => self.molecules(),
-            Constituent::Aerosol => AirComponent::Aerosol(self.haze()?),
-            Constituent::Ozone => AirComponent::Ozone {
-                column_dobson: self.ozone_dobson.unwrap_or(USUAL_OZONE_DOBSON),
+        let pressure_pa = 100.0 * self.pressure_hpa.unwrap_or(STANDARD_PRESSURE_HPA);
+        match constituent {
+            Constituent::Rayleigh => match self.rayleigh {
+                Some(RayleighModel::Nishita) => NishitaAir::PUBLISHED.constituent(wavelengths),
+                Some(RayleighModel::Bodhaine) | None => {
+                    BodhaineAir::at_pressure(pressure_pa).constituent(wavelengths)
+                }
             },
+            Constituent::Aerosol => self.haze()?.constituent(wavelengths),
+            Constituent::Ozone => {
+                let column_dobson = self.ozone_dobson.unwrap_or(USUAL_OZONE_DOBSON);
+                OzoneLayer::of_column(column_dobson).constituent(wavelengths)
+            }
             Constituent::WaterVapor => band(BandGas::WaterVapor {
                 precipitable_cm: self.precipitable_water_cm.unwrap_or(USUAL_WATER_CM),
             }),
-            Constituent::Oxygen => band(BandGas::Oxygen {
-                pressure_pa: 100.0 * self.pressure_hpa.unwrap_or(STANDARD_PRESSURE_HPA),
-            }),
-        })
-    }
-
-    fn molecules(&self) -> AirComponent {
-        match (
-            self.rayleigh.unwrap_or(RayleighModel::Bodhaine),
-            self.pressure_hpa,
-        ) {
-            (RayleighModel::Nishita, _) => AirComponent::RayleighNishita,
-            (RayleighModel::Bodhaine, None) => AirComponent::STANDARD_RAYLEIGH,
-            (RayleighModel::Bodhaine, Some(pressure_hpa)) => AirComponent::RayleighBodhaine {
-                pressure_pa: 100.0 * pressure_hpa,
-            },
+            Constituent::Oxygen => band(BandGas::Oxygen { pressure_pa }),
         }
     }
 

@@ -16,7 +16,7 @@ use niji_geometry::Lens;
 use niji_geometry::PanoramaCamera;
 use niji_geometry::PinholeCamera;
 use niji_geometry::PixelRegion;
-use niji_geometry::UpAxis;
+use niji_geometry::Up;
 use niji_radiometry::Radians;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -25,7 +25,6 @@ use serde::Serialize;
 use crate::check::Check;
 use crate::check::TURNS_DEG;
 use crate::error::SceneError;
-use crate::sections::Up;
 
 /// How directions become places in the picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
@@ -281,7 +280,7 @@ impl TryFrom<[[f64; 4]; 4]> for Matrix {
         let [x, y, z, w] = rows.map(DVec4::from_array);
         let matrix = DMat4::from_cols(x, y, z, w).transpose();
         // Which axis is up does not decide whether it turns and moves.
-        match CameraPose::from_matrix(matrix, UpAxis::Y) {
+        match CameraPose::from_matrix(matrix, Up::Y) {
             Ok(_) => Ok(Self(matrix)),
             Err(error) => Err(error.to_string()),
         }
@@ -334,7 +333,7 @@ impl CameraSection {
                 Ok((position_m, [azimuth_deg, elevation_deg, roll_deg]))
             }
             (Some(matrix), Some(up), None, (None, None)) if self.roll_deg.is_none() => {
-                let pose = CameraPose::from_matrix(matrix.0, up.axis());
+                let pose = CameraPose::from_matrix(matrix.0, up);
                 let pose = pose.map_err(|error| error.to_string())?;
                 let angles_deg = pose.angles().map(Radians::to_degrees);
                 Ok((pose.position().to_array(), angles_deg))

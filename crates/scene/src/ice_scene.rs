@@ -6,6 +6,7 @@
 use std::collections::BTreeMap;
 
 use glam::DVec3;
+use niji_geometry::Up;
 use niji_ice::Bubbles;
 use niji_ice::Ground as IceGround;
 use niji_ice::IceSurface;
@@ -13,6 +14,7 @@ use niji_ice::IceTransport;
 use niji_ice::Iceberg;
 use niji_ice::PathWavelengths;
 use niji_ice::Snow;
+use niji_radiometry::WavelengthGrid;
 use niji_render::SkyModel;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -28,9 +30,7 @@ use crate::document;
 use crate::error::SceneError;
 use crate::scene::FORMAT;
 use crate::sections::Picture;
-use crate::sections::Spectrum;
 use crate::sections::Sun;
-use crate::sections::Up;
 
 /// A scene of ice.
 ///
@@ -62,8 +62,8 @@ pub struct IceScene {
     /// The eye.
     pub camera: Camera,
     /// The wavelengths.
-    #[serde(default)]
-    pub spectrum: Spectrum,
+    #[serde(default = "WavelengthGrid::visible")]
+    pub spectrum: WavelengthGrid,
     /// The ice.
     pub ice: IceSection,
     /// The air that sunlight comes through and whose sky shines; a vacuum where it is left out.
@@ -237,10 +237,8 @@ impl IceScene {
         self.camera
             .pinhole()
             .map_err(|error| check.refused("camera", &error))?;
-        let grid = self.spectrum.grid();
-        let grid = grid.map_err(|error| check.refused("spectrum", &error))?;
         if let Some(air) = &self.air {
-            air.model(grid, self.ground_albedo(), &self.sun)
+            air.model(self.spectrum, self.ground_albedo(), &self.sun)
                 .map_err(|error| check.refused("air", &error))?;
         }
         self.check_ice().map_err(|error| match error {

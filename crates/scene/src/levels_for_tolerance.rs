@@ -24,7 +24,7 @@ use crate::accuracy::Accuracy;
 use crate::accuracy::Preset;
 use crate::accuracy::exact_theory;
 use crate::effect::Effect;
-use crate::effect::Switch;
+use crate::effect_switches::Switch;
 use crate::plan::Plan;
 use crate::plan::SHARE_FOR_EFFECTS;
 use crate::scene::Scene;

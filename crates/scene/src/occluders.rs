@@ -3,11 +3,10 @@
 use glam::DAffine3;
 use glam::DMat3;
 use glam::DVec3;
+use niji_geometry::Up;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
-
-use crate::sections::Up;
 
 /// Most meshes that hide what is behind them.
 pub(crate) const MAX_MESHES: usize = 8;
@@ -69,7 +68,7 @@ impl OccluderMesh {
     /// The matrix that takes the corners of the file to the world: up, scale, turn, then position.
     pub fn to_world(&self) -> DAffine3 {
         let turn = DMat3::from_rotation_y(-self.turn_deg.to_radians());
-        let matrix = turn * (self.scale * self.up.axis().to_y_up());
+        let matrix = turn * (self.scale * self.up.to_y_up());
         DAffine3::from_mat3_translation(matrix, DVec3::from(self.position_m))
     }
 }

@@ -17,7 +17,6 @@ mod display;
 mod drop_file;
 mod drop_parts;
 mod drop_summary;
-mod effect_texts;
 mod error;
 mod explain;
 mod facts;
@@ -61,7 +60,7 @@ use niji_render::DropOrders;
 
 use crate::accuracy::Levels;
 use crate::effect::Effect;
-use crate::effect::Switch;
+use crate::effect_switches::Switch;
 use crate::scene::Scene;
 
 use bounds::Assumed;

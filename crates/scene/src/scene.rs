@@ -1,6 +1,8 @@
 //! A scene: everything that a picture depends on, read from TOML.
 
 use niji_atmosphere::ScatteringOrders;
+use niji_radiometry::WavelengthGrid;
+use niji_scatter::DropMotion;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
@@ -12,18 +14,18 @@ use crate::camera_section::Camera;
 use crate::canonical_json::canonical_json;
 use crate::drops::Drops;
 use crate::effect::Effect;
-use crate::effect::EffectSwitches;
-use crate::effect::Switch;
+use crate::effect::Role;
+use crate::effect::Section;
+use crate::effect_switches::EffectSwitches;
+use crate::effect_switches::Switch;
 use crate::occluders::Occluders;
 use crate::photo::Photo;
 use crate::schema::parts::Tracks;
 use crate::sections::Ground;
 use crate::sections::Picture;
-use crate::sections::Spectrum;
 use crate::sections::Sun;
 use crate::sections::Water;
 use crate::water_surface::WaterSurface;
-use niji_scatter::DropMotion;
 
 /// The version of the scene format that this crate reads.
 pub const FORMAT: u32 = 1;
@@ -80,8 +82,8 @@ pub struct Scene<S = Sun> {
     /// The eye.
     pub camera: Camera,
     /// The wavelengths.
-    #[serde(default)]
-    pub spectrum: Spectrum,
+    #[serde(default = "WavelengthGrid::visible")]
+    pub spectrum: WavelengthGrid,
     /// The drops.
     pub drops: Drops,
     /// What the drops are made of.
@@ -125,11 +127,18 @@ impl Scene {
     /// How finely light that the air scattered before is solved for the table of the air; `None`
     /// where the level of the sky or the effects do not ask for it.
     pub fn scattering_orders(&self) -> Option<ScatteringOrders> {
-        let is_off = |effect| self.effects.of(effect) == Switch::Off;
-        if is_off(Effect::Sky) && is_off(Effect::AirInscatter) {
+        if Effect::of_role(Role::AirLight).all(|it| self.effects.of(it) == Switch::Off) {
             return None;
         }
         self.accuracy.scattering_orders()
+    }
+
+    /// Whether it has a section that effects may need.
+    pub(crate) fn has(&self, section: Section) -> bool {
+        match section {
+            Section::Air => self.air.is_some(),
+            Section::WaterSurface => self.water_surface.is_some(),
+        }
     }
 
     /// What the drops are made of: the sea's water where all of them are its spray, otherwise pure, unless

@@ -19,7 +19,9 @@ use crate::document::section_of;
 use crate::drops::DropSource;
 use crate::drops::Population;
 use crate::effect::Effect;
-use crate::effect::Switch;
+use crate::effect::Role;
+use crate::effect::Row;
+use crate::effect_switches::Switch;
 use crate::error::SceneError;
 use crate::occluders::Along;
 use crate::occluders::MAX_MESHES;
@@ -50,7 +52,6 @@ pub(crate) fn check(scene: &Scene, lines: &BTreeMap<String, usize>) -> Result<()
     check.number("sun.azimuth_deg", scene.sun.azimuth_deg, TURNS_DEG)?;
     moon(scene, &check)?;
     camera_section::check(&scene.camera, &check)?;
-    spectrum(scene, &check)?;
     drops(scene, &check)?;
     let water = scene.water().check();
     water.map_err(|error| check.refused("water", &error))?;
@@ -82,17 +83,6 @@ fn moon(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {
             Err(check.out_of_range(key, phase_deg.to_string(), expected))
         }
     }
-}
-
-fn spectrum(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {
-    let spectrum = &scene.spectrum;
-    let found = format!(
-        "{} bins of {} nm from {} nm",
-        spectrum.n_wavelengths, spectrum.step_nm, spectrum.first_nm
-    );
-    let refused =
-        |error: niji_radiometry::Error| check.out_of_range("spectrum", found, &error.to_string());
-    spectrum.grid().map(|_| ()).map_err(refused)
 }
 
 /// Every population, and that their names differ.
@@ -306,28 +296,23 @@ fn effects(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {
         return Err(check.out_of_range("accuracy.sun_path", "\"ignore\"".to_string(), expected));
     }
     for effect in Effect::ALL {
-        let key = format!("effects.{effect}");
         let switch = scene.effects.of(effect);
-        if switch == Switch::On && effect.needs_air() && scene.air.is_none() {
-            let expected = "\"auto\" or \"off\" in a scene without an [air] section";
-            return Err(check.out_of_range(&key, "\"on\"".to_string(), expected));
-        }
-        if switch == Switch::On && effect == Effect::ReflectionBow && scene.water_surface.is_none()
-        {
-            let expected = "\"auto\" or \"off\" in a scene without a [water_surface] section";
-            return Err(check.out_of_range(&key, "\"on\"".to_string(), expected));
-        }
-        let missing = effect
-            .needs()
-            .iter()
-            .find(|needed| scene.effects.of(**needed) == Switch::Off);
-        if let (Switch::On, Some(missing)) = (switch, missing) {
-            let expected = format!("\"auto\" or \"off\" in a scene without {missing}");
-            return Err(check.out_of_range(&key, "\"on\"".to_string(), &expected));
-        }
-        if switch == Switch::Off && effect == Effect::Occluders {
+        let refused = |found: &str, expected: &str| {
+            Err(check.out_of_range(&format!("effects.{effect}"), found.to_string(), expected))
+        };
+        let Row { role, section, .. } = effect.row();
+        if switch == Switch::Off && *role == Role::Fixed {
             let expected = "\"on\" or \"auto\": surfaces always hide what is behind them";
-            return Err(check.out_of_range(&key, "\"off\"".to_string(), expected));
+            return refused("\"off\"", expected);
+        }
+        let section = section.filter(|section| !scene.has(*section));
+        let section = section.map(|section| format!("{} section", section.name()));
+        let mut needs = effect.needs().iter();
+        let effect_off = needs.find(|needed| scene.effects.of(**needed) == Switch::Off);
+        let lacking = section.or(effect_off.map(Effect::to_string));
+        if let (Switch::On, Some(lacking)) = (switch, lacking) {
+            let expected = format!("\"auto\" or \"off\" in a scene without {lacking}");
+            return refused("\"on\"", &expected);
         }
     }
     Ok(())
@@ -368,9 +353,7 @@ fn air(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {
     ] {
         found.map_or(Ok(()), |found| check.number(key, found, range))?;
     }
-    let grid = scene.spectrum.grid();
-    let grid = grid.map_err(|error| check.refused("air", &error))?;
-    air.model(grid, scene.ground.albedo, &scene.sun)
+    air.model(scene.spectrum, scene.ground.albedo, &scene.sun)
         .map(|_| ())
         .map_err(|error| check.refused("air", &error))
 }

@@ -1,7 +1,6 @@
 //! The sections of a scene file, each a plain struct with the unit in the name of every key.
 
 use glam::DVec3;
-use niji_geometry::UpAxis;
 use niji_geometry::direction_from_azimuth_elevation;
 use niji_radiometry::GamutPolicy;
 use niji_radiometry::Radians;
@@ -61,28 +60,6 @@ impl Body {
     }
 }
 
-/// Which axis points up in a file or a program's world.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Up {
-    /// y, and north is -z: as in glTF, Houdini, Nuke and Maya.
-    #[default]
-    Y,
-    /// z, and north is y: as in Blender and most STL files.
-    Z,
-}
-
-impl Up {
-    /// The axis, for geometry.
-    #[must_use]
-    pub fn axis(self) -> UpAxis {
-        match self {
-            Self::Y => UpAxis::Y,
-            Self::Z => UpAxis::Z,
-        }
-    }
-}
-
 impl Sun {
     /// Irradiance over that by the sun: 1, or the moon's at its phase.
     pub fn irradiance_scale(&self) -> f64 {
@@ -105,43 +82,6 @@ impl Sun {
             Radians::from_degrees(self.azimuth_deg),
             Radians::from_degrees(self.elevation_deg),
         )
-    }
-}
-
-/// The section `[spectrum]`: 380 to 780 nm by 10 nm where it is left out.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Spectrum {
-    /// Center of the first bin, nm.
-    #[schemars(extend("exclusiveMinimum" = 300.0, "exclusiveMaximum" = 1000.0))]
-    pub first_nm: f64,
-    /// Width of a bin, nm.
-    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 700.0))]
-    pub step_nm: f64,
-    /// Number of bins.
-    #[schemars(range(min = 1, max = 8192))]
-    pub n_wavelengths: usize,
-}
-
-impl Spectrum {
-    /// The wavelength bins.
-    ///
-    /// # Errors
-    /// As [`WavelengthGrid::new`]; never for a spectrum of a scene that was read from a file.
-    pub fn grid(&self) -> Result<WavelengthGrid, niji_radiometry::Error> {
-        WavelengthGrid::new(self.first_nm, self.step_nm, self.n_wavelengths)
-    }
-}
-
-impl Default for Spectrum {
-    fn default() -> Self {
-        let grid = WavelengthGrid::visible();
-        let (first_nm, step_nm) = (grid.first_nm(), grid.step_nm());
-        Self {
-            first_nm,
-            step_nm,
-            n_wavelengths: grid.len(),
-        }
     }
 }
 

@@ -37,7 +37,7 @@ const SUN: &str = "elevation_deg = 10.0\nazimuth_deg = 180.0";
 
 fn model(sun: &str, air: &str) -> AirModel {
     let scene = scene(sun, air).unwrap();
-    let grid = scene.spectrum.grid().unwrap();
+    let grid = scene.spectrum;
     let air = scene.air.unwrap();
     air.model(grid, 0.2, &scene.sun).unwrap()
 }

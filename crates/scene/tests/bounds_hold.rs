@@ -14,6 +14,7 @@ use niji_dropfield::Bricks;
 use niji_exchange::ScatteringTable;
 use niji_geometry::PixelRegion;
 use niji_radiometry::Colorimetry;
+use niji_radiometry::WavelengthGrid;
 use niji_radiometry::solar_irradiance;
 use niji_render::LitDrops;
 use niji_render::RenderRequest;
@@ -129,7 +130,7 @@ struct Studio {
 impl Studio {
     /// Luminance over the reference.
     fn picture(&mut self, scene: &Scene, plan: &Plan) -> Array2<f64> {
-        let grid = scene.spectrum.grid().unwrap();
+        let grid = scene.spectrum;
         let sun = scene.sun.direction();
         let volume = scene.drops.shape().unwrap().volume().unwrap();
         let build = |mode| Bricks::build(mode, plan.levels.interpolation).unwrap();
@@ -317,7 +318,7 @@ fn switching_an_order_of_small_drops_changes_no_more_than_its_bound() {
 #[test]
 fn bounds_hold_for_flat_drops() {
     let mut scene = scene(RAIN, 20.0, 10.0);
-    (scene.spectrum.n_wavelengths, scene.spectrum.step_nm) = (3, 100.0);
+    scene.spectrum = WavelengthGrid::new(scene.spectrum.first_nm(), 100.0, 3).unwrap();
     scene.accuracy.table_relative_error = Some(0.05);
     scene.effects.set(Effect::HigherOrders, Switch::Off);
     let tested = [

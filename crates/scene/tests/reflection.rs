@@ -197,7 +197,7 @@ impl Spheres {
     fn of(text: &str) -> Self {
         let scene = Scene::from_toml(text).unwrap();
         let plan = planned(&scene);
-        let grid = scene.spectrum.grid().unwrap();
+        let grid = scene.spectrum;
         let need = plan.scattering.as_ref().unwrap();
         let airy = AiryTable::compute();
         let table = scattering_table(&need.request(grid, Some(&airy)), &|_| {}).unwrap();
@@ -232,7 +232,7 @@ impl Spheres {
         (drops, sun_direction): (&LitDrops, DVec3),
         (direction, (fov_deg, n_px)): (DVec3, (f64, u32)),
     ) -> Array2<f32> {
-        let grid = self.scene.spectrum.grid().unwrap();
+        let grid = self.scene.spectrum;
         let request = RenderRequest {
             camera: &camera(direction, (fov_deg, n_px)),
             region: PixelRegion::frame(n_px, n_px),

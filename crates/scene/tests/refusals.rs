@@ -4,10 +4,10 @@
 
 mod support;
 
+use niji_radiometry::WavelengthGrid;
 use niji_scene::Plan;
 use niji_scene::PlanError;
 use niji_scene::Scene;
-use niji_scene::Spectrum;
 use niji_scene::plan;
 use support::scene;
 
@@ -53,11 +53,7 @@ fn tables_that_can_be_made_are_not_refused() {
 #[test]
 fn a_table_that_its_stage_would_refuse_is_refused_by_the_plan() {
     let mut rain = scene(FLAT_RAIN);
-    rain.spectrum = Spectrum {
-        first_nm: 400.0,
-        step_nm: 0.05,
-        n_wavelengths: 6000,
-    };
+    rain.spectrum = WavelengthGrid::new(400.0, 0.05, 6000).unwrap();
     rain.accuracy.table_relative_error = Some(1e-5);
     let refused = planned(&rain).unwrap().table_refused.unwrap();
     assert!(matches!(refused, niji_scatter::Error::TooLarge { .. }));

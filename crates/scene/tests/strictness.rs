@@ -357,7 +357,7 @@ fn air_has_settings_for_its_constituents_and_for_no_other() {
     let model = scene
         .air
         .unwrap()
-        .model(scene.spectrum.grid().unwrap(), 0.2, &scene.sun)
+        .model(scene.spectrum, 0.2, &scene.sun)
         .unwrap();
     assert_eq!(model.tabulate().unwrap().constituents.len(), 3);
     for (right, wrong) in [

@@ -312,7 +312,7 @@ fn grids(arguments: &AirArguments, scene: Option<&Scene>) -> Result<Vec<Waveleng
                 .map(one)
                 .collect()
         }
-        (None, Some(scene)) => scene.spectrum.grid().map(|grid| vec![grid]).map_err(usage),
+        (None, Some(scene)) => Ok(vec![scene.spectrum]),
         (None, None) => Ok(vec![WavelengthGrid::visible()]),
     }
 }

@@ -2,9 +2,7 @@
 
 use std::fmt;
 
-use crate::effect::Effect;
-
-use super::reasons::brief;
+use crate::figures::brief;
 
 /// A bound on the contribution of an effect.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -65,34 +63,4 @@ pub struct BoundTerms {
     pub light: Option<f64>,
     /// Share of the light that is taken, where it enters.
     pub share: Option<f64>,
-}
-
-/// How sure the bound on an effect is. Where drops pass their light on to others, that light changes
-/// too, and of it there is an estimate only.
-pub(super) fn kind(effect: Effect, has_further_orders: bool) -> BoundKind {
-    match effect {
-        Effect::AirInscatter | Effect::Sky | Effect::Occluders => BoundKind::Proved,
-        Effect::PrimaryBow
-        | Effect::SecondaryBow
-        | Effect::HigherOrders
-        | Effect::DropExtinction
-        | Effect::DropShadow
-        | Effect::ReflectionBow
-        | Effect::SunlightThroughAir
-        | Effect::AirExtinction => {
-            if has_further_orders {
-                BoundKind::Estimated
-            } else {
-                BoundKind::Proved
-            }
-        }
-        Effect::Supernumeraries | Effect::SunDisc | Effect::SizeSpread => {
-            BoundKind::TableDifference
-        }
-        Effect::Glory
-        | Effect::Corona
-        | Effect::DropFlattening
-        | Effect::SkylitDrops
-        | Effect::MultipleScattering => BoundKind::Estimated,
-    }
 }

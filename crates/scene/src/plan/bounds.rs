@@ -43,7 +43,6 @@ use super::air_light::AirLight;
 use super::bound::Bound;
 use super::bound::BoundKind;
 use super::bound::BoundTerms;
-use super::bound::kind;
 use super::directed_curve::DirectedCurve;
 use super::light_curves::LightCurves;
 use super::light_curves::Shapes;
@@ -271,6 +270,7 @@ impl BoundScene<'_> {
         }
     }
 
+    /// How an effect changes the light of a sun, and how sure that is.
     fn change(&self, effect: Effect, assumed: &Assumed, sun: &LitBy<'_>) -> (BoundKind, Change) {
         let (shapes, sunlight) = (assumed.shapes(), self.sunlight(assumed));
         let bows = |factor: &[f64]| bows(assumed, factor, sun.light);
@@ -282,35 +282,61 @@ impl BoundScene<'_> {
             return (BoundKind::TableDifference, change);
         }
         let whole = |light: DirectedCurve| Change::Column { light, share: 1.0 };
-        let change = match effect {
+        // Where drops pass their light on to others, that light changes too, and of it there is an
+        // estimate only.
+        let proved = if assumed.may_be_on.contains(&Effect::MultipleScattering) {
+            BoundKind::Estimated
+        } else {
+            BoundKind::Proved
+        };
+        match effect {
             Effect::PrimaryBow | Effect::SecondaryBow => {
-                whole(sun.light.bow(effect, &sunlight, &shapes))
-            }
-            Effect::Supernumeraries | Effect::SunDisc | Effect::SizeSpread => {
-                whole(sun.light.difference(effect, &sunlight, &shapes))
+                (proved, whole(sun.light.bow(effect, &sunlight, &shapes)))
             }
             Effect::HigherOrders => {
                 let shown = BOWS.map(|bow| assumed.is_on.contains(&bow));
-                whole(sun.light.higher_light(&sunlight, &shapes, shown))
+                let light = sun.light.higher_light(&sunlight, &shapes, shown);
+                (proved, whole(light))
             }
-            Effect::Glory | Effect::Corona => whole(sun.light.ring(effect, &sunlight, &shapes)),
-            Effect::DropFlattening => whole(sun.light.flattening(&sunlight, &shapes)),
-            Effect::ReflectionBow if self.mirrored.is_none() => Change::Nothing,
-            Effect::ReflectionBow => whole(bows(&sunlight)),
-            Effect::DropExtinction => Change::Extinction {
-                light: bows(&sunlight),
-            },
-            Effect::DropShadow => Change::Column {
-                light: bows(&sunlight),
-                share: taken(self.efficiency * sun.sun_depth),
-            },
+            Effect::Supernumeraries | Effect::SunDisc | Effect::SizeSpread => {
+                let light = sun.light.difference(effect, &sunlight, &shapes);
+                (BoundKind::TableDifference, whole(light))
+            }
+            Effect::Glory | Effect::Corona => {
+                let light = sun.light.ring(effect, &sunlight, &shapes);
+                (BoundKind::Estimated, whole(light))
+            }
+            Effect::DropFlattening => {
+                let light = sun.light.flattening(&sunlight, &shapes);
+                (BoundKind::Estimated, whole(light))
+            }
+            Effect::DropExtinction => {
+                let light = bows(&sunlight);
+                (proved, Change::Extinction { light })
+            }
+            Effect::DropShadow => {
+                let change = Change::Column {
+                    light: bows(&sunlight),
+                    share: taken(self.efficiency * sun.sun_depth),
+                };
+                (proved, change)
+            }
             // What scatters the light of the surroundings is what extinction takes.
             Effect::SkylitDrops if !assumed.may_be_on.contains(&Effect::DropExtinction) => {
-                Change::Nothing
+                (BoundKind::Estimated, Change::Nothing)
             }
-            Effect::SkylitDrops => Change::Taken {
-                light: self.surround(assumed),
-            },
+            Effect::SkylitDrops => {
+                let light = self.surround(assumed);
+                (BoundKind::Estimated, Change::Taken { light })
+            }
+            Effect::MultipleScattering => {
+                let lines = self.lines.iter().zip(&sunlight);
+                let sunlight: f64 = lines.map(|(line, factor)| line.weight * factor).sum();
+                let light = taken(0.5 * sun.sun_depth) * sunlight / (4.0 * PI);
+                (BoundKind::Estimated, Change::Further { light })
+            }
+            Effect::ReflectionBow if self.mirrored.is_none() => (proved, Change::Nothing),
+            Effect::ReflectionBow => (proved, whole(bows(&sunlight))),
             Effect::SunlightThroughAir => {
                 let lost = self.air.map(AirLight::sunlight_lost).unwrap_or_default();
                 // Light by way of the water has more air to pass.
@@ -318,52 +344,26 @@ impl BoundScene<'_> {
                     Way::Straight => lost,
                     Way::ByWater => vec![1.0; lost.len()],
                 };
-                whole(bows(&lost))
+                (proved, whole(bows(&lost)))
             }
             Effect::AirExtinction => {
                 let lost = self.air.map(|air| air.view_lost(self.farthest_m));
                 let lost = lost.unwrap_or_default().into_iter().zip(&sunlight);
                 let factor: Vec<f64> = lost.map(|(lost, sunlight)| lost * sunlight).collect();
-                whole(bows(&factor))
+                (proved, whole(bows(&factor)))
             }
-            Effect::AirInscatter => Change::Inscatter,
-            Effect::Sky => Change::Sky,
-            Effect::Occluders => Change::Nothing,
-            Effect::MultipleScattering => {
-                let lines = self.lines.iter().zip(&sunlight);
-                let sunlight: f64 = lines.map(|(line, factor)| line.weight * factor).sum();
-                Change::Further {
-                    light: taken(0.5 * sun.sun_depth) * sunlight / (4.0 * PI),
-                }
-            }
-        };
-        let has_further_orders = assumed.may_be_on.contains(&Effect::MultipleScattering);
-        (kind(effect, has_further_orders), change)
+            Effect::AirInscatter => (BoundKind::Proved, Change::Inscatter),
+            Effect::Sky => (BoundKind::Proved, Change::Sky),
+            Effect::Occluders => (BoundKind::Proved, Change::Nothing),
+        }
     }
 
     /// Whether other effects show the same light, because the theory has no orders to divide it into.
     fn is_shown_anyway(&self, effect: Effect, assumed: &Assumed) -> bool {
-        let is_shown = match effect {
-            Effect::PrimaryBow | Effect::SecondaryBow => {
-                assumed.is_on.contains(&Effect::HigherOrders)
-            }
-            Effect::HigherOrders => BOWS.iter().all(|bow| assumed.is_on.contains(bow)),
-            Effect::Supernumeraries
-            | Effect::Glory
-            | Effect::Corona
-            | Effect::SunDisc
-            | Effect::SizeSpread
-            | Effect::DropFlattening
-            | Effect::DropExtinction
-            | Effect::DropShadow
-            | Effect::SkylitDrops
-            | Effect::MultipleScattering
-            | Effect::ReflectionBow
-            | Effect::SunlightThroughAir
-            | Effect::AirExtinction
-            | Effect::AirInscatter
-            | Effect::Sky
-            | Effect::Occluders => false,
+        let is_shown = if effect == Effect::HigherOrders {
+            BOWS.iter().all(|bow| assumed.is_on.contains(bow))
+        } else {
+            BOWS.contains(&effect) && assumed.is_on.contains(&Effect::HigherOrders)
         };
         is_shown && self.sun.light.is_whole(&assumed.shapes())
     }

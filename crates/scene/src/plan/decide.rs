@@ -17,12 +17,12 @@ use niji_render::SunPath;
 use crate::accuracy::Accuracy;
 use crate::accuracy::Preset;
 use crate::effect::Effect;
-use crate::effect::EffectSwitches;
-use crate::effect::Switch;
+use crate::effect::Role;
+use crate::effect_switches::EffectSwitches;
+use crate::effect_switches::Switch;
 
 use super::bound::Bound;
 use super::bounds::Assumed;
-use super::light_curves::SHAPING;
 
 /// Share of the tolerance that is for effects left out; the rest is for levels.
 pub(crate) const SHARE_FOR_EFFECTS: f64 = 0.5;
@@ -61,17 +61,14 @@ pub(super) fn decide(
         effects.filter(move |effect| switches.of(*effect) == switch)
     };
     let mut on: BTreeSet<Effect> = asked(Switch::On).collect();
-    on.insert(Effect::Occluders);
+    on.extend(Effect::of_role(Role::Fixed));
     let open: Vec<Effect> = asked(Switch::Auto)
-        .filter(|effect| *effect != Effect::Occluders)
+        .filter(|effect| !on.contains(effect))
         .collect();
+    let shaping = open.iter().filter(|it| it.row().role == Role::Shape);
     let assumed = Assumed {
         may_be_on: on.iter().chain(&open).copied().collect(),
-        is_on: on
-            .iter()
-            .chain(open.iter().filter(|effect| SHAPING.contains(effect)))
-            .copied()
-            .collect(),
+        is_on: on.iter().chain(shaping).copied().collect(),
     };
     let mut sized: Vec<(f64, Effect)> = open
         .into_iter()
@@ -128,18 +125,13 @@ fn keep_to(
 
 /// Effects that have nothing to act on, once what they need was left out.
 fn drop_dependents(switches: &EffectSwitches, on: &mut BTreeSet<Effect>) {
-    let bow = on.contains(&Effect::PrimaryBow) || on.contains(&Effect::SecondaryBow);
-    let is_open = |effect: &Effect| switches.of(*effect) == Switch::Auto;
-    if !bow {
-        let of_bows = [
-            Effect::Supernumeraries,
-            Effect::SunDisc,
-            Effect::SizeSpread,
-            Effect::DropFlattening,
-            Effect::ReflectionBow,
-        ];
-        on.retain(|effect| !(of_bows.contains(effect) && is_open(effect)));
+    if on.contains(&Effect::PrimaryBow) || on.contains(&Effect::SecondaryBow) {
+        return;
     }
+    on.retain(|effect| {
+        let is_of_bows = [Role::Shape, Role::OfBows].contains(&effect.row().role);
+        !is_of_bows || switches.of(*effect) != Switch::Auto
+    });
 }
 
 #[cfg(test)]

@@ -9,7 +9,8 @@ use serde::Serialize;
 
 use crate::accuracy::Levels;
 use crate::effect::Effect;
-use crate::effect::Switch;
+use crate::effect::Role;
+use crate::effect_switches::Switch;
 use crate::scene::Scene;
 use crate::sections::Sun;
 
@@ -103,9 +104,8 @@ impl Plan {
     /// The effects that are off although they may be seen, because they may change the picture by more
     /// than the tolerance; sky and air of a photograph are in it.
     pub fn missed(&self) -> impl Iterator<Item = &EffectDecision> {
-        let of_photo = [Effect::Sky, Effect::AirInscatter];
         let is_photo = self.runs(Stage::Composite);
-        let is_meant = move |effect| is_photo && of_photo.contains(&effect);
+        let is_meant = move |effect: Effect| is_photo && effect.row().role == Role::AirLight;
         let off = self.effects.iter().filter(|it| !it.on);
         off.filter(move |it| it.bound.value > self.tolerance && !is_meant(it.effect))
     }
@@ -123,30 +123,18 @@ impl Plan {
 
     /// The effects as the renderer takes them.
     pub fn render_effects(&self) -> RenderEffects {
-        let toggle = |effect| {
-            if self.is_on(effect) {
+        let mut effects = RenderEffects::BOWS_ONLY;
+        for (effect, toggle) in Effect::ALL.map(|effect| (effect, effect.row().toggle)) {
+            let Some(toggle) = toggle else { continue };
+            // Without a table no drop in view sends light.
+            let is_lit = effect.row().role != Role::Order || self.scattering.is_some();
+            *toggle(&mut effects) = if self.is_on(effect) && is_lit {
                 Toggle::On
             } else {
                 Toggle::Off
-            }
-        };
-        // Without a table no drop in view sends light.
-        let of_table = |effect| match &self.scattering {
-            Some(_) => toggle(effect),
-            None => Toggle::Off,
-        };
-        RenderEffects {
-            primary_bow: of_table(Effect::PrimaryBow),
-            secondary_bow: of_table(Effect::SecondaryBow),
-            higher_orders: of_table(Effect::HigherOrders),
-            drop_extinction: toggle(Effect::DropExtinction),
-            drop_shadow: toggle(Effect::DropShadow),
-            skylit_drops: toggle(Effect::SkylitDrops),
-            sunlight_through_air: toggle(Effect::SunlightThroughAir),
-            air_extinction: toggle(Effect::AirExtinction),
-            air_inscatter: toggle(Effect::AirInscatter),
-            sky: toggle(Effect::Sky),
+            };
         }
+        effects
     }
 
     /// How the drops are lit: not at all if their shadow is off.
@@ -166,17 +154,11 @@ impl Plan {
 
     /// Whether no enabled effect sends any light: a request that cannot be met.
     pub fn is_dark(&self) -> bool {
-        let lights = [
-            Effect::PrimaryBow,
-            Effect::SecondaryBow,
-            Effect::HigherOrders,
-            Effect::AirInscatter,
-            Effect::Sky,
-        ];
-        let sends = |effect: &Effect| {
-            // An unknown size may be light; a bound of 0 is exactly 0.
-            self.is_on(*effect) && self.bound(*effect).is_none_or(|bound| bound.value > 0.0)
-        };
-        !lights.iter().any(sends)
+        let mut lights = self.effects.iter().filter(|decision| {
+            let role = decision.effect.row().role;
+            decision.on && [Role::Order, Role::AirLight].contains(&role)
+        });
+        // A bound of 0 is exactly 0.
+        lights.all(|decision| decision.bound.value <= 0.0)
     }
 }

@@ -2,10 +2,11 @@
 
 use std::fmt;
 
+use crate::figures::brief;
+use crate::figures::length;
+
 use super::decide::SHARE_FOR_EFFECTS;
 use super::decided::Plan;
-use super::reasons::brief;
-use super::reasons::length;
 use super::stages::Estimate;
 use super::stages::Stage;
 

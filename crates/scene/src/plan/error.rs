@@ -17,9 +17,6 @@ pub enum PlanError {
     /// The camera of a scene that was not read from a file.
     #[error("camera")]
     Camera(#[from] niji_geometry::Error),
-    /// The spectrum of a scene that was not read from a file.
-    #[error("spectrum")]
-    Spectrum(#[from] niji_radiometry::Error),
     /// The air of a scene that was not read from a file.
     #[error("air")]
     Air(#[from] niji_atmosphere::Error),

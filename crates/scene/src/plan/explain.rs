@@ -6,7 +6,11 @@ use std::fmt::Write as _;
 use serde::Serialize;
 
 use crate::effect::Effect;
-use crate::effect::Switch;
+use crate::effect::Role;
+use crate::effect::Row;
+use crate::effect_switches::Switch;
+use crate::figures::brief;
+use crate::figures::length;
 use crate::scene::Scene;
 
 use super::bound::Bound;
@@ -14,9 +18,6 @@ use super::bound::BoundKind;
 use super::bound::BoundTerms;
 use super::decided::EffectDecision;
 use super::decided::Plan;
-use super::effect_texts::text;
-use super::reasons::brief;
-use super::reasons::length;
 use super::scattering_need::ScatteringNeed;
 
 /// An effect in a scene.
@@ -48,21 +49,21 @@ pub struct Explanation {
 impl Plan {
     /// Explains one decision; `switched` is the plan of [`Plan::switched`].
     pub fn explain(&self, effect: Effect, switched: Option<&Plan>) -> Explanation {
-        let text = text(effect);
+        let row = effect.row();
         let decision = self.effects.iter().find(|it| it.effect == effect);
         Explanation {
             effect,
             asked: decision.map_or(Switch::Auto, |it| it.asked),
             on: decision.is_some_and(|it| it.on),
             reason: decision.map(|it| it.reason.clone()).unwrap_or_default(),
-            what: text.what,
+            what: row.what,
             bound: decision.map(|it| it.bound),
-            formula: text.formula,
+            formula: row.formula,
             terms: decision.and_then(|it| it.terms),
             switching: switched
                 .map(|other| differences(self, other))
                 .unwrap_or_default(),
-            source: text.source,
+            source: row.source,
         }
     }
 
@@ -71,10 +72,9 @@ impl Plan {
     /// ground mirrors nothing, and what another effect needs stays.
     pub fn switched(&self, scene: &Scene, effect: Effect) -> Option<Scene> {
         let is_needed = |it: &EffectDecision| it.on && it.effect.needs().contains(&effect);
-        let is_fixed = effect == Effect::Occluders
-            || effect.comes_with_theory()
-            || (effect.needs_air() && scene.air.is_none())
-            || (effect == Effect::ReflectionBow && scene.water_surface.is_none())
+        let Row { role, section, .. } = effect.row();
+        let is_fixed = [Role::Fixed, Role::OfTheory].contains(role)
+            || section.is_some_and(|section| !scene.has(section))
             || self.effects.iter().any(is_needed);
         if is_fixed {
             return None;

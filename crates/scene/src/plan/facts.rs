@@ -17,6 +17,7 @@ use niji_scatter::dark_band_rad;
 use crate::accuracy::Levels;
 use crate::drops::DropSource;
 use crate::effect::Effect;
+use crate::effect_facts::Facts;
 use crate::scene::Scene;
 
 use super::air_light::AirLight;
@@ -32,7 +33,6 @@ use super::flat_drops::FlatDrops;
 use super::light_curves::CurvesRequest;
 use super::light_curves::LightCurves;
 use super::luminance::Line;
-use super::reasons::Facts;
 use super::theory_by_size;
 use super::theory_by_size::table_theory;
 use super::view;
@@ -90,7 +90,7 @@ impl Situation {
     pub(super) fn new(scene: &Scene, drops: Option<DropSummary>) -> Result<Self, PlanError> {
         let drops = summary(scene, drops)?;
         let camera = scene.camera.camera()?;
-        let grid = scene.spectrum.grid()?;
+        let grid = scene.spectrum;
         let sun = scene.sun.direction();
         let extent = view::Extent {
             whole: drops.bounds(),

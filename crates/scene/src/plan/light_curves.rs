@@ -23,6 +23,7 @@ use niji_scatter::Rings;
 use niji_scatter::Theory;
 
 use crate::effect::Effect;
+use crate::effect::Role;
 
 use super::cache::Cache;
 use super::curve::Curve;
@@ -47,10 +48,6 @@ const ROUNDOFF: f64 = 1e-5;
 /// The first of the other orders that has a bow; flat drops move no light of those below.
 const FIRST_HIGHER_BOW: u32 = 4;
 
-/// Effects that shape the bows.
-pub(super) const SHAPING: [Effect; 3] =
-    [Effect::SunDisc, Effect::SizeSpread, Effect::Supernumeraries];
-
 /// Those of the shaping effects that are on.
 pub(super) type Shaping = BTreeSet<Effect>;
 
@@ -66,7 +63,7 @@ pub(super) struct Shapes {
 /// Combinations that agree with what is known: `None` where an effect may be on or off.
 pub(super) fn shapings(known: impl Fn(Effect) -> Option<bool>) -> Vec<Shaping> {
     let mut all = vec![Shaping::new()];
-    for effect in SHAPING {
+    for effect in Effect::of_role(Role::Shape) {
         let with = all.iter().map(|shaping| with(shaping, effect)).collect();
         match known(effect) {
             Some(true) => all = with,
@@ -455,7 +452,10 @@ mod tests {
         let all = shapings(|_| None);
         assert_eq!(all.len(), 8);
         assert!(all.iter().collect::<BTreeSet<_>>().len() == 8);
-        assert_eq!(shapings(|_| Some(true)), [Shaping::from(SHAPING)]);
+        assert_eq!(
+            shapings(|_| Some(true)),
+            [Effect::of_role(Role::Shape).collect()]
+        );
         assert_eq!(shapings(|_| Some(false)), [Shaping::new()]);
         let disc_only = shapings(|effect| (effect != Effect::SunDisc).then_some(false));
         assert_eq!(
@@ -466,7 +466,7 @@ mod tests {
 
     #[test]
     fn an_effect_is_added_once_and_taken_away() {
-        let all = Shaping::from(SHAPING);
+        let all: Shaping = Effect::of_role(Role::Shape).collect();
         assert_eq!(with(&all, Effect::SunDisc), all);
         let less = without(&all, Effect::SunDisc);
         assert!(!less.contains(&Effect::SunDisc) && with(&less, Effect::SunDisc) == all);

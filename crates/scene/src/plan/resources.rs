@@ -186,12 +186,8 @@ pub(super) fn picture(
     let size_px = [situation.camera.width_px(), situation.camera.height_px()];
     let [width, height] = size_px.map(|size| f64::from(size + overscan_px));
     // Light of the surroundings and of further orders in XYZ, distances of surfaces.
-    let more = [
-        Effect::SkylitDrops,
-        Effect::MultipleScattering,
-        Effect::ReflectionBow,
-    ];
-    let n_more = 3 * more.iter().filter(|layer| on.contains(layer)).count();
+    let layers = on.iter().filter_map(|effect| effect.row().layer);
+    let n_more: usize = layers.map(|layer| layer.channels().len()).sum();
     let surface = f64::from(u8::from(scene.occluders.is_some() || scene.photo.is_some()));
     let planes = situation.grid.len() as f64 + PLANES + n_more as f64 + surface;
     let picture = NUMBER_BYTES * planes * width * height;

@@ -6,13 +6,7 @@ use std::collections::BTreeSet;
 use niji_scatter::Theory;
 
 use crate::effect::Effect;
-
-/// The effects that are light of some orders: without any of them there is no table.
-pub(super) const ORDERS: [Effect; 3] = [
-    Effect::PrimaryBow,
-    Effect::SecondaryBow,
-    Effect::HigherOrders,
-];
+use crate::effect::Role;
 
 /// The rings that a table of a theory holds when these effects are on.
 pub(super) fn held(theory: Theory, on: &BTreeSet<Effect>) -> Vec<Effect> {
@@ -21,7 +15,8 @@ pub(super) fn held(theory: Theory, on: &BTreeSet<Effect>) -> Vec<Effect> {
         return Vec::new();
     }
     // All orders are there, but no table is made for none of them.
-    let whole = theory.holds_every_order() && ORDERS.iter().any(|order| on.contains(order));
+    let whole =
+        theory.holds_every_order() && Effect::of_role(Role::Order).any(|it| on.contains(&it));
     let rings = [
         (Effect::Glory, Effect::PrimaryBow),
         (Effect::Corona, Effect::HigherOrders),

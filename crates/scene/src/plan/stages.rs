@@ -11,6 +11,7 @@ use serde::Serialize;
 
 use crate::drops::DropSource;
 use crate::effect::Effect;
+use crate::effect::Role;
 use crate::scene::Scene;
 
 use super::facts::Situation;
@@ -150,7 +151,7 @@ pub(super) fn stages(scene: &Scene, situation: &Situation, chosen: &Chosen) -> V
         }
         add(Stage::Scatter, what_it_holds(need, situation), table);
     }
-    if needs_air(on) {
+    if on.iter().any(|effect| effect.needs_air()) {
         let constituents = scene.air.iter().flat_map(|air| &air.constituents);
         let names: Vec<&str> = constituents.map(|constituent| constituent.name()).collect();
         let orders = scattering_orders(scene, |effect| on.contains(&effect));
@@ -206,11 +207,6 @@ pub(super) fn scattering_orders(
     scene: &Scene,
     is_on: impl Fn(Effect) -> bool,
 ) -> Option<ScatteringOrders> {
-    let is_shown = [Effect::Sky, Effect::AirInscatter].into_iter().any(is_on);
+    let is_shown = Effect::of_role(Role::AirLight).any(is_on);
     scene.scattering_orders().filter(|_| is_shown)
-}
-
-/// Whether any effect needs the air's table.
-fn needs_air(on: &BTreeSet<Effect>) -> bool {
-    on.iter().any(|effect| effect.needs_air())
 }

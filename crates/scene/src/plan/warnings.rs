@@ -4,10 +4,11 @@ use std::collections::BTreeSet;
 
 use crate::drops::Population;
 use crate::effect::Effect;
+use crate::effect::Role;
+use crate::figures::brief;
 use crate::scene::Scene;
 
 use super::facts::Situation;
-use super::reasons::brief;
 
 /// The warnings of a plan.
 pub(super) fn warnings(scene: &Scene, situation: &Situation, on: &BTreeSet<Effect>) -> Vec<String> {
@@ -21,7 +22,7 @@ pub(super) fn warnings(scene: &Scene, situation: &Situation, on: &BTreeSet<Effec
     }
     warnings.extend(of_thin_drops(scene));
     let height_m = scene.camera.position_m[1];
-    if height_m < 0.0 && [Effect::Sky, Effect::AirInscatter].into_iter().any(is_on) {
+    if height_m < 0.0 && Effect::of_role(Role::AirLight).any(is_on) {
         warnings.push(format!(
             "the camera is {} m below the ground, which is at y = 0: the air and the sky that it sees \
              mean nothing",

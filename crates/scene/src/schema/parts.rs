@@ -18,8 +18,9 @@ use crate::drops::FILE;
 use crate::drops::FROM_VDB;
 use crate::drops::FromVdb;
 use crate::effect::Effect;
-use crate::effect::EffectSwitches;
-use crate::effect::Switch;
+use crate::effect::Role;
+use crate::effect_switches::EffectSwitches;
+use crate::effect_switches::Switch;
 use crate::sequence::LAST_FRAME;
 
 /// The variants of the shapes beside our own, each as `{ name: settings }`.
@@ -104,8 +105,8 @@ impl JsonSchema for EffectSwitches {
         let switches = named_variants(Switch::json_schema(generator));
         let key = |effect: Effect| {
             let name = effect.name();
-            // Surfaces always hide what is behind them.
-            let is_meant = |switch: &Value| effect != Effect::Occluders || *switch != "off";
+            let is_fixed = effect.row().role == Role::Fixed;
+            let is_meant = |switch: &Value| !is_fixed || *switch != "off";
             let switches = switches.iter().filter(|it| is_meant(&it["const"]));
             let documented = effects.iter().find(|variant| variant["const"] == name);
             let schema = json!({

@@ -10,7 +10,7 @@ use niji_geometry::Camera;
 use niji_geometry::CameraPose;
 use niji_geometry::Lens;
 use niji_geometry::PinholeCamera;
-use niji_geometry::UpAxis;
+use niji_geometry::Up;
 use niji_radiometry::Radians;
 use niji_render::RenderRequest;
 
@@ -60,7 +60,7 @@ impl Place {
         // From column to column towards the antisolar point.
         let across = antisolar * sin - outwards * cos;
         let axes = DMat3::from_cols(across, across.cross(forward), -forward);
-        let pose = CameraPose::from_matrix(DMat4::from_mat3(axes), UpAxis::Y).unwrap();
+        let pose = CameraPose::from_matrix(DMat4::from_mat3(axes), Up::Y).unwrap();
         let lens = Lens::HorizontalFov(Radians::from_degrees(LENGTH_DEG));
         PinholeCamera::with_lens(pose, lens, [N_PIXELS, 1])
             .unwrap()
