@@ -23,8 +23,8 @@ pub(crate) type RowMean = Vec<(usize, f64)>;
 /// Radii at which light is moved, and those that stay.
 #[derive(Clone, Debug)]
 pub(crate) struct MovedRadii {
-    /// Micrometres, ascending, all that do not move before those that do: what moves is what rows that stay
-    /// leave out.
+    /// Micrometres, ascending: first those too round to move, then those that do, whose bows are subtracted from
+    /// the rows that stay.
     pub(crate) radii_um: Vec<f64>,
     /// How many of them do not move.
     pub(crate) n_still: usize,

@@ -24,7 +24,7 @@ use crate::scattering_angle::scattering_angle_slopes;
 use crate::surfaces::Eye;
 use crate::turned::turn;
 
-/// What paints tiles.
+/// What makes tiles.
 pub(crate) struct RayTracer<'a> {
     pub(crate) frame: Frame<'a>,
     pub(crate) eye: Eye<'a>,

@@ -59,7 +59,7 @@ pub struct RenderRequest<'a> {
     /// How accurately.
     pub levels: RenderLevels,
     /// Largest estimated error of a pixel's luminance [cd/m²]: pixels above it get more rays, up to
-    /// 64, and a finer quadrature. `None` leaves all pixels at their level.
+    /// 256, and a finer quadrature. `None` leaves all pixels at their level.
     pub tolerance_cd_m2: Option<f64>,
 }
 
@@ -158,7 +158,7 @@ impl RenderRequest<'_> {
         ask_for_memory((self.region.width_px, self.region.height_px), bytes)
     }
 
-    /// What all arrays of the picture, and the lights_around that its error is estimated from, take.
+    /// What all arrays of the picture, and the light of neighbors that its error is estimated from, take.
     pub(crate) fn bytes_per_pixel(&self) -> u64 {
         let layers = PictureLayer::all().filter(|layer| match layer {
             PictureLayer::BowMultiple => self.wanted_orders().is_some(),
@@ -178,7 +178,7 @@ impl RenderRequest<'_> {
             return Ok(());
         };
         for (level, found, most, expected) in [
-            ("drop orders: nodes_across", nodes_across, 512, "2 to 512"),
+            ("drop orders: nodes_across", nodes_across, 128, "2 to 128"),
             (
                 "drop orders: paths_per_node",
                 paths_per_node,

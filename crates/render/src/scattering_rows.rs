@@ -36,8 +36,8 @@ pub(crate) struct ScatteringRows<'a> {
     /// Spectra of the sizes that a ray has met, [angle, wavelength] [1/sr].
     sizes: Vec<OnceLock<Vec<f32>>>,
     /// Their luminance in sunlight [cd/m² per unit of light], [angle, size]: a ray looks at
-    /// many sizes at few angles. Bits of the value below those of its bend; 0 stands for sizes that no ray
-    /// has met, too.
+    /// many sizes at few angles. The low 32 bits are the value, the high ones how it bends over the angle; 0 is
+    /// not computed yet.
     luminance: Vec<AtomicU64>,
     /// Whether all that rays have met is 0 or more, and finite.
     are_sound: AtomicBool,

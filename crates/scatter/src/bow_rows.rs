@@ -90,7 +90,7 @@ pub(crate) struct BowRows<'a> {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Drops {
     pub(crate) radius: Micrometers,
-    /// That of their law, of those of the table; `None` for drops of one size.
+    /// Which effective variance of the table their law has; `None` for drops of one size.
     pub(crate) variance_index: Option<usize>,
 }
 

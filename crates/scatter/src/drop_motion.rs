@@ -59,9 +59,9 @@ const OSCILLATION_DIAMETER_MM: f64 = 1.0;
 const TILT_SD_DEG: f64 = 5.0;
 /// The lower end of what is said of drops just above 1 mm.
 const AXIS_RATIO_SD: f64 = 0.01;
-/// Far beyond what drops do, and still no tumbling.
+/// Well above what drops do.
 const TILTS_DEG: RangeInclusive<f64> = 0.0..=30.0;
-/// Chosen wide of what is measured.
+/// Well above what is measured.
 const AXIS_RATIO_SDS: RangeInclusive<f64> = 0.0..=0.1;
 
 /// How falling drops sway and tremble.

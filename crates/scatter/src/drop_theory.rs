@@ -54,7 +54,7 @@ pub(crate) struct Setting<'a> {
 
 /// Light of one drop at the angles of a grid, (dσ/dΩ)/(π a²) in 1/sr for both polarisations.
 pub(crate) struct Part {
-    /// The order that it is, of those that move.
+    /// The order whose bow flattening moves; `None` for light that stays.
     pub(crate) moved: Option<u32>,
     pub(crate) light: Vec<[f64; 2]>,
 }

@@ -4,7 +4,7 @@
 //! k_2 = 16 sin r0 cos³ r0,   k_3 = −64 sin r0 cos³ r0 cos 2 r0   [rad]
 //! `δD_p` change of the deviation of the rainbow ray of order p, `q` axis ratio of the drop (short over
 //! long, 1 for a sphere), `r0` refraction of the rainbow ray of that order, `m` from −1 to 1 what the
-//! directions make of it: the axis `flattening` of a scattering table. The scattering angle of the bow
+//! directions make of it: the shift of a scattering table. The scattering angle of the bow
 //! is D for the primary and 2π − D for the secondary, so **a positive m raises θ_R of the primary and
 //! narrows it, and lowers θ_R of the secondary and widens it** (k_3 is 0.25 against 4.6 for water:
 //! the secondary hardly moves).
