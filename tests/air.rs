@@ -110,7 +110,7 @@ fn simpson(end: f64, f: impl Fn(f64) -> f64) -> f64 {
 }
 
 #[test]
-fn every_constant_by_flags_agrees_with_an_independent_quadrature() {
+fn the_constants_by_flags_agree_with_an_independent_quadrature() {
     let (n, molecules_m3, lambda_m) = (1.00028_f64, 2.6e25, 500e-9_f64);
     let plain = Plain {
         radius_m: 6.4e6,
@@ -256,18 +256,15 @@ fn the_beam_through_vapor_and_oxygen_obeys_the_law_of_the_band() {
             } else {
                 "--precipitable-water-cm 2"
             };
-            let at = |nm: f64, more: &str| {
-                air(&format!(
-                    "--constituents {gas} {water} --wavelengths-nm {nm} --bin-nm 0.001 \
-                     --view-zenith-deg 0 --sun-zenith-deg {sun_deg} {more}"
-                ))
-            };
-            // With the chord of a fixed path, depths are in proportion to lengths.
-            let fixed = at(nm, "--band-air-mass 1");
-            let mass = fixed.column("sun_optical_depth")[0] / fixed.column("optical_depth")[0];
+            let rows = air(&format!(
+                "--constituents {gas} {water} --wavelengths-nm {nm} --bin-nm 0.001 \
+                 --view-zenith-deg 0 --sun-zenith-deg {sun_deg}"
+            ));
+            // On the chord of one path, depths are in proportion to lengths.
+            let mass = rows.column("sun_optical_depth")[0] / rows.column("optical_depth")[0];
             let x: f64 = coefficient * amount * mass;
             let law = (-strength * x / (1.0 + width * x).powf(0.45)).exp();
-            let found = at(nm, "").column("sun_transmittance")[0];
+            let found = rows.column("sun_transmittance")[0];
             assert!(
                 (found - law).abs() < 2e-4,
                 "{gas} {sun_deg}: {found}, {law}"

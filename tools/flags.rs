@@ -1,12 +1,12 @@
 //! The flags that all subcommands share, and values as people type them.
 
 use clap::Args;
-use clap::ValueEnum;
 use niji_scene::Goal;
 use niji_scene::Preset;
 
 use crate::output::Existing;
 use crate::progress::Verbosity;
+use crate::schema_flags::names;
 use crate::stages::StageOptions;
 
 /// Flags of every subcommand.
@@ -21,8 +21,8 @@ pub(crate) struct Common {
     #[arg(long, global = true, value_name = "N", value_parser = thread_count)]
     pub threads: Option<usize>,
     /// Accuracy preset, instead of the scene's.
-    #[arg(long, global = true, value_name = "PRESET")]
-    pub accuracy: Option<PresetName>,
+    #[arg(long, global = true, value_name = "PRESET", value_parser = names::<Preset>())]
+    pub accuracy: Option<Preset>,
     /// Tolerance instead of the scene's: RMSE of luminance over that of a gray card in the sun. Levels
     /// follow from it, but for those that the scene or --accuracy names, and pixels get more rays where
     /// they need them; a picture that misses it ends with code 5.
@@ -54,7 +54,7 @@ impl Common {
     #[must_use]
     pub(crate) fn goal(&self) -> Goal {
         Goal {
-            preset: self.accuracy.map(Preset::from),
+            preset: self.accuracy,
             tolerance: self.tolerance,
         }
     }
@@ -70,27 +70,6 @@ impl Common {
         StageOptions {
             existing,
             verbosity: self.verbosity(),
-        }
-    }
-}
-
-/// The presets by the name they have on the command line.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum PresetName {
-    /// For layout: seconds.
-    Draft,
-    /// For pictures.
-    Standard,
-    /// The most accurate level of every stage.
-    Reference,
-}
-
-impl From<PresetName> for Preset {
-    fn from(name: PresetName) -> Self {
-        match name {
-            PresetName::Draft => Self::Draft,
-            PresetName::Standard => Self::Standard,
-            PresetName::Reference => Self::Reference,
         }
     }
 }

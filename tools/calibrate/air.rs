@@ -12,12 +12,14 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use niji_atmosphere::AerosolKind;
-use niji_atmosphere::AirComponent;
 use niji_atmosphere::AirModel;
+use niji_atmosphere::BodhaineAir;
 use niji_atmosphere::DiffuseSky;
 use niji_atmosphere::InScattering;
 use niji_atmosphere::OpticalLength;
+use niji_atmosphere::OzoneLayer;
 use niji_atmosphere::ReferenceSky;
+use niji_atmosphere::STANDARD_PRESSURE_PA;
 use niji_atmosphere::ScatteringOrders;
 use niji_atmosphere::SingleScattering;
 use niji_atmosphere::SkyMethod;
@@ -102,26 +104,27 @@ pub(super) fn rows(date: &str, verbosity: Verbosity) -> Result<Vec<AirRow>, Fail
 
 /// Air at 41 wavelengths.
 fn air(is_hazy: bool) -> Result<AtmosphereTable, Failure> {
-    let mut components = vec![
-        AirComponent::STANDARD_RAYLEIGH,
-        AirComponent::Ozone {
-            column_dobson: 300.0,
-        },
+    let wavelengths = WavelengthGrid::visible();
+    let mut constituents = vec![
+        BodhaineAir::at_pressure(STANDARD_PRESSURE_PA).constituent(&wavelengths),
+        OzoneLayer::of_column(300.0).constituent(&wavelengths),
     ];
     if is_hazy {
-        components.push(AirComponent::Aerosol(AerosolKind::Rural.aerosol()));
+        constituents.push(AerosolKind::Rural.aerosol().constituent(&wavelengths));
     }
+    let failed = |error: niji_atmosphere::Error| Failure::Failed(error.to_string());
     let model = AirModel {
         planet: EARTH,
         top_height_m: USUAL_TOP_M,
-        wavelengths: WavelengthGrid::visible(),
+        wavelengths,
         sun_scale: 1.0,
         ground_albedo: 0.2,
-        components,
+        constituents: constituents
+            .into_iter()
+            .collect::<Result<_, _>>()
+            .map_err(failed)?,
     };
-    model
-        .tabulate()
-        .map_err(|error| Failure::Failed(error.to_string()))
+    model.tabulate().map_err(failed)
 }
 
 /// Errors and times of one method.

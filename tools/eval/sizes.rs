@@ -1,9 +1,6 @@
 //! `niji eval sizes`: what a size law amounts to.
 
-use clap::ArgMatches;
 use clap::Args;
-use clap::Command;
-use clap::FromArgMatches;
 use niji_sizes::Amount;
 use niji_sizes::SizeLaw;
 use schemars::JsonSchema;
@@ -11,8 +8,8 @@ use serde::Deserialize;
 
 use super::csv::line;
 use crate::failure::Failure;
-use crate::schema_flags;
-use crate::schema_flags::Flags;
+use crate::schema_flags::Flagged;
+use crate::schema_flags::Given;
 
 /// Number, water, extinction, effective radius and variance of a size law.
 #[derive(Debug, Args)]
@@ -27,7 +24,7 @@ Columns: number_density_m3,lwc_g_m3,extinction_m1,effective_radius_m,effective_v
 (extinction at Q = 2)")]
 pub(super) struct SizesArguments {
     #[command(flatten)]
-    given: Given,
+    given: Given<Sizes>,
 }
 
 /// What the flags stand for.
@@ -39,35 +36,12 @@ struct Sizes {
     amount: Option<Amount>,
 }
 
-/// The flags of [`Sizes`] on a command line.
-#[derive(Debug)]
-struct Given(ArgMatches);
-
-impl Args for Given {
-    fn augment_args(command: Command) -> Command {
-        command.args(Flags::of::<Sizes>().arguments())
-    }
-
-    fn augment_args_for_update(command: Command) -> Command {
-        Self::augment_args(command)
-    }
-}
-
-impl FromArgMatches for Given {
-    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
-        Ok(Self(matches.clone()))
-    }
-
-    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
-        self.0 = matches.clone();
-        Ok(())
-    }
-}
+impl Flagged for Sizes {}
 
 pub(super) fn csv(arguments: &SizesArguments) -> Result<String, Failure> {
-    let flags = Flags::of::<Sizes>();
-    let Sizes { law, amount } = schema_flags::read(flags.value(&arguments.given.0)?)?;
-    let refused = |error: niji_sizes::Error| Failure::Usage(flags.name_flags(&error.to_string()));
+    let Sizes { law, amount } = arguments.given.read()?;
+    let refused =
+        |error: niji_sizes::Error| Failure::Usage(Sizes::flags().name_flags(&error.to_string()));
     law.validate().map_err(refused)?;
     if let Some(amount) = &amount {
         amount.validate().map_err(refused)?;

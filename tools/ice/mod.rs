@@ -68,7 +68,7 @@ fn read(path: &Path, common: &Common) -> Result<IceScene, Failure> {
     let text = fs::read_to_string(path).map_err(|error| Failure::bad_input(path, error))?;
     let mut scene = IceScene::from_toml(&text).map_err(|error| Failure::bad_input(path, error))?;
     if let Some(preset) = common.accuracy {
-        scene.accuracy.transport = IceAccuracy::transport_of(preset.into());
+        scene.accuracy.transport = IceAccuracy::transport_of(preset);
     }
     if common.tolerance.is_some() {
         scene.accuracy.tolerance = common.tolerance;

@@ -13,8 +13,13 @@ mod field;
 mod schema;
 mod values;
 
+use std::marker::PhantomData;
+
 use clap::Arg;
 use clap::ArgMatches;
+use clap::Args;
+use clap::Command;
+use clap::FromArgMatches;
 use clap::builder::TypedValueParser;
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -70,6 +75,54 @@ impl Flags {
         };
         let parts = message.split_inclusive(|c: char| !is_word(c));
         parts.enumerate().map(named).collect()
+    }
+}
+
+/// A struct that a command takes by its flags.
+pub(crate) trait Flagged: JsonSchema + DeserializeOwned {
+    /// Its fields.
+    fn flags() -> Flags {
+        Flags::of::<Self>()
+    }
+
+    /// The flags, for the command.
+    fn arguments() -> Vec<Arg> {
+        Self::flags().arguments()
+    }
+}
+
+/// What a command line says of a struct.
+#[derive(Debug)]
+pub(crate) struct Given<T>(ArgMatches, PhantomData<T>);
+
+impl<T: Flagged> Given<T> {
+    /// The struct.
+    ///
+    /// # Errors
+    /// As [`Flags::value`] and [`read`].
+    pub(crate) fn read(&self) -> Result<T, Failure> {
+        read(T::flags().value(&self.0)?)
+    }
+}
+
+impl<T: Flagged> Args for Given<T> {
+    fn augment_args(command: Command) -> Command {
+        command.args(T::arguments())
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+impl<T> FromArgMatches for Given<T> {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        Ok(Self(matches.clone(), PhantomData))
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        self.0 = matches.clone();
+        Ok(())
     }
 }
 

@@ -7,10 +7,12 @@ use std::time::Instant;
 
 use divan::Bencher;
 use niji_atmosphere::AerosolKind;
-use niji_atmosphere::AirComponent;
 use niji_atmosphere::AirModel;
+use niji_atmosphere::BodhaineAir;
+use niji_atmosphere::OzoneLayer;
 use niji_atmosphere::PreparedSky;
 use niji_atmosphere::ReferenceSky;
+use niji_atmosphere::STANDARD_PRESSURE_PA;
 use niji_atmosphere::SkyMethod;
 use niji_atmosphere::SkyMethodCost;
 use niji_atmosphere::SkyObserver;
@@ -41,19 +43,21 @@ fn one_thread(f: impl FnOnce() + Send) {
 }
 
 fn air() -> AtmosphereTable {
+    let wavelengths = WavelengthGrid::new(380.0, 10.0, 41).expect("within the tables");
+    let constituents = [
+        BodhaineAir::at_pressure(STANDARD_PRESSURE_PA).constituent(&wavelengths),
+        OzoneLayer::of_column(300.0).constituent(&wavelengths),
+        AerosolKind::Rural.aerosol().constituent(&wavelengths),
+    ];
     let model = AirModel {
         planet: EARTH,
         top_height_m: USUAL_TOP_M,
-        wavelengths: WavelengthGrid::new(380.0, 10.0, 41).expect("within the tables"),
+        wavelengths,
         sun_scale: 1.0,
         ground_albedo: 0.2,
-        components: vec![
-            AirComponent::STANDARD_RAYLEIGH,
-            AirComponent::Ozone {
-                column_dobson: 300.0,
-            },
-            AirComponent::Aerosol(AerosolKind::Rural.aerosol()),
-        ],
+        constituents: constituents
+            .map(|constituent| constituent.expect("usual air"))
+            .to_vec(),
     };
     model.tabulate().expect("usual air")
 }

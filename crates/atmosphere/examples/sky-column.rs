@@ -10,10 +10,12 @@ use std::io::Write;
 use niji_atmosphere::Aerosol;
 use niji_atmosphere::AerosolKind;
 use niji_atmosphere::AerosolLobe;
-use niji_atmosphere::AirComponent;
 use niji_atmosphere::AirModel;
+use niji_atmosphere::BodhaineAir;
+use niji_atmosphere::Constituent;
 use niji_atmosphere::DiffuseSky;
 use niji_atmosphere::InScattering;
+use niji_atmosphere::STANDARD_PRESSURE_PA;
 use niji_atmosphere::ScatteringOrders;
 use niji_atmosphere::SingleScattering;
 use niji_atmosphere::USUAL_TOP_M;
@@ -65,15 +67,19 @@ fn write_skies(
     ground_albedo: f64,
     level: ScatteringOrders,
 ) -> Result<(), Box<dyn std::error::Error>> {
-    let mut components = vec![AirComponent::STANDARD_RAYLEIGH];
-    components.extend(haze.map(AirComponent::Aerosol));
+    let wavelengths = WavelengthGrid::new(450.0, 200.0, 2)?;
+    let molecules = BodhaineAir::at_pressure(STANDARD_PRESSURE_PA);
+    let mut constituents = vec![molecules.constituent(&wavelengths)?];
+    if let Some(haze) = haze {
+        constituents.push(haze.constituent(&wavelengths)?);
+    }
     let model = AirModel {
         planet: Planet { radius_m: 1e9 },
         top_height_m: USUAL_TOP_M,
-        wavelengths: WavelengthGrid::new(450.0, 200.0, 2)?,
+        wavelengths,
         sun_scale: 1.0,
         ground_albedo,
-        components,
+        constituents,
     };
     let mut air = model.tabulate()?;
     air.sun_irradiance = vec![1.0; air.wavelengths.len()];
@@ -82,7 +88,7 @@ fn write_skies(
     let diffuse = DiffuseSky::new(&air)?;
     for (index, wavelength) in air.wavelengths.centers().enumerate() {
         let king_factor = king_factor(wavelength);
-        let column = column(&model, haze, index)?;
+        let column = column(&model, haze, index);
         for sun_deg in SUN_ZENITHS_DEG {
             for view_deg in VIEW_ZENITHS_DEG {
                 for azimuth_deg in AZIMUTHS_DEG {
@@ -107,23 +113,18 @@ fn write_skies(
 }
 
 /// Optical depth and scale height of molecules and haze, albedo and parameter of the haze.
-fn column(
-    model: &AirModel,
-    haze: Option<Aerosol>,
-    index: usize,
-) -> Result<[f64; 6], niji_atmosphere::Error> {
-    let depth = |component: &AirComponent| {
-        let constituent = component.constituent(&model.wavelengths)?;
+fn column(model: &AirModel, haze: Option<Aerosol>, index: usize) -> [f64; 6] {
+    let depth = |constituent: &Constituent| {
         let depth = constituent.vertical_optical_depth()[index];
-        Ok([depth, constituent.profile.vertical_length_m()])
+        [depth, constituent.profile.vertical_length_m()]
     };
-    let [molecules, height_m] = depth(&model.components[0])?;
+    let [molecules, height_m] = depth(&model.constituents[0]);
     let Some(haze) = haze else {
-        return Ok([molecules, height_m, 0.0, 1e3, 1.0, 0.0]);
+        return [molecules, height_m, 0.0, 1e3, 1.0, 0.0];
     };
-    let [haze_depth, haze_m] = depth(&model.components[1])?;
+    let [haze_depth, haze_m] = depth(&model.constituents[1]);
     let (AerosolLobe::HenyeyGreenstein { asymmetry: g }
     | AerosolLobe::CornetteShanks { parameter: g }) = haze.lobe;
     let albedo = haze.single_scattering_albedo;
-    Ok([molecules, height_m, haze_depth, haze_m, albedo, g])
+    [molecules, height_m, haze_depth, haze_m, albedo, g]
 }

@@ -5,48 +5,14 @@ use niji_geometry::Planet;
 use niji_radiometry::WavelengthGrid;
 use niji_radiometry::solar_irradiance;
 
-use crate::aerosol::Aerosol;
-use crate::band_gas::BandGas;
 use crate::constituent::Constituent;
 use crate::error::Error;
 use crate::error::positive;
 use crate::error::within;
-use crate::ozone::OzoneLayer;
 use crate::phase_function::PhaseFunction;
-use crate::rayleigh_bodhaine::BodhaineAir;
-use crate::rayleigh_bodhaine::STANDARD_PRESSURE_PA;
-use crate::rayleigh_nishita::NishitaAir;
 
 /// Height at which air ends, m: 3.7e-6 of it lie above.
 pub const USUAL_TOP_M: f64 = 100_000.0;
-
-/// Something the air is made of, by its usual parameters.
-#[derive(Debug, Clone, PartialEq)]
-pub enum AirComponent {
-    /// Air molecules with the constants of computer graphics.
-    RayleighNishita,
-    /// Air molecules as measured.
-    RayleighBodhaine {
-        /// Pressure at sea level, Pa.
-        pressure_pa: f64,
-    },
-    /// A layer of ozone.
-    Ozone {
-        /// Vertical column, Dobson units; 300 is usual.
-        column_dobson: f64,
-    },
-    /// Haze.
-    Aerosol(Aerosol),
-    /// A gas that absorbs in bands.
-    Band {
-        /// The gas and its amount.
-        gas: BandGas,
-        /// Length of the path on which its absorption is exact over the vertical one.
-        air_mass: f64,
-    },
-    /// Anything else, by its own spectra and profile.
-    Custom(Constituent),
-}
 
 /// A description of the air, enough to tabulate it.
 #[derive(Debug, Clone, PartialEq)]
@@ -62,49 +28,22 @@ pub struct AirModel {
     /// Share of the light that the ground gives back, 0 to 1.
     pub ground_albedo: f64,
     /// What the air is made of; none of it is a vacuum.
-    pub components: Vec<AirComponent>,
-}
-
-impl AirComponent {
-    /// Air molecules as measured, at standard pressure.
-    pub const STANDARD_RAYLEIGH: Self = Self::RayleighBodhaine {
-        pressure_pa: STANDARD_PRESSURE_PA,
-    };
-
-    /// The component on a grid of wavelengths.
-    ///
-    /// # Errors
-    /// If a parameter lies outside its range.
-    pub fn constituent(&self, wavelengths: &WavelengthGrid) -> Result<Constituent, Error> {
-        match self {
-            Self::RayleighNishita => NishitaAir::PUBLISHED.constituent(wavelengths),
-            Self::RayleighBodhaine { pressure_pa } => {
-                BodhaineAir::at_pressure(*pressure_pa).constituent(wavelengths)
-            }
-            Self::Ozone { column_dobson } => {
-                OzoneLayer::of_column(*column_dobson).constituent(wavelengths)
-            }
-            Self::Aerosol(aerosol) => aerosol.constituent(wavelengths),
-            Self::Band { gas, air_mass } => gas.constituent(wavelengths, *air_mass),
-            Self::Custom(constituent) => Ok(constituent.clone()),
-        }
-    }
+    pub constituents: Vec<Constituent>,
 }
 
 impl AirModel {
     /// Tabulates the air.
     ///
     /// # Errors
-    /// If a number lies outside its range, or two components share a name.
+    /// If a number lies outside its range, or two constituents share a name.
     pub fn tabulate(&self) -> Result<AtmosphereTable, Error> {
         let planet_radius_m = positive("planet radius", self.planet.radius_m, "m")?;
         let top_height_m = positive("top of the air", self.top_height_m, "m")?;
         let sun_scale = within("brightness of the sun", self.sun_scale, [0.0, 1e6])?;
         let albedo = within("ground albedo", self.ground_albedo, [0.0, 1.0])?;
-        let mut constituents = Vec::with_capacity(self.components.len());
-        for component in &self.components {
-            let constituent = component.constituent(&self.wavelengths)?;
-            self.check(&constituent)?;
+        let mut constituents = Vec::with_capacity(self.constituents.len());
+        for constituent in &self.constituents {
+            self.check(constituent)?;
             let table = constituent.tabulate(planet_radius_m, top_height_m)?;
             if constituents
                 .iter()
@@ -173,14 +112,14 @@ mod tests {
     use super::*;
     use crate::density_profile::DensityProfile;
 
-    fn model(components: Vec<AirComponent>) -> AirModel {
+    fn model(constituents: Vec<Constituent>) -> AirModel {
         AirModel {
             planet: EARTH,
             top_height_m: USUAL_TOP_M,
             wavelengths: WavelengthGrid::visible(),
             sun_scale: 1.0,
             ground_albedo: 0.2,
-            components,
+            constituents,
         }
     }
 
@@ -215,11 +154,7 @@ mod tests {
 
     #[test]
     fn air_that_cannot_exist_is_refused() {
-        let refused = |constituent: Constituent| {
-            model(vec![AirComponent::Custom(constituent)])
-                .tabulate()
-                .is_err()
-        };
+        let refused = |constituent: Constituent| model(vec![constituent]).tabulate().is_err();
         assert!(!refused(custom(1e-4, 1e-4)));
         assert!(refused(custom(1e-4, 2e-4)));
         assert!(refused(custom(-1e-4, 0.0)));
@@ -259,11 +194,8 @@ mod tests {
 
     #[test]
     fn two_constituents_of_one_name_are_refused() {
-        let twice = vec![
-            AirComponent::RayleighNishita,
-            AirComponent::STANDARD_RAYLEIGH,
-        ];
-        let error = model(twice).tabulate();
+        let twice = [1e-4, 2e-4].map(|m1| custom(m1, m1));
+        let error = model(twice.to_vec()).tabulate();
         assert!(
             matches!(error, Err(Error::DuplicateName { .. })),
             "{error:?}"

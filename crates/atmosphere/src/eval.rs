@@ -78,7 +78,7 @@ pub fn evaluate_rays(
 }
 
 /// Optical depth of a view ray by wavelength, up to the ground if it ends there.
-pub fn view_optical_depths(air: &AtmosphereTable, ray: &ViewRay) -> Vec<f64> {
+fn view_optical_depths(air: &AtmosphereTable, ray: &ViewRay) -> Vec<f64> {
     let planet = Planet {
         radius_m: air.planet_radius_m,
     };

@@ -7,17 +7,18 @@
 //! `sky`, `sky_dome`, `sun_beam`; `sky_method` lists those for a sky with their errors.
 //!
 //! ```
-//! use niji_atmosphere::{AirComponent, AirModel, USUAL_TOP_M, sun_transmittance};
+//! use niji_atmosphere::{AirModel, NishitaAir, USUAL_TOP_M, sun_transmittance};
 //! use niji_geometry::EARTH;
 //! use niji_radiometry::{Radians, WavelengthGrid};
 //!
+//! let wavelengths = WavelengthGrid::new(450.0, 200.0, 2)?;
 //! let model = AirModel {
 //!     planet: EARTH,
 //!     top_height_m: USUAL_TOP_M,
-//!     wavelengths: WavelengthGrid::new(450.0, 200.0, 2)?,
+//!     wavelengths,
 //!     sun_scale: 1.0,
 //!     ground_albedo: 0.2,
-//!     components: vec![AirComponent::STANDARD_RAYLEIGH],
+//!     constituents: vec![NishitaAir::PUBLISHED.constituent(&wavelengths)?],
 //! };
 //! let air = model.tabulate()?;
 //! let noon = sun_transmittance(&air, 0.0, 1.0, Radians(0.0));
@@ -67,7 +68,6 @@ mod view_ray;
 pub use crate::aerosol::Aerosol;
 pub use crate::aerosol::AerosolKind;
 pub use crate::aerosol::AerosolLobe;
-pub use crate::air_model::AirComponent;
 pub use crate::air_model::AirModel;
 pub use crate::air_model::USUAL_TOP_M;
 pub use crate::band_gas::BandGas;
@@ -79,7 +79,6 @@ pub use crate::diffuse_dome::DiffuseDome;
 pub use crate::error::Error;
 pub use crate::eval::AirSample;
 pub use crate::eval::evaluate_rays;
-pub use crate::eval::view_optical_depths;
 pub use crate::henyey_greenstein::henyey_greenstein;
 pub use crate::in_scattering::AirLight;
 pub use crate::in_scattering::InScattering;
@@ -95,6 +94,7 @@ pub use crate::optical_length::optical_length_m;
 pub use crate::ozone::OzoneLayer;
 pub use crate::phase_function::PhaseFunction;
 pub use crate::rayleigh_bodhaine::BodhaineAir;
+pub use crate::rayleigh_bodhaine::STANDARD_PRESSURE_PA;
 pub use crate::rayleigh_bodhaine::rayleigh_bodhaine_m1;
 pub use crate::rayleigh_nishita::NishitaAir;
 pub use crate::rayleigh_phase::rayleigh_phase;
@@ -109,6 +109,4 @@ pub use crate::sky_view::SkyObserver;
 pub use crate::sun_beam::sun_irradiance_at;
 pub use crate::sun_beam::sun_transmittance;
 pub use crate::sun_disc::SUN_RADIUS;
-pub use crate::sun_disc::elevation_above_horizon;
-pub use crate::sun_disc::visible_fraction;
 pub use crate::view_ray::ViewRay;

@@ -28,7 +28,7 @@ const MOLECULES_M3: f64 = 2.546899e25;
 /// Avogadro's constant as used by B99, 1/mol.
 const AVOGADRO: f64 = 6.0221367e23;
 /// Standard pressure at sea level, Pa.
-pub(crate) const STANDARD_PRESSURE_PA: f64 = 101_325.0;
+pub const STANDARD_PRESSURE_PA: f64 = 101_325.0;
 /// Effective gravity of the air column at 45 N above sea level, m/s^2 (B99, eqs. 10 and 26).
 const GRAVITY: f64 = 9.789_158;
 

@@ -8,7 +8,6 @@ use common::length;
 use common::nishita;
 use common::unit_sun_air;
 use niji_atmosphere::AerosolKind;
-use niji_atmosphere::AirComponent;
 use niji_atmosphere::OpticalLength;
 use niji_atmosphere::chapman_erfcx;
 use niji_atmosphere::optical_length_m;
@@ -35,11 +34,9 @@ const HEIGHTS_M: [f64; 16] = [
 
 fn three_constituents() -> AtmosphereTable {
     unit_sun_air(vec![
-        AirComponent::RayleighNishita,
-        AirComponent::Aerosol(AerosolKind::Clear.aerosol()),
-        AirComponent::Ozone {
-            column_dobson: 300.0,
-        },
+        common::nishita_molecules(),
+        common::haze(AerosolKind::Clear.aerosol(), &common::grid()),
+        common::ozone(300.0),
     ])
 }
 

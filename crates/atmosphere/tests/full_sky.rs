@@ -9,7 +9,6 @@ use common::adaptive_sky::henyey_greenstein;
 use common::adaptive_sky::radiance;
 use common::adaptive_sky::rayleigh;
 use common::unit_sun_air;
-use niji_atmosphere::AirComponent;
 use niji_atmosphere::Constituent;
 use niji_atmosphere::DensityProfile;
 use niji_atmosphere::InScattering;
@@ -77,11 +76,7 @@ fn air() -> AtmosphereTable {
             asymmetry: AEROSOL_G,
         },
     };
-    unit_sun_air(
-        [rayleigh, ozone, aerosol]
-            .map(AirComponent::Custom)
-            .to_vec(),
-    )
+    unit_sun_air(vec![rayleigh, ozone, aerosol])
 }
 
 fn reference(ray: &ViewRay) -> [f64; 3] {

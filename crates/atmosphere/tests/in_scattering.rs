@@ -12,7 +12,6 @@ use common::height;
 use common::nishita;
 use common::unit_sun_air;
 use niji_atmosphere::AerosolKind;
-use niji_atmosphere::AirComponent;
 use niji_atmosphere::InScattering;
 use niji_atmosphere::SUN_RADIUS;
 use niji_atmosphere::SingleScattering;
@@ -189,8 +188,8 @@ fn thick_haze_is_resolved_at_every_wavelength() {
             .with_visibility_m(visibility_m)
             .unwrap();
         unit_sun_air(vec![
-            AirComponent::STANDARD_RAYLEIGH,
-            AirComponent::Aerosol(aerosol),
+            common::molecules(&common::grid()),
+            common::haze(aerosol, &common::grid()),
         ])
     };
     for visibility_m in [20e3, 1e3, 50.0] {
@@ -232,15 +231,12 @@ fn a_thin_and_a_thick_look_at_the_ground_add_reflected_sunlight() {
 
 #[test]
 fn constituents_add_and_leave_each_other_alone() {
-    let aerosol = AirComponent::Aerosol(AerosolKind::Clear.aerosol());
-    let both = unit_sun_air(vec![AirComponent::RayleighNishita, aerosol]);
+    let aerosol = common::haze(AerosolKind::Clear.aerosol(), &common::grid());
+    let both = unit_sun_air(vec![common::nishita_molecules(), aerosol]);
     let one = nishita();
     assert_eq!(both.constituents[0], one.constituents[0]);
     // A constituent of no amount changes nothing.
-    let none = unit_sun_air(vec![
-        AirComponent::RayleighNishita,
-        AirComponent::Ozone { column_dobson: 0.0 },
-    ]);
+    let none = unit_sun_air(vec![common::nishita_molecules(), common::ozone(0.0)]);
     let ray = ViewRay::from_angles(0.0, angles(10.0, 20.0, 0.0), f64::INFINITY);
     let solve = |air| SingleScattering::new(air, SIXTEEN).solve(&ray);
     assert_eq!(solve(&none), solve(&one));

@@ -1,9 +1,13 @@
 //! Light of all orders against published fluxes, discrete ordinates and conservation laws.
 
+mod common;
+
 use std::f64::consts::PI;
 
+use common::grid;
+use common::haze;
+use common::molecules;
 use niji_atmosphere::AerosolKind;
-use niji_atmosphere::AirComponent;
 use niji_atmosphere::AirModel;
 use niji_atmosphere::Constituent;
 use niji_atmosphere::DensityProfile;
@@ -47,39 +51,33 @@ fn slab(phase: PhaseFunction, cases: &[[f64; 2]], ground_albedo: f64) -> Atmosph
     };
     air(
         PLANE,
-        [450.0, 100.0, cases.len() as f64],
+        WavelengthGrid::new(450.0, 100.0, cases.len()).expect("within the tables"),
         ground_albedo,
-        vec![AirComponent::Custom(constituent)],
+        vec![constituent],
     )
 }
 
 fn air(
     planet: Planet,
-    [first_nm, step_nm, n_wavelengths]: [f64; 3],
+    wavelengths: WavelengthGrid,
     ground_albedo: f64,
-    components: Vec<AirComponent>,
+    constituents: Vec<Constituent>,
 ) -> AtmosphereTable {
     let model = AirModel {
         planet,
         top_height_m: USUAL_TOP_M,
-        wavelengths: WavelengthGrid::new(first_nm, step_nm, n_wavelengths as usize)
-            .expect("within the tables"),
+        wavelengths,
         sun_scale: 1.0,
         ground_albedo,
-        components,
+        constituents,
     };
     model.tabulate().expect("air that can exist")
 }
 
 /// Rayleigh air with haze over a ground of albedo 0.3.
 fn hazy() -> AtmosphereTable {
-    let haze = AerosolKind::Rural.aerosol();
-    air(
-        EARTH,
-        [450.0, 100.0, 3.0],
-        0.3,
-        vec![AirComponent::STANDARD_RAYLEIGH, AirComponent::Aerosol(haze)],
-    )
+    let haze = haze(AerosolKind::Rural.aerosol(), &grid());
+    air(EARTH, grid(), 0.3, vec![molecules(&grid()), haze])
 }
 
 fn rayleigh(n_wavelengths: usize) -> PhaseFunction {
@@ -203,20 +201,19 @@ const SKY_ERROR: f64 = 0.02;
 
 #[test]
 fn skies_agree_with_discrete_ordinates() {
-    let haze = |kind: AerosolKind| {
-        let haze = kind.aerosol().with_visibility_m(10e3);
-        vec![
-            AirComponent::STANDARD_RAYLEIGH,
-            AirComponent::Aerosol(haze.expect("less than clean air")),
-        ]
+    let grid = WavelengthGrid::new(450.0, 200.0, 2).expect("within the tables");
+    let hazy = |kind: AerosolKind| {
+        let aerosol = kind.aerosol().with_visibility_m(10e3);
+        let haze = haze(aerosol.expect("less than clean air"), &grid);
+        vec![molecules(&grid), haze]
     };
-    let clear = vec![AirComponent::STANDARD_RAYLEIGH];
-    for (components, albedo, expected) in [
+    let clear = vec![molecules(&grid)];
+    for (constituents, albedo, expected) in [
         (clear, 0.8, CLEAR_SKY),
-        (haze(AerosolKind::Maritime), 0.0, HAZY_SKY),
+        (hazy(AerosolKind::Maritime), 0.0, HAZY_SKY),
     ] {
         let table = with_diffuse_light(
-            air(PLANE, [450.0, 200.0, 2.0], albedo, components),
+            air(PLANE, grid, albedo, constituents),
             ScatteringOrders::STANDARD,
         );
         for (row, expected) in expected.iter().enumerate() {
@@ -320,8 +317,8 @@ fn thin_air_scatters_once() {
 fn brighter_ground_makes_a_brighter_sky() {
     let mut darker = [0.0; 3];
     for ground_albedo in [0.0, 0.1, 0.5, 1.0] {
-        let rayleigh = vec![AirComponent::STANDARD_RAYLEIGH];
-        let table = air(EARTH, [450.0, 100.0, 3.0], ground_albedo, rayleigh);
+        let rayleigh = vec![molecules(&grid())];
+        let table = air(EARTH, grid(), ground_albedo, rayleigh);
         let table = with_diffuse_light(table, ScatteringOrders::DRAFT);
         let diffuse = DiffuseSky::new(&table).expect("just solved");
         let ray = ViewRay::from_angles(0.0, [0.8, 0.6, 2.0], f64::INFINITY);
@@ -360,7 +357,7 @@ fn no_ray_gets_a_number_that_is_none() {
         let cases = [[1e-12, 0.0], [5.0, 1.0], [1e3, 1.0]];
         slab(rayleigh(3), &cases, ground_albedo)
     };
-    let vacuum = air(EARTH, [450.0, 100.0, 3.0], 1.0, Vec::new());
+    let vacuum = air(EARTH, grid(), 1.0, Vec::new());
     for table in [hazy(), thick(0.0), thick(1.0), vacuum] {
         let table = with_diffuse_light(table, ScatteringOrders::DRAFT);
         let diffuse = DiffuseSky::new(&table).expect("just solved");
@@ -412,7 +409,8 @@ fn the_dome_holds_what_rays_find() {
 
 #[test]
 fn a_vacuum_over_black_ground_has_no_diffuse_light() {
-    let table = air(EARTH, [450.0, 100.0, 2.0], 0.0, Vec::new());
+    let two = WavelengthGrid::new(450.0, 100.0, 2).expect("within the tables");
+    let table = air(EARTH, two, 0.0, Vec::new());
     let diffuse = diffuse_light(&table, ScatteringOrders::DRAFT);
     assert!(diffuse.moments.iter().all(|&moment| moment == 0.0));
 }

@@ -4,7 +4,6 @@ mod common;
 
 use common::unit_sun_air;
 use niji_atmosphere::AerosolKind;
-use niji_atmosphere::AirComponent;
 use niji_atmosphere::InScattering;
 use niji_atmosphere::PreparedSky;
 use niji_atmosphere::ReferenceSky;
@@ -27,8 +26,8 @@ const DARK: f64 = 1e-3;
 
 fn usual_air() -> AtmosphereTable {
     let mut air = unit_sun_air(vec![
-        AirComponent::STANDARD_RAYLEIGH,
-        AirComponent::Aerosol(AerosolKind::Clear.aerosol()),
+        common::molecules(&common::grid()),
+        common::haze(AerosolKind::Clear.aerosol(), &common::grid()),
     ]);
     air.ground_albedo = vec![0.2; 3];
     air
@@ -109,11 +108,9 @@ fn is_near_shadow_edge(direction: SkyDirection, sun_elevation_deg: f64) -> bool 
 #[test]
 fn a_dome_of_1e_4_holds_it_in_twilight_half_a_degree_off_the_edge_of_the_shadow() {
     let air = unit_sun_air(vec![
-        AirComponent::STANDARD_RAYLEIGH,
-        AirComponent::Ozone {
-            column_dobson: 300.0,
-        },
-        AirComponent::Aerosol(AerosolKind::Clear.aerosol()),
+        common::molecules(&common::grid()),
+        common::ozone(300.0),
+        common::haze(AerosolKind::Clear.aerosol(), &common::grid()),
     ]);
     for sun_deg in [-4.0, -2.0, 0.0] {
         let observer = observer(0.0, sun_deg);
@@ -180,11 +177,10 @@ fn ground_in_a_vacuum_is_a_diffuse_reflector() {
 
 #[test]
 fn a_constituent_that_is_off_changes_no_bit() {
-    let air = |components: Vec<AirComponent>| unit_sun_air(components);
-    let alone = air(vec![AirComponent::STANDARD_RAYLEIGH]);
-    let mut with_nothing = air(vec![
-        AirComponent::STANDARD_RAYLEIGH,
-        AirComponent::Aerosol(AerosolKind::Clear.aerosol()),
+    let alone = unit_sun_air(vec![common::molecules(&common::grid())]);
+    let mut with_nothing = unit_sun_air(vec![
+        common::molecules(&common::grid()),
+        common::haze(AerosolKind::Clear.aerosol(), &common::grid()),
     ]);
     let nothing = &mut with_nothing.constituents[1];
     nothing.extinction_m1.fill(0.0);

@@ -110,7 +110,7 @@ struct Normal {
 /// Weights are held while a fit descends and renewed from its end: weights that follow every step
 /// are no sum of squares, and bad fits would not settle.
 #[must_use]
-pub fn fit_bow(request: &FitRequest, start: DVec3) -> BowFit {
+pub(crate) fn fit_bow(request: &FitRequest, start: DVec3) -> BowFit {
     let mut state = State {
         antisolar: start.normalize(),
         theta_rad: 0.0,

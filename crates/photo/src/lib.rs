@@ -62,7 +62,6 @@ pub use bow_fit::BowAnglePrior;
 pub use bow_fit::BowFit;
 pub use bow_fit::FitErrors;
 pub use bow_fit::FitRequest;
-pub use bow_fit::fit_bow;
 pub use bow_path::bow_path;
 pub use bow_path::draw_line;
 pub use circle_through_picks::PickCircle;

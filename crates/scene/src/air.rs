@@ -2,13 +2,13 @@
 
 use niji_atmosphere::Aerosol;
 use niji_atmosphere::AerosolKind;
-use niji_atmosphere::AirComponent;
 use niji_atmosphere::AirModel;
 use niji_atmosphere::BandGas;
 use niji_atmosphere::BodhaineAir;
 use niji_atmosphere::DensityProfile;
 use niji_atmosphere::NishitaAir;
 use niji_atmosphere::OzoneLayer;
+use niji_atmosphere::STANDARD_PRESSURE_PA;
 use niji_atmosphere::USUAL_TOP_M;
 use niji_exchange::DensityLaw;
 use niji_geometry::EARTH;
@@ -24,8 +24,6 @@ use crate::sections::Sun;
 const USUAL_OZONE_DOBSON: f64 = 300.0;
 /// Precipitable water of the US standard atmosphere, cm.
 const USUAL_WATER_CM: f64 = 1.42;
-/// Pressure of the standard atmosphere at sea level, hPa.
-const STANDARD_PRESSURE_HPA: f64 = 1013.25;
 
 /// The section `[air]`; a scene without it lies in a vacuum.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -226,17 +224,16 @@ impl Air {
         ground_albedo: f64,
         sun: &Sun,
     ) -> Result<AirModel, niji_atmosphere::Error> {
-        let components = self.constituents.iter().map(|constituent| {
-            let layered = self.layered(*constituent, &wavelengths, sun)?;
-            Ok(AirComponent::Custom(layered))
-        });
+        let constituents = self.constituents.iter();
+        let constituents =
+            constituents.map(|constituent| self.layered(*constituent, &wavelengths, sun));
         Ok(AirModel {
             planet: EARTH,
             top_height_m: USUAL_TOP_M,
             wavelengths,
             sun_scale: sun.irradiance_scale(),
             ground_albedo,
-            components: components.collect::<Result<_, _>>()?,
+            constituents: constituents.collect::<Result<_, _>>()?,
         })
     }
 
@@ -278,7 +275,9 @@ impl Air {
             let air_mass = gas.air_mass(EARTH, sun.direction().y);
             gas.constituent(wavelengths, air_mass)
         };
-        let pressure_pa = 100.0 * self.pressure_hpa.unwrap_or(STANDARD_PRESSURE_HPA);
+        let pressure_pa = self
+            .pressure_hpa
+            .map_or(STANDARD_PRESSURE_PA, |hpa| 100.0 * hpa);
         match constituent {
             Constituent::Rayleigh => match self.rayleigh {
                 Some(RayleighModel::Nishita) => NishitaAir::PUBLISHED.constituent(wavelengths),

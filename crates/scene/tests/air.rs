@@ -45,7 +45,7 @@ fn model(sun: &str, air: &str) -> AirModel {
 /// Vertical optical depths of the only constituent.
 fn depths(sun: &str, air: &str) -> Vec<f64> {
     let model = model(sun, air);
-    let constituent = model.components[0].constituent(&model.wavelengths).unwrap();
+    let constituent = &model.constituents[0];
     constituent.vertical_optical_depth()
 }
 
@@ -74,7 +74,7 @@ fn layers_move_haze_and_keep_its_amount() {
     let visible = format!("{plain}\nvisibility_km = 10");
     let ground = |air: &str| {
         let model = model(SUN, air);
-        let constituent = model.components[0].constituent(&model.wavelengths).unwrap();
+        let constituent = &model.constituents[0];
         constituent.extinction_m1[17] * constituent.profile.at_sea_level()
     };
     let ratio = ground(&format!("{visible}{layer}")) / ground(&visible);

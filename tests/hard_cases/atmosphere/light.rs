@@ -3,9 +3,10 @@
 use std::f64::consts::PI;
 
 use niji_atmosphere::AerosolKind;
-use niji_atmosphere::AirComponent;
 use niji_atmosphere::AirLight;
+use niji_atmosphere::BodhaineAir;
 use niji_atmosphere::InScattering;
+use niji_atmosphere::STANDARD_PRESSURE_PA;
 use niji_atmosphere::SUN_RADIUS;
 use niji_atmosphere::SingleScattering;
 use niji_atmosphere::SkyDirection;
@@ -18,6 +19,7 @@ use niji_geometry::EARTH;
 use niji_radiometry::Radians;
 
 use crate::atmosphere::air;
+use crate::atmosphere::grid;
 use crate::atmosphere::nishita;
 use crate::hard_case::HardCase;
 use crate::hard_case::relative;
@@ -223,10 +225,11 @@ fn vacuum() -> f64 {
 }
 
 fn hazy() -> AtmosphereTable {
-    let mut air = air(vec![
-        AirComponent::STANDARD_RAYLEIGH,
-        AirComponent::Aerosol(AerosolKind::Clear.aerosol()),
-    ]);
+    let constituents = [
+        BodhaineAir::at_pressure(STANDARD_PRESSURE_PA).constituent(&grid()),
+        AerosolKind::Clear.aerosol().constituent(&grid()),
+    ];
+    let mut air = air(constituents.map(|one| one.expect("usual air")).to_vec());
     air.ground_albedo = vec![0.2; 3];
     air
 }

@@ -3,33 +3,39 @@
 pub(crate) mod light;
 pub(crate) mod paths;
 
-use niji_atmosphere::AirComponent;
 use niji_atmosphere::AirModel;
+use niji_atmosphere::Constituent;
+use niji_atmosphere::NishitaAir;
 use niji_atmosphere::USUAL_TOP_M;
 use niji_exchange::AtmosphereTable;
 use niji_geometry::EARTH;
 use niji_radiometry::WavelengthGrid;
 
+pub(crate) fn grid() -> WavelengthGrid {
+    WavelengthGrid::new(450.0, 100.0, 3).expect("three wavelengths of light")
+}
+
 /// Air at 450, 550 and 650 nm under a sun of irradiance 1, over black ground.
-pub(crate) fn air(components: Vec<AirComponent>) -> AtmosphereTable {
-    let mut air = table(components, USUAL_TOP_M);
+pub(crate) fn air(constituents: Vec<Constituent>) -> AtmosphereTable {
+    let mut air = table(constituents, USUAL_TOP_M);
     air.sun_irradiance = vec![1.0; 3];
     air
 }
 
-pub(crate) fn table(components: Vec<AirComponent>, top_height_m: f64) -> AtmosphereTable {
+pub(crate) fn table(constituents: Vec<Constituent>, top_height_m: f64) -> AtmosphereTable {
     let model = AirModel {
         planet: EARTH,
         top_height_m,
-        wavelengths: WavelengthGrid::new(450.0, 100.0, 3).expect("three wavelengths of light"),
+        wavelengths: grid(),
         sun_scale: 1.0,
         ground_albedo: 0.0,
-        components,
+        constituents,
     };
     model.tabulate().expect("air like the Earth's")
 }
 
 /// Exponential air of scale height 7994 m, of T. Nishita et al., SIGGRAPH 1993.
 pub(crate) fn nishita() -> AtmosphereTable {
-    air(vec![AirComponent::RayleighNishita])
+    let molecules = NishitaAir::PUBLISHED.constituent(&grid());
+    air(vec![molecules.expect("published air")])
 }

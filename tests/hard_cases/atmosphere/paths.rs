@@ -2,10 +2,11 @@
 //! sets.
 
 use niji_atmosphere::AerosolKind;
-use niji_atmosphere::AirComponent;
 use niji_atmosphere::Constituent;
 use niji_atmosphere::DensityProfile;
+use niji_atmosphere::NishitaAir;
 use niji_atmosphere::OpticalLength;
+use niji_atmosphere::OzoneLayer;
 use niji_atmosphere::PhaseFunction;
 use niji_atmosphere::SUN_RADIUS;
 use niji_atmosphere::optical_length_m;
@@ -14,6 +15,7 @@ use niji_geometry::EARTH;
 use niji_radiometry::Radians;
 
 use crate::atmosphere::air;
+use crate::atmosphere::grid;
 use crate::atmosphere::nishita;
 use crate::atmosphere::table;
 use crate::hard_case::HardCase;
@@ -87,13 +89,13 @@ fn grazing_columns() -> f64 {
         (60e3, 12.960_289_981_977_592),
     ];
     worst(layers.into_iter().flat_map(|(scale_height_m, bessel)| {
-        let layer = AirComponent::Custom(Constituent {
+        let layer = Constituent {
             name: "layer".to_owned(),
             profile: DensityProfile::Exponential { scale_height_m },
             extinction_m1: vec![1e-5; 3],
             scattering_m1: vec![0.0; 3],
             phase: PhaseFunction::Isotropic,
-        });
+        };
         // Above it lies e^-22 of the air.
         let air = table(vec![layer], 22.0 * scale_height_m);
         [
@@ -108,13 +110,12 @@ fn grazing_columns() -> f64 {
 }
 
 fn columns_into_the_ground() -> f64 {
-    let air = air(vec![
-        AirComponent::RayleighNishita,
-        AirComponent::Aerosol(AerosolKind::Clear.aerosol()),
-        AirComponent::Ozone {
-            column_dobson: 300.0,
-        },
-    ]);
+    let constituents = [
+        NishitaAir::PUBLISHED.constituent(&grid()),
+        AerosolKind::Clear.aerosol().constituent(&grid()),
+        OzoneLayer::of_column(300.0).constituent(&grid()),
+    ];
+    let air = air(constituents.map(|one| one.expect("usual air")).to_vec());
     let rays = [
         (0.0, -1e-6),
         (-100.0, -0.01),

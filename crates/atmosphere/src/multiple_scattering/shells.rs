@@ -56,34 +56,42 @@ mod tests {
 
     use super::*;
     use crate::aerosol::AerosolKind;
-    use crate::air_model::AirComponent;
     use crate::air_model::AirModel;
+    use crate::constituent::Constituent;
+    use crate::ozone::OzoneLayer;
+    use crate::rayleigh_nishita::NishitaAir;
 
-    fn air(components: Vec<AirComponent>) -> AtmosphereTable {
+    fn grid() -> WavelengthGrid {
+        WavelengthGrid::new(550.0, 10.0, 1).unwrap()
+    }
+
+    fn molecules() -> Constituent {
+        NishitaAir::PUBLISHED.constituent(&grid()).unwrap()
+    }
+
+    fn air(constituents: Vec<Constituent>) -> AtmosphereTable {
         let model = AirModel {
             planet: EARTH,
             top_height_m: 1e5,
-            wavelengths: WavelengthGrid::new(550.0, 10.0, 1).unwrap(),
+            wavelengths: grid(),
             sun_scale: 1.0,
             ground_albedo: 0.0,
-            components,
+            constituents,
         };
         model.tabulate().unwrap()
     }
 
     #[test]
     fn shells_rise_from_the_ground_to_the_top_whatever_the_air() {
-        let haze = AirComponent::Aerosol(AerosolKind::Rural.aerosol());
-        let ozone = AirComponent::Ozone {
-            column_dobson: 300.0,
-        };
-        for components in [
+        let haze = AerosolKind::Rural.aerosol().constituent(&grid()).unwrap();
+        let ozone = OzoneLayer::of_column(300.0).constituent(&grid()).unwrap();
+        for constituents in [
             vec![],
             vec![ozone.clone()],
-            vec![AirComponent::STANDARD_RAYLEIGH],
-            vec![AirComponent::STANDARD_RAYLEIGH, ozone, haze],
+            vec![molecules()],
+            vec![molecules(), ozone, haze],
         ] {
-            let table = air(components);
+            let table = air(constituents);
             for n_layers in [1, 2, 16, 40] {
                 let shells_m = shells_m(&table, n_layers);
                 assert_eq!(shells_m.len(), n_layers + 1);
@@ -95,7 +103,7 @@ mod tests {
 
     #[test]
     fn exponential_air_has_even_steps_of_the_root_of_its_density() {
-        let table = air(vec![AirComponent::STANDARD_RAYLEIGH]);
+        let table = air(vec![molecules()]);
         let scale_m = table.column_at(0, 0.0, 1.0);
         for (i, height_m) in shells_m(&table, 8).into_iter().enumerate().take(8) {
             let expected_m = -2.0 * scale_m * (1.0 - i as f64 / 8.0).ln();

@@ -4,8 +4,13 @@
 
 pub(crate) mod adaptive_sky;
 
-use niji_atmosphere::AirComponent;
+use niji_atmosphere::Aerosol;
 use niji_atmosphere::AirModel;
+use niji_atmosphere::BodhaineAir;
+use niji_atmosphere::Constituent;
+use niji_atmosphere::NishitaAir;
+use niji_atmosphere::OzoneLayer;
+use niji_atmosphere::STANDARD_PRESSURE_PA;
 use niji_atmosphere::USUAL_TOP_M;
 use niji_exchange::AtmosphereTable;
 use niji_geometry::EARTH;
@@ -16,15 +21,41 @@ pub(crate) const RADIUS_M: f64 = 6_371_000.0;
 /// Scale height of the papers' air, m.
 pub(crate) const NISHITA_HEIGHT_M: f64 = 7994.0;
 
-/// Air of the given components at 450, 550 and 650 nm under a sun of irradiance 1.
-pub(crate) fn unit_sun_air(components: Vec<AirComponent>) -> AtmosphereTable {
+/// 450, 550 and 650 nm.
+pub(crate) fn grid() -> WavelengthGrid {
+    WavelengthGrid::new(450.0, 100.0, 3).expect("within the tables")
+}
+
+/// Air molecules as measured.
+pub(crate) fn molecules(grid: &WavelengthGrid) -> Constituent {
+    let air = BodhaineAir::at_pressure(STANDARD_PRESSURE_PA);
+    air.constituent(grid).expect("usual air")
+}
+
+/// The papers' molecules.
+pub(crate) fn nishita_molecules() -> Constituent {
+    let air = NishitaAir::PUBLISHED.constituent(&grid());
+    air.expect("published air")
+}
+
+pub(crate) fn ozone(column_dobson: f64) -> Constituent {
+    let layer = OzoneLayer::of_column(column_dobson);
+    layer.constituent(&grid()).expect("ozone like the Earth's")
+}
+
+pub(crate) fn haze(aerosol: Aerosol, grid: &WavelengthGrid) -> Constituent {
+    aerosol.constituent(grid).expect("usual haze")
+}
+
+/// Air of the given constituents at 450, 550 and 650 nm under a sun of irradiance 1.
+pub(crate) fn unit_sun_air(constituents: Vec<Constituent>) -> AtmosphereTable {
     let model = AirModel {
         planet: EARTH,
         top_height_m: USUAL_TOP_M,
-        wavelengths: WavelengthGrid::new(450.0, 100.0, 3).expect("within the tables"),
+        wavelengths: grid(),
         sun_scale: 1.0,
         ground_albedo: 0.0,
-        components,
+        constituents,
     };
     let mut air = model.tabulate().expect("usual air");
     air.sun_irradiance = vec![1.0; 3];
@@ -33,7 +64,7 @@ pub(crate) fn unit_sun_air(components: Vec<AirComponent>) -> AtmosphereTable {
 
 /// The papers' air.
 pub(crate) fn nishita() -> AtmosphereTable {
-    unit_sun_air(vec![AirComponent::RayleighNishita])
+    unit_sun_air(vec![nishita_molecules()])
 }
 
 /// Integral by adaptive Simpson quadrature, relative to `scale`.
