@@ -54,6 +54,7 @@ use niji_scatter::SizeRows;
 use niji_scatter::TableRequest;
 use niji_scatter::Theory;
 use niji_scatter::scattering_table;
+use niji_scatter::unwatched;
 use niji_sizes::radius_axis;
 use niji_sizes::variance_axis;
 use nix::sys::resource::UsageWho;
@@ -265,7 +266,7 @@ impl Scene {
             water: Water::pure(15.0),
             airy_table: Some(&airy),
         };
-        scattering_table(&request, &|_| ()).expect("the request is sound")
+        scattering_table(&request, &unwatched).expect("the request is sound")
     }
 
     fn picture(
@@ -300,7 +301,7 @@ impl Scene {
                 pixel_footprint: level.footprint,
             },
         };
-        render(&request, &|_| ()).expect("the request is sound")
+        render(&request, &unwatched).expect("the request is sound")
     }
 }
 

@@ -11,6 +11,7 @@ use niji_scatter::TableRequest;
 use niji_scatter::Theory;
 use niji_scatter::adaptive_table;
 use niji_scatter::scattering_table;
+use niji_scatter::unwatched;
 
 use crate::hard_case::HardCase;
 use crate::hard_case::violations;
@@ -71,7 +72,7 @@ fn request(theory: Theory, radius_um: f64, effective_variance: f64) -> TableRequ
 }
 
 fn table(request: &TableRequest) -> ScatteringTable {
-    scattering_table(request, &|_| ()).expect("the cases ask for sound tables")
+    scattering_table(request, &unwatched).expect("the cases ask for sound tables")
 }
 
 /// Natural light of the only row.
@@ -162,7 +163,7 @@ fn table_without_end() -> f64 {
         wavelengths: WavelengthGrid::new(310.0, 0.3, 2000).expect("a sound grid"),
         ..request(Theory::Uniform, 100.0, 0.0)
     };
-    violations([adaptive_table(&huge, &|_| ()).is_err()])
+    violations([adaptive_table(&huge, &unwatched).is_err()])
 }
 
 fn impossible_requests() -> f64 {
@@ -208,5 +209,5 @@ fn impossible_requests() -> f64 {
     ];
     let requests = radii.into_iter().chain(ranges).chain(orders);
     let requests = requests.chain(others);
-    violations(requests.map(|request| scattering_table(&request, &|_| ()).is_err()))
+    violations(requests.map(|request| scattering_table(&request, &unwatched).is_err()))
 }

@@ -40,7 +40,7 @@ pub enum Error {
     Plan(#[from] niji_scene::PlanError),
     /// A scattering table that cannot be made.
     #[error(transparent)]
-    Scattering(#[from] niji_scatter::Error),
+    Scattering(niji_scatter::Error),
     /// Air that cannot be.
     #[error(transparent)]
     Air(#[from] niji_atmosphere::Error),
@@ -84,6 +84,15 @@ pub enum Error {
     /// Whoever watched stopped it.
     #[error("stopped")]
     Stopped,
+}
+
+impl From<niji_scatter::Error> for Error {
+    fn from(error: niji_scatter::Error) -> Self {
+        match error {
+            niji_scatter::Error::Stopped => Self::Stopped,
+            error => Self::Scattering(error),
+        }
+    }
 }
 
 impl Error {

@@ -10,7 +10,6 @@ use niji_scene::canonical_json;
 
 use crate::error::Error;
 use crate::watch::Watch;
-use crate::watch::Watched;
 
 /// The table that is needed; `airy` is Airy's integral in advance, taken where the theory uses it.
 ///
@@ -23,10 +22,10 @@ pub fn table(
     watch: Watch,
 ) -> Result<ScatteringTable, Error> {
     let airy = airy.filter(|_| need.theory.uses_airy_table());
-    let watched = Watched::new(Stage::Scatter, 1, watch);
-    let table = adaptive_table(&need.request(wavelengths, airy), &|part| watched.tell(part));
-    watched.check()?;
-    Ok(table?)
+    let request = need.request(wavelengths, airy);
+    Ok(adaptive_table(&request, &|part| {
+        watch(Stage::Scatter, part)
+    })?)
 }
 
 /// What a table depends on besides Airy's integral, as JSON.

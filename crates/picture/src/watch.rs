@@ -42,11 +42,7 @@ impl<'a> Watched<'a> {
     /// So many steps more are done.
     pub(crate) fn add(&self, n: u64) {
         let n_done = n + self.n_done.fetch_add(n, Ordering::Relaxed);
-        self.tell(n_done as f64 / self.n_total as f64);
-    }
-
-    /// This part is done.
-    pub(crate) fn tell(&self, part: f64) {
+        let part = n_done as f64 / self.n_total as f64;
         if (self.watch)(self.stage, part).is_break() {
             self.is_stopped.store(true, Ordering::Relaxed);
         }

@@ -14,6 +14,7 @@ use niji_scatter::SizeRows;
 use niji_scatter::TableRequest;
 use niji_scatter::Theory;
 use niji_scatter::scattering_table;
+use niji_scatter::unwatched;
 
 const THEORIES: [Theory; 6] = [
     Theory::GeometricPublished,
@@ -43,7 +44,7 @@ fn request(theory: Theory) -> TableRequest<'static> {
 
 /// Natural light at even angles, by wavelength and angle.
 fn curve(theory: Theory) -> Vec<f64> {
-    let table = scattering_table(&request(theory), &|_| {}).unwrap();
+    let table = scattering_table(&request(theory), &unwatched).unwrap();
     let angles = &table.theta_rad;
     let at = |wavelength: usize, angle: usize| {
         let value = |j| f64::from(table.values[[j, 0, 0, wavelength, angle]]);
@@ -90,5 +91,7 @@ fn main() {
 
 #[divan::bench(args = THEORIES, sample_count = 10, sample_size = 1)]
 fn table(theory: Theory) -> f32 {
-    scattering_table(&request(theory), &|_| {}).unwrap().values[[0; 5]]
+    scattering_table(&request(theory), &unwatched)
+        .unwrap()
+        .values[[0; 5]]
 }

@@ -15,6 +15,7 @@ use niji_scatter::SizeRows;
 use niji_scatter::TableRequest;
 use niji_scatter::Theory;
 use niji_scatter::scattering_table;
+use niji_scatter::unwatched;
 
 const RADII_UM: [f64; 4] = [20.0, 50.0, 200.0, 1000.0];
 
@@ -35,7 +36,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             water: Water::pure(15.0),
             airy_table: None,
         },
-        &|_| (),
+        &unwatched,
     )?;
 
     let (sun, colorimetry) = (

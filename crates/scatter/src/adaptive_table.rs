@@ -12,11 +12,13 @@ use niji_exchange::ScatteringTable;
 use crate::builder::table_at;
 use crate::error::Error;
 use crate::interpolation_error::IntervalError;
+use crate::interpolation_error::Pilots;
 use crate::interpolation_error::SizeAxis;
 use crate::interpolation_error::bins_error;
 use crate::interpolation_error::interval_errors;
 use crate::interpolation_error::theta_error;
 use crate::interpolation_error::worse;
+use crate::progress::Progress;
 use crate::request::SizeRows;
 use crate::request::TableRequest;
 use crate::theta_axis::chosen_angles;
@@ -25,8 +27,7 @@ use crate::theta_axis::chosen_angles;
 const N_HALVINGS: usize = 4;
 
 /// Makes a scattering table that holds the tolerance of the request along every axis. Radii and
-/// variances of the request are nodes at least. `progress` hears the part that is done, from 0
-/// to 1. The result does not depend on the number of threads.
+/// variances of the request are nodes at least. The result does not depend on the number of threads.
 ///
 /// Where [`ScatteringTable::interpolation_error`] is above the tolerance nevertheless, the rows are
 /// means of the exact solution over the cells of single sizes, or four halvings were not enough.
@@ -35,11 +36,14 @@ const N_HALVINGS: usize = 4;
 /// As [`crate::scattering_table`].
 pub fn adaptive_table(
     request: &TableRequest,
-    progress: &(dyn Fn(f64) + Sync),
+    progress: Progress,
 ) -> Result<ScatteringTable, Error> {
     request.check()?;
     let chosen = chosen_angles(request)?;
-    let theta_rad = &chosen.angles.theta_rad;
+    let pilots = Pilots {
+        theta_rad: &chosen.angles.theta_rad,
+        progress,
+    };
     request.check_size(&chosen.angles.number())?;
     let mut request = request.clone();
     let [variance, radius] = match request.rows {
@@ -49,13 +53,13 @@ pub fn adaptive_table(
                 .into_iter()
                 .zip(&mut errors)
             {
-                (request, *error) = refined(request, theta_rad, axis)?;
+                (request, *error) = refined(request, pilots, axis)?;
             }
             errors
         }
-        SizeRows::Bins { .. } => [AxisError::default(), bins_error(&request, theta_rad)?],
+        SizeRows::Bins { .. } => [AxisError::default(), bins_error(&request, pilots)?],
     };
-    let theta = theta_error(&request, theta_rad)?;
+    let theta = theta_error(&request, pilots)?;
     let mut table = table_at(&request, chosen, progress)?;
     table.interpolation_error = Some(InterpolationError {
         theta,
@@ -68,10 +72,10 @@ pub fn adaptive_table(
 /// The request with enough nodes along an axis, and the error that is left.
 fn refined<'a>(
     mut request: TableRequest<'a>,
-    theta_rad: &[f64],
+    pilots: Pilots,
     axis: SizeAxis,
 ) -> Result<(TableRequest<'a>, AxisError), Error> {
-    let mut errors = interval_errors(&request, theta_rad, axis)?;
+    let mut errors = interval_errors(&request, pilots, axis)?;
     for _ in 0..N_HALVINGS {
         let misses = |error: &IntervalError| error.improvable.rms > request.tolerance;
         if !errors.iter().any(misses) {
@@ -84,7 +88,7 @@ fn refined<'a>(
             finer.push(pair[1]);
         }
         request = axis.with_nodes(&request, finer);
-        errors = interval_errors(&request, theta_rad, axis)?;
+        errors = interval_errors(&request, pilots, axis)?;
     }
     let all = errors.iter().map(|error| error.all);
     Ok((request, all.fold(AxisError::default(), worse)))

@@ -18,6 +18,8 @@ use crate::by_size::Blend;
 use crate::dark_band::dark_band_rad;
 use crate::error::Error;
 use crate::moved_orders::MovedOrders;
+use crate::progress::Progress;
+use crate::progress::tell;
 use crate::request::SizeRows;
 use crate::request::TableRequest;
 use crate::table_rows::TableRows;
@@ -31,15 +33,14 @@ const DIFFRACTED_FRACTION: f64 = 0.5;
 /// A table that starts at larger angles holds nothing of the diffracted light.
 const FORWARD_LOBE_RAD: f64 = 5.0 * PI / 180.0;
 
-/// Makes a scattering table. `progress` hears the part that is done, from 0 to 1. The result does not
-/// depend on the number of threads.
+/// Makes a scattering table. The result does not depend on the number of threads.
 ///
 /// # Errors
 /// An axis that is empty, not ascending or outside its range, orders without a bow, or drops that the
-/// theory refuses.
+/// theory refuses; [`Error::Stopped`].
 pub fn scattering_table(
     request: &TableRequest,
-    progress: &(dyn Fn(f64) + Sync),
+    progress: Progress,
 ) -> Result<ScatteringTable, Error> {
     request.check()?;
     table_at(request, chosen_angles(request)?, progress)
@@ -49,7 +50,7 @@ pub fn scattering_table(
 pub(crate) fn table_at(
     request: &TableRequest,
     chosen: ChosenAngles,
-    progress: &(dyn Fn(f64) + Sync),
+    progress: Progress,
 ) -> Result<ScatteringTable, Error> {
     let ChosenAngles { angles, lights } = chosen;
     let lights = lights.are_rings().then_some(lights);
@@ -70,7 +71,7 @@ pub(crate) fn values_at(
     request: &TableRequest,
     angles: &TableAngles,
     lights: Option<BowLights>,
-    progress: &(dyn Fn(f64) + Sync),
+    progress: Progress,
 ) -> Result<Values, Error> {
     request.check_size(&angles.number())?;
     let theta_rad = &angles.theta_rad;
@@ -87,7 +88,7 @@ pub(crate) fn values_at(
     let count = |n: usize| {
         let mut n_done = n_done.lock().unwrap_or_else(PoisonError::into_inner);
         *n_done += n;
-        progress(*n_done as f64 / n_total as f64);
+        tell(progress, *n_done as f64 / n_total as f64)
     };
     let (n_radii, n_variances) = (
         request.effective_radius_um.len(),
@@ -125,8 +126,7 @@ pub(crate) fn values_at(
                 }
             }
         }
-        count(request.n_rows());
-        Ok::<(), Error>(())
+        count(request.n_rows())
     };
     planes.into_par_iter().enumerate().try_for_each(fill)?;
     let all = parts.remove(0);

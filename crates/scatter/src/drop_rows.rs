@@ -23,6 +23,7 @@ use crate::drop_theory::STILL_UM;
 use crate::drop_theory::Setting;
 use crate::drop_theory::Solution;
 use crate::error::Error;
+use crate::progress::Count;
 use crate::request::SizeRows;
 use crate::size_average::SizeNode;
 use crate::size_average::SizeSampling;
@@ -92,7 +93,7 @@ impl<'a> DropRows<'a> {
     }
 
     /// All rows at one wavelength.
-    pub(crate) fn at(&self, bin: Bin, count: &(dyn Fn(usize) + Sync)) -> Result<Rows, Error> {
+    pub(crate) fn at(&self, bin: Bin, count: Count) -> Result<Rows, Error> {
         let setting = Setting {
             bin,
             orders: self.task.request.orders_in(),
@@ -106,7 +107,7 @@ impl<'a> DropRows<'a> {
             .into_par_iter()
             .map(|block| {
                 let rows = self.block(&theory, bin, block.clone())?;
-                count(block.len());
+                count(block.len())?;
                 Ok(rows)
             })
             .collect::<Result<_, Error>>()?;

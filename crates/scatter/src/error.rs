@@ -63,6 +63,9 @@ pub enum Error {
     /// A table of Airy's integral that is none.
     #[error("{0}")]
     AiryTable(String),
+    /// Whoever watched stopped it.
+    #[error("stopped")]
+    Stopped,
 }
 
 impl From<niji_sizes::Error> for Error {

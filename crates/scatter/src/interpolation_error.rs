@@ -17,11 +17,46 @@ use niji_sizes::law_weights;
 use crate::builder::values_at;
 use crate::error::Error;
 use crate::needed_angles::sides;
+use crate::progress::Progress;
 use crate::request::SizeRow;
 use crate::request::SizeRows;
 use crate::request::TableRequest;
 use crate::size_average::is_cell_row;
 use crate::theta_axis::TableAngles;
+
+/// What the pilots of a table share: small tables that are compared.
+#[derive(Clone, Copy)]
+pub(crate) struct Pilots<'a> {
+    pub(crate) theta_rad: &'a [f64],
+    /// Hears that nothing of the table itself is done yet.
+    pub(crate) progress: Progress<'a>,
+}
+
+impl Pilots<'_> {
+    /// Natural light of the rows of some radii at the angles.
+    fn rows(self, request: &TableRequest, radii: Radii) -> Result<Vec<PilotRow>, Error> {
+        let theta_rad = self.theta_rad;
+        let angles = TableAngles {
+            theta_rad: theta_rad.to_vec(),
+            of_orders: Vec::new(),
+        };
+        let values = values_at(request, &angles, None, &|_| (self.progress)(0.0))?.all;
+        let all_um = &request.effective_radius_um;
+        let counts = |row: &SizeRow| {
+            radii == Radii::All || [0, all_um.len() - 1].contains(&row.radius_index)
+        };
+        let pilot = |row: SizeRow| {
+            let (radius, variance) = (row.radius_index, row.variance_index);
+            let at = |j, angle| f64::from(values[[j, radius, variance, 0, angle]]);
+            let light = (0..theta_rad.len()).map(|angle| 0.5 * (at(0, angle) + at(1, angle)));
+            PilotRow {
+                light: light.collect(),
+                is_of_cell: has_cells(request) && is_cell_row(all_um, radius, row.variance),
+            }
+        };
+        Ok(request.size_rows().filter(counts).map(pilot).collect())
+    }
+}
 
 /// One axis besides the angle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -73,18 +108,23 @@ impl SizeAxis {
 }
 
 /// Error in θ between the nodes `theta_rad`.
-pub(crate) fn theta_error(request: &TableRequest, theta_rad: &[f64]) -> Result<AxisError, Error> {
+pub(crate) fn theta_error(request: &TableRequest, pilots: Pilots) -> Result<AxisError, Error> {
+    let theta_rad = pilots.theta_rad;
     // Every node, and a middle after all but the last.
     let last = theta_rad.len() - 1;
     let with_middles: Vec<f64> = (0..=2 * last)
         .map(|index| 0.5 * (theta_rad[index / 2] + theta_rad[index.div_ceil(2)]))
         .collect();
+    let pilots = Pilots {
+        theta_rad: &with_middles,
+        ..pilots
+    };
     let rows: Vec<Vec<f64>> = if let Some(law) = Law::narrowest(request) {
         let radii = &request.effective_radius_um;
         let radii_um = [radii[0], law.middle_um, radii[radii.len() - 1]];
-        law.light(request, &with_middles, &radii_um)?
+        law.light(request, pilots, &radii_um)?
     } else {
-        let rows = pilot_rows(&ends_of(request), &with_middles, Radii::Ends)?;
+        let rows = pilots.rows(&ends_of(request), Radii::Ends)?;
         rows.into_iter().map(|row| row.light).collect()
     };
     let middles = |range: Range<usize>| range.filter(|index| index % 2 == 1);
@@ -99,7 +139,7 @@ pub(crate) fn theta_error(request: &TableRequest, theta_rad: &[f64]) -> Result<A
 /// other axes.
 pub(crate) fn interval_errors(
     request: &TableRequest,
-    theta_rad: &[f64],
+    pilots: Pilots,
     axis: SizeAxis,
 ) -> Result<Vec<IntervalError>, Error> {
     let nodes = axis.nodes(request);
@@ -117,7 +157,7 @@ pub(crate) fn interval_errors(
         SizeAxis::Radius => (n_variances, Radii::All),
         SizeAxis::Variance => (1, Radii::Ends),
     };
-    let rows = pilot_rows(&pilot, theta_rad, radii)?;
+    let rows = pilots.rows(&pilot, radii)?;
     let mut errors = vec![IntervalError::default(); n_intervals];
     let n_group = (2 * n_intervals + 1) * n_inner;
     for first in (0..rows.len()).step_by(n_group) {
@@ -127,7 +167,7 @@ pub(crate) fn interval_errors(
                     [0, 1, 2].map(|node| &rows[first + (2 * interval + node) * n_inner + inner]);
                 let [left, computed, right] = three.map(|row| &row.light);
                 let off = |angle: usize| 0.5 * (left[angle] + right[angle]) - computed[angle];
-                let found = worse_side(theta_rad, computed, |side| side.map(off).collect());
+                let found = worse_side(pilots.theta_rad, computed, |side| side.map(off).collect());
                 worst.all = worse(worst.all, found);
                 if !three.iter().any(|row| row.is_of_cell) {
                     worst.improvable = worse(worst.improvable, found);
@@ -140,7 +180,7 @@ pub(crate) fn interval_errors(
 
 /// Error of the sum over single sizes that a law of some variance is, in the middle of the radii: what the
 /// sum changes by once there are twice as many.
-pub(crate) fn bins_error(request: &TableRequest, theta_rad: &[f64]) -> Result<AxisError, Error> {
+pub(crate) fn bins_error(request: &TableRequest, pilots: Pilots) -> Result<AxisError, Error> {
     let Some(law) = Law::narrowest(request) else {
         return Ok(AxisError::default());
     };
@@ -156,10 +196,12 @@ pub(crate) fn bins_error(request: &TableRequest, theta_rad: &[f64]) -> Result<Ax
         },
         ..SizeAxis::Radius.with_nodes(request, finer)
     };
-    let of_law = |request| law.light(request, theta_rad, &[law.middle_um]);
+    let of_law = |request| law.light(request, pilots, &[law.middle_um]);
     let (coarse, fine) = (of_law(request)?.remove(0), of_law(&finer)?.remove(0));
     let off = |angle: usize| coarse[angle] - fine[angle];
-    Ok(worse_side(theta_rad, &fine, |side| side.map(off).collect()))
+    Ok(worse_side(pilots.theta_rad, &fine, |side| {
+        side.map(off).collect()
+    }))
 }
 
 /// The narrowest law that a table of single sizes is for.
@@ -192,12 +234,12 @@ impl Law {
     fn light(
         self,
         request: &TableRequest,
-        theta_rad: &[f64],
+        pilots: Pilots,
         effective_radii_um: &[f64],
     ) -> Result<Vec<Vec<f64>>, Error> {
         let radii = &request.effective_radius_um;
         let all = SizeAxis::Radius.with_nodes(&ends_of(request), radii.clone());
-        let rows = pilot_rows(&all, theta_rad, Radii::All)?;
+        let rows = pilots.rows(&all, Radii::All)?;
         let of_radius = |radius_um: &f64| {
             let weights = law_weights(radii, Micrometers(*radius_um), self.variance)?;
             let at = |angle: usize| {
@@ -206,7 +248,7 @@ impl Law {
                     .map(|(row, weight)| weight * rows[*row].light[angle]);
                 terms.sum()
             };
-            Ok((0..theta_rad.len()).map(at).collect())
+            Ok((0..pilots.theta_rad.len()).map(at).collect())
         };
         effective_radii_um.iter().map(of_radius).collect()
     }
@@ -253,32 +295,6 @@ fn outermost(values: &[f64], n: usize) -> Vec<f64> {
     let is_outer = |index: usize| index < n || index + n >= values.len();
     let indices = (0..values.len()).filter(|index| is_outer(*index));
     indices.map(|index| values[index]).collect()
-}
-
-/// Natural light of the rows of some radii at the angles.
-fn pilot_rows(
-    request: &TableRequest,
-    theta_rad: &[f64],
-    radii: Radii,
-) -> Result<Vec<PilotRow>, Error> {
-    let angles = TableAngles {
-        theta_rad: theta_rad.to_vec(),
-        of_orders: Vec::new(),
-    };
-    let values = values_at(request, &angles, None, &|_| {})?.all;
-    let all_um = &request.effective_radius_um;
-    let counts =
-        |row: &SizeRow| radii == Radii::All || [0, all_um.len() - 1].contains(&row.radius_index);
-    let pilot = |row: SizeRow| {
-        let (radius, variance) = (row.radius_index, row.variance_index);
-        let at = |j, angle| f64::from(values[[j, radius, variance, 0, angle]]);
-        let light = (0..theta_rad.len()).map(|angle| 0.5 * (at(0, angle) + at(1, angle)));
-        PilotRow {
-            light: light.collect(),
-            is_of_cell: has_cells(request) && is_cell_row(all_um, radius, row.variance),
-        }
-    };
-    Ok(request.size_rows().filter(counts).map(pilot).collect())
 }
 
 /// The larger of the errors on either side, from the differences that `off` makes at some angles of it.

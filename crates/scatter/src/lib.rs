@@ -7,7 +7,7 @@
 //! ```
 //! use niji_radiometry::Water;
 //! use niji_radiometry::WavelengthGrid;
-//! use niji_scatter::{SizeRows, TableRequest, Theory, scattering_table};
+//! use niji_scatter::{SizeRows, TableRequest, Theory, scattering_table, unwatched};
 //!
 //! let request = TableRequest {
 //!     theory: Theory::Airy,
@@ -23,7 +23,7 @@
 //!     water: Water::pure(15.0),
 //!     airy_table: None,
 //! };
-//! let table = scattering_table(&request, &|_| ())?;
+//! let table = scattering_table(&request, &unwatched)?;
 //!
 //! // Natural light is the mean of both polarizations; which angle is brightest?
 //! let bow_angle_deg = |wavelength| {
@@ -62,6 +62,7 @@ mod moebius_shift;
 mod moved_orders;
 mod needed_angles;
 mod order_light;
+mod progress;
 mod request;
 mod rings;
 mod size_average;
@@ -92,6 +93,8 @@ pub use order_light::Band;
 pub use order_light::DropLight;
 pub use order_light::Light;
 pub use order_light::LightRequest;
+pub use progress::Progress;
+pub use progress::unwatched;
 pub use request::SizeRows;
 pub use request::TableRequest;
 pub use rings::DiscAverage;

@@ -271,7 +271,8 @@ mod tests {
                 theta_rad: theta_rad.clone(),
                 of_orders: Vec::new(),
             };
-            let table = crate::builder::values_at(&table, &angles, None, &|_| ()).unwrap();
+            let table =
+                crate::builder::values_at(&table, &angles, None, &crate::unwatched).unwrap();
             for (law, band) in [(0, 0), (1, 0), (1, 1), (2, 1)] {
                 let found = light.slice(s![law, band, ..]);
                 let [s, p] = [0, 1].map(|j| table.all.slice(s![j, law, law, band, ..]));

@@ -17,6 +17,7 @@ use crate::drop_rows::DropRows;
 use crate::drop_rows::Rows;
 use crate::error::Error;
 use crate::moved_orders::MovedOrders;
+use crate::progress::Count;
 use crate::request::SizeRow;
 use crate::request::TableRequest;
 
@@ -72,11 +73,7 @@ impl<'a> TableRows<'a> {
     }
 
     /// What single drops add to the rows at a wavelength; out of laws with bows the bows of these drops are taken.
-    pub(crate) fn of_drops(
-        &self,
-        wavelength_index: usize,
-        count: &(dyn Fn(usize) + Sync),
-    ) -> Result<Rows, Error> {
+    pub(crate) fn of_drops(&self, wavelength_index: usize, count: Count) -> Result<Rows, Error> {
         let Some(drops) = &self.drops else {
             return Ok(Rows::new());
         };

@@ -26,6 +26,7 @@ use niji_scatter::Theory;
 use niji_scatter::airy_from_file;
 use niji_scatter::airy_to_file;
 use niji_scatter::scattering_table;
+use niji_scatter::unwatched;
 use niji_sizes::gamma_area_quadrature;
 use niji_sizes::radius_axis;
 
@@ -50,7 +51,7 @@ fn request(theory: Theory, radii_um: &[f64]) -> TableRequest<'static> {
 }
 
 fn table(request: &TableRequest) -> ScatteringTable {
-    scattering_table(request, &|_| {}).unwrap()
+    scattering_table(request, &unwatched).unwrap()
 }
 
 /// Natural light at one row and wavelength against the bow angle in degrees.

@@ -22,6 +22,7 @@ use niji_scatter::SizeRows;
 use niji_scatter::TableRequest;
 use niji_scatter::Theory;
 use niji_scatter::scattering_table;
+use niji_scatter::unwatched;
 use niji_sizes::bin_step;
 use niji_sizes::bins;
 use niji_sizes::gamma_area_quadrature;
@@ -54,7 +55,7 @@ fn request(theory: Theory, radii_um: Vec<f64>, ln_step: f64) -> TableRequest<'st
 }
 
 fn table(request: &TableRequest) -> ScatteringTable {
-    scattering_table(request, &|_| {}).unwrap()
+    scattering_table(request, &unwatched).unwrap()
 }
 
 /// Bins of a twentieth around a radius, the one in the middle with index 1.

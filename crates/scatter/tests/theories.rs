@@ -7,6 +7,8 @@
 
 use std::f64::consts::PI;
 use std::f64::consts::TAU;
+use std::ops::ControlFlow;
+use std::sync::Mutex;
 
 use niji_airy::AiryBow;
 use niji_airy::AiryTable;
@@ -21,16 +23,19 @@ use niji_radiometry::Water;
 use niji_radiometry::WavelengthGrid;
 use niji_radiometry::water_refractive_index;
 use niji_scatter::DropMotion;
+use niji_scatter::Error;
 use niji_scatter::SizeRows;
 use niji_scatter::TableRequest;
 use niji_scatter::Theory;
 use niji_scatter::adaptive_table;
 use niji_scatter::scattering_table;
+use niji_scatter::unwatched;
 use niji_sizes::bin_step;
 use niji_sizes::bins;
 use niji_sizes::gamma_area_quadrature;
 use niji_sizes::law_weights;
 use niji_sizes::radius_axis;
+use rayon::ThreadPoolBuilder;
 
 const DISC_RAD: f64 = 0.533 * PI / 180.0;
 const WAVELENGTH: Nanometers = Nanometers(560.0);
@@ -55,7 +60,7 @@ fn request(theory: Theory, radius_um: f64, effective_variance: f64) -> TableRequ
 }
 
 fn table(request: &TableRequest) -> ScatteringTable {
-    scattering_table(request, &|_| {}).unwrap()
+    scattering_table(request, &unwatched).unwrap()
 }
 
 /// Natural light of the row (radius, variance) of a table of one wavelength.
@@ -264,7 +269,7 @@ fn the_law_of_radii_holds_its_tolerance_from_5_um_to_3_mm() {
                 let mut pair = request(theory, smallest_um, variance);
                 pair.effective_radius_um = radii.unwrap()[..2].to_vec();
                 pair.tolerance = tolerance;
-                let table = adaptive_table(&pair, &|_| {}).unwrap();
+                let table = adaptive_table(&pair, &unwatched).unwrap();
                 let error = table.interpolation_error.unwrap();
                 assert_eq!(table.effective_radius_um, pair.effective_radius_um);
                 assert!(
@@ -283,7 +288,7 @@ fn axes_too_coarse_are_halved_until_the_tolerance_holds() {
     coarse.effective_radius_um = vec![100.0, 115.0, 117.0];
     coarse.effective_variance = vec![0.0, 0.1];
     coarse.tolerance = 5e-3;
-    let table = adaptive_table(&coarse, &|_| {}).unwrap();
+    let table = adaptive_table(&coarse, &unwatched).unwrap();
     let error = table.interpolation_error.unwrap();
     assert!(
         error.radius.rms <= 5e-3 && error.variance.rms <= 5e-3,
@@ -310,7 +315,7 @@ fn axes_too_coarse_are_halved_until_the_tolerance_holds() {
     let mut judge = coarse.clone();
     judge.effective_radius_um = vec![radii[0], middle_um, radii[1]];
     judge.effective_variance = vec![0.0];
-    let rows = scattering_table(&judge, &|_| {}).unwrap();
+    let rows = scattering_table(&judge, &unwatched).unwrap();
     let [low, computed, high] = [0, 1, 2].map(|radius| row(&rows, [radius, 0]));
     let peak = computed.iter().copied().fold(0.0, f64::max);
     let off = low
@@ -329,7 +334,7 @@ fn what_a_range_of_radii_errs_by_is_that_of_its_ends() {
         request.effective_radius_um = radii;
         request.effective_variance = vec![0.1, 0.2];
         request.tolerance = 5e-2;
-        let table = adaptive_table(&request, &|_| {}).unwrap();
+        let table = adaptive_table(&request, &unwatched).unwrap();
         assert_eq!(table.effective_variance, request.effective_variance);
         table.interpolation_error.unwrap()
     };
@@ -357,8 +362,8 @@ fn the_bow_of_a_table_of_all_angles_keeps_the_tolerance() {
     bow.tolerance = 1e-4;
     let mut all = bow.clone();
     (all.theta_range_rad, all.tolerance) = ((0.0, PI), 5e-3);
-    let all_angles = adaptive_table(&all, &|_| {}).unwrap();
-    let fine = adaptive_table(&bow, &|_| {}).unwrap();
+    let all_angles = adaptive_table(&all, &unwatched).unwrap();
+    let fine = adaptive_table(&bow, &unwatched).unwrap();
     let (forwards, row) = (peak(&row(&all_angles, [0; 2])), row(&fine, [0; 2]));
     let bow = peak(&row);
     assert!(forwards > 8.0 * bow, "{forwards} {bow}");
@@ -368,4 +373,42 @@ fn the_bow_of_a_table_of_all_angles_keeps_the_tolerance() {
     }
     let told = all_angles.interpolation_error.unwrap().theta.max;
     assert!((1e-3..6e-3).contains(&told), "{told}");
+}
+
+#[test]
+fn a_table_that_is_stopped_is_left_undone() {
+    let narrow = TableRequest {
+        theta_range_rad: (2.3, 2.5),
+        tolerance: 0.05,
+        wavelengths: WavelengthGrid::new(400.0, 10.0, 30).unwrap(),
+        effective_radius_um: vec![5.0, 6.0],
+        ..request(Theory::Mie, 5.0, 0.1)
+    };
+    // What is heard until it is stopped where so much is done.
+    let heard_until = |end: f64| {
+        let heard = Mutex::new(Vec::new());
+        let progress = |part| {
+            heard.lock().unwrap().push(part);
+            if part >= end {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
+        };
+        // Each thread ends the block it has begun.
+        let threads = ThreadPoolBuilder::new().num_threads(2).build().unwrap();
+        let made = threads.install(|| adaptive_table(&narrow, &progress));
+        (made.map(|_| ()), heard.into_inner().unwrap())
+    };
+    let (made, all) = heard_until(2.0);
+    assert_eq!(made, Ok(()));
+    let n_of_pilots = all.iter().filter(|part| **part == 0.0).count();
+    assert!(n_of_pilots > 2);
+    let (made, heard) = heard_until(0.1);
+    assert_eq!(made, Err(Error::Stopped));
+    let n_done = heard.len() - n_of_pilots;
+    assert!(5 * n_done <= all.len() - n_of_pilots, "{heard:?}");
+    let (made, heard) = heard_until(0.0);
+    assert_eq!(made, Err(Error::Stopped));
+    assert!(heard.len() <= 4, "{heard:?}");
 }

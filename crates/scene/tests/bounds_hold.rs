@@ -21,6 +21,7 @@ use niji_render::RenderRequest;
 use niji_render::render;
 use niji_scatter::Theory;
 use niji_scatter::scattering_table;
+use niji_scatter::unwatched;
 use niji_scene::BoundKind;
 use niji_scene::Effect;
 use niji_scene::Plan;
@@ -142,7 +143,7 @@ impl Studio {
         };
         let airy = self.airy.get_or_insert_with(AiryTable::compute);
         let table = plan.scattering.as_ref().map(|need| {
-            let make = || scattering_table(&need.request(grid, Some(airy)), &|_| {}).unwrap();
+            let make = || scattering_table(&need.request(grid, Some(airy)), &unwatched).unwrap();
             &*self.tables.entry(format!("{need:?}")).or_insert_with(make)
         });
         let air = scene
@@ -171,7 +172,7 @@ impl Studio {
             tolerance_cd_m2: None,
             levels: plan.levels.render_levels(),
         };
-        let rendered = render(&request, &|_| {}).unwrap();
+        let rendered = render(&request, &unwatched).unwrap();
         let weights = Colorimetry::new(&grid);
         let (n, height, width) = rendered.radiance.dim();
         Array2::from_shape_fn((height, width), |(y, x)| {

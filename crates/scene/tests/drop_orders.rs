@@ -35,6 +35,7 @@ use niji_scatter::SizeRows;
 use niji_scatter::TableRequest;
 use niji_scatter::Theory;
 use niji_scatter::scattering_table;
+use niji_scatter::unwatched;
 use niji_scene::BoundKind;
 use niji_scene::Effect;
 use niji_scene::Preset;
@@ -110,7 +111,7 @@ fn table(grid: WavelengthGrid) -> ScatteringTable {
         water: Water::pure(20.0),
         airy_table: Some(&AiryTable::compute()),
     };
-    scattering_table(&request, &|_| ()).unwrap()
+    scattering_table(&request, &unwatched).unwrap()
 }
 
 /// Integral of a table of one size and wavelength over the sphere, natural light.
@@ -188,7 +189,7 @@ fn excess(
         tolerance_cd_m2: None,
         levels,
     };
-    let picture = render(&request, &|_| ()).unwrap();
+    let picture = render(&request, &unwatched).unwrap();
     let (mut low, mut high) = (f32::INFINITY, 0.0_f32);
     for value in &picture.radiance {
         low = low.min(*value);

@@ -27,6 +27,7 @@ use niji_render::MirroredLight;
 use niji_render::RenderRequest;
 use niji_render::render;
 use niji_scatter::scattering_table;
+use niji_scatter::unwatched;
 use niji_scene::BoundKind;
 use niji_scene::Effect;
 use niji_scene::Plan;
@@ -200,7 +201,7 @@ impl Spheres {
         let grid = scene.spectrum;
         let need = plan.scattering.as_ref().unwrap();
         let airy = AiryTable::compute();
-        let table = scattering_table(&need.request(grid, Some(&airy)), &|_| {}).unwrap();
+        let table = scattering_table(&need.request(grid, Some(&airy)), &unwatched).unwrap();
         let volume = scene.drops.shape().unwrap().volume().unwrap();
         let build = |mode| Bricks::build(mode, plan.levels.interpolation).unwrap();
         let bricks = volume.modes.iter().map(build).collect();
@@ -247,7 +248,7 @@ impl Spheres {
             tolerance_cd_m2: None,
             levels: self.plan.levels.render_levels(),
         };
-        let rendered = render(&request, &|_| {}).unwrap();
+        let rendered = render(&request, &unwatched).unwrap();
         rendered.radiance.index_axis(Axis(0), GREEN).to_owned()
     }
 

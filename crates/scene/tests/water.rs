@@ -13,6 +13,7 @@ use niji_radiometry::WavelengthGrid;
 use niji_scatter::SizeRows;
 use niji_scatter::Theory;
 use niji_scatter::scattering_table;
+use niji_scatter::unwatched;
 use niji_scene::ScatteringNeed;
 use niji_scene::Scene;
 use niji_scene::canonical_json;
@@ -81,7 +82,7 @@ fn table(need: &ScatteringNeed) -> ScatteringTable {
         ..need.clone()
     };
     let green = WavelengthGrid::new(550.0, 10.0, 1).unwrap();
-    scattering_table(&one_size.request(green, None), &|_| {}).unwrap()
+    scattering_table(&one_size.request(green, None), &unwatched).unwrap()
 }
 
 /// Where the primary is brightest, from the antisolar point.

@@ -16,6 +16,7 @@ use niji_scatter::Theory;
 use niji_scatter::bow_shift;
 use niji_scatter::eccentricity;
 use niji_scatter::scattering_table;
+use niji_scatter::unwatched;
 use niji_sizes::gamma_area_quadrature;
 
 use crate::profile::Sight;
@@ -77,7 +78,7 @@ impl Literal {
                 water: WATER,
                 airy_table: None,
             };
-            scattering_table(&request, &|_| ()).unwrap()
+            scattering_table(&request, &unwatched).unwrap()
         };
         Self {
             tables: [0, 1].map(table),

@@ -13,6 +13,7 @@ use niji_render::LitDrops;
 use niji_render::SunPath;
 use niji_scatter::DropMotion;
 use niji_scatter::scattering_table;
+use niji_scatter::unwatched;
 use niji_scene::Effect;
 use niji_scene::Switch;
 use niji_sizes::SizeMoments;
@@ -115,7 +116,7 @@ impl Rain {
         need.orders = ORDERS.into();
         need.theta_range_rad = (THETA_DEG.0.to_radians(), THETA_DEG.1.to_radians());
         assert_eq!(need.water, WATER);
-        scattering_table(&need.request(green(), None), &|_| ()).unwrap()
+        scattering_table(&need.request(green(), None), &unwatched).unwrap()
     }
 
     /// Drops all around the eye.
