@@ -2,8 +2,9 @@
 //!
 //! t(θ) = t_still(θ) + Σ_p t_p(θ − Δθ_p)
 //! `t` the scattering table, `t_p` the light of order p in it, linear between angles of its own, which are
-//! fewer: alone an order has no ripple; `t_still` all other light of the table, `Δθ_p` the shift of [`BowShift`] for an order and a wavelength. Drops tilt and tremble: what moves is as wide as
-//! [`FallingDrops`] of a radius say.
+//! fewer: alone an order has no ripple; `t_still` all other light of the table, `Δθ_p` the shift of [`BowShift`]
+//! for an order and a wavelength. Drops tilt and tremble: what moves is as wide as [`FallingDrops`] of a radius
+//! say.
 
 use ndarray::Array4;
 use ndarray::s;

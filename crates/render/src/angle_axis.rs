@@ -195,7 +195,7 @@ fn node_above(nodes: &[f64], value: f64, near: &mut usize) -> usize {
 
 /// Lower node and fraction above it on an axis of at least two, with the first node above the value;
 /// the ends hold beyond it.
-fn linear_place(nodes: &[f64], above: usize, value: f64) -> (usize, f32) {
+pub(crate) fn linear_place(nodes: &[f64], above: usize, value: f64) -> (usize, f32) {
     let lower = above.saturating_sub(1).min(nodes.len() - 2);
     let fraction = (value - nodes[lower]) / (nodes[lower + 1] - nodes[lower]);
     (lower, fraction.clamp(0.0, 1.0) as f32)

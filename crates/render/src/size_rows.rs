@@ -16,6 +16,7 @@ use std::ops::Range;
 use niji_exchange::ScatteringTable;
 use rayon::prelude::*;
 
+use crate::angle_axis::linear_place;
 use crate::moved_radii::first_moved_row;
 use crate::size_nodes::SizeNodes;
 use crate::turned::turn;
@@ -51,16 +52,9 @@ pub(crate) struct RowSource<'a> {
     /// The angles that are wanted.
     angles: Range<usize>,
     /// Where they lie between the angles of each order that moves.
-    places: Vec<Vec<LinearPlace>>,
+    places: Vec<Vec<(usize, f32)>>,
     /// From a spectrum of the table's unit to luminance.
     luminance_weights: Vec<f64>,
-}
-
-/// A place between an angle and the next, as a part of the way.
-#[derive(Clone, Copy, Debug)]
-struct LinearPlace {
-    lower: usize,
-    fraction: f32,
 }
 
 /// Size laws and the rows of which they are sums.
@@ -182,26 +176,13 @@ fn lanes(
     s.zip(p).map(|(s, p)| [s, p])
 }
 
-/// Where angles lie between others, of which there are two at least.
-fn linear_places(theta_rad: &[f64], wanted_rad: &[f64]) -> Vec<LinearPlace> {
+/// Where angles lie between others, of which there are two at least: the lower and the part of the way to the next.
+fn linear_places(theta_rad: &[f64], wanted_rad: &[f64]) -> Vec<(usize, f32)> {
     let place = |wanted: &f64| {
         let above = theta_rad.partition_point(|theta| theta <= wanted);
-        let lower = above.clamp(1, theta_rad.len() - 1) - 1;
-        let fraction = (wanted - theta_rad[lower]) / (theta_rad[lower + 1] - theta_rad[lower]);
-        LinearPlace {
-            lower,
-            fraction: fraction as f32,
-        }
+        linear_place(theta_rad, above, *wanted)
     };
     wanted_rad.iter().map(place).collect()
-}
-
-impl LinearPlace {
-    #[inline]
-    fn of(self, values: &[f32]) -> f32 {
-        let [below, above] = [values[self.lower], values[self.lower + 1]];
-        below + self.fraction * (above - below)
-    }
 }
 
 impl Laws {
@@ -272,12 +253,14 @@ impl Panel {
     fn subtract<'a>(
         &mut self,
         lanes: impl Iterator<Item = [&'a [f32]; 2]>,
-        places: &[LinearPlace],
+        places: &[(usize, f32)],
     ) {
         let mut is_sound = self.is_sound;
         for (values, [s, p]) in self.values_sr1.chunks_exact_mut(places.len()).zip(lanes) {
-            for (value, place) in values.iter_mut().zip(places) {
-                let both = place.of(s) + place.of(p);
+            for (value, (lower, fraction)) in values.iter_mut().zip(places) {
+                let of_lane =
+                    |lane: &[f32]| lane[*lower] + fraction * (lane[lower + 1] - lane[*lower]);
+                let both = of_lane(s) + of_lane(p);
                 is_sound &= is_light(both);
                 *value -= 0.5 * both;
             }

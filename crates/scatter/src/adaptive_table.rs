@@ -14,7 +14,7 @@ use crate::error::Error;
 use crate::interpolation_error::IntervalError;
 use crate::interpolation_error::Pilots;
 use crate::interpolation_error::SizeAxis;
-use crate::interpolation_error::bins_error;
+use crate::interpolation_error::bins_errors;
 use crate::interpolation_error::interval_errors;
 use crate::interpolation_error::theta_error;
 use crate::interpolation_error::worse;
@@ -46,7 +46,7 @@ pub fn adaptive_table(
     };
     request.check_size(&chosen.angles.number())?;
     let mut request = request.clone();
-    let [variance, radius] = match request.rows {
+    let [theta, radius, variance] = match request.rows {
         SizeRows::Laws => {
             let mut errors = [AxisError::default(); 2];
             for (axis, error) in [SizeAxis::Variance, SizeAxis::Radius]
@@ -55,11 +55,18 @@ pub fn adaptive_table(
             {
                 (request, *error) = refined(request, pilots, axis)?;
             }
-            errors
+            let [variance, radius] = errors;
+            [theta_error(&request, pilots)?, radius, variance]
         }
-        SizeRows::Bins { .. } => [AxisError::default(), bins_error(&request, pilots)?],
+        SizeRows::Bins {
+            ln_step,
+            narrowest_variance,
+        } => {
+            let law = (ln_step, narrowest_variance);
+            let [theta, radius] = bins_errors(&request, law, pilots)?;
+            [theta, radius, AxisError::default()]
+        }
     };
-    let theta = theta_error(&request, pilots)?;
     let mut table = table_at(&request, chosen, progress)?;
     table.interpolation_error = Some(InterpolationError {
         theta,

@@ -1,11 +1,11 @@
 //! What linear interpolation between the nodes of a table costs, measured.
 //!
 //! error = rms and maximum over the angles of |linear − computed| / peak of the computed row
-//! in natural light, the larger of those on either side of 90 degrees, half way between nodes: in θ (of single
-//! sizes that no ray sees alone, of the narrowest law that they are for) and in
-//! radius (geometric mean), variance and flattening at every interval, at the ends of the other axes and
-//! the shortest wavelength, whose bow is the sharpest. The computed light is that of the same theory, so
-//! that errors of the theory do not enter.
+//! in natural light, the larger of those on either side of 90 degrees, half way between nodes: in θ and in
+//! radius (geometric mean) and variance at every interval, at the ends of the other axes and the shortest
+//! wavelength, whose bow is the sharpest. Of single sizes, which no ray sees alone, it is that of the narrowest
+//! law that they are for. The computed light is that of the same theory, so that errors of the theory do not
+//! enter.
 
 use std::ops::Range;
 
@@ -107,32 +107,34 @@ impl SizeAxis {
     }
 }
 
-/// Error in θ between the nodes `theta_rad`.
+/// Error in θ between the angles, of laws at the ends of the axes.
 pub(crate) fn theta_error(request: &TableRequest, pilots: Pilots) -> Result<AxisError, Error> {
-    let theta_rad = pilots.theta_rad;
-    // Every node, and a middle after all but the last.
-    let last = theta_rad.len() - 1;
-    let with_middles: Vec<f64> = (0..=2 * last)
-        .map(|index| 0.5 * (theta_rad[index / 2] + theta_rad[index.div_ceil(2)]))
-        .collect();
+    let with_middles = with_middles(pilots.theta_rad);
     let pilots = Pilots {
         theta_rad: &with_middles,
         ..pilots
     };
-    let rows: Vec<Vec<f64>> = if let Some(law) = Law::narrowest(request) {
-        let radii = &request.effective_radius_um;
-        let radii_um = [radii[0], law.middle_um, radii[radii.len() - 1]];
-        law.light(request, pilots, &radii_um)?
-    } else {
-        let rows = pilots.rows(&ends_of(request), Radii::Ends)?;
-        rows.into_iter().map(|row| row.light).collect()
-    };
+    let rows = pilots.rows(&ends_of(request), Radii::Ends)?;
+    let rows = rows.iter().map(|row| row.light.as_slice());
+    Ok(error_at_middles(&with_middles, rows))
+}
+
+/// Every node, and a middle after all but the last.
+fn with_middles(nodes: &[f64]) -> Vec<f64> {
+    let last = nodes.len() - 1;
+    (0..=2 * last)
+        .map(|index| 0.5 * (nodes[index / 2] + nodes[index.div_ceil(2)]))
+        .collect()
+}
+
+/// The worst of rows at angles of which every second is a middle.
+fn error_at_middles<'a>(with_middles: &[f64], rows: impl Iterator<Item = &'a [f64]>) -> AxisError {
     let middles = |range: Range<usize>| range.filter(|index| index % 2 == 1);
-    let error = |row: &Vec<f64>| {
+    let error = |row: &[f64]| {
         let off = |index: usize| 0.5 * (row[index - 1] + row[index + 1]) - row[index];
-        worse_side(&with_middles, row, |side| middles(side).map(off).collect())
+        worse_side(with_middles, row, |side| middles(side).map(off).collect())
     };
-    Ok(rows.iter().map(error).fold(AxisError::default(), worse))
+    rows.map(error).fold(AxisError::default(), worse)
 }
 
 /// Errors of all intervals of an axis; it costs two tables of one wavelength and the ends of the
@@ -178,80 +180,70 @@ pub(crate) fn interval_errors(
     Ok(errors)
 }
 
-/// Error of the sum over single sizes that a law of some variance is, in the middle of the radii: what the
-/// sum changes by once there are twice as many.
-pub(crate) fn bins_error(request: &TableRequest, pilots: Pilots) -> Result<AxisError, Error> {
-    let Some(law) = Law::narrowest(request) else {
-        return Ok(AxisError::default());
-    };
+/// Errors of a table of single sizes for laws no narrower than a variance: in θ, of that law in the middle and at
+/// both ends of the radii; in radius, in the middle, what the sum changes by once there are twice as many.
+pub(crate) fn bins_errors(
+    request: &TableRequest,
+    (ln_step, narrowest_variance): (f64, f64),
+    pilots: Pilots,
+) -> Result<[AxisError; 2], Error> {
     let radii = &request.effective_radius_um;
+    let ends_um = [radii[0], radii[radii.len() - 1]];
+    let middle_um = (ends_um[0] * ends_um[1]).sqrt();
+    let with_middles = with_middles(pilots.theta_rad);
+    let at_middles = Pilots {
+        theta_rad: &with_middles,
+        ..pilots
+    };
+    let rows = single_sizes(request, at_middles)?;
+    let of_law = |effective_um: f64| law_sum(&rows, radii, (effective_um, narrowest_variance));
+    let coarse = of_law(middle_um)?;
+    let laws = [of_law(ends_um[0])?, of_law(ends_um[1])?];
+    let laws = laws.iter().chain([&coarse]).map(Vec::as_slice);
+    let theta = error_at_middles(&with_middles, laws);
     let mut finer = vec![radii[0]];
     for pair in radii.windows(2) {
         finer.extend([SizeAxis::Radius.middle(pair[0], pair[1]), pair[1]]);
     }
     let finer = TableRequest {
         rows: SizeRows::Bins {
-            ln_step: 0.5 * law.ln_step,
-            narrowest_variance: law.variance,
+            ln_step: 0.5 * ln_step,
+            narrowest_variance,
         },
         ..SizeAxis::Radius.with_nodes(request, finer)
     };
-    let of_law = |request| law.light(request, pilots, &[law.middle_um]);
-    let (coarse, fine) = (of_law(request)?.remove(0), of_law(&finer)?.remove(0));
-    let off = |angle: usize| coarse[angle] - fine[angle];
-    Ok(worse_side(pilots.theta_rad, &fine, |side| {
-        side.map(off).collect()
-    }))
+    let rows = single_sizes(&finer, pilots)?;
+    let fine = law_sum(
+        &rows,
+        &finer.effective_radius_um,
+        (middle_um, narrowest_variance),
+    )?;
+    let off = |angle: usize| coarse[2 * angle] - fine[angle];
+    let radius = worse_side(pilots.theta_rad, &fine, |side| side.map(off).collect());
+    Ok([theta, radius])
 }
 
-/// The narrowest law that a table of single sizes is for.
-#[derive(Clone, Copy, Debug)]
-struct Law {
-    variance: f64,
-    /// Step of ln r of the single sizes.
-    ln_step: f64,
-    /// In the middle of the radii.
-    middle_um: f64,
+/// All single sizes of a request at the shortest wavelength.
+fn single_sizes(request: &TableRequest, pilots: Pilots) -> Result<Vec<PilotRow>, Error> {
+    let radii = request.effective_radius_um.clone();
+    let all = SizeAxis::Radius.with_nodes(&ends_of(request), radii);
+    pilots.rows(&all, Radii::All)
 }
 
-impl Law {
-    fn narrowest(request: &TableRequest) -> Option<Self> {
-        let radii = &request.effective_radius_um;
-        match request.rows {
-            SizeRows::Laws => None,
-            SizeRows::Bins {
-                ln_step,
-                narrowest_variance,
-            } => Some(Self {
-                variance: narrowest_variance,
-                ln_step,
-                middle_um: (radii[0] * radii[radii.len() - 1]).sqrt(),
-            }),
-        }
-    }
-
-    /// Natural light of the law by angle, at some effective radii, from the single sizes of a request.
-    fn light(
-        self,
-        request: &TableRequest,
-        pilots: Pilots,
-        effective_radii_um: &[f64],
-    ) -> Result<Vec<Vec<f64>>, Error> {
-        let radii = &request.effective_radius_um;
-        let all = SizeAxis::Radius.with_nodes(&ends_of(request), radii.clone());
-        let rows = pilots.rows(&all, Radii::All)?;
-        let of_radius = |radius_um: &f64| {
-            let weights = law_weights(radii, Micrometers(*radius_um), self.variance)?;
-            let at = |angle: usize| {
-                let terms = weights
-                    .iter()
-                    .map(|(row, weight)| weight * rows[*row].light[angle]);
-                terms.sum()
-            };
-            Ok((0..pilots.theta_rad.len()).map(at).collect())
-        };
-        effective_radii_um.iter().map(of_radius).collect()
-    }
+/// Light of a law, by its effective radius (µm) and variance, from that of single sizes.
+fn law_sum(
+    rows: &[PilotRow],
+    radii_um: &[f64],
+    (effective_um, variance): (f64, f64),
+) -> Result<Vec<f64>, Error> {
+    let weights = law_weights(radii_um, Micrometers(effective_um), variance)?;
+    let at = |angle: usize| {
+        let terms = weights
+            .iter()
+            .map(|(row, weight)| weight * rows[*row].light[angle]);
+        terms.sum()
+    };
+    Ok((0..rows[0].light.len()).map(at).collect())
 }
 
 /// Which radii of a pilot count.
