@@ -221,6 +221,15 @@ pub(crate) fn frame<'a>(
 }
 
 impl Frame<'_> {
+    /// Take twice as many nodes of the air's light and on each way through the air.
+    pub(crate) fn refine_air(&mut self) {
+        self.glow = self.glow.finer();
+        self.air = self.air.as_ref().map(Air::finer);
+        if let Some(reflection) = &mut self.reflection {
+            reflection.refine_air();
+        }
+    }
+
     /// Refuse a table in which rays have met a value that none can have.
     pub(crate) fn check_rows(&self) -> Result<(), Error> {
         let of_diffraction = self.diffraction.iter().flat_map(Diffraction::rows);

@@ -168,6 +168,7 @@ impl Frame<'_> {
     pub(crate) fn settings(&self, width_rad: f64) -> RaySettings<'_> {
         RaySettings {
             march: &self.march,
+            air: self.air.as_ref(),
             glow: &self.glow,
             width_rad,
         }
@@ -192,7 +193,7 @@ impl Frame<'_> {
             lost: self.surround.is_some(),
         };
         let glowing = self.glows.1 || (self.glows.0 && drops_m.is_some());
-        if let (Some(air), true) = (&self.air, glowing) {
+        if let (Some(air), true) = (settings.air, glowing) {
             settings
                 .glow
                 .lay_out(air, ray, &glow_range, &mut out.scratch.nodes);
@@ -227,7 +228,7 @@ impl Frame<'_> {
                 &mut out.multiple,
             );
         }
-        if let (Some(air), true) = (&self.air, glowing) {
+        if let (Some(air), true) = (settings.air, glowing) {
             let glow_ray = GlowRay {
                 air,
                 rules: settings.glow,
@@ -268,7 +269,7 @@ impl Frame<'_> {
             };
             moved.place(&place, &mut out.scratch.moved);
         }
-        let slabs = match &self.air {
+        let slabs = match settings.air {
             Some(air) if rows.is_some() && !self.dimmed_by.nothing() => {
                 let way = AirWay {
                     air,
@@ -367,7 +368,7 @@ impl Frame<'_> {
         let (ray, (enter_m, leave_m)) = (way.ray, way.range_m);
         out.glows = true;
         out.scratch.transmitted.fill(1.0);
-        if let (Some(air), true) = (&self.air, self.dimmed_by.view) {
+        if let (Some(air), true) = (way.settings.air, self.dimmed_by.view) {
             // Light that comes from where the view ends, whether the sun shines there or not.
             let middle_m = out
                 .scratch
