@@ -36,7 +36,6 @@ use rayon::prelude::*;
 use crate::AreaMoments;
 use crate::DropMode;
 use crate::Error;
-use crate::NODE_LIMIT;
 use crate::Segments;
 use crate::SizeRange;
 use crate::area_moments::M2_PER_UM2;
@@ -51,6 +50,7 @@ use crate::brick_layout::occupied;
 use crate::coarse_cells::CoarseErrors;
 use crate::coarse_cells::NO_DROPS;
 use crate::coarse_cells::TOO_COARSE;
+use crate::grid_box::NODE_LIMIT;
 use crate::segments::LatticeRay;
 
 /// Cells along an edge of a brick.
