@@ -116,6 +116,7 @@ mod flattening;
 mod footprint;
 mod footprint_error;
 mod frame;
+mod front_transmittance;
 mod gauss_nodes;
 mod lane_cubic;
 mod levels;
@@ -156,7 +157,6 @@ mod sun_sweep;
 mod surfaces;
 mod surround;
 mod turned;
-mod veil;
 mod water_reflectance;
 mod water_surface;
 

@@ -138,7 +138,7 @@ impl Pixel {
             let inscatter = share_f32 * weighted_sum(&light.inscatter, xyz_weights);
             let background = share_f32 * weighted_sum(&light.background, xyz_weights);
             self.inscatter += inscatter;
-            self.errors.air += light.veil_error * f64::from(inscatter.y);
+            self.errors.air += light.front_error * f64::from(inscatter.y);
             self.beside_cd_m2 += inscatter.y + background.y;
             self.skylit += share_f32 * weighted_sum(&light.skylit, xyz_weights);
         }

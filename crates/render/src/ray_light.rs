@@ -51,7 +51,7 @@ pub(crate) struct RayLight {
     /// What of the background is light of the surroundings that the drops scatter.
     pub(crate) skylit: Vec<f32>,
     /// Estimated relative error of the light of the air in front, of the drops between it and the eye.
-    pub(crate) veil_error: f64,
+    pub(crate) front_error: f64,
     /// Whether there is any light of the air in front or from behind.
     pub(crate) glows: bool,
     /// Whether the ray looks at the primary side of the split.
@@ -96,7 +96,7 @@ impl RayLight {
             inscatter: dark.clone(),
             background: dark.clone(),
             skylit: dark.clone(),
-            veil_error: 0.0,
+            front_error: 0.0,
             glows: false,
             is_primary: false,
             transmittance: 1.0,
@@ -140,7 +140,7 @@ impl RayLight {
             self.inscatter.fill(0.0);
             self.background.fill(0.0);
             self.skylit.fill(0.0);
-            self.veil_error = 0.0;
+            self.front_error = 0.0;
             self.glows = false;
         }
         self.scratch.slab_ends_m.clear();
@@ -357,7 +357,7 @@ impl Frame<'_> {
         let Scratch { nodes, glow, .. } = scratch;
         glow.clear();
         glow.gather(glow_ray, nodes);
-        out.veil_error = glow.veil_error();
+        out.front_error = glow.front_error();
         for (index, irradiance) in self.irradiance.iter().enumerate() {
             inscatter[index] = irradiance * glow.in_front[index];
             background[index] = irradiance * glow.beyond[index];
