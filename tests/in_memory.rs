@@ -114,7 +114,7 @@ fn compare(planned: &PlannedScene, folder: &Path, image_name: &str) -> SpectralI
         files.compare("table", "scatter.exr", &bytes(|to| file.write(to)));
         inputs.push("table");
     }
-    let air = planned.air().unwrap();
+    let air = planned.air(&unwatched).unwrap();
     if let Some(air) = &air {
         let orders = planned.plan.scattering_orders(&planned.scene);
         let settings = air::settings(&planned.scene, orders);
@@ -139,7 +139,7 @@ fn compare(planned: &PlannedScene, folder: &Path, image_name: &str) -> SpectralI
         surfaces: planned.surfaces(depth_m).unwrap(),
     };
     let whole = settings.whole().unwrap();
-    let work = PictureWork::new(settings, parts).unwrap();
+    let work = PictureWork::new(settings, parts, &unwatched).unwrap();
     let mut image = work.render(whole, &unwatched).unwrap();
     image.provenance = files.provenance("render", text, &inputs);
     files.compare("image", image_name, &bytes(|to| image.write_spectral(to)));
@@ -217,27 +217,31 @@ fn a_photograph() {
 #[test]
 fn whoever_watches_hears_of_each_stage_and_may_stop_it() {
     let folder = tempfile::tempdir().unwrap();
-    let scene = variant("rain-shaft-5-mm-h.toml", folder.path(), &SMALL);
+    let scene = variant("rain-cell.toml", folder.path(), &SMALL);
     let planned = planned(&fs::read_to_string(&scene).unwrap(), folder.path(), false);
-    let heard = Mutex::new(Vec::new());
-    planned
-        .picture(&|stage, part| {
-            heard.lock().unwrap().push((stage, part));
-            ControlFlow::Continue(())
-        })
-        .unwrap();
-    for stage in [Stage::Scatter, Stage::Render] {
-        let heard = heard.lock().unwrap();
-        let parts = heard.iter().filter(|(of, _)| *of == stage);
-        let last = parts.map(|(_, part)| *part).fold(0.0, f64::max);
-        assert!((last - 1.0).abs() < 1e-12, "{stage:?}: {last}");
-        let stopped = planned.picture(&|of, _| {
-            if of == stage {
-                ControlFlow::Break(())
-            } else {
-                ControlFlow::Continue(())
+    // The largest part of a stage that is heard of, if it is stopped then or not.
+    let heard = |stage: Stage, then: ControlFlow<()>| {
+        let largest = Mutex::new(None::<f64>);
+        let picture = planned.picture(&|of, part| {
+            if of != stage {
+                return ControlFlow::Continue(());
             }
+            let mut largest = largest.lock().unwrap();
+            *largest = Some(largest.map_or(part, |largest| largest.max(part)));
+            then
         });
-        assert!(matches!(stopped, Err(Error::Stopped)), "{stage:?}");
+        (picture.err(), largest.into_inner().unwrap().unwrap())
+    };
+    for stage in [Stage::Scatter, Stage::Render] {
+        let (none, part) = heard(stage, ControlFlow::Continue(()));
+        assert!(
+            none.is_none() && (part - 1.0).abs() < 1e-12,
+            "{stage:?}: {part}"
+        );
+    }
+    for stage in [Stage::Scatter, Stage::Atmosphere, Stage::Render] {
+        let (stopped, part) = heard(stage, ControlFlow::Break(()));
+        assert!(matches!(stopped, Some(Error::Stopped)), "{stage:?}");
+        assert!(part < 1.0, "{stage:?}: {part}");
     }
 }

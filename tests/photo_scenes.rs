@@ -101,6 +101,35 @@ fn a_photo_scene_runs_from_picks_to_composite_and_keeps_what_fits() {
 }
 
 #[test]
+fn the_printed_chain_of_a_photo_scene_gives_the_files_around_its_photograph() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = photo_scene("photo-pavilion-rain.toml", folder.path(), &[]);
+    let out = folder.path().join("out");
+    niji_ends_with(0, &["run", text(&scene), "-o", text(&out), "-q"]);
+    let names = [
+        "depth.exr",
+        "depth.png",
+        "sun.json",
+        "sun.png",
+        "check.json",
+        "composite.png",
+    ];
+    let read = || names.map(|name| std::fs::read(out.join(name)).unwrap());
+    let of_run = read();
+    for name in names {
+        std::fs::remove_file(out.join(name)).unwrap();
+    }
+    let script = niji_ends_with(0, &["plan", text(&scene), "--script", "-o", text(&out)]).stdout;
+    let script = String::from_utf8(script).unwrap();
+    // What else the chain has stands there already.
+    let lines = script.lines().filter_map(|line| line.strip_prefix("niji "));
+    for line in lines {
+        niji_ends_with(0, &line.split(' ').collect::<Vec<_>>());
+    }
+    assert!(read() == of_run);
+}
+
+#[test]
 fn no_bow_light_lands_on_what_is_nearer_than_the_drops() {
     let folder = tempfile::tempdir().unwrap();
     let scene = photo_scene("photo-pavilion-rain.toml", folder.path(), &[]);

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use clap::ValueEnum;
+use clap::builder::ArgPredicate;
 use niji_exchange::Provenance;
 use niji_exchange::SpectralImage;
 use niji_photo::LinearPicture;
@@ -18,16 +19,19 @@ use niji_picture::Composite;
 use niji_picture::CompositeRequest;
 use niji_picture::DEPTH_MAP;
 use niji_picture::Error;
+use niji_picture::PlannedScene;
 use niji_radiometry::RgbPrimaries;
 use serde_json::json;
 
 use crate::failure::Failure;
 use crate::flags::Common;
 use crate::output;
+use crate::scene_file;
 use crate::stages::Done;
 use crate::stages::Request;
 use crate::stages::StageOptions;
 use crate::stages::perform;
+use crate::stages::photo;
 
 /// Set a rendered bow into a photograph (EXR, PNG, JPEG).
 ///
@@ -40,7 +44,7 @@ use crate::stages::perform;
 /// An EXR plate is scene-linear, half or float, with any data window; R, G and B are what its attribute
 /// chromaticities says, Rec.709 or ACEScg. A channel Z beside them holds distances along the view ray
 /// in metres (`niji depth --along axis` converts those along the optical axis).
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 #[command(after_help = "Examples:
   niji composite data/photos/pavilion.jpg --image out/image.exr -o bow-in-photo.png
   niji composite plate.exr --image out/image.exr --depth depth.exr --exposure 0.8 -o bow.exr
@@ -50,7 +54,14 @@ With depth, light that niji render integrated up to the same surfaces is sharp a
 however small the image is; of an image rendered without them a bow whose mean distance is beyond
 the surface is hidden: all light of a pixel is taken to come from one distance.")]
 pub(crate) struct CompositeCommand {
+    /// The scene whose section [photo] gives the photograph and what flags would say of it.
+    #[arg(long, value_name = "TOML", conflicts_with_all = ["photo", "exposure"])]
+    scene: Option<PathBuf>,
     /// The photograph (PNG, JPEG) or plate (EXR).
+    #[arg(
+        required_unless_present = "scene",
+        default_value_if("scene", ArgPredicate::IsPresent, ".")
+    )]
     photo: PathBuf,
     /// The spectral image of `niji render`.
     #[arg(long, value_name = "EXR")]
@@ -88,6 +99,47 @@ pub(crate) struct CompositeCommand {
     output: PathBuf,
 }
 
+impl CompositeCommand {
+    /// What a scene says of its photograph, with what is not said of it as in `self`.
+    ///
+    /// # Errors
+    /// A scene without one.
+    fn for_scene(&self, planned: &PlannedScene) -> Result<Self, Failure> {
+        let section = photo::section(planned)?;
+        Ok(Self {
+            scene: None,
+            photo: planned.folder.join(&section.picture),
+            exposure: section.into(),
+            ..self.clone()
+        })
+    }
+
+    /// The photograph of a scene with its image and its depth map.
+    ///
+    /// # Errors
+    /// A scene without one.
+    pub(crate) fn of_scene(
+        planned: &PlannedScene,
+        (image, depth): (PathBuf, PathBuf),
+        output: PathBuf,
+    ) -> Result<Self, Failure> {
+        let command = Self {
+            scene: None,
+            photo: PathBuf::new(),
+            image,
+            depth: Some(depth),
+            plate_primaries: None,
+            primaries: None,
+            over: None,
+            exposure: CardExposure::Match,
+            show_ev: 0.0,
+            published: false,
+            output,
+        };
+        command.for_scene(planned)
+    }
+}
+
 /// Primaries by their name on the command line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum PrimariesName {
@@ -116,9 +168,14 @@ enum Kind {
 /// Composites.
 ///
 /// # Errors
-/// As [`make`].
+/// As [`make`]; a scene that is missing or wrong.
 pub(crate) fn execute(command: &CompositeCommand, common: &Common) -> Result<(), Failure> {
-    make(command, common.options()).map(|_| ())
+    let of_scene = command.scene.as_ref().map(|scene| {
+        let planned = scene_file::load(scene, common.goal())?;
+        command.for_scene(&planned)
+    });
+    let of_scene = of_scene.transpose()?;
+    make(of_scene.as_ref().unwrap_or(command), common.options()).map(|_| ())
 }
 
 /// Composites, or keeps a picture that fits.

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use clap::ValueEnum;
+use clap::builder::ArgPredicate;
 use ndarray::Array2;
 use niji_exchange::Provenance;
 use niji_photo::ClusterCount;
@@ -21,6 +22,7 @@ use niji_picture::EYE_HEIGHT;
 use niji_picture::MapValues;
 use niji_picture::POSITION_WEIGHT;
 use niji_picture::PhotoDepthRequest;
+use niji_picture::PlannedScene;
 use niji_radiometry::Meters;
 use niji_scene::Along;
 use serde_json::json;
@@ -29,11 +31,13 @@ use crate::failure::Failure;
 use crate::flags;
 use crate::flags::Common;
 use crate::output;
+use crate::scene_file;
 use crate::schema_flags::names;
 use crate::stages::Done;
 use crate::stages::Request;
 use crate::stages::StageOptions;
 use crate::stages::perform;
+use crate::stages::photo;
 use crate::sun::camera_flags::Camera;
 use crate::sun::camera_flags::CameraFlags;
 
@@ -50,10 +54,21 @@ const PREVIEW_HALF_M: f32 = 30.0;
   niji depth data/photos/pavilion.jpg --fov-deg 60 --clusters 6 -o depth.exr
   niji depth data/photos/pavilion.jpg --fov-deg 60 --layers depth.layers.toml \\
       --labels depth.labels.png -o corrected.exr
+  niji depth --scene data/scenes/photo-pavilion-rain.toml -o depth.exr
   niji depth photo.jpg --map disparity.png --kind inverse --anchor 320,400,5 \\
       --anchor 60,200,80 -o depth.exr")]
 pub(crate) struct DepthCommand {
+    /// The scene whose section [photo] gives the photograph and what flags would say of it.
+    #[arg(long, value_name = "TOML", conflicts_with_all = [
+        "photo", "clusters", "position_weight", "eye_height_m", "layers", "labels", "map", "kind", "along",
+        "unit_m", "anchors", "CameraFlags"
+    ])]
+    scene: Option<PathBuf>,
     /// The photograph (PNG, JPEG, EXR).
+    #[arg(
+        required_unless_present = "scene",
+        default_value_if("scene", ArgPredicate::IsPresent, ".")
+    )]
     photo: PathBuf,
     /// Number of layers [default: the one with the largest index of Calinski and Harabasz].
     #[arg(long, value_name = "N")]
@@ -109,12 +124,48 @@ enum Kind {
     Relative,
 }
 
+impl DepthCommand {
+    /// What a scene says of its photograph.
+    ///
+    /// # Errors
+    /// A scene without one.
+    pub(crate) fn of_scene(planned: &PlannedScene, output: PathBuf) -> Result<Self, Failure> {
+        let section = photo::section(planned)?;
+        let (layers, labels, map) = match planned.photo_distances() {
+            Some(Distances::Layers { distances, labels }) => (Some(distances), Some(labels), None),
+            Some(Distances::Map(map)) => (None, None, Some(map)),
+            Some(Distances::Proposed { .. }) | None => (None, None, None),
+        };
+        Ok(Self {
+            scene: None,
+            photo: planned.folder.join(&section.picture),
+            clusters: None,
+            position_weight: POSITION_WEIGHT,
+            eye_height_m: EYE_HEIGHT.0,
+            layers,
+            labels,
+            kind: map.as_ref().map(|_| Kind::Metres),
+            along: map.as_ref().map_or(Along::Ray, |map| map.along),
+            unit_m: 1.0,
+            map: map.map(|map| map.path),
+            anchors: Vec::new(),
+            output,
+            camera: CameraFlags::of_scene(&planned.scene.camera),
+        })
+    }
+}
+
 /// Makes the depth map.
 ///
 /// # Errors
-/// As [`make`].
+/// As [`make`]; a scene that is missing or wrong.
 pub(crate) fn execute(command: &DepthCommand, common: &Common) -> Result<(), Failure> {
-    make(command, common.options()).map(|_| ())
+    let of_scene = command.scene.as_ref().map(|scene| {
+        let planned = scene_file::load(scene, common.goal())?;
+        DepthCommand::of_scene(&planned, command.output.clone())
+    });
+    let of_scene = of_scene.transpose()?;
+    make(of_scene.as_ref().unwrap_or(command), common.options()).map(|_| ())
 }
 
 /// Makes the depth map, or keeps one that fits.

@@ -111,6 +111,10 @@ fn script(planned: &PlannedScene, scene: &Path, folder: &Path, common: &Common) 
         .drop_file
         .as_deref()
         .map_or_else(|| inside(stages::drops::FILE), quoted);
+    let rendered = || {
+        let [image, depth] = [stages::render::FILE, stages::photo::DEPTH].map(inside);
+        format!("--image {image} --depth {depth}")
+    };
     let flags = accuracy_flags(common);
     let plan = &planned.plan;
     let mut script = String::from("#!/bin/sh\nset -e\n");
@@ -149,15 +153,22 @@ fn script(planned: &PlannedScene, scene: &Path, folder: &Path, common: &Common) 
                     inside(stages::render::FILE)
                 )
             }
-            stage @ (Stage::Depth | Stage::Sun | Stage::Check | Stage::Composite) => {
-                let arguments = stages::photo::arguments(planned, stage, folder);
-                let arguments = arguments.unwrap_or_default();
-                let quoted: Vec<String> = arguments
-                    .iter()
-                    .map(|argument| quoted(Path::new(argument)))
-                    .collect();
-                let _ = writeln!(script, "niji {}", quoted.join(" "));
-                continue;
+            Stage::Depth => {
+                let to = inside(stages::photo::DEPTH);
+                format!("depth --scene {scene} -o {to}")
+            }
+            Stage::Sun => {
+                let preview = inside(stages::photo::SUN_PREVIEW);
+                let to = inside(stages::photo::SUN);
+                format!("sun --scene {scene} --preview {preview} -o {to}")
+            }
+            Stage::Check => {
+                let to = inside(stages::photo::CHECK);
+                format!("check --scene {scene} {} -o {to}", rendered())
+            }
+            Stage::Composite => {
+                let to = inside(stages::photo::COMPOSITE);
+                format!("composite --scene {scene} {} -o {to}", rendered())
             }
         };
         let _ = writeln!(script, "niji {line}{flags}");

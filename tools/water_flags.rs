@@ -37,10 +37,11 @@ impl WaterFlags {
     }
 }
 
-/// The flags that stand for water.
-pub(crate) fn arguments(water: Water) -> [String; 2] {
-    [
-        format!("--temperature-c={}", water.temperature_c),
-        format!("--salinity-per-mille={}", water.salinity_per_mille),
-    ]
+impl From<Water> for WaterFlags {
+    fn from(water: Water) -> Self {
+        Self {
+            temperature_c: water.temperature_c,
+            salinity_per_mille: water.salinity_per_mille,
+        }
+    }
 }

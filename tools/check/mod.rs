@@ -8,9 +8,12 @@ use std::time::Instant;
 
 use clap::Args;
 use clap::ValueEnum;
+use clap::builder::ArgPredicate;
 use niji_photo::Finding;
 use niji_photo::Severity;
+use niji_picture::PlannedScene;
 use niji_scene::PickedBow;
+use niji_scene::Scene;
 use serde_json::json;
 
 use crate::check::case::findings;
@@ -18,17 +21,22 @@ use crate::failure::Failure;
 use crate::flags;
 use crate::flags::Common;
 use crate::output;
+use crate::scene_file;
 use crate::schema_flags::names;
 use crate::stages;
 use crate::stages::Done;
 use crate::stages::Request;
 use crate::stages::StageOptions;
 use crate::stages::perform;
+use crate::stages::photo;
 use crate::sun::TEMPERATURE_C;
 use crate::sun::camera_flags::CameraFlags;
 use crate::sun::report;
 use crate::sun::report::FindingText;
 use crate::water_flags::WaterFlags;
+
+/// Standard error of the sun's direction, degrees.
+const SUN_ERROR_DEG: f64 = 0.5;
 
 /// Say what nature would not do in a photograph with a bow.
 ///
@@ -44,16 +52,39 @@ use crate::water_flags::WaterFlags;
   niji check photo.jpg --sun-elevation-deg 12 --sun-azimuth-deg 95 \\
       --time 2024-06-01T18:30:00 --utc-offset-h 2 --place-deg 48.1,11.6")]
 pub(crate) struct CheckCommand {
+    /// The scene whose section [photo] gives the photograph and what flags would say of it.
+    #[arg(long, value_name = "TOML", conflicts_with_all = [
+        "photo", "sun_elevation_deg", "sun_azimuth_deg", "sun_error_deg", "bow", "time", "utc_offset_h",
+        "place_deg", "cloud_cover", "drops", "radius_um", "variance", "supernumeraries", "fogbow", "shadow",
+        "drops_distance_m", "CameraFlags", "WaterFlags"
+    ])]
+    scene: Option<PathBuf>,
     /// The photograph (PNG, JPEG, EXR).
+    #[arg(
+        required_unless_present = "scene",
+        default_value_if("scene", ArgPredicate::IsPresent, ".")
+    )]
     photo: PathBuf,
     /// Elevation of the sun.
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "DEG",
+        allow_negative_numbers = true,
+        required_unless_present = "scene",
+        default_value_if("scene", ArgPredicate::IsPresent, "0")
+    )]
     sun_elevation_deg: f64,
     /// Azimuth of the sun, clockwise from north.
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "DEG",
+        allow_negative_numbers = true,
+        required_unless_present = "scene",
+        default_value_if("scene", ArgPredicate::IsPresent, "0")
+    )]
     sun_azimuth_deg: f64,
     /// Standard error of the sun's direction.
-    #[arg(long, value_name = "DEG", default_value_t = 0.5)]
+    #[arg(long, value_name = "DEG", default_value_t = SUN_ERROR_DEG)]
     sun_error_deg: f64,
     /// Which bow is wanted.
     #[arg(long, value_name = "BOW", value_parser = names::<PickedBow>(), default_value = "primary")]
@@ -95,7 +126,7 @@ pub(crate) struct CheckCommand {
     #[arg(long, value_name = "EXR")]
     image: Option<PathBuf>,
     /// Distances of the photographed surfaces (`niji depth`).
-    #[arg(long, value_name = "EXR", requires = "drops_distance_m")]
+    #[arg(long, value_name = "EXR")]
     depth: Option<PathBuf>,
     /// Distance of the drops in metres.
     #[arg(long, value_name = "M", requires = "depth")]
@@ -119,12 +150,88 @@ enum Source {
     Fog,
 }
 
+/// Shapes whose drops are no rain.
+const SPRAYS: [&str; 3] = ["fountain", "waterfall", "sea-spray"];
+const FOGS: [&str; 1] = ["fog-bank"];
+
+impl Source {
+    /// Where the drops of a scene come from.
+    fn of_scene(scene: &Scene) -> Self {
+        let populations = scene.drops.populations();
+        let are_all = |kind: &[&str]| {
+            let mut names = populations.iter().map(|it| it.source.name());
+            names.all(|name| kind.contains(&name))
+        };
+        if are_all(&SPRAYS) {
+            Self::Spray
+        } else if are_all(&FOGS) {
+            Self::Fog
+        } else {
+            Self::Rain
+        }
+    }
+}
+
+impl CheckCommand {
+    /// What a scene says of its photograph, whose image and depth map are there. The map counts where the
+    /// scene's plan knows how far away the drops are.
+    ///
+    /// # Errors
+    /// A scene without a photograph.
+    pub(crate) fn of_scene(
+        planned: &PlannedScene,
+        image: Option<PathBuf>,
+        depth: Option<PathBuf>,
+    ) -> Result<Self, Failure> {
+        let (section, scene) = (photo::section(planned)?, &planned.scene);
+        let depth = depth.zip(planned.plan.view.distance_m);
+        let (depth, drops_distance_m) = depth
+            .map(|(depth, (nearest_m, _))| (depth, nearest_m))
+            .unzip();
+        Ok(Self {
+            scene: None,
+            photo: planned.folder.join(&section.picture),
+            sun_elevation_deg: scene.sun.elevation_deg,
+            sun_azimuth_deg: scene.sun.azimuth_deg,
+            sun_error_deg: SUN_ERROR_DEG,
+            bow: section.bow,
+            water: WaterFlags::from(scene.water()),
+            time: None,
+            utc_offset_h: None,
+            place_deg: None,
+            cloud_cover: section.cloud_cover,
+            drops: Source::of_scene(scene),
+            radius_um: None,
+            variance: None,
+            supernumeraries: false,
+            fogbow: false,
+            shadow: None,
+            image,
+            depth,
+            drops_distance_m,
+            output: None,
+            camera: CameraFlags::of_scene(&scene.camera),
+        })
+    }
+}
+
 /// Checks.
 ///
 /// # Errors
 /// Inputs that cannot be read, or [`Failure::Impossible`] after the report where a finding is an
 /// error.
 pub(crate) fn execute(command: &CheckCommand, common: &Common) -> Result<(), Failure> {
+    let of_scene = command.scene.as_ref().map(|scene| {
+        let planned = scene_file::load(scene, common.goal())?;
+        CheckCommand::of_scene(&planned, command.image.clone(), command.depth.clone())
+    });
+    let of_scene = of_scene.transpose()?;
+    let output = command.output.as_deref();
+    let command = of_scene.as_ref().unwrap_or(command);
+    if command.depth.is_some() && command.drops_distance_m.is_none() {
+        let message = "found --depth, expected --drops-distance-m beside it";
+        return Err(Failure::Usage(message.to_owned()));
+    }
     let findings = findings(command)?;
     let texts: Vec<FindingText> = findings.iter().map(FindingText::from).collect();
     let text = if common.json {
@@ -135,7 +242,7 @@ pub(crate) fn execute(command: &CheckCommand, common: &Common) -> Result<(), Fai
         texts.iter().map(FindingText::text).collect()
     };
     output::print(&text)?;
-    if let Some(path) = &command.output {
+    if let Some(path) = output {
         files(command, path, common.options(), &texts)?;
     }
     verdict(&findings)

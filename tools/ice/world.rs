@@ -29,6 +29,7 @@ use niji_ice::SkyMap;
 use niji_ice::ice_absorption_spectrum;
 use niji_ice::render_ice;
 use niji_picture::air::AirRequest;
+use niji_picture::unwatched;
 use niji_radiometry::Radians;
 use niji_radiometry::WavelengthGrid;
 use niji_render::SkyModel;
@@ -170,7 +171,7 @@ fn light(scene: &IceScene, wavelengths: WavelengthGrid) -> Result<Light, Failure
             sun: &scene.sun,
             orders,
         };
-        request.table()
+        request.table(&unwatched)
     };
     let air = scene.air.as_ref().map(table).transpose()?;
     let above_air = scene.sun.irradiance(&wavelengths);

@@ -6,6 +6,7 @@ use niji_atmosphere::ScatteringOrders;
 use niji_exchange::AtmosphereTable;
 use niji_exchange::TableFile;
 use niji_picture::air;
+use niji_picture::unwatched;
 use niji_scene::Scene;
 
 use crate::failure::Failure;
@@ -36,7 +37,7 @@ pub(crate) fn make(
     perform(&request, options, |provenance| {
         let vacuum =
             || Failure::Usage("the scene has no section [air]: it lies in a vacuum".to_owned());
-        let file = air::table(scene, orders)?
+        let file = air::table(scene, orders, &unwatched)?
             .ok_or_else(vacuum)?
             .to_file(provenance);
         output::write_file(to, |writer| file.write(writer))

@@ -1,5 +1,6 @@
 //! The stage `render`: drops, scattering and air become a picture.
 
+use std::ops::ControlFlow;
 use std::path::Path;
 use std::path::PathBuf;
 
@@ -13,6 +14,7 @@ use niji_picture::PictureWork;
 use niji_picture::SurfaceFiles;
 use niji_picture::read_drops;
 use niji_picture::scattering::as_needed;
+use niji_picture::unwatched;
 use niji_render::Input;
 use niji_scene::Picture;
 
@@ -145,16 +147,20 @@ fn picture(
         air: inputs.air.map(stages::atmosphere::read).transpose()?,
         surfaces: inputs.surfaces.read(settings.camera)?,
     };
-    let work = PictureWork::new(settings.clone(), parts).map_err(|error| match error {
-        Error::Volume(_) | Error::Light(_) => Failure::bad_input(inputs.drops, error),
-        error => error.into(),
-    })?;
+    let work =
+        PictureWork::new(settings.clone(), parts, &unwatched).map_err(|error| match error {
+            Error::Volume(_) | Error::Light(_) => Failure::bad_input(inputs.drops, error),
+            error => error.into(),
+        })?;
     let bar = progress::bar("render", target.region.n_pixels(), verbosity);
     let work = Work {
         request: work.request(target.region),
         provenance,
         image: &|rendered, region, provenance| work.image(rendered, region, provenance),
-        progress: &|n_pixels| bar.inc(n_pixels),
+        progress: &|n_pixels| {
+            bar.inc(n_pixels);
+            ControlFlow::Continue(())
+        },
     };
     let image = saved_rows::render(&work, target.path, Saving::STANDARD);
     bar.finish_and_clear();

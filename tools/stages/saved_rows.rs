@@ -9,7 +9,6 @@
 //! something to lose for a while, and only where that costs little of the time they took.
 
 use std::fs;
-use std::ops::ControlFlow;
 use std::ops::Range;
 use std::path::Path;
 use std::path::PathBuf;
@@ -20,6 +19,7 @@ use niji_exchange::SpectralImage;
 use niji_geometry::PixelRegion;
 use niji_picture::rows_of_step;
 use niji_render::Error;
+use niji_render::Progress;
 use niji_render::RenderRequest;
 use niji_render::Rendered;
 use niji_render::render_in_steps;
@@ -61,7 +61,7 @@ pub(crate) struct Work<'a> {
     /// Makes an image of what was rendered of a region, with a provenance.
     pub(crate) image: &'a (dyn Fn(Rendered, PixelRegion, Provenance) -> SpectralImage + Sync),
     /// Hears how many pixels were done.
-    pub(crate) progress: &'a (dyn Fn(u64) + Sync),
+    pub(crate) progress: Progress<'a>,
 }
 
 /// Renders a picture that becomes the image `to`, and goes on where it was interrupted.
@@ -77,7 +77,8 @@ pub(crate) fn render(work: &Work, to: &Path, saving: Saving) -> Result<SpectralI
         height_px: region.height_px - n_found,
         ..region
     };
-    (work.progress)(region.n_pixels() - below.n_pixels());
+    // Whoever waits for it is heard before the first row.
+    let _ = (work.progress)(region.n_pixels() - below.n_pixels());
     if below.height_px > 0 {
         let request = RenderRequest {
             region: below,
@@ -87,7 +88,7 @@ pub(crate) fn render(work: &Work, to: &Path, saving: Saving) -> Result<SpectralI
         let n_rows = rows_of_step(below).max(below.height_px / N_STEPS);
         let mut next = |rendered: &Rendered, n_finished: u32| {
             saver.save_if_due(rendered, n_finished);
-            ControlFlow::Continue(n_rows)
+            n_rows
         };
         let rendered = render_in_steps(&request, work.progress, &mut next)?;
         let image = (work.image)(rendered, below, work.provenance.clone());

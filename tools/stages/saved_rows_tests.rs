@@ -1,6 +1,7 @@
 //! A render that was interrupted, at any row, goes on to the picture of one that was not.
 
 use std::io::Cursor;
+use std::ops::ControlFlow;
 use std::sync::Mutex;
 
 use glam::DVec3;
@@ -142,7 +143,10 @@ impl World {
                 ..Provenance::default()
             },
             image: &image,
-            progress: &|n_pixels| done.lock().unwrap().push(n_pixels),
+            progress: &|n_pixels| {
+                done.lock().unwrap().push(n_pixels);
+                ControlFlow::Continue(())
+            },
         };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
         let picture = pool

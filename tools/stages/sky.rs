@@ -18,6 +18,7 @@ use niji_exchange::Attributes;
 use niji_exchange::ImageWindows;
 use niji_exchange::Provenance;
 use niji_exchange::SpectralImage;
+use niji_picture::unwatched;
 use niji_radiometry::Radians;
 use niji_scene::Scene;
 use niji_scene::canonical_json;
@@ -67,7 +68,8 @@ pub(crate) fn make(
     perform(&request, options, |provenance| {
         let vacuum =
             || Failure::Usage("the scene has no section [air]: its sky is black".to_owned());
-        let air = niji_picture::air::table(scene, scene.scattering_orders())?.ok_or_else(vacuum)?;
+        let air = niji_picture::air::table(scene, scene.scattering_orders(), &unwatched)?
+            .ok_or_else(vacuum)?;
         let image = picture(scene, &air, panorama, provenance);
         let exposure_ev = scene.picture.exposure_ev;
         output::write_file(&preview, |writer| image.write_png(writer, exposure_ev))?;

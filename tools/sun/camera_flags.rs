@@ -77,6 +77,20 @@ pub(crate) struct Camera {
 }
 
 impl CameraFlags {
+    /// The pinhole camera of a scene with a photograph.
+    pub(crate) fn of_scene(camera: &niji_scene::Camera) -> Self {
+        Self {
+            fov_deg: camera.horizontal_fov_deg,
+            focal_35mm_mm: None,
+            sensor_width_mm: None,
+            focal_mm: None,
+            azimuth_deg: Some(camera.azimuth_deg),
+            elevation_deg: Some(camera.elevation_deg),
+            roll_deg: Some(camera.roll_deg),
+            horizon: Vec::new(),
+        }
+    }
+
     /// The camera of a photograph.
     ///
     /// # Errors

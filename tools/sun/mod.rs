@@ -6,6 +6,7 @@ pub(crate) mod report;
 use std::path::PathBuf;
 
 use clap::Args;
+use clap::builder::ArgPredicate;
 use glam::DVec3;
 use niji_geometry::PinholeCamera;
 use niji_photo::LinearPicture;
@@ -20,6 +21,7 @@ use niji_picture::EDGE_ERROR;
 use niji_picture::PICK_ERROR_PX;
 use niji_picture::PickedSuns;
 use niji_picture::PicksRequest;
+use niji_picture::PlannedScene;
 use niji_radiometry::Radians;
 use niji_scene::PickedBow;
 use niji_scene::PickedColor;
@@ -28,12 +30,14 @@ use serde_json::json;
 use crate::failure::Failure;
 use crate::flags::Common;
 use crate::output;
+use crate::scene_file;
 use crate::schema_flags::names;
 use crate::stages;
 use crate::stages::Done;
 use crate::stages::Request;
 use crate::stages::StageOptions;
 use crate::stages::perform;
+use crate::stages::photo;
 use crate::sun::camera_flags::Camera;
 use crate::sun::camera_flags::CameraFlags;
 use crate::sun::camera_flags::point;
@@ -58,10 +62,20 @@ const PICK: [f32; 3] = [1.0, 0.0, 0.0];
   niji sun data/photos/pavilion.jpg --fov-deg 60 --pick 119,113 --pick 320,72 --pick 521,113
   niji sun photo.jpg --pick 412,900 --pick 1800,300 --pick 3100,880 --edge red --preview bow.png")]
 pub(crate) struct SunCommand {
+    /// The scene whose section [photo] gives the photograph and what flags would say of it.
+    #[arg(long, value_name = "TOML", conflicts_with_all = [
+        "photo", "picks", "bow", "edge", "bow_angle_deg", "bow_angle_error_deg", "no_prior", "noise_px",
+        "published", "CameraFlags", "WaterFlags"
+    ])]
+    scene: Option<PathBuf>,
     /// The photograph (PNG, JPEG, EXR).
+    #[arg(
+        required_unless_present = "scene",
+        default_value_if("scene", ArgPredicate::IsPresent, ".")
+    )]
     photo: PathBuf,
     /// A point of the bow in pixels; give three or more, on one color edge.
-    #[arg(long = "pick", value_name = "X,Y", value_parser = point, required = true, allow_hyphen_values = true)]
+    #[arg(long = "pick", value_name = "X,Y", value_parser = point, required_unless_present = "scene", allow_hyphen_values = true)]
     picks: Vec<[f64; 2]>,
     /// Which bow was picked.
     #[arg(long, value_name = "BOW", value_parser = names::<PickedBow>(), default_value = "primary")]
@@ -98,6 +112,36 @@ pub(crate) struct SunCommand {
     camera: CameraFlags,
 }
 
+impl SunCommand {
+    /// What a scene says of its photograph.
+    ///
+    /// # Errors
+    /// A scene without one.
+    pub(crate) fn of_scene(
+        planned: &PlannedScene,
+        output: Option<PathBuf>,
+        preview: Option<PathBuf>,
+    ) -> Result<Self, Failure> {
+        let section = photo::section(planned)?;
+        Ok(Self {
+            scene: None,
+            photo: planned.folder.join(&section.picture),
+            picks: section.picks_px.clone(),
+            bow: section.bow,
+            edge: section.edge,
+            water: WaterFlags::from(planned.scene.water()),
+            bow_angle_deg: None,
+            bow_angle_error_deg: EDGE_ERROR.to_degrees(),
+            no_prior: false,
+            noise_px: PICK_ERROR_PX,
+            published: None,
+            output,
+            preview,
+            camera: CameraFlags::of_scene(&planned.scene.camera),
+        })
+    }
+}
+
 /// What picks say about the sun.
 pub(crate) struct Solved {
     camera: Camera,
@@ -112,6 +156,12 @@ pub(crate) struct Solved {
 /// A photograph that cannot be read, flags that contradict each other, or [`Failure::Impossible`]
 /// after the report where no place of the sun is possible.
 pub(crate) fn execute(command: &SunCommand, common: &Common) -> Result<(), Failure> {
+    let of_scene = command.scene.as_ref().map(|scene| {
+        let planned = scene_file::load(scene, common.goal())?;
+        SunCommand::of_scene(&planned, command.output.clone(), command.preview.clone())
+    });
+    let of_scene = of_scene.transpose()?;
+    let command = of_scene.as_ref().unwrap_or(command);
     if let Some(step_deg) = command.published {
         return published(command, step_deg, common);
     }

@@ -56,7 +56,6 @@ pub use airy_table::quintic_hermite;
 pub use bow_direction::BowDirection;
 pub use geometric::GeometricOrder;
 pub use geometric_published::PublishedGeometricBow;
-pub use geometric_published::published_wavelength;
 pub use rainbow_ray::RainbowRay;
 pub use rainbow_ray::rainbow_ray;
 pub use uniform::UniformBow;

@@ -88,6 +88,7 @@ pub use crate::king_factor::king_factor;
 pub use crate::multiple_scattering::DiffuseSky;
 pub use crate::multiple_scattering::ScatteringOrders;
 pub use crate::multiple_scattering::diffuse_light;
+pub use crate::multiple_scattering::diffuse_light_while;
 pub use crate::multiple_scattering::with_diffuse_light;
 pub use crate::optical_length::OpticalLength;
 pub use crate::optical_length::optical_length_m;

@@ -23,6 +23,8 @@ mod shell_path;
 mod shells;
 mod sun_axis;
 
+use std::convert::Infallible;
+
 use niji_exchange::AtmosphereTable;
 use niji_exchange::DiffuseLight;
 
@@ -97,20 +99,34 @@ pub fn with_diffuse_light(air: AtmosphereTable, level: ScatteringOrders) -> Atmo
 
 /// Solves the light of higher orders in an air.
 pub fn diffuse_light(air: &AtmosphereTable, level: ScatteringOrders) -> DiffuseLight {
+    let go_on = || Ok::<_, Infallible>(());
+    diffuse_light_while(go_on, air, level).unwrap_or_else(|never| match never {})
+}
+
+/// The same, unless `go_on` refuses, which is asked before each layer of each order.
+///
+/// # Errors
+/// What `go_on` says.
+pub fn diffuse_light_while<E: Send>(
+    go_on: impl Fn() -> Result<(), E> + Sync,
+    air: &AtmosphereTable,
+    level: ScatteringOrders,
+) -> Result<DiffuseLight, E> {
     let shells_m = shells_m(air, level.n_layers.max(1));
     let medium = Medium::new(air, level.max_degree);
     let axis = SunAxis::new(1);
     let ratios = medium.at_shells(air, &shells_m);
-    let mut last = Beam::new(air, &medium, &shells_m).gather(&axis, level.n_zeniths);
+    let beam = Beam::new(air, &medium, &shells_m);
+    let mut last = beam.gather(&axis, level.n_zeniths, &go_on)?;
     let mut sum = last.clone();
     let mut series = Series::new(axis.len(), air.wavelengths.len());
     if last.is_dark() {
-        return table(&medium, shells_m, &axis, sum);
+        return Ok(table(&medium, shells_m, &axis, sum));
     }
     let directions = Directions::new(air, &shells_m, level.n_zeniths);
     for azimuth_order in medium.azimuth_orders(&ratios) {
         let source = last.to_source(air, &ratios, azimuth_order);
-        let next = directions.gather(&source, &axis);
+        let next = directions.gather(&source, &axis, &go_on)?;
         sum.add(&next);
         let error = series.follow(&last, &next, &sum);
         last = next;
@@ -119,7 +135,7 @@ pub fn diffuse_light(air: &AtmosphereTable, level: ScatteringOrders) -> DiffuseL
         }
     }
     series.add_tail(&last, &mut sum);
-    table(&medium, shells_m, &axis, sum)
+    Ok(table(&medium, shells_m, &axis, sum))
 }
 
 fn table(medium: &Medium, height_m: Vec<f64>, axis: &SunAxis, sum: Light) -> DiffuseLight {

@@ -28,7 +28,7 @@ pub struct OzoneLayer {
     /// Vertical column, Dobson units.
     pub column_dobson: f64,
     /// Bottom, peak and top of the tent, m.
-    pub heights_m: [f64; 3],
+    heights_m: [f64; 3],
 }
 
 impl OzoneLayer {

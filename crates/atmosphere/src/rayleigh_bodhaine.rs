@@ -77,9 +77,9 @@ pub struct BodhaineAir {
     /// Pressure at sea level, Pa.
     pub pressure_pa: f64,
     /// Height over which the density falls to 1/e, m.
-    pub scale_height_m: f64,
+    scale_height_m: f64,
     /// How far the molecules deviate from spheres.
-    pub king_factor: KingFactor,
+    king_factor: KingFactor,
 }
 
 impl BodhaineAir {

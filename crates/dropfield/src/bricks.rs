@@ -21,6 +21,7 @@ mod m2_row;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
+use std::convert::Infallible;
 use std::ops::Add;
 use std::ops::Mul;
 
@@ -35,7 +36,6 @@ use rayon::prelude::*;
 use crate::AreaMoments;
 use crate::DropMode;
 use crate::Error;
-use crate::NODE_LIMIT;
 use crate::Segments;
 use crate::SizeRange;
 use crate::area_moments::M2_PER_UM2;
@@ -50,6 +50,7 @@ use crate::brick_layout::occupied;
 use crate::coarse_cells::CoarseErrors;
 use crate::coarse_cells::NO_DROPS;
 use crate::coarse_cells::TOO_COARSE;
+use crate::grid_box::NODE_LIMIT;
 use crate::segments::LatticeRay;
 
 /// Cells along an edge of a brick.
@@ -312,17 +313,33 @@ impl Bricks {
     /// Evaluate a function at the world position of every node (in parallel by brick). Nodes that
     /// bricks share are asked once for each.
     pub fn at_nodes(&self, value: impl Fn(DVec3) -> f32 + Sync) -> NodeValues {
+        let go_on = || Ok::<_, Infallible>(());
+        self.at_nodes_while(go_on, value)
+            .unwrap_or_else(|never| match never {})
+    }
+
+    /// The same, unless `go_on` refuses, which is asked before each brick.
+    ///
+    /// # Errors
+    /// What `go_on` says.
+    pub fn at_nodes_while<E: Send>(
+        &self,
+        go_on: impl Fn() -> Result<(), E> + Sync,
+        value: impl Fn(DVec3) -> f32 + Sync,
+    ) -> Result<NodeValues, E> {
         let mut values = vec![0.0; self.nodes.len()];
         values
             .par_chunks_mut(NODES_PER_BRICK)
             .zip(&self.places)
-            .for_each(|(values, place)| {
+            .try_for_each(|(values, place)| {
+                go_on()?;
                 for (index, slot) in values.iter_mut().enumerate() {
                     let node = *place * BRICK_DIM + node_in_brick(index);
                     *slot = value(self.origin_m + node.as_dvec3() * self.voxel_m);
                 }
-            });
-        NodeValues(values)
+                Ok(())
+            })?;
+        Ok(NodeValues(values))
     }
 
     /// Set the optical depth towards the sun at all nodes; until then it is 0, and no cell is coarse.

@@ -164,7 +164,7 @@ impl Error {
         Self::TooManyNodes {
             nodes,
             gib,
-            limit: crate::NODE_LIMIT,
+            limit: crate::grid_box::NODE_LIMIT,
         }
     }
 }

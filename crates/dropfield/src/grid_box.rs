@@ -10,7 +10,7 @@ use glam::DVec3;
 use crate::Error;
 
 /// Nodes that a volume may hold: 3 GiB of drops, and 5 GiB more as bricks, whose copied nodes count.
-pub const NODE_LIMIT: u64 = 1 << 28;
+pub(crate) const NODE_LIMIT: u64 = 1 << 28;
 
 /// Cells that stick out by less than this part of a voxel are roundoff of the division.
 const WHOLE_CELL_SLACK: f64 = 1e-9;
@@ -31,7 +31,7 @@ impl GridBox {
     ///
     /// # Errors
     /// [`Error::BadBox`] if the box is empty, inside out or not finite, or the voxel size is not a
-    /// finite number above zero; [`Error::TooManyNodes`] above [`NODE_LIMIT`].
+    /// finite number above zero; [`Error::TooManyNodes`] above 2^28 nodes.
     pub fn n_nodes(&self) -> Result<[i32; 3], Error> {
         let size = self.max - self.min;
         let sound = size.is_finite() && size.min_element() > 0.0 && self.min.is_finite();

@@ -14,7 +14,7 @@ use crate::GridBox;
 pub const LEAF_DIM: i32 = 8;
 
 /// Nodes of a leaf.
-pub const LEAF_NODES: usize = 512;
+pub(crate) const LEAF_NODES: usize = 512;
 
 /// A cube of 8³ nodes.
 #[derive(Debug, Clone, PartialEq)]

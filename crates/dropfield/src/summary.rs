@@ -8,8 +8,8 @@ use crate::AreaMoments;
 use crate::DropMode;
 use crate::DropVolume;
 use crate::Drops;
-use crate::LEAF_NODES;
 use crate::Warning;
+use crate::mode::LEAF_NODES;
 
 /// Figures of a drop volume. The modes of a volume may lie on different lattices, so that maxima of
 /// sums are not known exactly: they are sums of the modes' maxima, exact for one mode.

@@ -26,7 +26,6 @@ mod bubbles;
 #[cfg(test)]
 mod chi_square;
 mod crossing;
-mod deposit;
 mod diffuse_surface;
 mod directions;
 mod error;
@@ -39,6 +38,7 @@ mod light;
 mod mean_chord;
 mod noise;
 mod picture;
+mod radiance_sum;
 mod rough_dielectric;
 mod sampler;
 mod slopes;

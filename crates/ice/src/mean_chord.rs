@@ -5,9 +5,9 @@
 
 use niji_geometry::Ray;
 
-use crate::deposit::Deposit;
-use crate::deposit::Lanes;
 use crate::directions::cosine_about;
+use crate::radiance_sum::CarriedWavelengths;
+use crate::radiance_sum::RadianceSum;
 use crate::sampler::Sampler;
 use crate::transmittance_table::TransmittanceTable;
 use crate::walk::World;
@@ -23,10 +23,10 @@ pub(crate) fn mean_chord_light(world: &mut World, absorption_per_m: &[f64], seed
     let mut radiance = vec![0.0; n_wavelengths];
     // While the mean is found, what goes into the ice stays there.
     world.mean_chord_light = Some(vec![0.0; n_wavelengths]);
-    let mut deposit = Deposit {
+    let mut sum = RadianceSum {
         table: &TransmittanceTable::new(absorption_per_m),
         light: world.light,
-        lanes: Lanes::All,
+        carried: CarriedWavelengths::All,
         radiance: &mut radiance,
         scratch: &mut vec![0.0; n_wavelengths],
     };
@@ -34,13 +34,13 @@ pub(crate) fn mean_chord_light(world: &mut World, absorption_per_m: &[f64], seed
         let sampler = Sampler::new(seed, index);
         let [part, u, v] = sampler.coordinates(0, [4, 5, 6]);
         let (point, normal) = world.body.surface_point([part, u, v]);
-        world.add_sun_on(point, normal, &mut deposit);
+        world.add_sun_on(point, normal, &mut sum);
         let direction = cosine_about(normal, sampler.coordinates(0, [2, 3]));
         let outwards = Ray {
             origin: point,
             direction,
         };
-        world.follow(outwards, 0, sampler, &mut deposit);
+        world.follow(outwards, 0, sampler, &mut sum);
     }
     let chord_m = world.body.mean_chord_m();
     let mean =

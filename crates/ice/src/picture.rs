@@ -13,8 +13,6 @@ use niji_radiometry::WavelengthGrid;
 use rayon::prelude::*;
 
 use crate::body::Body;
-use crate::deposit::Deposit;
-use crate::deposit::Lanes;
 use crate::error::Error;
 use crate::error::check_range;
 use crate::ground::Ground;
@@ -23,6 +21,8 @@ use crate::levels::IceTransport;
 use crate::levels::PathWavelengths;
 use crate::light::Light;
 use crate::mean_chord::mean_chord_light;
+use crate::radiance_sum::CarriedWavelengths;
+use crate::radiance_sum::RadianceSum;
 use crate::sampler::Sampler;
 use crate::sampler::pixel_seed;
 use crate::transmittance_table::TransmittanceTable;
@@ -223,29 +223,28 @@ impl Renderer<'_> {
     ) {
         let [across, down] = place_in_pixel(sampler);
         let ray = self.request.camera.ray(x as f64 + across, y as f64 + down);
-        let mut deposit = Deposit {
+        let mut sum = RadianceSum {
             table: self.table,
             light: self.request.light,
-            lanes: self.lanes(sampler),
+            carried: self.carried(sampler),
             radiance,
             scratch,
         };
-        self.world
-            .follow(ray, self.eye_winding, sampler, &mut deposit);
+        self.world.follow(ray, self.eye_winding, sampler, &mut sum);
     }
 
-    fn lanes(&self, sampler: Sampler) -> Lanes {
+    fn carried(&self, sampler: Sampler) -> CarriedWavelengths {
         let count = match self.request.transport {
-            IceTransport::MeanChord { .. } => return Lanes::All,
+            IceTransport::MeanChord { .. } => return CarriedWavelengths::All,
             IceTransport::PathTraced { wavelengths, .. } => match wavelengths {
-                PathWavelengths::All => return Lanes::All,
+                PathWavelengths::All => return CarriedWavelengths::All,
                 PathWavelengths::Four => 4,
                 PathWavelengths::One => 1,
             },
         };
         let n_wavelengths = self.request.wavelengths.len();
         let count = count.min(n_wavelengths);
-        Lanes::Some {
+        CarriedWavelengths::Some {
             first: (wavelength_number(sampler) * n_wavelengths as f64) as usize,
             step: n_wavelengths / count,
             count,

@@ -15,10 +15,10 @@ use crate::body::Body;
 use crate::body::Crossing;
 use crate::body::Way;
 use crate::bubbles::Bubbles;
-use crate::deposit::Deposit;
 use crate::diffuse_surface::DiffuseSurface;
 use crate::ground::Ground;
 use crate::light::Light;
+use crate::radiance_sum::RadianceSum;
 use crate::sampler::Sampler;
 use crate::sampler::VertexNumbers;
 use crate::snow::Snow;
@@ -66,7 +66,7 @@ struct Path {
 impl World<'_> {
     /// Adds what one path from the eye along `ray` finds; the surface winds `winding` times around the
     /// eye.
-    pub(crate) fn follow(&self, ray: Ray, winding: i32, sampler: Sampler, deposit: &mut Deposit) {
+    pub(crate) fn follow(&self, ray: Ray, winding: i32, sampler: Sampler, sum: &mut RadianceSum) {
         let mut path = Path {
             ray,
             winding,
@@ -78,9 +78,9 @@ impl World<'_> {
         for vertex in 0..MOST_VERTICES {
             path.vertex = vertex;
             let goes_on = if path.winding > 0 {
-                self.inside(&mut path, deposit)
+                self.inside(&mut path, sum)
             } else {
-                self.outside(&mut path, deposit)
+                self.outside(&mut path, sum)
             };
             if !goes_on || path.weight <= 0.0 {
                 return;
@@ -95,10 +95,10 @@ impl World<'_> {
     }
 
     /// Follows a path outside to the next vertex; says whether it goes on.
-    fn outside(&self, path: &mut Path, deposit: &mut Deposit) -> bool {
+    fn outside(&self, path: &mut Path, sum: &mut RadianceSum) -> bool {
         let height_m = path.ray.origin.y - self.ground_y_m;
         if height_m < 0.0 {
-            deposit.add(&self.glow, path.weight, path.ice_m);
+            sum.add(&self.glow, path.weight, path.ice_m);
             return false;
         }
         let ice = self.body.enter(&path.ray);
@@ -108,19 +108,17 @@ impl World<'_> {
             f64::INFINITY
         };
         match ice {
-            Some(crossing) if crossing.distance_m <= ground_m => {
-                self.surface(path, crossing, deposit)
-            }
-            _ if ground_m.is_finite() => self.on_ground(path, ground_m, deposit),
+            Some(crossing) if crossing.distance_m <= ground_m => self.surface(path, crossing, sum),
+            _ if ground_m.is_finite() => self.on_ground(path, ground_m, sum),
             _ => {
-                deposit.add_sky(path.ray.direction, path.weight, path.ice_m);
+                sum.add_sky(path.ray.direction, path.weight, path.ice_m);
                 false
             }
         }
     }
 
     /// Follows a path inside to the next vertex.
-    fn inside(&self, path: &mut Path, deposit: &mut Deposit) -> bool {
+    fn inside(&self, path: &mut Path, sum: &mut RadianceSum) -> bool {
         let free_m = match &self.bubbles {
             Some(bubbles) => bubbles.free_path_m(path.free_path_number()),
             None => f64::INFINITY,
@@ -143,13 +141,13 @@ impl World<'_> {
             (Way::Within(_), None) => false,
             (Way::Out(crossing), _) => {
                 path.ice_m += crossing.distance_m;
-                self.surface(path, crossing, deposit)
+                self.surface(path, crossing, sum)
             }
         }
     }
 
     /// What the surface of the ice does with a path that reaches it.
-    fn surface(&self, path: &mut Path, crossing: Crossing, deposit: &mut Deposit) -> bool {
+    fn surface(&self, path: &mut Path, crossing: Crossing, sum: &mut RadianceSum) -> bool {
         let point = path.ray.at(crossing.distance_m);
         let arrival = Arrival {
             side: if path.winding > 0 {
@@ -159,25 +157,25 @@ impl World<'_> {
             },
             back: -path.ray.direction,
         };
-        let surface = self.surface_at(&crossing, point, deposit);
+        let surface = self.surface_at(&crossing, point, sum);
         let mut random = path.numbers();
         let sun = self.light.towards_disc([random.next(), random.next()]);
         let (lit_per_sr, scattered) = surface.scatter(crossing.normal, arrival, sun, random);
         if lit_per_sr > 0.0 && self.is_sunlit(point, sun) {
-            deposit.add_sun(path.weight * lit_per_sr, path.ice_m);
+            sum.add_sun(path.weight * lit_per_sr, path.ice_m);
         }
         let Some(scattered) = scattered else {
             return false;
         };
         path.go_on(point, scattered);
         if let (Some(light), Side::Inside) = (&self.mean_chord_light, scattered.side) {
-            deposit.add(light, path.weight, 0.0);
+            sum.add(light, path.weight, 0.0);
             return false;
         }
         true
     }
 
-    fn on_ground(&self, path: &mut Path, distance_m: f64, deposit: &mut Deposit) -> bool {
+    fn on_ground(&self, path: &mut Path, distance_m: f64, sum: &mut RadianceSum) -> bool {
         let mut point = path.ray.at(distance_m);
         // Exactly on the plane, or the next step might begin below it.
         point.y = self.ground_y_m;
@@ -186,7 +184,7 @@ impl World<'_> {
         let sun = self.light.towards_disc([random.next(), random.next()]);
         let (lit_per_sr, scattered) = self.ground.scatter(back, sun, random);
         if lit_per_sr > 0.0 && self.is_sunlit(point, sun) {
-            deposit.add_sun(path.weight * lit_per_sr, path.ice_m);
+            sum.add_sun(path.weight * lit_per_sr, path.ice_m);
         }
         let Some(scattered) = scattered else {
             return false;
@@ -196,17 +194,17 @@ impl World<'_> {
     }
 
     /// Adds the sunlight on a surface as if it were diffuse and white.
-    pub(crate) fn add_sun_on(&self, point: DVec3, normal: DVec3, deposit: &mut Deposit) {
+    pub(crate) fn add_sun_on(&self, point: DVec3, normal: DVec3, sum: &mut RadianceSum) {
         let sun = self.light.sun_direction;
         let share_per_sr = normal.dot(sun).max(0.0) / PI;
         if share_per_sr > 0.0 && self.is_sunlit(point, sun) {
-            deposit.add_sun(share_per_sr, 0.0);
+            sum.add_sun(share_per_sr, 0.0);
         }
     }
 
     /// The surface at a point: snow or bare ice.
-    fn surface_at(&self, crossing: &Crossing, point: DVec3, deposit: &Deposit) -> SurfaceAt {
-        let bare = self.surfaces[deposit.lanes.leading(self.surfaces.len())];
+    fn surface_at(&self, crossing: &Crossing, point: DVec3, sum: &RadianceSum) -> SurfaceAt {
+        let bare = self.surfaces[sum.carried.leading(self.surfaces.len())];
         let lies = |snow: &&Snow| {
             let cos_slope = self.body.cos_slope(crossing, point);
             snow.lies_at(point, cos_slope, self.body.diagonal_m())

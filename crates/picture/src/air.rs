@@ -1,15 +1,18 @@
 //! The section `[air]` of a scene as a table.
 
 use niji_atmosphere::ScatteringOrders;
-use niji_atmosphere::with_diffuse_light;
+use niji_atmosphere::diffuse_light_while;
 use niji_exchange::AtmosphereTable;
 use niji_radiometry::WavelengthGrid;
 use niji_scene::Air;
 use niji_scene::Scene;
+use niji_scene::Stage;
 use niji_scene::Sun;
 use niji_scene::canonical_json;
 
 use crate::error::Error;
+use crate::watch::Watch;
+use crate::watch::go_on;
 
 /// Air over ground.
 #[derive(Clone, Copy, Debug)]
@@ -30,14 +33,14 @@ impl AirRequest<'_> {
     /// Its table.
     ///
     /// # Errors
-    /// Parameters out of their range.
-    pub fn table(&self) -> Result<AtmosphereTable, Error> {
+    /// Parameters out of their range; [`Error::Stopped`].
+    pub fn table(&self, watch: Watch) -> Result<AtmosphereTable, Error> {
         let model = (self.air).model(self.wavelengths, self.ground_albedo, self.sun)?;
         let table = model.tabulate()?;
-        Ok(match self.orders {
-            Some(orders) => with_diffuse_light(table, orders),
-            None => table,
-        })
+        let go_on = || go_on(watch, Stage::Atmosphere);
+        let solve = |orders| diffuse_light_while(go_on, &table, orders);
+        let diffuse = self.orders.map(solve).transpose()?;
+        Ok(AtmosphereTable { diffuse, ..table })
     }
 }
 
@@ -45,10 +48,11 @@ impl AirRequest<'_> {
 /// vacuum.
 ///
 /// # Errors
-/// Parameters out of their range, of a scene that was built in code.
+/// Parameters out of their range, of a scene that was built in code; [`Error::Stopped`].
 pub fn table(
     scene: &Scene,
     orders: Option<ScatteringOrders>,
+    watch: Watch,
 ) -> Result<Option<AtmosphereTable>, Error> {
     let request = |air| AirRequest {
         air,
@@ -58,7 +62,7 @@ pub fn table(
         orders,
     };
     let air = scene.air.as_ref();
-    air.map(|air| request(air).table()).transpose()
+    air.map(|air| request(air).table(watch)).transpose()
 }
 
 /// What the table of a scene's air depends on, as JSON.

@@ -63,7 +63,7 @@ pub enum Error {
     Light(#[source] niji_render::Error),
     /// A picture that cannot be rendered, its parts contradicting each other for one.
     #[error(transparent)]
-    Render(#[from] niji_render::Error),
+    Render(niji_render::Error),
     /// No effect that is on sends any light into the picture.
     #[error(
         "{scene}: no effect that is on sends any light into the picture: a bow needs drops in view at its \
@@ -91,6 +91,15 @@ impl From<niji_scatter::Error> for Error {
         match error {
             niji_scatter::Error::Stopped => Self::Stopped,
             error => Self::Scattering(error),
+        }
+    }
+}
+
+impl From<niji_render::Error> for Error {
+    fn from(error: niji_render::Error) -> Self {
+        match error {
+            niji_render::Error::Stopped => Self::Stopped,
+            error => Self::Render(error),
         }
     }
 }

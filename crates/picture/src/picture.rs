@@ -1,7 +1,5 @@
 //! The picture of a scene from its parts.
 
-use std::ops::ControlFlow;
-
 use niji_dropfield::Bricks;
 use niji_dropfield::DropVolume;
 use niji_exchange::AtmosphereTable;
@@ -34,6 +32,7 @@ use crate::image;
 use crate::planned_scene::PlannedScene;
 use crate::sun_volume;
 use crate::sun_volume::Allowed;
+use crate::sun_volume::Sunlight;
 use crate::watch::Watch;
 use crate::watch::Watched;
 
@@ -143,14 +142,19 @@ impl PictureWork {
     /// Lights the drops.
     ///
     /// # Errors
-    /// Drops without room for them or their shadow; a camera or a spectrum that cannot be.
-    pub fn new(settings: PictureSettings, parts: PictureParts) -> Result<Self, Error> {
+    /// Drops without room for them or their shadow; a camera or a spectrum that cannot be;
+    /// [`Error::Stopped`].
+    pub fn new(
+        settings: PictureSettings,
+        parts: PictureParts,
+        watch: Watch,
+    ) -> Result<Self, Error> {
         let wavelengths = settings.spectrum;
         Ok(Self {
             camera: settings.camera.camera().map_err(Error::scene)?,
             wavelengths,
             sun_irradiance: settings.sun.irradiance(&wavelengths),
-            drops: lit(&settings, parts.drops)?,
+            drops: lit(&settings, parts.drops, watch)?,
             table: parts.table,
             air: parts.air,
             surfaces: parts.surfaces,
@@ -198,17 +202,9 @@ impl PictureWork {
     /// Parts that contradict each other or the settings; [`Error::Stopped`].
     pub fn render(&self, region: PixelRegion, watch: Watch) -> Result<SpectralImage, Error> {
         let watched = Watched::new(Stage::Render, region.n_pixels(), watch);
-        let n_rows = rows_of_step(region);
-        let next = &mut |_: &Rendered, _| {
-            if watched.is_stopped() {
-                ControlFlow::Break(())
-            } else {
-                ControlFlow::Continue(n_rows)
-            }
-        };
-        let rendered = render_in_steps(&self.request(region), &|n| watched.add(n), next);
-        watched.check()?;
-        Ok(self.image(rendered?, region, Provenance::default()))
+        let next = &mut |_: &Rendered, _| rows_of_step(region);
+        let rendered = render_in_steps(&self.request(region), &|n| watched.add(n), next)?;
+        Ok(self.image(rendered, region, Provenance::default()))
     }
 }
 
@@ -220,7 +216,7 @@ pub fn rows_of_step(region: PixelRegion) -> u32 {
 }
 
 /// Drops in the light of the sun, and of water that mirrors it.
-fn lit(settings: &PictureSettings, volume: DropVolume) -> Result<LitDrops, Error> {
+fn lit(settings: &PictureSettings, volume: DropVolume, watch: Watch) -> Result<LitDrops, Error> {
     // A mode is given back as soon as its bricks stand.
     let bricks = volume.modes.into_iter();
     let bricks = bricks.map(|mode| Bricks::build(&mode, settings.levels.interpolation));
@@ -235,10 +231,18 @@ fn lit(settings: &PictureSettings, volume: DropVolume) -> Result<LitDrops, Error
         efficiency: settings.levels.drop_extinction.efficiency(),
     });
     let sun_direction = settings.sun.direction();
-    let lit = sun_volume::lit(bricks, sun_direction, sun_path, allowed);
+    let sunlight = Sunlight {
+        direction: sun_direction,
+        path: sun_path,
+        progress: &|_| watch(Stage::Render, 0.0),
+    };
+    let lit = sun_volume::lit(bricks, sunlight, allowed);
     let lit = lit.and_then(|drops| match settings.mirrored_water {
         Some((surface, light)) => drops.beside_water(surface.surface(), light, sun_direction),
         None => Ok(drops),
     });
-    lit.map_err(Error::Light)
+    lit.map_err(|error| match error {
+        niji_render::Error::Stopped => Error::Stopped,
+        error => Error::Light(error),
+    })
 }

@@ -187,12 +187,13 @@ impl PlannedScene {
     /// Its air, where an effect needs it.
     ///
     /// # Errors
-    /// Parameters out of their range, of a scene that was built in code.
-    pub fn air(&self) -> Result<Option<AtmosphereTable>, Error> {
+    /// Parameters out of their range, of a scene that was built in code; [`Error::Stopped`].
+    pub fn air(&self, watch: Watch) -> Result<Option<AtmosphereTable>, Error> {
         if !self.plan.runs(Stage::Atmosphere) {
             return Ok(None);
         }
-        let table = air::table(&self.scene, self.plan.scattering_orders(&self.scene))?;
+        let orders = self.plan.scattering_orders(&self.scene);
+        let table = air::table(&self.scene, orders, watch)?;
         // In f32, as its file has it: the picture is the same from both.
         let as_filed = |table: AtmosphereTable| {
             let file = table.to_file(Provenance::default());
@@ -289,12 +290,12 @@ impl PlannedScene {
         let parts = PictureParts {
             drops: self.drops()?,
             table: self.scattering(self.airy()?.as_ref(), watch)?,
-            air: self.air()?,
+            air: self.air(watch)?,
             surfaces: self.surfaces(self.photo_depth_m()?)?,
         };
         let settings = PictureSettings::of(self);
         let whole = settings.whole()?;
-        PictureWork::new(settings, parts)?.render(whole, watch)
+        PictureWork::new(settings, parts, watch)?.render(whole, watch)
     }
 
     /// What the estimated error of a pixel may be before it gets more rays, relative to the reference

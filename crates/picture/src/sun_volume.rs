@@ -10,6 +10,7 @@ use glam::DVec3;
 use niji_dropfield::Bricks;
 use niji_render::Error;
 use niji_render::LitDrops;
+use niji_render::Progress;
 use niji_render::SunPath;
 
 /// Most halvings of the voxel.
@@ -20,6 +21,23 @@ const SHARE: f64 = 0.25;
 
 /// What a halving must leave of the error at most, to be worth it.
 const WORTH: f64 = 0.8;
+
+/// The sun that drops are lit by.
+#[derive(Clone, Copy)]
+pub(crate) struct Sunlight<'a> {
+    /// Towards it.
+    pub direction: DVec3,
+    /// How the way to it is followed.
+    pub path: SunPath,
+    /// Whoever waits for it.
+    pub progress: Progress<'a>,
+}
+
+impl Sunlight<'_> {
+    fn on(&self, bricks: Vec<Bricks>, path: SunPath) -> Result<LitDrops, Error> {
+        LitDrops::watched(bricks, self.direction, path, self.progress)
+    }
+}
 
 /// Largest relative error of the light of drops at an extinction efficiency.
 #[derive(Clone, Copy, Debug)]
@@ -33,27 +51,26 @@ pub(crate) struct Allowed {
 /// Lights drops; with a tolerance the voxel of a swept volume is made as small as that asks for.
 ///
 /// # Errors
-/// As [`LitDrops::new`] for the level itself.
+/// As [`LitDrops::watched`] for the level itself.
 pub(crate) fn lit(
     bricks: Vec<Bricks>,
-    sun_direction: DVec3,
-    sun_path: SunPath,
+    sunlight: Sunlight,
     allowed: Option<Allowed>,
 ) -> Result<LitDrops, Error> {
-    let (Some(allowed), SunPath::Volume { mut voxel_m }) = (allowed, sun_path) else {
-        return LitDrops::new(bricks, sun_direction, sun_path);
+    let (Some(allowed), SunPath::Volume { mut voxel_m }) = (allowed, sunlight.path) else {
+        return sunlight.on(bricks, sunlight.path);
     };
-    let mut best = LitDrops::new(bricks.clone(), sun_direction, sun_path)?;
+    let mut best = sunlight.on(bricks.clone(), sunlight.path)?;
     for _ in 0..MOST_HALVINGS {
         let error = best.shadow_depth_error();
         if allowed.efficiency * error <= SHARE * allowed.tolerance {
             break;
         }
         voxel_m *= 0.5;
-        // A volume that would not fit leaves the one before.
-        let Ok(finer) = LitDrops::new(bricks.clone(), sun_direction, SunPath::Volume { voxel_m })
-        else {
-            break;
+        let finer = match sunlight.on(bricks.clone(), SunPath::Volume { voxel_m }) {
+            // A volume that would not fit leaves the one before.
+            Err(Error::SunVolumeTooLarge { .. }) => break,
+            finer => finer?,
         };
         if finer.shadow_depth_error() > WORTH * error {
             break;
@@ -69,6 +86,7 @@ mod tests {
     use niji_dropfield::Drops;
     use niji_dropfield::GridBox;
     use niji_dropfield::Interpolation;
+    use niji_render::unwatched;
 
     use super::*;
 
@@ -102,6 +120,14 @@ mod tests {
         drops.expect("the cloud is sound").shadow_depth_error()
     }
 
+    fn sunlight(path: SunPath) -> Sunlight<'static> {
+        Sunlight {
+            direction: sun(),
+            path,
+            progress: &unwatched,
+        }
+    }
+
     /// Error of what is made from the coarsest volume for a tolerance at Q = 2.
     fn error_for(tolerance: f64) -> f64 {
         let allowed = Allowed {
@@ -109,7 +135,7 @@ mod tests {
             efficiency: 2.0,
         };
         let coarse = SunPath::Volume { voxel_m: COARSE_M };
-        let drops = lit(bricks(), sun(), coarse, Some(allowed));
+        let drops = lit(bricks(), sunlight(coarse), Some(allowed));
         drops.expect("the cloud is sound").shadow_depth_error()
     }
 
@@ -142,14 +168,14 @@ mod tests {
     #[test]
     fn a_level_without_a_tolerance_and_a_march_stay_as_they_are() {
         let coarse = SunPath::Volume { voxel_m: COARSE_M };
-        let drops = lit(bricks(), sun(), coarse, None).expect("the cloud is sound");
+        let drops = lit(bricks(), sunlight(coarse), None).expect("the cloud is sound");
         assert_eq!(drops.shadow_depth_error(), error_of(COARSE_M));
         let allowed = Some(Allowed {
             tolerance: 1e-9,
             efficiency: 2.0,
         });
         let march = SunPath::March { step_m: 20.0 };
-        let marched = lit(bricks(), sun(), march, allowed).expect("the cloud is sound");
+        let marched = lit(bricks(), sunlight(march), allowed).expect("the cloud is sound");
         let plain = LitDrops::new(bricks(), sun(), march).expect("the cloud is sound");
         assert_eq!(marched.shadow_depth_error(), plain.shadow_depth_error());
     }

@@ -1,7 +1,6 @@
 //! How whoever waits for a picture hears of it, and stops it.
 
 use std::ops::ControlFlow;
-use std::sync::atomic::AtomicBool;
 use std::sync::atomic::AtomicU64;
 use std::sync::atomic::Ordering;
 
@@ -18,13 +17,20 @@ pub fn unwatched(_: Stage, _: f64) -> ControlFlow<()> {
     ControlFlow::Continue(())
 }
 
+/// Refuses to go on with a stage where that is stopped before any part of it is done.
+pub(crate) fn go_on(watch: Watch, stage: Stage) -> Result<(), Error> {
+    match watch(stage, 0.0) {
+        ControlFlow::Continue(()) => Ok(()),
+        ControlFlow::Break(()) => Err(Error::Stopped),
+    }
+}
+
 /// A stage that is watched.
 pub(crate) struct Watched<'a> {
     stage: Stage,
     watch: Watch<'a>,
     n_done: AtomicU64,
     n_total: u64,
-    is_stopped: AtomicBool,
 }
 
 impl<'a> Watched<'a> {
@@ -35,30 +41,13 @@ impl<'a> Watched<'a> {
             watch,
             n_done: AtomicU64::new(0),
             n_total: n_total.max(1),
-            is_stopped: AtomicBool::new(false),
         }
     }
 
-    /// So many steps more are done.
-    pub(crate) fn add(&self, n: u64) {
+    /// So many steps more are done; says whether to go on.
+    pub(crate) fn add(&self, n: u64) -> ControlFlow<()> {
         let n_done = n + self.n_done.fetch_add(n, Ordering::Relaxed);
         let part = n_done as f64 / self.n_total as f64;
-        if (self.watch)(self.stage, part).is_break() {
-            self.is_stopped.store(true, Ordering::Relaxed);
-        }
-    }
-
-    /// Whether somebody stopped it.
-    pub(crate) fn is_stopped(&self) -> bool {
-        self.is_stopped.load(Ordering::Relaxed)
-    }
-
-    /// Refuses to go on where it was stopped.
-    pub(crate) fn check(&self) -> Result<(), Error> {
-        if self.is_stopped() {
-            Err(Error::Stopped)
-        } else {
-            Ok(())
-        }
+        (self.watch)(self.stage, part)
     }
 }

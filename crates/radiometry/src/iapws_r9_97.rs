@@ -43,7 +43,7 @@ pub fn water_refractive_index(wavelength: Nanometers, temperature_c: f64) -> f64
 }
 
 /// Refractive index of liquid water relative to vacuum, as the release states it.
-pub fn water_refractive_index_vacuum(wavelength: Nanometers, temperature_c: f64) -> f64 {
+fn water_refractive_index_vacuum(wavelength: Nanometers, temperature_c: f64) -> f64 {
     let d = density_kg_m3(temperature_c) / 1000.0;
     let t = (temperature_c + ZERO_CELSIUS_K) / ZERO_CELSIUS_K;
     let l2 = (wavelength.0 / 589.0).powi(2);

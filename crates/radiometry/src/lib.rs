@@ -42,7 +42,6 @@ pub use crate::colorimetry::Colorimetry;
 pub use crate::error::Error;
 pub use crate::gauss_legendre::gauss_legendre;
 pub use crate::iapws_r9_97::water_refractive_index;
-pub use crate::iapws_r9_97::water_refractive_index_vacuum;
 pub use crate::moonlight::moon_over_sun;
 pub use crate::quan_fry::sea_water_refractive_index;
 pub use crate::rgb_primaries::RgbPrimaries;

@@ -29,6 +29,7 @@ pub(crate) const MAX_CONSTITUENTS: usize = 8;
 pub(crate) type Lengths = [f64; MAX_CONSTITUENTS];
 
 /// The air of a picture.
+#[derive(Clone)]
 pub(crate) struct Air<'a> {
     table: &'a AtmosphereTable,
     planet: Planet,
@@ -61,10 +62,6 @@ impl<'a> Air<'a> {
         eye: DVec3,
     ) -> Self {
         let to_f32 = |values: &[f64]| values.iter().map(|value| *value as f32).collect();
-        let rule = match level {
-            AirPath::Quadrature { n_nodes } => n_nodes.try_into().ok().map(GaussRule::new),
-            AirPath::Constant | AirPath::Midpoint { .. } | AirPath::Table => None,
-        };
         let constituents = &table.constituents;
         let mut air = Self {
             table,
@@ -73,7 +70,7 @@ impl<'a> Air<'a> {
             },
             level,
             sun_direction,
-            rule,
+            rule: rule(level),
             eye_to_sun: None,
             eye_density: [0.0; MAX_CONSTITUENTS],
             extinction_m1: constituents
@@ -101,6 +98,16 @@ impl<'a> Air<'a> {
         air.eye_density = air.densities(eye_height_m);
         air.eye_to_sun = air.table_to_sun(eye);
         air
+    }
+
+    /// The same air with twice as many places on each path.
+    pub(crate) fn finer(&self) -> Self {
+        let level = self.level.finer();
+        Self {
+            level,
+            rule: rule(level),
+            ..self.clone()
+        }
     }
 
     /// The same air with the light that a level wants in it.
@@ -330,6 +337,14 @@ impl<'a> Air<'a> {
         for (sum, density) in sum.iter_mut().zip(self.densities(height_m)) {
             *sum += weight_m * density;
         }
+    }
+}
+
+/// Nodes of a level's quadrature.
+fn rule(level: AirPath) -> Option<GaussRule> {
+    match level {
+        AirPath::Quadrature { n_nodes } => n_nodes.try_into().ok().map(GaussRule::new),
+        AirPath::Constant | AirPath::Midpoint { .. } | AirPath::Table => None,
     }
 }
 

@@ -24,6 +24,7 @@ pub(crate) struct PointOfRay<'a> {
 }
 
 /// The diffuse light of an air.
+#[derive(Clone)]
 pub(crate) struct DiffuseAir<'a> {
     light: &'a DiffuseLight,
     planet: Planet,
@@ -32,6 +33,7 @@ pub(crate) struct DiffuseAir<'a> {
     scatterers: Vec<Scatterer>,
 }
 
+#[derive(Clone)]
 struct Scatterer {
     constituent_index: usize,
     /// beta_s p_l by degree, then wavelength [1/m], up to the last degree that is not 0.

@@ -1,4 +1,4 @@
-//! What the few nodes of the air's light err by, on a lattice of pixels.
+//! What the few nodes of the air err by, on a lattice of pixels.
 
 use ndarray::Array2;
 
@@ -8,6 +8,8 @@ pub(crate) struct AirError {
     pub(crate) step_px: (u32, u32),
     /// By row and column.
     pub(crate) relative: Array2<f64>,
+    /// Of the bows that air dims, wherever they are.
+    pub(crate) relative_of_bows: f64,
     /// The largest error (cd/m²).
     pub(crate) largest_cd_m2: f64,
 }
@@ -18,6 +20,7 @@ impl AirError {
         Self {
             step_px: (1, 1),
             relative: Array2::zeros((2, 2)),
+            relative_of_bows: 0.0,
             largest_cd_m2: 0.0,
         }
     }

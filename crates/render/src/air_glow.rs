@@ -12,7 +12,7 @@
 //! with constant steps as published for rainbows.
 //!
 //! The light of the air is smooth, so it has its own few Gauss nodes; what the drops between them and
-//! the eye let pass need not be ([`Veil`]). How many nodes a level takes is said in [`AirGlow`], and
+//! the eye let pass need not be ([`FrontTransmittance`]). How many nodes a level takes is said in [`AirGlow`], and
 //! what they err by is measured on a few rays of every picture (`air_error`).
 
 use std::num::NonZeroUsize;
@@ -22,14 +22,14 @@ use niji_geometry::Ray;
 use crate::air::Air;
 use crate::air::Lengths;
 use crate::air_diffuse::PointOfRay;
+use crate::front_transmittance::FrontRoom;
+use crate::front_transmittance::FrontTransmittance;
+use crate::front_transmittance::NodeTransmittance;
 use crate::gauss_nodes::AirStretch;
 use crate::gauss_nodes::GaussRule;
 use crate::gauss_nodes::RayNode;
 use crate::levels::AirPath;
 use crate::march::Probe;
-use crate::veil::Veil;
-use crate::veil::VeilRoom;
-use crate::veil::Veiled;
 
 /// How far errors exceed the difference from twice as many nodes, or parts among the drops, at kinks.
 pub(crate) const DOUBT: f64 = 1.5;
@@ -99,14 +99,14 @@ impl GlowNodes {
 /// A Gauss rule and how drops count at its nodes.
 struct AirRule {
     gauss: GaussRule,
-    veil: Veil,
+    front: FrontTransmittance,
 }
 
 impl AirRule {
     fn new(n_nodes: usize, n_parts: usize) -> Self {
         let gauss = GaussRule::new(NonZeroUsize::new(n_nodes).unwrap_or(NonZeroUsize::MIN));
-        let veil = Veil::new(&gauss, n_parts);
-        Self { gauss, veil }
+        let front = FrontTransmittance::new(&gauss, n_parts);
+        Self { gauss, front }
     }
 }
 
@@ -181,7 +181,7 @@ impl AirGlow {
                         rule.gauss.place(&stretch, &mut out.nodes);
                         out.among.push(stretch);
                     }
-                    let places = rule.veil.places();
+                    let places = rule.front.places();
                     out.probes
                         .extend(places.map(|place| Probe::at(stretch.distance_m(place))));
                 }
@@ -209,16 +209,21 @@ impl AirGlow {
     }
 
     /// Write what the drops let pass of each node's light; `behind` is their transmittance.
-    fn veil(&self, nodes: &GlowNodes, behind: f64, (room, out): (&mut VeilRoom, &mut Vec<Veiled>)) {
+    fn in_front(
+        &self,
+        nodes: &GlowNodes,
+        behind: f64,
+        (room, out): (&mut FrontRoom, &mut Vec<NodeTransmittance>),
+    ) {
         out.clear();
-        out.resize(nodes.n_before, Veiled::by(1.0));
+        out.resize(nodes.n_before, NodeTransmittance::by(1.0));
         let mut depths = nodes.probes.iter().map(|probe| probe.depth);
         for stretch in &nodes.among {
-            let veil = &self.rule(stretch).veil;
-            let n_depths = veil.places().count();
-            veil.over(depths.by_ref().take(n_depths), room, out);
+            let front = &self.rule(stretch).front;
+            let n_depths = front.places().count();
+            front.over(depths.by_ref().take(n_depths), room, out);
         }
-        out.resize(nodes.nodes.len(), Veiled::by(behind));
+        out.resize(nodes.nodes.len(), NodeTransmittance::by(behind));
     }
 }
 
@@ -233,11 +238,11 @@ pub(crate) struct Glow {
     towards_eye: Vec<f32>,
     transmitted: Vec<f32>,
     /// What the drops let pass of each node's light.
-    veiled: Vec<Veiled>,
-    veil_room: VeilRoom,
+    transmittances: Vec<NodeTransmittance>,
+    front_room: FrontRoom,
     /// Light of the air among the drops that coarser parts of them would let pass besides, at the
     /// wavelength `brightest`.
-    veil_change: f64,
+    front_change: f64,
     brightest: usize,
     /// Diffuse light scattered towards the eye.
     source: Vec<f32>,
@@ -254,9 +259,9 @@ impl Glow {
             beyond: dark.clone(),
             towards_eye: Vec::new(),
             transmitted: dark.clone(),
-            veiled: Vec::new(),
-            veil_room: VeilRoom::default(),
-            veil_change: 0.0,
+            transmittances: Vec::new(),
+            front_room: FrontRoom::default(),
+            front_change: 0.0,
             brightest,
             source: dark,
             room: Vec::new(),
@@ -267,15 +272,15 @@ impl Glow {
     pub(crate) fn clear(&mut self) {
         self.in_front.fill(0.0);
         self.beyond.fill(0.0);
-        self.veil_change = 0.0;
+        self.front_change = 0.0;
     }
 
     /// Estimated relative error of the light in front because of the drops between it and the eye.
-    pub(crate) fn veil_error(&self) -> f64 {
+    pub(crate) fn front_error(&self) -> f64 {
         let light = self.in_front.get(self.brightest).copied();
         let light = f64::from(light.unwrap_or_default());
         if light > 0.0 {
-            DOUBT * self.veil_change.abs() / light
+            DOUBT * self.front_change.abs() / light
         } else {
             0.0
         }
@@ -294,20 +299,21 @@ impl Glow {
         let air_ray = air.ray(ray.origin, ray.direction);
         let planet = air.planet();
         if let Some(transmittance) = dimmed_by_drops {
-            rules.veil(
+            rules.in_front(
                 nodes,
                 transmittance,
-                (&mut self.veil_room, &mut self.veiled),
+                (&mut self.front_room, &mut self.transmittances),
             );
         } else {
-            self.veiled.clear();
-            self.veiled.resize(nodes.nodes.len(), Veiled::by(1.0));
+            self.transmittances.clear();
+            self.transmittances
+                .resize(nodes.nodes.len(), NodeTransmittance::by(1.0));
         }
         for (index, node) in nodes.nodes.iter().enumerate() {
             let height_m =
                 planet.height_along_ray(air_ray.height_m, air_ray.cos_zenith, node.distance_m);
-            let veiled = self.veiled[index];
-            let weight_m = node.weight_m * veiled.transmittance;
+            let in_front = self.transmittances[index];
+            let weight_m = node.weight_m * in_front.transmittance;
             let weighted = air.densities(height_m).map(|density| weight_m * density);
             let is_in_front = index < nodes.n_in_front;
             let before = self.in_front[self.brightest];
@@ -326,9 +332,9 @@ impl Glow {
                 air.transmit(&to_eye, &mut self.transmitted);
                 self.add_source(is_in_front);
             }
-            if veiled.change != 0.0 && veiled.transmittance != 0.0 {
+            if in_front.change != 0.0 && in_front.transmittance != 0.0 {
                 let added = f64::from(self.in_front[self.brightest] - before);
-                self.veil_change += added * veiled.change / veiled.transmittance;
+                self.front_change += added * in_front.change / in_front.transmittance;
             }
         }
         if let Some(ground_m) = nodes.ground_m {

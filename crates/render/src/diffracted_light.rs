@@ -39,7 +39,7 @@ impl Frame<'_> {
             width_rad: settings.width_rad,
         };
         diffraction.blurred.stencil(&place, stencil);
-        let air = self.air.as_ref().filter(|_| !self.dimmed_by.nothing());
+        let air = settings.air.filter(|_| !self.dimmed_by.nothing());
         let way = |air| AirWay {
             air,
             dimmed_by: self.dimmed_by,

@@ -83,7 +83,7 @@ impl MultipleLight {
     /// Follow the paths; `None` where no ray meets drops.
     ///
     /// # Errors
-    /// [`Error::AngleRange`] if the table does not hold all angles.
+    /// [`Error::AngleRange`] if the table does not hold all angles; [`Error::Stopped`].
     pub(crate) fn new(request: &OrdersRequest) -> Result<Option<Self>, Error> {
         let axes = SunAxes::of(request.sun_direction);
         let seen = |n_across| ViewGrid::over(request.seen, axes, n_across);
@@ -101,7 +101,7 @@ impl MultipleLight {
             luminance_weights: request.luminance_weights,
         };
         let lattice = |grid| Lattice::new(grid, bounds, request);
-        let (grid, means) = two_levels::means(&paths, &lattice(coarse), lattice(fine));
+        let (grid, means) = two_levels::means(&paths, &lattice(coarse), lattice(fine))?;
         let spectra = means.iter().flat_map(|mean| &mean.source_sr1);
         Ok(Some(Self {
             grid,

@@ -6,7 +6,7 @@ use niji_radiometry::WavelengthGrid;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// Whoever asks for the next rows wants no more.
+    /// Whoever waits for it wants no more.
     #[error("stopped")]
     Stopped,
     /// The region has no pixels or lies too far away.

@@ -27,6 +27,7 @@ use crate::levels::PixelFootprint;
 use crate::march::March;
 use crate::moved_rows::MovedRows;
 use crate::piece_rule::PieceRule;
+use crate::progress::Progress;
 use crate::reflection::Reflection;
 use crate::reflection::mirrored_sun;
 use crate::request::RenderRequest;
@@ -165,6 +166,7 @@ impl<'a> FrameBasis<'a> {
 pub(crate) fn frame<'a>(
     request: &RenderRequest<'a>,
     colorimetry: &Colorimetry,
+    progress: Progress,
 ) -> Result<Frame<'a>, Error> {
     let basis = FrameBasis::new(request, colorimetry);
     let drops = request.drops;
@@ -190,7 +192,7 @@ pub(crate) fn frame<'a>(
         let nodes = SizeNodes::of_drops(table, drops.size_range());
         MovedRows::new(table, &nodes, &basis.luminance_weights)
     });
-    let multiple = multiple(request, &basis)?;
+    let multiple = multiple(request, &basis, progress)?;
     let of_diffraction = rows.as_ref().filter(|_| multiple.is_some());
     Ok(Frame {
         diffraction: of_diffraction.and_then(|rows| diffraction(request, &basis, rows)),
@@ -221,6 +223,15 @@ pub(crate) fn frame<'a>(
 }
 
 impl Frame<'_> {
+    /// Take twice as many nodes of the air's light and on each way through the air.
+    pub(crate) fn refine_air(&mut self) {
+        self.glow = self.glow.finer();
+        self.air = self.air.as_ref().map(Air::finer);
+        if let Some(reflection) = &mut self.reflection {
+            reflection.refine_air();
+        }
+    }
+
     /// Refuse a table in which rays have met a value that none can have.
     pub(crate) fn check_rows(&self) -> Result<(), Error> {
         let of_diffraction = self.diffraction.iter().flat_map(Diffraction::rows);
@@ -317,7 +328,11 @@ fn diffraction<'a>(
 
 /// The light of orders beyond the first, for all directions of the camera's frame whatever its region:
 /// beyond the frame the nearest direction stands for others.
-fn multiple(request: &RenderRequest, basis: &FrameBasis) -> Result<Option<MultipleLight>, Error> {
+fn multiple(
+    request: &RenderRequest,
+    basis: &FrameBasis,
+    progress: Progress,
+) -> Result<Option<MultipleLight>, Error> {
     let (Some((nodes_across, paths_per_node)), Some(table), Some(bounds)) =
         (request.wanted_orders(), request.table, basis.bounds)
     else {
@@ -349,6 +364,7 @@ fn multiple(request: &RenderRequest, basis: &FrameBasis) -> Result<Option<Multip
         luminance_weights: &basis.luminance_weights,
         nodes_across,
         paths_per_node,
+        progress,
     })
 }
 

@@ -120,6 +120,21 @@ pub enum AirPath {
     Table,
 }
 
+impl AirPath {
+    /// The same with twice as many places on each path, where their number is a choice.
+    pub(crate) fn finer(self) -> Self {
+        match self {
+            Self::Midpoint { n_steps } => Self::Midpoint {
+                n_steps: 2 * n_steps,
+            },
+            Self::Quadrature { n_nodes } => Self::Quadrature {
+                n_nodes: 2 * n_nodes,
+            },
+            Self::Constant | Self::Table => self,
+        }
+    }
+}
+
 /// What shines behind the drops.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]

@@ -18,6 +18,9 @@ use crate::levels::SunPath;
 use crate::mirrored_drops::Mirror;
 use crate::mirrored_drops::MirroredDrops;
 use crate::piece::EXTINCTION_PER_M2;
+use crate::progress::Progress;
+use crate::progress::tell;
+use crate::progress::unwatched;
 use crate::shadow_error::ShadowError;
 use crate::sun_sweep::SunSweep;
 use crate::water_surface::MirroredLight;
@@ -72,6 +75,19 @@ impl LitDrops {
         sun_direction: DVec3,
         sun_path: SunPath,
     ) -> Result<Self, Error> {
+        Self::watched(bricks, sun_direction, sun_path, &unwatched)
+    }
+
+    /// The same for somebody who waits.
+    ///
+    /// # Errors
+    /// As [`LitDrops::new`]; [`Error::Stopped`].
+    pub fn watched(
+        bricks: Vec<Bricks>,
+        sun_direction: DVec3,
+        sun_path: SunPath,
+        progress: Progress,
+    ) -> Result<Self, Error> {
         crate::sun_direction::check_sun_direction(sun_direction)?;
         let bounds = union_of_bounds(&bricks);
         let sizes = bricks.iter().filter_map(Bricks::size_range);
@@ -87,11 +103,12 @@ impl LitDrops {
         };
         let Some(bounds) = bounds else { return Ok(lit) };
         match sun_path {
-            SunPath::Ignore => store(&mut lit.bricks, |_, _| 0.0),
+            SunPath::Ignore => store(&mut lit.bricks, progress, |_, _| 0.0)?,
             SunPath::Volume { voxel_m } => {
                 check_length("sun path: voxel_m", voxel_m)?;
-                let sweep = SunSweep::through(&lit.bricks, bounds, sun_direction, voxel_m)?;
-                store(&mut lit.bricks, |_, point| sweep.at(point));
+                let sweep = SunSweep::over(bounds, sun_direction, voxel_m)?;
+                let sweep = sweep.through(&lit.bricks, progress)?;
+                store(&mut lit.bricks, progress, |_, point| sweep.at(point))?;
                 lit.shadow = Shadow::From { sun_direction };
             }
             SunPath::March { step_m } => {
@@ -109,9 +126,9 @@ impl LitDrops {
                     origin: point,
                     direction: sun_direction,
                 };
-                store(&mut lit.bricks, |bricks, point| {
+                store(&mut lit.bricks, progress, |bricks, point| {
                     marched_depth(bricks, bounds, &to_sun(point), step_m)
-                });
+                })?;
                 lit.shadow = Shadow::From { sun_direction };
             }
         }
@@ -206,12 +223,23 @@ impl LitDrops {
 }
 
 /// Set the optical depth of all nodes.
-pub(crate) fn store(bricks: &mut [Bricks], depth_at: impl Fn(&[Bricks], DVec3) -> f32 + Sync) {
-    let depths_of = |mode: &Bricks| mode.at_nodes(|point| depth_at(bricks, point));
-    let depths: Vec<NodeValues> = bricks.iter().map(depths_of).collect();
+///
+/// # Errors
+/// [`Error::Stopped`].
+pub(crate) fn store(
+    bricks: &mut [Bricks],
+    progress: Progress,
+    depth_at: impl Fn(&[Bricks], DVec3) -> f32 + Sync,
+) -> Result<(), Error> {
+    let depths_of = |mode: &Bricks| {
+        let go_on = || tell(progress, 0);
+        mode.at_nodes_while(go_on, |point| depth_at(bricks, point))
+    };
+    let depths: Vec<NodeValues> = bricks.iter().map(depths_of).collect::<Result<_, _>>()?;
     for (mode, depths) in bricks.iter_mut().zip(&depths) {
         mode.set_tau_sun(depths);
     }
+    Ok(())
 }
 
 /// What of a box lies above water.

@@ -15,6 +15,7 @@ use crate::error::Error;
 use crate::levels::SunPath;
 use crate::lit_drops::marched_depth;
 use crate::lit_drops::store;
+use crate::progress::unwatched;
 use crate::shadow_error::ShadowError;
 use crate::sun_sweep::SunSweep;
 use crate::water_surface::MirroredLight;
@@ -55,6 +56,7 @@ impl MirroredDrops {
             bricks: drops.to_vec(),
             shadow_error: None,
         };
+        let progress = &unwatched;
         let up = mirror.sun_direction;
         let down = mirrored(up);
         let from_foot = |point: DVec3| Ray {
@@ -64,17 +66,19 @@ impl MirroredDrops {
         match sun_path {
             SunPath::Ignore => (),
             SunPath::Volume { voxel_m } => {
-                let sweep_down = SunSweep::through(drops, above, down, voxel_m)?;
-                let sweep_up = SunSweep::through(drops, above, up, voxel_m)?;
-                store(&mut lit.bricks, |_, point| sweep_down.at(point));
+                let sweep = |towards: DVec3| {
+                    SunSweep::over(above, towards, voxel_m)?.through(drops, progress)
+                };
+                let (sweep_down, sweep_up) = (sweep(down)?, sweep(up)?);
+                store(&mut lit.bricks, progress, |_, point| sweep_down.at(point))?;
                 lit.shadow_error = Some(ShadowError::of(&lit.bricks, above, down));
                 let depth_up = |ray: Ray| {
                     let enter_m = above.intersect(&ray).map(|(enter_m, _)| enter_m);
                     enter_m.map_or(0.0, |enter_m| sweep_up.at(ray.at(enter_m)))
                 };
-                store(&mut lit.bricks, |_, point| {
+                store(&mut lit.bricks, progress, |_, point| {
                     sweep_down.at(point) + depth_up(from_foot(point))
-                });
+                })?;
             }
             SunPath::March { step_m } => {
                 let to_water = |origin: DVec3| Ray {
@@ -83,13 +87,13 @@ impl MirroredDrops {
                 };
                 let depth =
                     |bricks: &[Bricks], ray: Ray| marched_depth(bricks, above, &ray, step_m);
-                store(&mut lit.bricks, |bricks, point| {
+                store(&mut lit.bricks, progress, |bricks, point| {
                     depth(bricks, to_water(point))
-                });
+                })?;
                 lit.shadow_error = Some(ShadowError::of(&lit.bricks, above, down));
-                store(&mut lit.bricks, |bricks, point| {
+                store(&mut lit.bricks, progress, |bricks, point| {
                     depth(bricks, to_water(point)) + depth(bricks, from_foot(point))
-                });
+                })?;
             }
         }
         Ok(lit)

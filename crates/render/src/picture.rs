@@ -20,6 +20,8 @@ use crate::frame::frame;
 use crate::picture_layers::PictureLayer;
 use crate::picture_layers::Rendered;
 use crate::picture_tiles::tiles;
+use crate::progress::Progress;
+use crate::progress::tell;
 use crate::ray_tracer::RayTracer;
 use crate::ray_tracer::Room;
 use crate::request::RenderRequest;
@@ -30,27 +32,29 @@ use crate::request::RenderRequest;
 /// If the inputs contradict each other or the request, see [`Error`]. A picture without light is not
 /// an error: it is black.
 pub fn render(request: &RenderRequest, progress: &(dyn Fn(u64) + Sync)) -> Result<Rendered, Error> {
-    let all = &mut |_: &Rendered, _| ControlFlow::Continue(u32::MAX);
-    render_in_steps(request, progress, all)
+    let progress = &|n_pixels| {
+        progress(n_pixels);
+        ControlFlow::Continue(())
+    };
+    render_in_steps(request, progress, &mut |_: &Rendered, _| u32::MAX)
 }
 
 /// Render a region of a picture from top to bottom, in steps of whole rows.
 ///
-/// `next_rows` is asked before every step whether to go on and how many rows it takes (at least one is
-/// taken), and gets the picture and the number of rows that are finished: what it keeps of them needs not be
+/// `next_rows` is asked before every step how many rows it takes (at least one is taken), and gets the picture and the number of rows that are finished: what it keeps of them needs not be
 /// rendered again. The picture does not depend on the steps; at the end of each, threads wait for each other.
 ///
 /// # Errors
 /// As [`render`]; [`Error::Stopped`].
 pub fn render_in_steps(
     request: &RenderRequest,
-    progress: &(dyn Fn(u64) + Sync),
-    next_rows: &mut dyn FnMut(&Rendered, u32) -> ControlFlow<(), u32>,
+    progress: Progress,
+    next_rows: &mut dyn FnMut(&Rendered, u32) -> u32,
 ) -> Result<Rendered, Error> {
     request.check()?;
     request.check_memory()?;
     let colorimetry = Colorimetry::new(&request.wavelengths);
-    let frame = frame(request, &colorimetry)?;
+    let frame = frame(request, &colorimetry, progress)?;
     let to_vector = |[x, y, z]: &[f64; 3]| Vec4::new(*x as f32, *y as f32, *z as f32, 0.0);
     let mut tracer = RayTracer {
         frame,
@@ -83,10 +87,7 @@ pub fn render_in_steps(
     tracer.trace_around(&mut lights_around);
     let (mut traced, mut finished) = (0, 0);
     while traced < height {
-        let ControlFlow::Continue(n_rows) = next_rows(&picture, finished as u32) else {
-            return Err(Error::Stopped);
-        };
-        let n_rows = n_rows.max(1) as usize;
+        let n_rows = next_rows(&picture, finished as u32).max(1) as usize;
         let step = traced..traced.saturating_add(n_rows).min(height);
         let inner = lights_around.slice_mut(s![reach..reach + height, reach..reach + width]);
         let pictured = picture.tiles_mut(&step).into_iter();
@@ -95,14 +96,14 @@ pub fn render_in_steps(
             .collect::<Vec<_>>()
             .into_par_iter()
             .with_max_len(1)
-            .for_each_init(
+            .try_for_each_init(
                 || Room::new(&tracer),
                 |room, (tile, lights_around)| {
                     let n_pixels = lights_around.len() as u64;
                     tracer.trace_tile(tile, lights_around, room);
-                    progress(n_pixels);
+                    tell(progress, n_pixels)
                 },
-            );
+            )?;
         traced = step.end;
         // The last rows wait for the neighbors below them.
         let known = if traced == height {

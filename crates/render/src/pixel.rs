@@ -2,6 +2,7 @@
 
 use glam::Vec4;
 
+use crate::air_error::AirError;
 use crate::error_parts::RayErrors;
 use crate::footprint_error::PixelLight;
 use crate::picture_layers::N_CAUSES;
@@ -66,10 +67,11 @@ impl Pixel {
         self.bow_primary.y + self.bow_secondary.y + self.bow_reflected.y
     }
 
-    /// Add the error of the air's light, relative to it.
-    pub(crate) fn add_air_error(&mut self, relative: f64) {
-        let air_cd_m2 = self.beside_cd_m2 - self.bow_multiple.y;
-        self.errors.air += relative * f64::from(air_cd_m2);
+    /// Add what the air's nodes err by at the pixel's place.
+    pub(crate) fn add_air_error(&mut self, error: &AirError, place_px: (f64, f64)) {
+        let air_cd_m2 = f64::from(self.beside_cd_m2 - self.bow_multiple.y);
+        let bows_cd_m2 = f64::from(self.bows_cd_m2());
+        self.errors.air += error.at(place_px) * air_cd_m2 + error.relative_of_bows * bows_cd_m2;
     }
 
     /// What an estimate of a footprint's error looks at.
@@ -136,7 +138,7 @@ impl Pixel {
             let inscatter = share_f32 * weighted_sum(&light.inscatter, xyz_weights);
             let background = share_f32 * weighted_sum(&light.background, xyz_weights);
             self.inscatter += inscatter;
-            self.errors.air += light.veil_error * f64::from(inscatter.y);
+            self.errors.air += light.front_error * f64::from(inscatter.y);
             self.beside_cd_m2 += inscatter.y + background.y;
             self.skylit += share_f32 * weighted_sum(&light.skylit, xyz_weights);
         }

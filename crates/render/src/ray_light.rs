@@ -51,7 +51,7 @@ pub(crate) struct RayLight {
     /// What of the background is light of the surroundings that the drops scatter.
     pub(crate) skylit: Vec<f32>,
     /// Estimated relative error of the light of the air in front, of the drops between it and the eye.
-    pub(crate) veil_error: f64,
+    pub(crate) front_error: f64,
     /// Whether there is any light of the air in front or from behind.
     pub(crate) glows: bool,
     /// Whether the ray looks at the primary side of the split.
@@ -96,7 +96,7 @@ impl RayLight {
             inscatter: dark.clone(),
             background: dark.clone(),
             skylit: dark.clone(),
-            veil_error: 0.0,
+            front_error: 0.0,
             glows: false,
             is_primary: false,
             transmittance: 1.0,
@@ -140,7 +140,7 @@ impl RayLight {
             self.inscatter.fill(0.0);
             self.background.fill(0.0);
             self.skylit.fill(0.0);
-            self.veil_error = 0.0;
+            self.front_error = 0.0;
             self.glows = false;
         }
         self.scratch.slab_ends_m.clear();
@@ -168,6 +168,7 @@ impl Frame<'_> {
     pub(crate) fn settings(&self, width_rad: f64) -> RaySettings<'_> {
         RaySettings {
             march: &self.march,
+            air: self.air.as_ref(),
             glow: &self.glow,
             width_rad,
         }
@@ -192,7 +193,7 @@ impl Frame<'_> {
             lost: self.surround.is_some(),
         };
         let glowing = self.glows.1 || (self.glows.0 && drops_m.is_some());
-        if let (Some(air), true) = (&self.air, glowing) {
+        if let (Some(air), true) = (settings.air, glowing) {
             settings
                 .glow
                 .lay_out(air, ray, &glow_range, &mut out.scratch.nodes);
@@ -227,7 +228,7 @@ impl Frame<'_> {
                 &mut out.multiple,
             );
         }
-        if let (Some(air), true) = (&self.air, glowing) {
+        if let (Some(air), true) = (settings.air, glowing) {
             let glow_ray = GlowRay {
                 air,
                 rules: settings.glow,
@@ -268,7 +269,7 @@ impl Frame<'_> {
             };
             moved.place(&place, &mut out.scratch.moved);
         }
-        let slabs = match &self.air {
+        let slabs = match settings.air {
             Some(air) if rows.is_some() && !self.dimmed_by.nothing() => {
                 let way = AirWay {
                     air,
@@ -356,7 +357,7 @@ impl Frame<'_> {
         let Scratch { nodes, glow, .. } = scratch;
         glow.clear();
         glow.gather(glow_ray, nodes);
-        out.veil_error = glow.veil_error();
+        out.front_error = glow.front_error();
         for (index, irradiance) in self.irradiance.iter().enumerate() {
             inscatter[index] = irradiance * glow.in_front[index];
             background[index] = irradiance * glow.beyond[index];
@@ -367,7 +368,7 @@ impl Frame<'_> {
         let (ray, (enter_m, leave_m)) = (way.ray, way.range_m);
         out.glows = true;
         out.scratch.transmitted.fill(1.0);
-        if let (Some(air), true) = (&self.air, self.dimmed_by.view) {
+        if let (Some(air), true) = (way.settings.air, self.dimmed_by.view) {
             // Light that comes from where the view ends, whether the sun shines there or not.
             let middle_m = out
                 .scratch

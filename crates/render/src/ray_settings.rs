@@ -2,6 +2,7 @@
 
 use niji_geometry::Ray;
 
+use crate::air::Air;
 use crate::air_glow::AirGlow;
 use crate::march::March;
 
@@ -10,6 +11,8 @@ use crate::march::March;
 pub(crate) struct RaySettings<'a> {
     /// The march through the drops, of the level or a finer one.
     pub(crate) march: &'a March<'a>,
+    /// The air, where any of its effects is on.
+    pub(crate) air: Option<&'a Air<'a>>,
     /// Nodes of the air's light.
     pub(crate) glow: &'a AirGlow,
     /// Scattering angle that the pixel spans (0: a point).

@@ -107,7 +107,7 @@ impl RayTracer<'_> {
             for x in 0..width {
                 let place = self.place(tile.in_region((x, y)));
                 any_light |= self.trace_pixel(place.0, place.1, room);
-                room.pixel.add_air_error(self.air_error.at(place));
+                room.pixel.add_air_error(&self.air_error, place);
                 room.row.extend_from_slice(&room.pixel.radiance);
                 tile.put((x, y), &room.pixel);
                 tile.put_surface((x, y), || self.middle_surface_m(place, room));

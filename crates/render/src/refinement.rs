@@ -199,7 +199,7 @@ impl RayTracer<'_> {
                 }
             }
         }
-        room.pixel.add_air_error(self.air_error.at((x, y)));
+        room.pixel.add_air_error(&self.air_error, (x, y));
     }
 }
 

@@ -146,6 +146,11 @@ impl<'a> Reflection<'a> {
         })
     }
 
+    /// Take twice as many nodes on each way through the air.
+    pub(crate) fn refine_air(&mut self) {
+        self.air = self.air.as_ref().map(Air::finer);
+    }
+
     /// Room to work in.
     pub(crate) fn room(&self, n_wavelengths: usize) -> ReflectionRoom {
         let n_moved = if self.parts[0].moved.is_none() {

@@ -62,7 +62,7 @@ pub(crate) struct RowSource<'a> {
 struct Laws {
     nodes: SizeNodes,
     /// By row of the table.
-    rows: Vec<Panel>,
+    rows: Vec<SizeSpectrum>,
 }
 
 impl<'a> RowSource<'a> {
@@ -101,7 +101,10 @@ impl<'a> RowSource<'a> {
         };
         if nodes.are_laws {
             let rows = 0..source.table.effective_radius_um.len();
-            let rows = rows.into_par_iter().map(|row| source.panel(row)).collect();
+            let rows = rows
+                .into_par_iter()
+                .map(|row| source.spectrum(row))
+                .collect();
             source.laws = Some(Laws { nodes, rows });
         }
         source
@@ -110,12 +113,12 @@ impl<'a> RowSource<'a> {
     /// The rows of a size.
     pub(crate) fn rows(&self, size: usize) -> SizeRows {
         let (n_angles, n_wavelengths) = (self.angles.len(), self.table.wavelengths.len());
-        let panel = match &self.laws {
-            Some(laws) => laws.panel(size, &self.table.effective_radius_um),
-            None => self.panel(size),
+        let spectrum = match &self.laws {
+            Some(laws) => laws.spectrum(size, &self.table.effective_radius_um),
+            None => self.spectrum(size),
         };
         let mut luminance = vec![0.0; n_angles];
-        let of_wavelengths = panel.values_sr1.chunks_exact(n_angles);
+        let of_wavelengths = spectrum.values_sr1.chunks_exact(n_angles);
         for (values, weight) in of_wavelengths.zip(&self.luminance_weights) {
             for (sum, value) in luminance.iter_mut().zip(values) {
                 *sum += f64::from(*value) * weight;
@@ -123,7 +126,7 @@ impl<'a> RowSource<'a> {
         }
         let mut values_sr1 = vec![0.0; n_angles * n_wavelengths + BEHIND];
         let spectra = values_sr1[..n_angles * n_wavelengths].chunks_exact_mut(n_wavelengths);
-        turn(&panel.values_sr1, n_angles, spectra);
+        turn(&spectrum.values_sr1, n_angles, spectra);
         let angles = &self.table.theta_rad[self.angles.clone()];
         let nodes = luminance.iter().zip(bends(angles, &luminance));
         let luminance = nodes.map(|(value, bend)| NodeLuminance {
@@ -133,32 +136,32 @@ impl<'a> RowSource<'a> {
         SizeRows {
             luminance: luminance.collect(),
             values_sr1,
-            is_sound: panel.is_sound,
+            is_sound: spectrum.is_sound,
         }
     }
 
     /// A row of the table without the light that moves.
-    fn panel(&self, row: usize) -> Panel {
-        let mut panel = Panel {
+    fn spectrum(&self, row: usize) -> SizeSpectrum {
+        let mut spectrum = SizeSpectrum {
             values_sr1: vec![0.0; self.table.wavelengths.len() * self.angles.len()],
             is_sound: true,
         };
         let n_wavelengths = self.table.wavelengths.len();
         let size = [n_wavelengths, self.table.theta_rad.len()];
-        panel.add(lanes(self.table.values.as_slice(), row, size), &self.angles);
+        spectrum.add(lanes(self.table.values.as_slice(), row, size), &self.angles);
         if let Some(moved) = &self.table.moved
             && let Some(row) = row.checked_sub(first_moved_row(&self.table, moved))
         {
             for (order, places) in moved.orders.iter().zip(&self.places) {
                 let size = [n_wavelengths, order.theta_rad.len()];
-                panel.subtract(lanes(order.values.as_slice(), row, size), places);
+                spectrum.subtract(lanes(order.values.as_slice(), row, size), places);
             }
             // 0 but for rounding, and for the error of straight lines, where what moves is all there is.
-            for value in &mut panel.values_sr1 {
+            for value in &mut spectrum.values_sr1 {
                 *value = if *value < 0.0 { 0.0 } else { *value };
             }
         }
-        panel
+        spectrum
     }
 }
 
@@ -187,8 +190,8 @@ fn linear_places(theta_rad: &[f64], wanted_rad: &[f64]) -> Vec<(usize, f32)> {
 
 impl Laws {
     /// The light of a law.
-    fn panel(&self, node: usize, radii_um: &[f64]) -> Panel {
-        let mut sum = Panel {
+    fn spectrum(&self, node: usize, radii_um: &[f64]) -> SizeSpectrum {
+        let mut sum = SizeSpectrum {
             values_sr1: vec![0.0; self.rows[0].values_sr1.len()],
             is_sound: true,
         };
@@ -227,14 +230,14 @@ fn bends<'a>(nodes: &'a [f64], values: &'a [f64]) -> impl Iterator<Item = f64> +
 
 /// Natural light of one size.
 #[derive(Clone, Debug)]
-struct Panel {
+struct SizeSpectrum {
     /// [wavelength, angle] [1/sr].
     values_sr1: Vec<f32>,
     /// Whether all that it was made of is 0 or more, and finite.
     is_sound: bool,
 }
 
-impl Panel {
+impl SizeSpectrum {
     /// Add half the sum of both polarizations at some angles.
     fn add<'a>(&mut self, lanes: impl Iterator<Item = [&'a [f32]; 2]>, angles: &Range<usize>) {
         let mut is_sound = self.is_sound;

@@ -18,6 +18,8 @@ use rayon::prelude::*;
 
 use crate::error::Error;
 use crate::piece::EXTINCTION_PER_M2;
+use crate::progress::Progress;
+use crate::progress::tell;
 
 /// 256 MiB of f32.
 const MAX_NODES: f64 = (1_u64 << 26) as f64;
@@ -56,6 +58,7 @@ pub(crate) struct SunSweep {
     origin: DVec3,
     spacing_m: DVec3,
     n_nodes: [usize; 3],
+    sun_direction: DVec3,
     /// The swept axis, then the other two.
     axes: [usize; 3],
     /// [swept axis, second, third], the third fastest. f32: interpolated to 1e-4 at best.
@@ -63,16 +66,11 @@ pub(crate) struct SunSweep {
 }
 
 impl SunSweep {
-    /// Sweep through all modes.
+    /// The lattice without any drops.
     ///
     /// # Errors
-    /// [`Error::SunVolumeTooLarge`] if the lattice would need more than 2^26 nodes.
-    pub(crate) fn through(
-        bricks: &[Bricks],
-        bounds: Aabb,
-        sun_direction: DVec3,
-        voxel_m: f64,
-    ) -> Result<Self, Error> {
+    /// [`Error::SunVolumeTooLarge`] if it would need more than 2^26 nodes.
+    pub(crate) fn over(bounds: Aabb, sun_direction: DVec3, voxel_m: f64) -> Result<Self, Error> {
         let size = bounds.max - bounds.min;
         let n_cells = n_cells(size, voxel_m);
         if n_nodes(n_cells) > MAX_NODES {
@@ -85,18 +83,22 @@ impl SunSweep {
         // Rows along z where that is not the swept axis: there the drops' nodes lie side by side.
         let axes = [swept, usize::from(swept == 0), 2 - usize::from(swept == 2)];
         let n_nodes = n_cells.to_array().map(|cells| cells as usize + 1);
-        let mut sweep = Self {
+        Ok(Self {
             origin: bounds.min,
             spacing_m: size / n_cells,
             n_nodes,
+            sun_direction,
             axes,
             depths: vec![0.0; n_nodes.iter().product()],
-        };
-        sweep.fill(bricks, sun_direction);
-        Ok(sweep)
+        })
     }
 
-    fn fill(&mut self, bricks: &[Bricks], sun_direction: DVec3) {
+    /// Sweep through all modes.
+    ///
+    /// # Errors
+    /// [`Error::Stopped`].
+    pub(crate) fn through(mut self, bricks: &[Bricks], progress: Progress) -> Result<Self, Error> {
+        let sun_direction = self.sun_direction;
         let [swept, second, third] = self.axes;
         let (n_layers, n_rows, n_columns) = (
             self.n_nodes[swept],
@@ -126,6 +128,7 @@ impl SunSweep {
         let mut before = vec![0.0; layer_size];
         let mut values = vec![0.0; layer_size];
         for step in 0..n_layers {
+            tell(progress, 0)?;
             let layer = if sun_direction[swept] > 0.0 {
                 n_layers - 1 - step
             } else {
@@ -147,6 +150,7 @@ impl SunSweep {
             std::mem::swap(&mut before, &mut values);
         }
         self.depths = depths;
+        Ok(self)
     }
 
     /// World position of a node in the order of the sweep's axes.

@@ -220,6 +220,38 @@ fn the_part_of_the_air_covers_what_its_nodes_err_by() {
 }
 
 #[test]
+fn few_nodes_on_the_ways_through_haze_tell_what_they_err_by() {
+    let sun = sun_in_the_south(3.0);
+    let (air, table) = (layered_air(), isotropic(0.1));
+    let camera = camera(DVec3::new(0.0, 1000.0, 0.0), (0.0, 4.0), 40.0, (48, 36));
+    let drops = curtain(1500.0, 2500.0, 1e-3);
+    let mut request = request(&camera, sun, &drops, &table);
+    request.air = Some(&air);
+    request.effects = RenderEffects::ALL;
+    request.effects.drop_shadow = Toggle::Off;
+    let mut picture = |n_nodes: usize| {
+        request.levels.air_path = AirPath::Quadrature { n_nodes };
+        rendered(&request)
+    };
+    let fine = luminance(&picture(64));
+    let peak = fine.iter().copied().fold(0.0, f64::max);
+    for n_nodes in [4, 8, 16] {
+        let picture = picture(n_nodes);
+        let pixels = luminance(&picture).into_iter().zip(&fine);
+        let ratios: Vec<f64> = pixels
+            .zip(&picture.error_from("air").unwrap())
+            .map(|((found, fine), told)| ((found - fine).abs(), f64::from(*told)))
+            .filter(|(error, _)| *error > 1e-6 * peak)
+            .map(|(error, told)| error / told)
+            .collect();
+        let worst = ratios.iter().copied().fold(0.0, f64::max);
+        // Measured 0.75, 1.45 (99 % of the pixels 0.67) and 0.99; 65, 229 and 0.91 where the ways through
+        // the air were not looked at.
+        assert!(worst < 1.5, "{n_nodes}: {worst} of what is told");
+    }
+}
+
+#[test]
 fn a_tolerance_takes_as_many_nodes_as_it_needs() {
     let camera = camera(DVec3::new(0.0, 1000.0, 0.0), (30.0, 50.0), 80.0, (48, 36));
     let peak = luminance(&sky(&camera, FEW, None))

@@ -8,6 +8,9 @@ mod slab_photons;
 
 use std::f64::consts::PI;
 use std::f64::consts::TAU;
+use std::ops::ControlFlow;
+use std::sync::atomic::AtomicU64;
+use std::sync::atomic::Ordering;
 
 use common::*;
 use glam::DVec3;
@@ -26,6 +29,7 @@ use niji_render::Rendered;
 use niji_render::SunPath;
 use niji_render::Toggle;
 use niji_render::render;
+use niji_render::render_in_steps;
 use slab_photons::Slab;
 use slab_photons::all_orders;
 
@@ -493,6 +497,28 @@ fn a_table_that_holds_the_diffracted_light_makes_the_same_further_orders() {
     let [with, _] = both(&camera, &drops, &whole, 4096);
     // What of the forward light lies below the plateau; measured 1 %.
     assert!(relative(with, without) < 0.03, "{with} {without}");
+}
+
+#[test]
+fn whoever_waits_stops_the_paths_before_the_first_pixel() {
+    let (drops, camera, table) = (cube(0.5), wide_camera(), bow_table());
+    let request = request_of_all_orders(&camera, &drops, &table, (4, 64));
+    let n_heard = AtomicU64::new(0);
+    let stop_soon = |n_pixels: u64| {
+        assert_eq!(n_pixels, 0);
+        match n_heard.fetch_add(1, Ordering::Relaxed) {
+            0..10 => ControlFlow::Continue(()),
+            _ => ControlFlow::Break(()),
+        }
+    };
+    let stopped = render_in_steps(&request, &stop_soon, &mut |_, _| panic!("no row is due"));
+    assert_eq!(stopped, Err(Error::Stopped));
+    // Paths that other threads were at.
+    let n_heard = n_heard.into_inner();
+    assert!(
+        n_heard < 11 + rayon::current_num_threads() as u64,
+        "{n_heard}"
+    );
 }
 
 #[test]

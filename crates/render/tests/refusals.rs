@@ -5,6 +5,8 @@
 mod common;
 
 use std::ops::ControlFlow;
+use std::sync::atomic::AtomicU64;
+use std::sync::atomic::Ordering;
 
 use common::*;
 use glam::DVec3;
@@ -22,6 +24,7 @@ use niji_render::SunPath;
 use niji_render::Toggle;
 use niji_render::render;
 use niji_render::render_in_steps;
+use niji_render::unwatched;
 
 fn drops(sun_path: SunPath) -> LitDrops {
     let grid = GridBox {
@@ -100,12 +103,41 @@ fn values_that_no_drop_scatters_are_refused_before_a_row_of_them_is_handed_over(
         table.values.fill(bad);
         let request = request(&camera, sun_in_the_south(30.0), &drops, &table);
         let mut n_steps = 0;
-        let rendered = render_in_steps(&request, &|_| (), &mut |_, _| {
+        let rendered = render_in_steps(&request, &unwatched, &mut |_, _| {
             n_steps += 1;
-            ControlFlow::Continue(1)
+            1
         });
         assert!(matches!(rendered, Err(Error::BadTable { .. })), "{bad}");
         assert_eq!(n_steps, 1);
+    }
+}
+
+#[test]
+fn whoever_waits_stops_the_lighting_of_drops() {
+    let grid = GridBox {
+        min: DVec3::splat(-40.0),
+        max: DVec3::splat(40.0),
+        voxel_m: 1.0,
+    };
+    let sun = sun_in_the_south(30.0);
+    let lit = |sun_path: SunPath, n_most: u64| {
+        let n_heard = AtomicU64::new(0);
+        let progress = |_| match n_heard.fetch_add(1, Ordering::Relaxed) {
+            n if n < n_most => ControlFlow::Continue(()),
+            _ => ControlFlow::Break(()),
+        };
+        let lit = LitDrops::watched(vec![bricks(&grid, |_| 0.1)], sun, sun_path, &progress);
+        (lit.err(), n_heard.into_inner())
+    };
+    for sun_path in [
+        SunPath::Volume { voxel_m: 1.0 },
+        SunPath::March { step_m: 20.0 },
+    ] {
+        let (none, n_all) = lit(sun_path, u64::MAX);
+        assert_eq!(none, None);
+        let (stopped, n_heard) = lit(sun_path, 20);
+        assert_eq!(stopped, Some(Error::Stopped), "{sun_path:?}");
+        assert!(n_heard < n_all / 2, "{sun_path:?}: {n_heard} of {n_all}");
     }
 }
 

@@ -4,8 +4,6 @@
 
 mod common;
 
-use std::ops::ControlFlow;
-
 use glam::DVec3;
 use ndarray::Array2;
 use ndarray::Array3;
@@ -28,6 +26,7 @@ use niji_render::Surfaces;
 use niji_render::Toggle;
 use niji_render::render;
 use niji_render::render_in_steps;
+use niji_render::unwatched;
 
 use common::air;
 use common::bricks;
@@ -303,9 +302,9 @@ fn steps_do_not_change_a_bit_and_their_finished_rows_stay() {
                         "{name}, {n}"
                     );
                 }
-                ControlFlow::Continue(n_rows)
+                n_rows
             };
-            let stepped = render_in_steps(whole, &|_| (), &mut check).unwrap();
+            let stepped = render_in_steps(whole, &unwatched, &mut check).unwrap();
             assert!(stepped == picture, "steps of {n_rows} rows");
         }
     });

@@ -33,11 +33,11 @@ pub enum Effect {
     HigherOrders,
     /// Interference fringes inside the primary and outside the secondary.
     Supernumeraries,
-    /// Rings around the antisolar point, from drops of a few micrometres; the theories `mie` and
-    /// `debye` have them.
+    /// Rings around the antisolar point, from drops of a few micrometres; the theories `by-size`, `mie`
+    /// and `debye` have them.
     Glory,
-    /// Rings around the sun, from drops of a few micrometres; the theories `mie` and `debye` have
-    /// them.
+    /// Rings around the sun, from drops of a few micrometres; the theories `by-size`, `mie` and `debye`
+    /// have them.
     Corona,
     /// The sun is a disc of 0.533 degrees, not a point.
     SunDisc,
@@ -201,7 +201,7 @@ static ROWS: [Row; 19] = [
         effect: Effect::Glory,
         name: "glory",
         what: "colored rings around the antisolar point, from edge rays and surface waves of small drops; \
-               exact theories have it, theories of bows do not",
+               exact theories have it, and theory by size, where drops are small; theories of bows do not",
         formula: "max |P_exact(theta) - P_orders(theta)| c beyond 165 degrees",
         source: "Laven, Appl. Opt. 44, 5675-5683 (2005)",
         role: Role::OfTheory,
@@ -211,8 +211,8 @@ static ROWS: [Row; 19] = [
     Row {
         effect: Effect::Corona,
         name: "corona",
-        what: "diffraction around the drops: rings around the sun; exact theories have it, theories of \
-               bows leave it out",
+        what: "diffraction around the drops: rings around the sun; exact theories and theory by size \
+               have it, theories of bows leave it out",
         formula: "max P_d(theta) c within 15 degrees of the sun, P_d = (pi/0.18) (x^2/4pi)/(1 + (pi/4) u^3), \
                u = x theta, x = 2 pi r/lambda",
         source: "Bohren and Huffman, Absorption and Scattering of Light by Small Particles, Wiley (1983), \

@@ -70,7 +70,15 @@ impl<'a> Beam<'a> {
     }
 
     /// The light at the nodes over the suns of `axis`.
-    pub(crate) fn gather(&self, axis: &SunAxis, n_zeniths: usize) -> Light {
+    ///
+    /// # Errors
+    /// What `go_on` says.
+    pub(crate) fn gather<E: Send>(
+        &self,
+        axis: &SunAxis,
+        n_zeniths: usize,
+        go_on: impl Fn() -> Result<(), E> + Sync,
+    ) -> Result<Light, E> {
         let azimuths = Azimuths::new(self.medium.max_degree, self.medium.max_degree);
         let sides = SunSides {
             axis,
@@ -78,7 +86,7 @@ impl<'a> Beam<'a> {
         };
         let rule = Rule::new(n_zeniths);
         let n = self.air.wavelengths.len();
-        gather_shells(self.shells_m.len(), |shell| {
+        gather_shells(self.shells_m.len(), go_on, |shell| {
             let mut light = azimuths.dark(axis, n);
             let mut radiance = vec![0.0_f32; sides.len() * n];
             let height_m = self.shells_m[shell];

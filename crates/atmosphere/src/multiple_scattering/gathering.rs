@@ -107,13 +107,21 @@ impl Directions {
     }
 
     /// The light that a source sends to the nodes over the suns of `axis`.
-    pub(crate) fn gather(&self, source: &Light, axis: &SunAxis) -> Light {
+    ///
+    /// # Errors
+    /// What `go_on` says.
+    pub(crate) fn gather<E: Send>(
+        &self,
+        source: &Light,
+        axis: &SunAxis,
+        go_on: impl Fn() -> Result<(), E> + Sync,
+    ) -> Result<Light, E> {
         let azimuths = Azimuths::new(source.max_degree, source.max_order);
         let sides = SunSides {
             axis,
             azimuths: &azimuths,
         };
-        gather_shells(self.by_shell.len(), |shell| {
+        gather_shells(self.by_shell.len(), go_on, |shell| {
             let mut light = azimuths.dark(axis, self.n_wavelengths);
             let mut radiance = vec![0.0_f32; sides.len() * self.n_wavelengths];
             for direction in &self.by_shell[shell] {
@@ -303,11 +311,19 @@ impl SunShift {
 }
 
 /// Gathers shells in parallel and puts them together in their order; the first stands on the ground.
-pub(crate) fn gather_shells(
+///
+/// # Errors
+/// What `go_on` says.
+pub(crate) fn gather_shells<E: Send>(
     n_shells: usize,
-    at_shell: impl Fn(usize) -> Light + Sync + Send,
-) -> Light {
-    let shells: Vec<Light> = (0..n_shells).into_par_iter().map(at_shell).collect();
+    go_on: impl Fn() -> Result<(), E> + Sync,
+    at_shell: impl Fn(usize) -> Light + Sync,
+) -> Result<Light, E> {
+    let shells = (0..n_shells).into_par_iter().map(|shell| {
+        go_on()?;
+        Ok(at_shell(shell))
+    });
+    let shells: Vec<Light> = shells.collect::<Result<_, E>>()?;
     let on_ground = shells[0].on_ground.clone();
     let first = Light {
         moments: Vec::new(),
@@ -315,10 +331,10 @@ pub(crate) fn gather_shells(
         ..shells[0]
     };
     let moments = shells.into_iter().flat_map(|light| light.moments);
-    Light {
+    Ok(Light {
         moments: moments.collect(),
         ..first
-    }
+    })
 }
 
 /// The directions of a height, followed through shells.

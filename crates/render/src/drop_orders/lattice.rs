@@ -4,6 +4,9 @@ use niji_geometry::Aabb;
 use niji_geometry::Ray;
 use rayon::prelude::*;
 
+use crate::error::Error;
+use crate::progress::tell;
+
 use super::column::Column;
 use super::column::N_STRATA;
 use super::column::Stratum;
@@ -45,18 +48,25 @@ impl<'a> Lattice<'a> {
     }
 
     /// Means of so many paths by node and stratum, dimmed by air.
-    pub(super) fn means(&self, paths: &Paths, n_paths: usize) -> Vec<Mean> {
+    ///
+    /// # Errors
+    /// [`Error::Stopped`].
+    pub(super) fn means(&self, paths: &Paths, n_paths: usize) -> Result<Vec<Mean>, Error> {
         let found: Vec<Option<Mean>> = (0..self.columns.len() * N_STRATA)
             .into_par_iter()
             .map(|index| {
-                let stratum = self.columns[index / N_STRATA].stratum(index % N_STRATA)?;
+                let column = &self.columns[index / N_STRATA];
+                let Some(stratum) = column.stratum(index % N_STRATA) else {
+                    return Ok(None);
+                };
+                tell(self.request.progress, 0)?;
                 // Other paths in each stratum, so that their errors are not the same.
                 let first = stratum.index * self.request.paths_per_node;
                 let mut mean = paths.mean(&stratum, first..first + n_paths);
                 self.dim(&stratum, &mut mean);
-                Some(mean)
+                Ok(Some(mean))
             })
-            .collect();
+            .collect::<Result<_, Error>>()?;
         let at = |index: usize| {
             let node = self.nearest[index / N_STRATA];
             // Strata deeper than the drops hold what the deepest one does.
@@ -66,7 +76,7 @@ impl<'a> Lattice<'a> {
                 .clone()
                 .unwrap_or_else(dark)
         };
-        (0..found.len()).map(at).collect()
+        Ok((0..found.len()).map(at).collect())
     }
 
     /// Take away what the air in front of a stratum and above it absorbs and scatters.

@@ -5,6 +5,7 @@ use niji_exchange::ScatteringTable;
 
 use crate::air::Air;
 use crate::lit_drops::LitDrops;
+use crate::progress::Progress;
 
 use super::view_grid::SeenDirections;
 
@@ -30,4 +31,6 @@ pub(crate) struct OrdersRequest<'a> {
     pub(crate) nodes_across: usize,
     /// Paths of a direction of it and stratum.
     pub(crate) paths_per_node: usize,
+    /// Whoever waits for it.
+    pub(crate) progress: Progress<'a>,
 }

@@ -17,14 +17,14 @@ const SAME_DEPTH: f64 = 1e-4;
 
 /// Transmittance as a node of the air has it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Veiled {
+pub(crate) struct NodeTransmittance {
     /// `T_i`.
     pub(crate) transmittance: f64,
     /// What it exceeds that of half as many parts by.
     pub(crate) change: f64,
 }
 
-impl Veiled {
+impl NodeTransmittance {
     /// Behind drops of a transmittance, or without any (1).
     pub(crate) fn by(transmittance: f64) -> Self {
         Self {
@@ -68,7 +68,7 @@ struct Share {
 
 /// Room to work in.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct VeilRoom {
+pub(crate) struct FrontRoom {
     /// Depth and transmittance at the ends of parts.
     ends: Vec<(f64, f64)>,
     parts: Vec<Part>,
@@ -77,14 +77,14 @@ pub(crate) struct VeilRoom {
 
 /// How the transmittances of parts, and of pairs of them, count at the nodes of a rule.
 #[derive(Clone, Debug)]
-pub(crate) struct Veil {
+pub(crate) struct FrontTransmittance {
     n_parts: usize,
     /// By node, then part.
     of_parts: Vec<Share>,
     of_pairs: Vec<Share>,
 }
 
-impl Veil {
+impl FrontTransmittance {
     /// For the nodes of a rule and an even number of parts.
     pub(crate) fn new(rule: &GaussRule, n_parts: usize) -> Self {
         let n_nodes = rule.nodes().len();
@@ -107,14 +107,14 @@ impl Veil {
         (0..=n_parts).map(move |index| end_of_part(index, n_parts))
     }
 
-    /// Append what the nodes have, from the depths at [`Veil::places`].
+    /// Append what the nodes have, from the depths at [`FrontTransmittance::places`].
     pub(crate) fn over(
         &self,
         depths: impl Iterator<Item = f64>,
-        room: &mut VeilRoom,
-        out: &mut Vec<Veiled>,
+        room: &mut FrontRoom,
+        out: &mut Vec<NodeTransmittance>,
     ) {
-        let VeilRoom { ends, parts, pairs } = room;
+        let FrontRoom { ends, parts, pairs } = room;
         ends.clear();
         ends.extend(depths.map(|depth| (depth, (-depth).exp())));
         parts.clear();
@@ -128,7 +128,7 @@ impl Veil {
                 .zip(self.of_pairs.chunks(pairs.len()))
                 .map(|(of_parts, of_pairs)| {
                     let transmittance = sum(of_parts, parts);
-                    Veiled {
+                    NodeTransmittance {
                         transmittance,
                         change: transmittance - sum(of_pairs, pairs),
                     }
@@ -193,20 +193,20 @@ mod tests {
     /// int g T du by a rule of n nodes, and what it changed by, for a depth along the way.
     fn integral(n: usize, g: impl Fn(f64) -> f64, depth: impl Fn(f64) -> f64) -> (f64, f64) {
         let rule = GaussRule::new(NonZeroUsize::new(n).unwrap());
-        let veil = Veil::new(&rule, 16);
-        let mut veiled = Vec::new();
-        veil.over(
-            veil.places().map(depth),
-            &mut VeilRoom::default(),
-            &mut veiled,
+        let front = FrontTransmittance::new(&rule, 16);
+        let mut transmittances = Vec::new();
+        front.over(
+            front.places().map(depth),
+            &mut FrontRoom::default(),
+            &mut transmittances,
         );
-        assert_eq!(veiled.len(), n);
-        let terms = rule.nodes().iter().zip(&veiled);
-        terms.fold((0.0, 0.0), |sum, ((x, weight), veiled)| {
+        assert_eq!(transmittances.len(), n);
+        let terms = rule.nodes().iter().zip(&transmittances);
+        terms.fold((0.0, 0.0), |sum, ((x, weight), in_front)| {
             let light = weight * g(*x);
             (
-                sum.0 + light * veiled.transmittance,
-                sum.1 + light * veiled.change,
+                sum.0 + light * in_front.transmittance,
+                sum.1 + light * in_front.change,
             )
         })
     }

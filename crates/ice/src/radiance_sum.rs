@@ -7,9 +7,9 @@ use crate::transmittance_table::TransmittanceTable;
 
 use glam::DVec3;
 
-/// The wavelengths that a path serves.
+/// The wavelengths that a path carries.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Lanes {
+pub(crate) enum CarriedWavelengths {
     All,
     /// From the first in equal steps, around the end of the spectrum.
     Some {
@@ -19,7 +19,7 @@ pub(crate) enum Lanes {
     },
 }
 
-impl Lanes {
+impl CarriedWavelengths {
     /// The wavelength that decides the way of a path; the middle one for all.
     pub(crate) fn leading(self, n_wavelengths: usize) -> usize {
         match self {
@@ -30,32 +30,32 @@ impl Lanes {
 }
 
 /// Spectral radiance that gathers what paths find.
-pub(crate) struct Deposit<'a> {
+pub(crate) struct RadianceSum<'a> {
     pub(crate) table: &'a TransmittanceTable,
     pub(crate) light: &'a Light,
-    pub(crate) lanes: Lanes,
+    pub(crate) carried: CarriedWavelengths,
     /// W m^-2 sr^-1 nm^-1, the sum over the paths so far.
     pub(crate) radiance: &'a mut [f64],
     /// Room for one spectrum.
     pub(crate) scratch: &'a mut [f64],
 }
 
-impl Deposit<'_> {
+impl RadianceSum<'_> {
     /// Adds light of a spectrum that has come `ice_m` through ice.
     pub(crate) fn add(&mut self, spectrum: &[f64], weight: f64, ice_m: f64) {
         let n_wavelengths = self.radiance.len();
         let (below, above, share) = self.table.rows(ice_m);
-        match self.lanes {
-            Lanes::All => {
+        match self.carried {
+            CarriedWavelengths::All => {
                 let values = spectrum.iter().zip(below.iter().zip(above));
                 for (sum, (value, (below, above))) in self.radiance.iter_mut().zip(values) {
                     *sum += weight * value * f64::from(below + share * (above - below));
                 }
             }
-            Lanes::Some { first, step, count } => {
+            CarriedWavelengths::Some { first, step, count } => {
                 let weight = weight * n_wavelengths as f64 / count as f64;
-                for lane in 0..count {
-                    let index = (first + lane * step) % n_wavelengths;
+                for place in 0..count {
+                    let index = (first + place * step) % n_wavelengths;
                     let passed = below[index] + share * (above[index] - below[index]);
                     self.radiance[index] += weight * spectrum[index] * f64::from(passed);
                 }
@@ -99,25 +99,25 @@ mod tests {
             sun_irradiance: vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0],
             sky: Sky::Uniform(vec![1.0; 6]),
         };
-        let sum = |all: &[Lanes]| {
+        let sum = |all: &[CarriedWavelengths]| {
             let mut radiance = [0.0; 6];
-            for &lanes in all {
-                let mut deposit = Deposit {
+            for &carried in all {
+                let mut sum = RadianceSum {
                     table: &table,
                     light: &light,
-                    lanes,
+                    carried,
                     radiance: &mut radiance,
                     scratch: &mut [0.0; 6],
                 };
-                deposit.add_sun(1.0, 2.0);
-                deposit.add_sky(DVec3::Y, 0.5, 0.0);
+                sum.add_sun(1.0, 2.0);
+                sum.add_sky(DVec3::Y, 0.5, 0.0);
             }
             radiance.map(|value| value / all.len() as f64)
         };
-        let all = sum(&[Lanes::All]);
+        let all = sum(&[CarriedWavelengths::All]);
         for (step, count) in [(1, 1), (2, 3)] {
-            let lanes = |first| Lanes::Some { first, step, count };
-            let found = sum(&[0, 1, 2, 3, 4, 5].map(lanes));
+            let carried = |first| CarriedWavelengths::Some { first, step, count };
+            let found = sum(&[0, 1, 2, 3, 4, 5].map(carried));
             for (found, expected) in found.iter().zip(all) {
                 assert!((found - expected).abs() < 1e-12, "{found} {expected}");
             }
