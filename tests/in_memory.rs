@@ -147,11 +147,7 @@ fn compare(planned: &PlannedScene, folder: &Path, image_name: &str) -> SpectralI
 }
 
 fn planned(text: &str, folder: &Path, is_frame: bool) -> PlannedScene {
-    let request = PlanRequest {
-        folder,
-        is_frame,
-        ..PlanRequest::default()
-    };
+    let request = PlanRequest { folder, is_frame };
     PlannedScene::new(scene_from_toml(text, folder).unwrap(), request).unwrap()
 }
 

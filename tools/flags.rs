@@ -23,7 +23,7 @@ pub(crate) struct Common {
     /// Accuracy preset, instead of the scene's.
     #[arg(long, global = true, value_name = "PRESET", value_parser = names::<Preset>())]
     pub accuracy: Option<Preset>,
-    /// Tolerance instead of the scene's: RMSE of luminance over that of a gray card in the sun. Levels
+    /// Tolerance instead of the scene's: RMSE of luminance over that of display white. Levels
     /// follow from it, but for those that the scene or --accuracy names, and pixels get more rays where
     /// they need them; a picture that misses it ends with code 5.
     #[arg(long, global = true, value_name = "T", value_parser = tolerance)]

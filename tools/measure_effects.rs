@@ -31,7 +31,6 @@ use crate::stages::Done;
 use crate::timed_run::luminance;
 use crate::timed_run::rounded;
 use crate::timed_run::run_once;
-use crate::timed_run::shrink;
 use crate::timed_run::temporary_folder;
 use niji_picture::PlannedScene;
 
@@ -164,7 +163,7 @@ pub(crate) fn measure(
 /// spelt out, and its theory: that by size depends on the error of tables, which is another here.
 fn small(scene: &Scene, plan: &Plan) -> Scene {
     let mut small = plan.settled(scene);
-    shrink(&mut small.camera, WIDTH_PX);
+    small.camera = small.camera.no_wider_than(WIDTH_PX);
     small.spectrum = small.spectrum.in_wider_bins(N_WAVELENGTHS);
     small.accuracy.pixel_footprint = Some(PixelFootprint::Center);
     small.accuracy.theory = Some(plan.levels.theory);
@@ -198,7 +197,7 @@ fn other_base(scene: &Scene, decision: &EffectDecision) -> Option<Scene> {
     }
     let (coarse, _) = COARSE_TABLE;
     if decision.effect == Effect::DropFlattening && decision.bound.value > coarse {
-        let levels = base.accuracy.levels(1.0);
+        let levels = base.levels(1.0);
         base.accuracy.table_relative_error = Some(levels.table_relative_error.max(coarse));
         base.spectrum = base.spectrum.in_wider_bins(N_WAVELENGTHS_FLAT);
     }
@@ -241,7 +240,7 @@ impl<'a> Run<'a> {
         }
         let other = Run::of(&planned.replanned(scene.clone())?, folder.path())?;
         let seconds = other.seconds_with(&self.done) - self.seconds_with(&[]);
-        let reference = planned.plan.reference_luminance_cd_m2;
+        let reference = planned.plan.display_white_cd_m2;
         let pairs = self.luminance.iter().zip(&other.luminance);
         let changes = pairs.map(|(one, other)| (one - other).abs() / reference);
         let (change, squares) = changes.fold((0.0_f64, 0.0), |(largest, squares), change| {
@@ -279,7 +278,7 @@ impl MeasuredEffects {
     pub(crate) fn text(&self) -> String {
         let mut text = format!(
             "{}: {} x {} pixels, center rays, {:.2} s with all tables\n\
-             changes in gray cards in the sun; time is what the effect takes\n\n\
+             changes over display white; time is what the effect takes\n\n\
              {:<21} {:<4} {:>8}  {:<16} {:>9} {:>8} {:>9} {:>9} {:>8}\n",
             self.scene,
             self.width_px,

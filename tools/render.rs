@@ -112,7 +112,7 @@ pub(crate) fn execute(command: &RenderCommand, common: &Common) -> Result<(), Fa
         target,
     };
     stages::render::make(stage, common.options())?;
-    stages::accuracy::check(&planned, &command.output)
+    stages::accuracy::check(&planned, &command.output, common.goal())
 }
 
 /// The surfaces that are given, or those of the scene.

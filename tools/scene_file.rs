@@ -18,11 +18,7 @@ use crate::failure::Failure;
 /// # Errors
 /// A scene or a drop volume that is missing or wrong.
 pub(crate) fn load(path: &Path, goal: Goal) -> Result<PlannedScene, Failure> {
-    let request = PlanRequest {
-        tolerance: goal.tolerance,
-        ..beside(path)
-    };
-    planned_for(read(path, goal)?, path, request)
+    planned_for(read(path, goal)?, path, beside(path))
 }
 
 /// Files that a scene names lie beside its own.
@@ -76,7 +72,6 @@ pub(crate) fn frame_scene(text: &str, path: &Path, goal: Goal) -> Result<Scene, 
 /// As [`load`] and [`frame_scene`].
 pub(crate) fn frame(text: &str, path: &Path, goal: Goal) -> Result<PlannedScene, Failure> {
     let request = PlanRequest {
-        tolerance: goal.tolerance,
         is_frame: true,
         ..beside(path)
     };

@@ -8,7 +8,6 @@ use ndarray::ArrayView1;
 use ndarray::Axis;
 use niji_exchange::SpectralImage;
 use niji_radiometry::Colorimetry;
-use niji_scene::Camera;
 use tempfile::TempDir;
 
 use crate::failure::Failure;
@@ -75,18 +74,6 @@ pub(crate) fn run_once(
         done,
         image.map_err(|error| Failure::bad_input(&path, error))?,
     ))
-}
-
-/// Makes a picture no wider than `width_px`, with the same field of view and an even number of rows: a
-/// panorama is twice as wide as high.
-pub(crate) fn shrink(camera: &mut Camera, width_px: u32) {
-    let scale = f64::from(width_px) / f64::from(camera.width_px);
-    if scale < 1.0 {
-        let half_rows = (0.5 * f64::from(camera.height_px) * scale).round();
-        camera.height_px = 2 * half_rows.max(1.0) as u32;
-        camera.width_px = width_px;
-        camera.overscan_px = (f64::from(camera.overscan_px) * scale).round() as u32;
-    }
 }
 
 /// RMSE of spectral radiance over the RMS of the reference; 0 where that is dark.

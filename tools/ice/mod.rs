@@ -32,9 +32,6 @@ use niji_picture::white_luminance_cd_m2;
 
 pub(crate) use world::World;
 
-/// Share of the white that the gray card of tolerances has.
-const REFERENCE_ALBEDO: f64 = 0.18;
-
 /// Follow light through ice (EXR, PNG).
 ///
 /// Writes the spectral image with its AOVs, a plain *.rgb.exr and a PNG preview beside it. Exit code 5
@@ -110,8 +107,8 @@ fn draw(scene: &IceScene, world: &World, verbosity: Verbosity) -> Result<IcePict
 }
 
 fn tolerance_cd_m2(scene: &IceScene, world: &World) -> Option<f64> {
-    let reference = REFERENCE_ALBEDO * white_luminance_cd_m2(&world.wavelengths);
-    scene.accuracy.tolerance.map(|share| share * reference)
+    let white_cd_m2 = white_luminance_cd_m2(&world.wavelengths);
+    scene.accuracy.tolerance.map(|part| part * white_cd_m2)
 }
 
 /// Refuses a picture whose error, RMS over its pixels, is above the tolerance.

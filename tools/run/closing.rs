@@ -7,10 +7,10 @@ use niji_scene::Plan;
 use crate::stages::Done;
 use crate::stages::accuracy::Reached;
 use crate::stages::accuracy::of_white;
-use niji_picture::PlannedScene;
 
-/// The times of stages after an empty line, the effects that are left out, and the verdict.
-pub(super) fn text(planned: &PlannedScene, done: &[Done], reached: Option<&Reached>) -> String {
+/// The times of stages after an empty line, the effects that are left out, and the verdict with what causes most of
+/// it, unless that is asked for on the command line and so an error of its own.
+pub(super) fn text(plan: &Plan, done: &[Done], reached: Option<(&Reached, bool)>) -> String {
     let mut lines = vec![String::new()];
     for stage in done {
         let note = if stage.up_to_date { "  up to date" } else { "" };
@@ -19,14 +19,12 @@ pub(super) fn text(planned: &PlannedScene, done: &[Done], reached: Option<&Reach
             stage.stage, stage.seconds
         ));
     }
-    lines.extend(left_out(&planned.plan));
+    lines.extend(left_out(plan));
     let seconds: f64 = done.iter().map(|done| done.seconds).sum();
-    if let Some(reached) = reached {
+    if let Some((reached, is_asked)) = reached {
         lines.push(format!("{}; {seconds:.1} s", reached.text()));
-    }
-    let too_much = reached.and_then(Reached::too_much);
-    if let (Some(cause), None) = (too_much, planned.tolerance) {
-        lines.push(format!("most of it from {cause}"));
+        let too_much = reached.too_much().filter(|_| !is_asked);
+        lines.extend(too_much.map(|cause| format!("most of it from {cause}")));
     }
     lines.join("\n")
 }
@@ -50,8 +48,8 @@ fn left_out(plan: &Plan) -> Vec<String> {
 
 fn further_orders(decision: &EffectDecision) -> String {
     format!(
-        "left out: light that drops scatter more than once (at most {} of display white); \
+        "left out: light that drops scatter more than once ({} of display white at most, on average); \
          effects.multiple_scattering = \"on\" adds it",
-        of_white(decision.bound.value)
+        of_white(decision.bound.rms)
     )
 }

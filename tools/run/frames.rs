@@ -100,7 +100,7 @@ pub(super) fn execute(
         let outcome = run_stages_to(&planned, &files, common.options());
         let Outcome { done, .. } = outcome.map_err(in_frame)?;
         if accuracy.is_ok() {
-            accuracy = accuracy::check(&planned, &files.image).map_err(in_frame);
+            accuracy = accuracy::check(&planned, &files.image, common.goal()).map_err(in_frame);
         }
         frames.push(FrameDone {
             frame: number,

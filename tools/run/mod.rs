@@ -111,7 +111,9 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
     for finding in findings.iter().map(FindingText::from) {
         verbosity.say(finding.text().trim_end());
     }
-    verbosity.say(closing::text(&planned, &done, reached.as_ref()));
+    let is_asked = common.tolerance.is_some();
+    let closing = closing::text(&planned.plan, &done, reached.as_ref().zip(Some(is_asked)));
+    verbosity.say(closing);
     if done.iter().all(|done| done.up_to_date) {
         verbosity.say(format_args!(
             "{}: everything is up to date",
@@ -129,7 +131,7 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
     }
     // Everything is written by now, for whoever wants the impossible.
     check::verdict(&findings)?;
-    let asked = reached.filter(|_| common.tolerance.is_some());
+    let asked = reached.filter(|_| is_asked);
     asked.map_or(Ok(()), |reached| reached.verdict())
 }
 

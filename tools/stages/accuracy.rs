@@ -2,9 +2,8 @@
 //!
 //! error = RMS over the pixels of what the renderer estimated + what the plan left out at most
 //!
-//! Both are in gray cards in the sun, like the tolerance; people are told percents of display white, the
-//! luminance that a preview shows as white, of which a gray card is 18 %. The renderer takes theory,
-//! sky and the air's lengths as given: what these err by is in no estimate.
+//! Both are over display white, the luminance that a preview shows as white, like the tolerance. The renderer takes
+//! theory, sky and the air's lengths as given: what these err by is in no estimate.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -12,13 +11,11 @@ use std::path::Path;
 use niji_exchange::Aov;
 use niji_exchange::SpectralImage;
 use niji_render::PictureLayer;
+use niji_scene::Goal;
 use serde::Serialize;
 
 use crate::failure::Failure;
 use niji_picture::PlannedScene;
-
-/// Luminance of a gray card over that of display white.
-const GRAY_CARD: f64 = 0.18;
 
 /// What to do about each cause of error, by its channel.
 const REMEDIES: [(&str, &str); 7] = [
@@ -55,7 +52,7 @@ const REMEDIES: [(&str, &str); 7] = [
     ),
 ];
 
-/// How accurate a picture is, in parts of the reference luminance.
+/// How accurate a picture is, in parts of display white.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Reached {
     /// The tolerance.
@@ -115,9 +112,9 @@ impl Reached {
     }
 }
 
-/// Gray cards in the sun as percent of display white, two digits: `0.18 %`.
-pub(crate) fn of_white(gray_cards: f64) -> String {
-    let percent = 100.0 * GRAY_CARD * gray_cards;
+/// A part of display white in percent, two digits: `0.18 %`.
+pub(crate) fn of_white(part: f64) -> String {
+    let percent = 100.0 * part;
     if percent > 0.0 && percent < LEAST_PERCENT {
         return format!("below {LEAST_PERCENT} %");
     }
@@ -148,7 +145,7 @@ pub(crate) fn reached(planned: &PlannedScene, image: &Path) -> Result<Option<Rea
         return Ok(None);
     };
     let plan = &planned.plan;
-    let part = |channel| rms(error, channel) / plan.reference_luminance_cd_m2;
+    let part = |channel| rms(error, channel) / plan.display_white_cd_m2;
     // The first is of all causes.
     let estimated = part(PictureLayer::Error.channels()[0]);
     Ok(Some(Reached {
@@ -164,8 +161,8 @@ pub(crate) fn reached(planned: &PlannedScene, image: &Path) -> Result<Option<Rea
 ///
 /// # Errors
 /// A file that cannot be read; as [`Reached::verdict`].
-pub(crate) fn check(planned: &PlannedScene, image: &Path) -> Result<(), Failure> {
-    if planned.tolerance.is_none() {
+pub(crate) fn check(planned: &PlannedScene, image: &Path, goal: Goal) -> Result<(), Failure> {
+    if goal.tolerance.is_none() {
         return Ok(());
     }
     let reached = reached(planned, image)?;
@@ -189,7 +186,6 @@ mod tests {
 
     #[test]
     fn percents_have_two_digits() {
-        let white = 1.0 / (100.0 * GRAY_CARD);
         for (percent, text) in [
             (0.0, "0 %"),
             (1e-6, "below 0.0001 %"),
@@ -200,7 +196,7 @@ mod tests {
             (20.0, "20 %"),
             (234.0, "234 %"),
         ] {
-            assert_eq!(of_white(percent * white), text);
+            assert_eq!(of_white(percent / 100.0), text);
         }
     }
 
@@ -215,8 +211,8 @@ mod tests {
         };
         assert!(reached(0.006, 0.003).verdict().is_ok());
         let missed = reached(0.006, 0.005).verdict().unwrap_err().to_string();
-        assert!(missed.contains("0.2 % of display white"), "{missed}");
-        assert!(missed.contains("0.18 % (tolerance 0.01)"), "{missed}");
+        assert!(missed.contains("1.1 % of display white"), "{missed}");
+        assert!(missed.contains("1 % (tolerance 0.01)"), "{missed}");
         assert!(missed.contains("accuracy.sun_path"), "{missed}");
     }
 

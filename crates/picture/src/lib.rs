@@ -34,6 +34,7 @@ mod image;
 mod photo_depth;
 mod picked_sun;
 mod picture;
+mod pilot;
 mod planned_scene;
 pub mod scattering;
 mod sun_volume;

@@ -17,6 +17,7 @@ use niji_render::SunPath;
 use niji_render::Surfaces;
 use niji_render::Toggle;
 use niji_render::render_in_steps;
+use niji_scene::BRIGHT_DROPS;
 use niji_scene::Camera;
 use niji_scene::Effect;
 use niji_scene::Levels;
@@ -25,6 +26,7 @@ use niji_scene::ScatteringNeed;
 use niji_scene::Stage;
 use niji_scene::Sun;
 use niji_scene::WaterSurface;
+use niji_scene::tolerance_for_rays;
 use serde::Serialize;
 
 use crate::error::Error;
@@ -54,9 +56,14 @@ pub struct PictureSettings {
     pub effects: Vec<&'static str>,
     /// How accurately.
     pub levels: Levels,
-    /// Largest error of a pixel, relative to the reference luminance, where one is asked for.
+    /// Largest error of a pixel before it gets more rays, over display white; none where the scene names how
+    /// much of a pixel is seen, or has a photograph.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
+    /// Largest relative error of the light of drops by what shades them; none where the scene names how the sun's
+    /// way is followed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shadow_relative_error: Option<f64>,
     /// How the preview is shown.
     pub picture: Picture,
     /// Water that lights the drops too, where it does.
@@ -70,7 +77,7 @@ pub struct PictureSettings {
     pub render_effects: RenderEffects,
     /// What a tolerance is relative to [cd/m²].
     #[serde(skip)]
-    pub reference_luminance_cd_m2: f64,
+    pub display_white_cd_m2: f64,
     /// What the scattering table has to hold, where there is one.
     #[serde(skip)]
     pub scattering: Option<ScatteringNeed>,
@@ -81,6 +88,10 @@ impl PictureSettings {
     #[must_use]
     pub fn of(planned: &PlannedScene) -> Self {
         let (scene, plan) = (&planned.scene, &planned.plan);
+        let accuracy = &scene.accuracy;
+        let tolerance = tolerance_for_rays(plan.tolerance);
+        // The distances of a photograph are those of whole pixels.
+        let adds_rays = accuracy.pixel_footprint.is_none() && scene.photo.is_none();
         let on = Effect::ALL.into_iter().filter(|effect| plan.is_on(*effect));
         let mut render_effects = plan.render_effects();
         // The level that ignores the sun's path is the shadow left out.
@@ -94,12 +105,14 @@ impl PictureSettings {
             spectrum: scene.spectrum,
             effects: on.map(Effect::name).collect(),
             levels: plan.levels,
-            tolerance: planned.tolerance_for_rays(),
+            tolerance: adds_rays.then_some(tolerance),
+            shadow_relative_error: (accuracy.sun_path.is_none())
+                .then_some(tolerance / BRIGHT_DROPS),
             picture: scene.picture,
             water_surface: mirrored_water.map(|(surface, _)| surface),
             mirrored_water,
             render_effects,
-            reference_luminance_cd_m2: plan.reference_luminance_cd_m2,
+            display_white_cd_m2: plan.display_white_cd_m2,
             scattering: plan.scattering.clone(),
         }
     }
@@ -179,7 +192,7 @@ impl PictureWork {
             levels: settings.levels.render_levels(),
             tolerance_cd_m2: settings
                 .tolerance
-                .map(|tolerance| tolerance * settings.reference_luminance_cd_m2),
+                .map(|tolerance| tolerance * settings.display_white_cd_m2),
         }
     }
 
@@ -226,10 +239,12 @@ fn lit(settings: &PictureSettings, volume: DropVolume, watch: Watch) -> Result<L
     } else {
         SunPath::Ignore
     };
-    let allowed = settings.tolerance.map(|tolerance| Allowed {
-        tolerance,
-        efficiency: settings.levels.drop_extinction.efficiency(),
-    });
+    let allowed = settings
+        .shadow_relative_error
+        .map(|relative_error| Allowed {
+            relative_error,
+            efficiency: settings.levels.drop_extinction.efficiency(),
+        });
     let sun_direction = settings.sun.direction();
     let sunlight = Sunlight {
         direction: sun_direction,

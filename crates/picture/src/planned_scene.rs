@@ -17,15 +17,12 @@ use niji_render::ask_for_memory;
 use niji_scatter::airy_from_file;
 use niji_scatter::airy_to_file;
 use niji_scene::DropSummary;
-use niji_scene::Effect;
+use niji_scene::Foretold;
 use niji_scene::Plan;
 use niji_scene::ScatteringNeed;
 use niji_scene::Scene;
 use niji_scene::Stage;
-use niji_scene::Switch;
-use niji_scene::calls_for_multiple_scattering;
-use niji_scene::plan;
-use niji_scene::tolerance_for_rays;
+use niji_scene::plan_looking;
 
 use crate::air;
 use crate::composite::Composite;
@@ -44,6 +41,7 @@ use crate::photo_depth::read_photo;
 use crate::picture::PictureParts;
 use crate::picture::PictureSettings;
 use crate::picture::PictureWork;
+use crate::pilot;
 use crate::scattering;
 use crate::surfaces::SurfaceFiles;
 use crate::watch::Watch;
@@ -56,8 +54,6 @@ pub struct PlannedScene {
     pub scene: Scene,
     /// What it calls for.
     pub plan: Plan,
-    /// The tolerance that the picture has to keep, where one is asked for.
-    pub tolerance: Option<f64>,
     /// Its drop volume, where it names one.
     pub drop_file: Option<PathBuf>,
     /// What its drop volume is made from, where it names none.
@@ -69,9 +65,6 @@ pub struct PlannedScene {
 pub struct PlanRequest<'a> {
     /// Where the files lie that the scene names.
     pub folder: &'a Path,
-    /// A tolerance that the picture has to keep ([`niji_scene::Goal`] gives the scene its levels): light that
-    /// drops scatter more than once is then on where it is called for.
-    pub tolerance: Option<f64>,
     /// Whether it is a frame of a sequence: what it needs is rounded, so that other frames need the same.
     pub is_frame: bool,
 }
@@ -81,18 +74,18 @@ impl Default for PlanRequest<'_> {
     fn default() -> Self {
         Self {
             folder: Path::new(""),
-            tolerance: None,
             is_frame: false,
         }
     }
 }
 
 impl PlannedScene {
-    /// Plans a scene; files of drops are read.
+    /// Plans a scene; files of drops are read, and where estimates leave open what light of further orders adds, it
+    /// is measured on a small picture.
     ///
     /// # Errors
     /// A drop volume that is missing or wrong, or a scene that cannot be planned.
-    pub fn new(mut scene: Scene, request: PlanRequest) -> Result<Self, Error> {
+    pub fn new(scene: Scene, request: PlanRequest) -> Result<Self, Error> {
         let folder = request.folder;
         let drop_file = scene.drops.file().map(|file| folder.join(file));
         let drop_source = VolumeSource::of(&scene.drops, folder);
@@ -110,22 +103,16 @@ impl PlannedScene {
             }
             (None, None) => None,
         };
-        let mut planned = plan(&scene, drops.clone())?;
-        if let Some(tolerance) = request.tolerance
-            && calls_for_multiple_scattering(&scene, &planned, tolerance)
-        {
-            scene.effects.set(Effect::MultipleScattering, Switch::On);
-            planned = plan(&scene, drops)?;
-        }
+        let look = |foretold: &Foretold| pilot::further_orders(&scene, foretold, folder);
+        let mut plan = plan_looking(&scene, drops, look)?;
         if request.is_frame {
-            let need = planned.scattering.take();
-            planned.scattering = need.map(ScatteringNeed::with_rounded_directions);
+            let need = plan.scattering.take();
+            plan.scattering = need.map(ScatteringNeed::with_rounded_directions);
         }
         Ok(Self {
             folder: folder.to_owned(),
             scene,
-            plan: planned,
-            tolerance: request.tolerance,
+            plan,
             drop_file,
             drop_source,
         })
@@ -296,12 +283,6 @@ impl PlannedScene {
         let settings = PictureSettings::of(self);
         let whole = settings.whole()?;
         PictureWork::new(settings, parts, watch)?.render(whole, watch)
-    }
-
-    /// What the estimated error of a pixel may be before it gets more rays, relative to the reference
-    /// luminance; `None` where no tolerance was asked for.
-    pub fn tolerance_for_rays(&self) -> Option<f64> {
-        self.tolerance.map(tolerance_for_rays)
     }
 
     /// Refuses whatever would be refused later.

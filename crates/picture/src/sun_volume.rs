@@ -1,9 +1,8 @@
 //! Drops lit by the sun, finely enough for a tolerance.
 //!
-//! Q delta <= T / 4   `delta` error of the sun's optical depth at Q = 1, `T` tolerance for levels
+//! Q delta <= T / 4   `delta` error of the sun's optical depth at Q = 1, `T` what the light of drops may err by relatively
 //!
-//! Light of drops errs relatively by Q delta and is seldom brighter than the gray card that tolerances
-//! are relative to. The voxel of the sun's volume is halved until that holds, as long as it helps: the
+//! The voxel of the sun's volume is halved until that holds, as long as it helps: the
 //! depth is interpolated between the voxels of the drops, which set a limit of their own.
 
 use glam::DVec3;
@@ -42,8 +41,8 @@ impl Sunlight<'_> {
 /// Largest relative error of the light of drops at an extinction efficiency.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Allowed {
-    /// Tolerance for levels, relative to the gray card.
-    pub tolerance: f64,
+    /// Of all levels together.
+    pub relative_error: f64,
     /// Q.
     pub efficiency: f64,
 }
@@ -63,7 +62,7 @@ pub(crate) fn lit(
     let mut best = sunlight.on(bricks.clone(), sunlight.path)?;
     for _ in 0..MOST_HALVINGS {
         let error = best.shadow_depth_error();
-        if allowed.efficiency * error <= SHARE * allowed.tolerance {
+        if allowed.efficiency * error <= SHARE * allowed.relative_error {
             break;
         }
         voxel_m *= 0.5;
@@ -129,9 +128,9 @@ mod tests {
     }
 
     /// Error of what is made from the coarsest volume for a tolerance at Q = 2.
-    fn error_for(tolerance: f64) -> f64 {
+    fn error_for(relative_error: f64) -> f64 {
         let allowed = Allowed {
-            tolerance,
+            relative_error,
             efficiency: 2.0,
         };
         let coarse = SunPath::Volume { voxel_m: COARSE_M };
@@ -171,7 +170,7 @@ mod tests {
         let drops = lit(bricks(), sunlight(coarse), None).expect("the cloud is sound");
         assert_eq!(drops.shadow_depth_error(), error_of(COARSE_M));
         let allowed = Some(Allowed {
-            tolerance: 1e-9,
+            relative_error: 1e-9,
             efficiency: 2.0,
         });
         let march = SunPath::March { step_m: 20.0 };

@@ -2,7 +2,6 @@
 //!
 //! The presets live here and nowhere else: every library takes its levels explicitly.
 
-use niji_atmosphere::ScatteringOrders;
 use niji_dropfield::Interpolation;
 use niji_render::AirPath;
 use niji_render::DropExtinctionModel;
@@ -18,18 +17,13 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
 
-use crate::effect::Effect;
-use crate::effect::Role;
-use crate::effect_switches::EffectSwitches;
-use crate::effect_switches::Switch;
-
 /// A named set of levels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Preset {
     /// For looking: coarse tables, few samples.
     Draft,
-    /// For pictures: errors below what is seen.
+    /// For pictures: levels follow from the tolerance.
     #[default]
     Standard,
     /// The most accurate level of every stage.
@@ -46,7 +40,17 @@ impl Preset {
         }
     }
 
-    /// The levels of the preset for drops on a lattice of `voxel_m`.
+    /// What a picture of the preset may err by, RMS of luminance over display white.
+    pub fn tolerance(self) -> f64 {
+        match self {
+            Self::Draft => 0.05,
+            Self::Standard => 0.01,
+            Self::Reference => 0.001,
+        }
+    }
+
+    /// The levels of the preset for drops on a lattice of `voxel_m`; a picture of `standard` takes those of its
+    /// tolerance instead ([`Scene::levels`](crate::Scene::levels)).
     pub fn levels(self, voxel_m: f64) -> Levels {
         let standard = Levels {
             theory: Theory::BySize,
@@ -198,17 +202,17 @@ fn with_settings(name: &str, settings: &serde_json::Value) -> String {
 }
 
 /// The section `[accuracy]`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Accuracy {
     /// The set of levels that holds where nothing else is said.
     #[serde(default)]
     pub preset: Preset,
-    /// Largest RMS error of luminance over the picture, relative to a gray card in the sun: half of
-    /// it for effects left out, half for levels.
-    #[serde(default = "default_tolerance")]
+    /// Largest RMS error of luminance over the picture, over that of display white: half of it for effects
+    /// left out, half for levels. That of the preset where it is left out: 0.05, 0.01 or 0.001.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0, max = 1.0))]
-    pub tolerance: f64,
+    pub tolerance: Option<f64>,
     /// Replaces the preset's theory.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub theory: Option<Theory>,
@@ -245,72 +249,27 @@ pub struct Accuracy {
     pub mirrored_light: Option<MirroredLight>,
 }
 
-/// One percent of the luminance of a gray card.
-const DEFAULT_TOLERANCE: f64 = 0.01;
-
-fn default_tolerance() -> f64 {
-    DEFAULT_TOLERANCE
-}
-
-impl Default for Accuracy {
-    fn default() -> Self {
-        Self {
-            preset: Preset::Standard,
-            tolerance: DEFAULT_TOLERANCE,
-            theory: None,
-            table_relative_error: None,
-            integration: None,
-            interpolation: None,
-            drop_extinction: None,
-            drop_orders: None,
-            sun_path: None,
-            air_path: None,
-            sky: None,
-            pixel_footprint: None,
-            mirrored_light: None,
-        }
-    }
-}
-
 impl Accuracy {
-    /// How finely the air's light of higher orders is solved; `None` where one order is enough.
-    pub(crate) fn scattering_orders(&self) -> Option<ScatteringOrders> {
-        let sky = self.sky.unwrap_or(self.preset.levels(1.0).sky);
-        match (sky, self.preset) {
-            (SkyModel::None | SkyModel::SingleScattering, _) => None,
-            (SkyModel::MultipleScattering, Preset::Draft) => Some(ScatteringOrders::DRAFT),
-            (SkyModel::MultipleScattering, Preset::Standard) => Some(ScatteringOrders::QUICK),
-            (SkyModel::MultipleScattering, Preset::Reference) => Some(ScatteringOrders::STANDARD),
-        }
+    /// What the picture may err by, RMS of luminance over display white.
+    pub fn tolerance(&self) -> f64 {
+        self.tolerance.unwrap_or(self.preset.tolerance())
     }
 
-    /// The level of every stage for drops on a lattice of `voxel_m`.
-    pub fn levels(&self, voxel_m: f64) -> Levels {
-        let preset = self.preset.levels(voxel_m);
+    /// Levels with those that are named in place of what they are.
+    pub(crate) fn named_over(&self, levels: Levels) -> Levels {
         Levels {
-            theory: self.theory.unwrap_or(preset.theory),
-            table_relative_error: self
-                .table_relative_error
-                .unwrap_or(preset.table_relative_error),
-            integration: self.integration.unwrap_or(preset.integration),
-            interpolation: self.interpolation.unwrap_or(preset.interpolation),
-            drop_extinction: self.drop_extinction.unwrap_or(preset.drop_extinction),
-            drop_orders: self.drop_orders.unwrap_or(preset.drop_orders),
-            sun_path: self.sun_path.unwrap_or(preset.sun_path),
-            air_path: self.air_path.unwrap_or(preset.air_path),
-            sky: self.sky.unwrap_or(preset.sky),
-            pixel_footprint: self.pixel_footprint.unwrap_or(preset.pixel_footprint),
-            mirrored_light: self.mirrored_light.unwrap_or(preset.mirrored_light),
+            theory: self.theory.unwrap_or(levels.theory),
+            table_relative_error: (self.table_relative_error)
+                .unwrap_or(levels.table_relative_error),
+            integration: self.integration.unwrap_or(levels.integration),
+            interpolation: self.interpolation.unwrap_or(levels.interpolation),
+            drop_extinction: self.drop_extinction.unwrap_or(levels.drop_extinction),
+            drop_orders: self.drop_orders.unwrap_or(levels.drop_orders),
+            sun_path: self.sun_path.unwrap_or(levels.sun_path),
+            air_path: self.air_path.unwrap_or(levels.air_path),
+            sky: self.sky.unwrap_or(levels.sky),
+            pixel_footprint: self.pixel_footprint.unwrap_or(levels.pixel_footprint),
+            mirrored_light: self.mirrored_light.unwrap_or(levels.mirrored_light),
         }
-    }
-}
-
-/// The exact theory of a scene: Lorenz-Mie, or, because that holds all orders at once, the Debye series
-/// where one of them is switched off.
-pub(crate) fn exact_theory(effects: &EffectSwitches) -> Theory {
-    if Effect::of_role(Role::Order).any(|order| effects.of(order) == Switch::Off) {
-        Theory::Debye { max_order: 7 }
-    } else {
-        Theory::Mie
     }
 }

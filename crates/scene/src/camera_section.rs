@@ -110,6 +110,20 @@ fn is_zero(count: &u32) -> bool {
 }
 
 impl Camera {
+    /// The same view on a picture no wider than `width_px`, with an even number of rows: a panorama is twice as
+    /// wide as high.
+    #[must_use]
+    pub fn no_wider_than(mut self, width_px: u32) -> Self {
+        let scale = f64::from(width_px) / f64::from(self.width_px);
+        if scale < 1.0 {
+            let half_rows = (0.5 * f64::from(self.height_px) * scale).round();
+            self.height_px = 2 * half_rows.max(1.0) as u32;
+            self.width_px = width_px;
+            self.overscan_px = (f64::from(self.overscan_px) * scale).round() as u32;
+        }
+        self
+    }
+
     /// The camera as the renderer takes it.
     ///
     /// # Errors

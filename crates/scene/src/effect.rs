@@ -1,7 +1,7 @@
 //! Everything that can be seen in a picture of a rainbow, one row each: what it is, how its bound is made,
 //! where it is published, and what it has to do with other effects and with the renderer.
 //!
-//! Symbols of the formulas: P(theta) light that a unit of optical depth adds, in gray cards in the sun;
+//! Symbols of the formulas: P(theta) light that a unit of optical depth adds, over display white;
 //! tau optical depth of the drops on a view ray (Q = 1), tau_s towards the sun; q efficiency of
 //! extinction, 1 or 2; c = (1 - exp(-q tau))/q the column that is seen, tau itself where extinction may
 //! be off; Q_l, S_l, ... sums over wavelengths l weighted by the eye.

@@ -162,7 +162,7 @@ pub struct IceAccuracy {
     /// How light is followed.
     #[serde(default = "usual_transport")]
     pub transport: IceTransport,
-    /// Standard error of the luminance of a pixel, over that of a gray card (albedo 0.18) that faces
+    /// Standard error of the luminance of a pixel, over that of a white plane that faces
     /// the sun above the air, at which it is done: all paths are drawn where it is left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1e-6, max = 1.0))]

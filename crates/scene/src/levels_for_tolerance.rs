@@ -1,31 +1,31 @@
-//! The levels that keep a tolerance, by nothing but what levels say of their own errors.
+//! The levels of a scene: those of its preset, or such that its tolerance is kept.
 //!
 //! a = T/2,   a_table = a_integral = a/2,   a_rays = a/sqrt(2),   a^2 = sum of their squares
-//! `T` tolerance: RMS of luminance over the picture in gray cards in the sun; `a` the half of it that is
+//! `T` tolerance: RMS of luminance over the picture, over display white; `a` the half of it that is
 //! for levels, the other being for effects left out. The parts are those of the renderer's estimate,
 //! which adds up their squares too.
 //!
-//! A level whose setting is an error gets its part: the table's relative error, but no more than a draft's,
-//! that of an adaptive integral, and the error of a pixel for which the renderer adds rays. Both
-//! relative errors are of light that is seldom brighter than a gray card in the sun.
-//! All other levels are a preset's: of `standard` and `reference` the first whose own table errs by no
-//! more than `a`, which is `standard` down to T = 0.01. A draft leaves out light of the sky that is
-//! seen at any tolerance.
+//! The preset `standard` is its tolerance. A level whose setting is an error gets its part: the table's
+//! relative error, but no more than 0.005, that of an adaptive integral, and the error of a pixel for
+//! which the renderer adds rays. Relative errors are of the light of drops: pictures are exposed
+//! so that it is seldom brighter than a gray card, 0.18 of display white. Of theories drops of each size take
+//! the cheapest that keeps the table's error. All other levels are those of `standard` and `reference`
+//! whose own table errs by no more than `a`.
 //!
 //! Nothing is foretold: the estimate that the renderer makes with the picture is the judge. What a scene
 //! names stays.
 
+use niji_atmosphere::ScatteringOrders;
 use niji_render::Integration;
 use niji_render::PixelFootprint;
-use niji_render::SunPath;
+use niji_render::SkyModel;
 use niji_scatter::Theory;
 
-use crate::accuracy::Accuracy;
+use crate::accuracy::Levels;
 use crate::accuracy::Preset;
-use crate::accuracy::exact_theory;
 use crate::effect::Effect;
+use crate::effect::Role;
 use crate::effect_switches::Switch;
-use crate::plan::Plan;
 use crate::plan::SHARE_FOR_EFFECTS;
 use crate::scene::Scene;
 
@@ -38,8 +38,11 @@ const OF_INTEGRAL: f64 = 0.5;
 const OF_RAYS: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
 /// Smallest errors that a table and an integral may be asked for.
-const LEAST_TABLE_ERROR: f64 = 1e-6;
+const LEAST_TABLE_ERROR: f64 = 1e-5;
 const LEAST_INTEGRAL_ERROR: f64 = 1e-12;
+
+/// Luminance of drops that are bright, over display white: that of a gray card.
+pub const BRIGHT_DROPS: f64 = 0.18;
 
 /// What is asked of a picture, beside what its scene says.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -55,60 +58,80 @@ impl Goal {
     /// The scene that is asked for.
     #[must_use]
     pub fn of(self, mut scene: Scene) -> Scene {
-        if let Some(tolerance) = self.tolerance {
-            scene.accuracy.tolerance = tolerance;
-        }
-        match (self.preset, self.tolerance) {
-            (Some(preset), _) => scene.accuracy.preset = preset,
-            (None, Some(tolerance)) => scene.accuracy = levels_for_tolerance(&scene, tolerance),
-            (None, None) => (),
-        }
+        let accuracy = &mut scene.accuracy;
+        accuracy.tolerance = self.tolerance.or(accuracy.tolerance);
+        accuracy.preset = match (self.preset, self.tolerance) {
+            (Some(preset), _) => preset,
+            (None, Some(_)) => Preset::Standard,
+            (None, None) => accuracy.preset,
+        };
         scene
     }
 }
 
-/// The accuracy that keeps a tolerance, with all that the scene names as it is.
-pub fn levels_for_tolerance(scene: &Scene, tolerance: f64) -> Accuracy {
-    let (named, allowed) = (scene.accuracy, SHARE_FOR_LEVELS * tolerance);
-    let table_error = |preset: Preset| preset.levels(1.0).table_relative_error;
-    let preset = if table_error(Preset::Standard) <= allowed {
-        Preset::Standard
-    } else {
-        Preset::Reference
-    };
-    let of_table = (OF_TABLE * allowed).clamp(LEAST_TABLE_ERROR, table_error(Preset::Draft));
-    let of_integral = Integration::Adaptive {
-        relative_error: (OF_INTEGRAL * allowed).max(LEAST_INTEGRAL_ERROR),
-    };
-    let theory: Option<Theory> = match preset {
-        Preset::Reference => Some(exact_theory(&scene.effects)),
-        Preset::Draft | Preset::Standard => None,
-    };
-    Accuracy {
-        preset,
-        theory: named.theory.or(theory),
-        table_relative_error: named.table_relative_error.or(Some(of_table)),
-        integration: named.integration.or(Some(of_integral)),
-        // The renderer adds rays where one is too few.
-        pixel_footprint: (named.pixel_footprint).or(Some(PixelFootprint::Prefiltered)),
-        ..named
+impl Scene {
+    /// The level of every stage for drops on a lattice of `voxel_m`.
+    #[must_use]
+    pub fn levels(&self, voxel_m: f64) -> Levels {
+        let levels = match self.accuracy.preset {
+            Preset::Standard => self.levels_for_tolerance(voxel_m),
+            preset @ (Preset::Draft | Preset::Reference) => preset.levels(voxel_m),
+        };
+        self.accuracy.named_over(levels)
+    }
+
+    /// How finely light that the air scattered before is solved for the table of the air; `None`
+    /// where the level of the sky or the effects do not ask for it.
+    #[must_use]
+    pub fn scattering_orders(&self) -> Option<ScatteringOrders> {
+        let mut lights = Effect::of_role(Role::AirLight);
+        let is_seen = lights.any(|it| self.effects.of(it) != Switch::Off);
+        self.orders_of_level().filter(|_| is_seen)
+    }
+
+    /// How finely it is solved wherever it is seen; `None` where the level of the sky is one order.
+    pub(crate) fn orders_of_level(&self) -> Option<ScatteringOrders> {
+        let preset = self.preset_kept();
+        let sky = self.accuracy.sky.unwrap_or(preset.levels(1.0).sky);
+        match (sky, preset) {
+            (SkyModel::None | SkyModel::SingleScattering, _) => None,
+            (SkyModel::MultipleScattering, Preset::Draft) => Some(ScatteringOrders::DRAFT),
+            (SkyModel::MultipleScattering, Preset::Standard) => Some(ScatteringOrders::QUICK),
+            (SkyModel::MultipleScattering, Preset::Reference) => Some(ScatteringOrders::STANDARD),
+        }
+    }
+
+    /// Relative error of the light of drops that is for levels.
+    fn relative_error(&self) -> f64 {
+        SHARE_FOR_LEVELS * self.accuracy.tolerance() / BRIGHT_DROPS
+    }
+
+    /// The preset whose levels are taken where they have no error for a setting.
+    fn preset_kept(&self) -> Preset {
+        let of_standard = Preset::Standard.levels(1.0).table_relative_error;
+        match self.accuracy.preset {
+            Preset::Standard if of_standard > self.relative_error() => Preset::Reference,
+            preset => preset,
+        }
+    }
+
+    fn levels_for_tolerance(&self, voxel_m: f64) -> Levels {
+        let allowed = self.relative_error();
+        let most = Preset::Standard.levels(voxel_m).table_relative_error;
+        Levels {
+            theory: Theory::BySize,
+            table_relative_error: (OF_TABLE * allowed).clamp(LEAST_TABLE_ERROR, most),
+            integration: Integration::Adaptive {
+                relative_error: (OF_INTEGRAL * allowed).clamp(LEAST_INTEGRAL_ERROR, most),
+            },
+            // The renderer adds rays where one is too few.
+            pixel_footprint: PixelFootprint::Prefiltered,
+            ..self.preset_kept().levels(voxel_m)
+        }
     }
 }
 
-/// What a pixel may err by before it gets more rays, in gray cards in the sun.
+/// What a pixel may err by before it gets more rays, over display white.
 pub fn tolerance_for_rays(tolerance: f64) -> f64 {
     OF_RAYS * SHARE_FOR_LEVELS * tolerance
-}
-
-/// Whether light that drops scatter more than once belongs into a picture that shall keep a tolerance.
-/// Presets but the reference leave it out unasked; here it counts like every other effect, by the RMS of
-/// its bound over the picture.
-pub fn calls_for_multiple_scattering(scene: &Scene, plan: &Plan, tolerance: f64) -> bool {
-    let effect = Effect::MultipleScattering;
-    let mut needs = effect.needs().iter();
-    let is_open = scene.effects.of(effect) == Switch::Auto
-        && scene.accuracy.sun_path != Some(SunPath::Ignore)
-        && needs.all(|needed| scene.effects.of(*needed) != Switch::Off);
-    let missed = plan.bound(effect).map_or(0.0, |bound| bound.rms);
-    is_open && !plan.is_on(effect) && missed > SHARE_FOR_EFFECTS * tolerance
 }

@@ -39,7 +39,7 @@ mod warnings;
 pub use bound::Bound;
 pub use bound::BoundKind;
 pub use bound::BoundTerms;
-pub(crate) use decide::SHARE_FOR_EFFECTS;
+pub use decide::SHARE_FOR_EFFECTS;
 pub use decided::EffectDecision;
 pub use decided::Plan;
 pub use decided::View;
@@ -56,15 +56,20 @@ pub use stages::StagePlan;
 
 use std::collections::BTreeSet;
 
+use niji_exchange::AtmosphereTable;
 use niji_render::DropOrders;
 
 use crate::accuracy::Levels;
 use crate::effect::Effect;
+use crate::effect_switches::EffectSwitches;
 use crate::effect_switches::Switch;
 use crate::scene::Scene;
 
+use air_light::AirLight;
 use bounds::Assumed;
+use bounds::BoundScene;
 use facts::Situation;
+use light_curves::LightCurves;
 use reasons::Decided;
 use stages::Chosen;
 
@@ -77,79 +82,183 @@ use stages::Chosen;
 /// If figures of a drop file are missing or the volume is empty, drops cannot be laid out, or parts of a scene that was not
 /// read from a file are out of range.
 pub fn plan(scene: &Scene, drops: Option<DropSummary>) -> Result<Plan, PlanError> {
+    plan_looking(scene, drops, |_| Ok(None))
+}
+
+/// As [`plan`]; `look` is asked, with what bounds foretell, what light of further orders changes where somebody
+/// measured that.
+///
+/// # Errors
+/// As [`plan`], and what `look` reports.
+pub fn plan_looking<E: From<PlanError>>(
+    scene: &Scene,
+    drops: Option<DropSummary>,
+    look: impl FnOnce(&Foretold) -> Result<Option<Bound>, E>,
+) -> Result<Plan, E> {
     let situation = Situation::new(scene, drops)?;
     let table = situation.air_table(scene)?;
     let air = situation.air_light(table.as_ref());
     let curves = situation.curves(scene);
     let mirrored_curves = situation.mirrored_curves(scene);
     let curves_of_suns = (&curves, mirrored_curves.as_ref());
-    let bound_scene = situation.bound_scene(curves_of_suns, air.as_ref());
-    let bound = |effect: Effect, assumed: &Assumed| bound_scene.bound(effect, assumed);
-    let switches = decide::settled(&scene.effects, &scene.accuracy);
-    let mut on = decide::decide(&switches, scene.accuracy.tolerance, &bound).on;
-    let seen = |effect: &Effect| bound(*effect, &decide::forced(&on, *effect)).value > 0.0;
-    let rings = rings::held(situation.levels.theory, &on).into_iter();
-    let rings: Vec<Effect> = rings.filter(seen).collect();
-    on.extend(rings);
-
-    let facts = situation.facts(scene, (air.as_ref(), &on));
-    let decision = |effect: Effect| {
-        let (asked, is_on) = (scene.effects.of(effect), on.contains(&effect));
-        let assumed = decide::forced(&on, effect);
-        let (bound, terms) = bound_scene.bound_with_terms(effect, &assumed);
-        let decided = Decided {
-            effect,
-            asked,
-            is_on,
-            bound,
-        };
-        let reason = reasons::reason(&decided, &facts);
-        EffectDecision {
-            effect,
-            asked,
-            on: is_on,
-            reason,
-            bound,
-            terms,
-        }
-    };
-    let effects: Vec<EffectDecision> = Effect::ALL.into_iter().map(decision).collect();
-    let left_out = effects
-        .iter()
-        .filter(|decision| !decision.on && switches.of(decision.effect) == Switch::Auto)
-        .filter(|decision| !decision.effect.comes_with_theory())
-        .map(|decision| decision.bound.value)
-        .sum();
-    let scattering = scattering_need::scattering_need(scene, (&situation, &curves), &on)?;
-    let angles = |need| resources::angles(need, &situation);
-    let angles = scattering.as_ref().map(angles);
-    let table_need = scattering.as_ref().zip(angles.as_ref());
-    let table_refused = table_need.and_then(|need| resources::refusal(need, &situation));
-    let levels = levels_used(situation.levels, &on, scattering.as_ref());
-    let stages = stages::stages(
+    let known = Known {
         scene,
-        &situation,
-        &Chosen {
-            on: &on,
-            scattering: table_need,
-            air: table.as_ref(),
-        },
-    );
-    Ok(Plan {
-        scene: scene.name.clone(),
-        sun: scene.sun,
-        tolerance: scene.accuracy.tolerance,
-        reference_luminance_cd_m2: situation.reference_luminance_cd_m2,
-        view: situation.view,
-        warnings: warnings::warnings(scene, &situation, &on),
-        effects,
-        left_out,
-        levels,
-        scattering,
-        table_refused,
-        stages,
-        voxel_m: situation.drops.voxel_m,
-    })
+        situation: &situation,
+        table: table.as_ref(),
+        air: air.as_ref(),
+        curves: &curves,
+        bounds: situation.bound_scene(curves_of_suns, air.as_ref()),
+    };
+    let decisions = known.decisions(None);
+    let further_orders = look(&Foretold {
+        on: &decisions.on,
+        further_orders: decisions
+            .bound(Effect::MultipleScattering)
+            .filter(|_| decide::weighs_further_orders(&scene.effects, &scene.accuracy)),
+        levels: situation.levels,
+        display_white_cd_m2: situation.display_white_cd_m2,
+    })?;
+    let decisions = further_orders.map_or(decisions, |it| known.decisions(Some(it)));
+    Ok(known.plan(decisions)?)
+}
+
+/// What bounds foretell, before anything is measured.
+#[derive(Debug)]
+pub struct Foretold<'a> {
+    /// The effects that are on.
+    pub on: &'a BTreeSet<Effect>,
+    /// What light of further orders adds at most, where it is on if it is seen.
+    pub further_orders: Option<Bound>,
+    /// The level of every stage.
+    pub levels: Levels,
+    /// What a preview shows as white.
+    pub display_white_cd_m2: f64,
+}
+
+/// Which effects are simulated.
+struct Decisions {
+    on: BTreeSet<Effect>,
+    effects: Vec<EffectDecision>,
+}
+
+impl Decisions {
+    fn bound(&self, effect: Effect) -> Option<Bound> {
+        let decision = self.effects.iter().find(|it| it.effect == effect);
+        decision.map(|it| it.bound)
+    }
+}
+
+/// What decisions are made from.
+struct Known<'a> {
+    scene: &'a Scene,
+    situation: &'a Situation,
+    table: Option<&'a AtmosphereTable>,
+    air: Option<&'a AirLight>,
+    curves: &'a LightCurves<'a>,
+    bounds: BoundScene<'a>,
+}
+
+impl Known<'_> {
+    /// The switches of the scene, without what it cannot have.
+    fn switches(&self) -> EffectSwitches {
+        decide::settled(&self.scene.effects, &self.scene.accuracy)
+    }
+
+    /// Decides, where `further_orders` is what light of these changes.
+    fn decisions(&self, further_orders: Option<Bound>) -> Decisions {
+        let Self {
+            scene,
+            situation,
+            air,
+            ref bounds,
+            ..
+        } = *self;
+        let measured =
+            |effect: Effect| further_orders.filter(|_| effect == Effect::MultipleScattering);
+        let bound = |effect: Effect, assumed: &Assumed| {
+            measured(effect).unwrap_or_else(|| bounds.bound(effect, assumed))
+        };
+        let switches = self.switches();
+        let mut on = decide::decide(&switches, scene.accuracy.tolerance(), &bound).on;
+        let seen = |effect: &Effect| bound(*effect, &decide::forced(&on, *effect)).value > 0.0;
+        let rings = rings::held(situation.levels.theory, &on).into_iter();
+        let rings: Vec<Effect> = rings.filter(seen).collect();
+        on.extend(rings);
+
+        let facts = situation.facts(scene, (air, &on));
+        let decision = |effect: Effect| {
+            let (asked, is_on) = (scene.effects.of(effect), on.contains(&effect));
+            let assumed = decide::forced(&on, effect);
+            let (foretold, terms) = bounds.bound_with_terms(effect, &assumed);
+            let bound = measured(effect).unwrap_or(foretold);
+            let decided = Decided {
+                effect,
+                asked,
+                is_on,
+                bound,
+            };
+            let reason = reasons::reason(&decided, &facts);
+            EffectDecision {
+                effect,
+                asked,
+                on: is_on,
+                reason,
+                bound,
+                terms,
+            }
+        };
+        let effects = Effect::ALL.into_iter().map(decision).collect();
+        Decisions { on, effects }
+    }
+
+    /// The plan of what was decided.
+    fn plan(&self, decisions: Decisions) -> Result<Plan, PlanError> {
+        let Self {
+            scene,
+            situation,
+            table,
+            curves,
+            ..
+        } = *self;
+        let Decisions { on, effects } = decisions;
+        let switches = self.switches();
+        let left_out = effects
+            .iter()
+            .filter(|decision| !decision.on && switches.of(decision.effect) == Switch::Auto)
+            .filter(|decision| !decision.effect.comes_with_theory())
+            .map(EffectDecision::counted)
+            .sum();
+        let scattering = scattering_need::scattering_need(scene, (situation, curves), &on)?;
+        let angles = |need| resources::angles(need, situation);
+        let angles = scattering.as_ref().map(angles);
+        let table_need = scattering.as_ref().zip(angles.as_ref());
+        let table_refused = table_need.and_then(|need| resources::refusal(need, situation));
+        let levels = levels_used(situation.levels, &on, scattering.as_ref());
+        let stages = stages::stages(
+            scene,
+            situation,
+            &Chosen {
+                on: &on,
+                scattering: table_need,
+                air: table,
+            },
+        );
+        Ok(Plan {
+            scene: scene.name.clone(),
+            sun: scene.sun,
+            tolerance: scene.accuracy.tolerance(),
+            display_white_cd_m2: situation.display_white_cd_m2,
+            view: situation.view,
+            warnings: warnings::warnings(scene, situation, &on),
+            effects,
+            left_out,
+            levels,
+            scattering,
+            table_refused,
+            stages,
+            voxel_m: situation.drops.voxel_m,
+        })
+    }
 }
 
 /// The levels, without those of what is left out.

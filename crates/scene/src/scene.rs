@@ -1,6 +1,5 @@
 //! A scene: everything that a picture depends on, read from TOML.
 
-use niji_atmosphere::ScatteringOrders;
 use niji_radiometry::WavelengthGrid;
 use niji_scatter::DropMotion;
 use schemars::JsonSchema;
@@ -13,11 +12,8 @@ use crate::air::Air;
 use crate::camera_section::Camera;
 use crate::canonical_json::canonical_json;
 use crate::drops::Drops;
-use crate::effect::Effect;
-use crate::effect::Role;
 use crate::effect::Section;
 use crate::effect_switches::EffectSwitches;
-use crate::effect_switches::Switch;
 use crate::occluders::Occluders;
 use crate::photo::Photo;
 use crate::schema::parts::Tracks;
@@ -124,15 +120,6 @@ pub struct Scene<S = Sun> {
 }
 
 impl Scene {
-    /// How finely light that the air scattered before is solved for the table of the air; `None`
-    /// where the level of the sky or the effects do not ask for it.
-    pub fn scattering_orders(&self) -> Option<ScatteringOrders> {
-        if Effect::of_role(Role::AirLight).all(|it| self.effects.of(it) == Switch::Off) {
-            return None;
-        }
-        self.accuracy.scattering_orders()
-    }
-
     /// Whether it has a section that effects may need.
     pub(crate) fn has(&self, section: Section) -> bool {
         match section {

@@ -171,7 +171,9 @@ fn drops_error(error: &niji_droplets::Error, entry: &str, check: &Check<'_>) -> 
 }
 
 fn accuracy(accuracy: &Accuracy, check: &Check<'_>) -> Result<(), SceneError> {
-    check.number("accuracy.tolerance", accuracy.tolerance, (0.0, 1.0))?;
+    if let Some(tolerance) = accuracy.tolerance {
+        check.number("accuracy.tolerance", tolerance, (0.0, 1.0))?;
+    }
     if let Some(error) = accuracy.table_relative_error {
         check.number("accuracy.table_relative_error", error, (1e-6, 0.5))?;
     }

@@ -4,17 +4,18 @@
 
 mod support;
 
+use niji_render::DropOrders;
 use niji_render::Integration;
 use niji_render::PixelFootprint;
 use niji_scatter::Theory;
-use niji_scene::Accuracy;
+use niji_scene::BRIGHT_DROPS;
 use niji_scene::Effect;
+use niji_scene::Goal;
+use niji_scene::Levels;
 use niji_scene::Preset;
 use niji_scene::SHARE_FOR_LEVELS;
 use niji_scene::Scene;
 use niji_scene::Switch;
-use niji_scene::calls_for_multiple_scattering;
-use niji_scene::levels_for_tolerance;
 use niji_scene::tolerance_for_rays;
 use support::planned;
 use support::scene;
@@ -46,50 +47,76 @@ step_nm = 100.0
 n_wavelengths = 3
 ";
 
-fn errors(accuracy: &Accuracy) -> [f64; 2] {
-    let Some(Integration::Adaptive { relative_error }) = accuracy.integration else {
-        panic!("{accuracy:?}");
+fn asked(scene: Scene, tolerance: f64) -> Scene {
+    let goal = Goal {
+        preset: None,
+        tolerance: Some(tolerance),
     };
-    [accuracy.table_relative_error.unwrap(), relative_error]
+    goal.of(scene)
+}
+
+fn errors(levels: &Levels) -> [f64; 2] {
+    let Integration::Adaptive { relative_error } = levels.integration else {
+        panic!("{levels:?}");
+    };
+    [levels.table_relative_error, relative_error]
 }
 
 #[test]
 fn squares_of_what_levels_may_err_by_add_up_to_half_of_the_tolerance() {
-    let mist = scene(MIST);
-    for tolerance in [0.03, 0.01, 1e-3, 1e-5] {
-        let [table, integral] = errors(&levels_for_tolerance(&mist, tolerance));
+    for tolerance in [0.003, 1e-3, 1e-5] {
+        let mist = asked(scene(MIST), tolerance);
+        let of_light = errors(&mist.levels(2.0)).map(|error| error * BRIGHT_DROPS);
         let rays = tolerance_for_rays(tolerance);
-        let sum = (table * table + integral * integral + rays * rays).sqrt();
+        let sum = (of_light[0].powi(2) + of_light[1].powi(2) + rays * rays).sqrt();
         assert!((sum / (SHARE_FOR_LEVELS * tolerance) - 1.0).abs() < 1e-12);
     }
 }
 
 #[test]
 fn no_level_is_coarser_than_that_of_the_preset_that_keeps_the_tolerance() {
-    let mist = scene(MIST);
+    // The table of `standard`, 0.005 of light of 0.18 of white, is half of 0.0018.
     for (tolerance, preset) in [
         (1.0, Preset::Standard),
-        (0.01, Preset::Standard),
-        (0.0099, Preset::Reference),
+        (0.0018, Preset::Standard),
+        (0.00179, Preset::Reference),
         (1e-6, Preset::Reference),
     ] {
-        let accuracy = levels_for_tolerance(&mist, tolerance);
-        assert_eq!(accuracy.preset, preset, "{tolerance}");
-        let (levels, own) = (accuracy.levels(2.0), preset.levels(2.0));
-        assert_eq!(levels.theory, own.theory);
+        let levels = asked(scene(MIST), tolerance).levels(2.0);
+        let own = preset.levels(2.0);
+        assert_eq!(levels.theory, Theory::BySize);
+        assert_eq!(levels.sun_path, own.sun_path, "{tolerance}");
         assert_eq!(levels.sky, own.sky);
         assert_eq!(levels.drop_orders, own.drop_orders);
         assert_eq!(levels.pixel_footprint, PixelFootprint::Prefiltered);
-        let [table, _] = errors(&accuracy);
-        assert!(table <= Preset::Draft.levels(2.0).table_relative_error);
+        let most = Preset::Standard.levels(2.0).table_relative_error;
+        assert!(errors(&levels).iter().all(|error| *error <= most));
     }
+}
+
+#[test]
+fn presets_are_tolerances_and_a_named_one_is_kept() {
+    let mut mist = scene(MIST);
+    assert_eq!(mist.accuracy.tolerance(), 0.01);
+    mist.accuracy.preset = Preset::Draft;
+    assert_eq!(mist.accuracy.tolerance(), 0.05);
+    assert_eq!(mist.levels(2.0), Preset::Draft.levels(2.0));
+    mist.accuracy.tolerance = Some(0.3);
+    assert_eq!(mist.accuracy.tolerance(), 0.3);
+    // A tolerance on the command line is more than looking.
+    let asked = asked(mist, 0.02);
+    assert_eq!(asked.accuracy.preset, Preset::Standard);
+    assert_eq!(asked.accuracy.tolerance(), 0.02);
 }
 
 #[test]
 fn levels_for_any_tolerance_are_ones_that_a_scene_may_name() {
     for tolerance in [1.0, 1e-12, f64::MIN_POSITIVE] {
-        let mut mist = scene(MIST);
-        mist.accuracy = levels_for_tolerance(&mist, tolerance);
+        let mut mist = asked(scene(MIST), tolerance);
+        let levels = mist.levels(2.0);
+        mist.accuracy.table_relative_error = Some(levels.table_relative_error);
+        mist.accuracy.integration = Some(levels.integration);
+        mist.accuracy.pixel_footprint = Some(levels.pixel_footprint);
         let read = Scene::from_json(&mist.canonical_json());
         assert_eq!(read.unwrap().accuracy, mist.accuracy, "{tolerance}");
     }
@@ -100,32 +127,27 @@ fn what_the_scene_names_stays() {
     let named = "name = \"mist\"\n[accuracy]\ntheory = \"airy\"\ntable_relative_error = 0.1\n\
                  integration = \"cell-exact\"\npixel_footprint = \"center\"";
     let mist = scene(&MIST.replace("name = \"mist\"", named));
-    let accuracy = levels_for_tolerance(&mist, 1e-6);
-    assert_eq!(accuracy.theory, Some(Theory::Airy));
-    assert_eq!(accuracy.table_relative_error, Some(0.1));
-    assert_eq!(accuracy.integration, Some(Integration::CellExact));
-    assert_eq!(accuracy.pixel_footprint, Some(PixelFootprint::Center));
-    assert_eq!(accuracy.tolerance, mist.accuracy.tolerance);
+    let levels = asked(mist, 1e-6).levels(2.0);
+    assert_eq!(levels.theory, Theory::Airy);
+    assert_eq!(levels.table_relative_error, 0.1);
+    assert_eq!(levels.integration, Integration::CellExact);
+    assert_eq!(levels.pixel_footprint, PixelFootprint::Center);
 }
 
 #[test]
-fn without_one_of_its_orders_the_exact_theory_is_the_debye_series() {
+fn light_of_all_orders_is_on_where_it_exceeds_half_of_the_tolerance() {
+    let is_on = |scene: &Scene, tolerance| {
+        let plan = planned(&asked(scene.clone(), tolerance));
+        assert_eq!(
+            plan.levels.drop_orders != DropOrders::SingleScattering,
+            plan.is_on(Effect::MultipleScattering)
+        );
+        plan.is_on(Effect::MultipleScattering)
+    };
     let mut mist = scene(MIST);
-    mist.effects.set(Effect::SecondaryBow, Switch::Off);
-    let accuracy = levels_for_tolerance(&mist, 1e-3);
-    assert_eq!(accuracy.theory, Some(Theory::Debye { max_order: 7 }));
-}
-
-#[test]
-fn light_of_all_orders_is_called_for_where_it_exceeds_half_of_the_tolerance() {
-    let asks =
-        |scene: &Scene, tolerance| calls_for_multiple_scattering(scene, &planned(scene), tolerance);
-    let mut mist = scene(MIST);
-    let missed = planned(&mist)
-        .bound(Effect::MultipleScattering)
-        .unwrap()
-        .rms;
-    assert!(asks(&mist, 1.9 * missed) && !asks(&mist, 2.1 * missed));
+    let missed = planned(&mist).bound(Effect::MultipleScattering).unwrap();
+    // Others are left out beside it.
+    assert!(is_on(&mist, 1.9 * missed.rms) && !is_on(&mist, 20.0 * missed.rms));
     mist.effects.set(Effect::MultipleScattering, Switch::Off);
-    assert!(!asks(&mist, 1e-9), "what the scene leaves out stays out");
+    assert!(!is_on(&mist, 1e-9), "what the scene leaves out stays out");
 }

@@ -13,6 +13,7 @@ use niji_scene::PlanError;
 use niji_scene::Scene;
 use niji_scene::SceneError;
 use niji_scene::Stage;
+use niji_scene::Switch;
 use niji_scene::plan;
 
 use support::planned;
@@ -234,7 +235,9 @@ fn showers_apart_are_no_denser_together() {
 
 #[test]
 fn the_table_of_a_plan_holds_the_sizes_of_all() {
-    let scene = Scene::from_toml(&two()).unwrap();
+    let mut scene = Scene::from_toml(&two()).unwrap();
+    scene.effects.set(Effect::DropFlattening, Switch::On);
+    scene.effects.set(Effect::SizeSpread, Switch::On);
     let both = planned(&scene);
     assert!(both.is_on(Effect::PrimaryBow) && both.runs(Stage::Drops));
     let need = both.scattering.as_ref().unwrap();

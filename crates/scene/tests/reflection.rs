@@ -196,7 +196,8 @@ impl Spheres {
 
     /// The drops of a scene.
     fn of(text: &str) -> Self {
-        let scene = Scene::from_toml(text).unwrap();
+        let mut scene = Scene::from_toml(text).unwrap();
+        scene.effects.set(Effect::ReflectionBow, Switch::On);
         let plan = planned(&scene);
         let grid = scene.spectrum;
         let need = plan.scattering.as_ref().unwrap();

@@ -71,7 +71,7 @@ fn a_sound_scene_is_read_as_written() {
     assert_eq!(scene.accuracy.preset, Preset::Draft);
     assert_eq!(scene.effects.of(Effect::DropShadow), Switch::Off);
     assert_eq!(scene.effects.of(Effect::SunDisc), Switch::Auto);
-    let named = scene.accuracy.levels(10.0).named();
+    let named = scene.levels(10.0).named();
     let level = |key: &str| {
         named
             .iter()

@@ -7,8 +7,7 @@ use crate::figures::brief;
 /// A bound on the contribution of an effect.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Bound {
-    /// Largest change of luminance of any pixel, relative to a gray card (albedo 0.18) that faces
-    /// the sun above the air.
+    /// Largest change of luminance of any pixel, over that of display white.
     pub value: f64,
     /// RMS of that change over the picture; never above `value`.
     pub rms: f64,
@@ -26,6 +25,8 @@ pub enum BoundKind {
     Estimated,
     /// It is the difference of two coarse tables.
     TableDifference,
+    /// It was measured on a small picture of the scene.
+    Measured,
 }
 
 impl fmt::Display for Bound {
@@ -42,6 +43,7 @@ impl BoundKind {
             Self::Proved => "proved",
             Self::Estimated => "estimated",
             Self::TableDifference => "table difference",
+            Self::Measured => "measured",
         }
     }
 }

@@ -1,6 +1,6 @@
 //! What leaving an effect out can change, block by block of the picture.
 //!
-//! In units of a gray card in the sun, with tau the optical depth of the drops on a ray (Q = 1),
+//! In units of display white, with tau the optical depth of the drops on a ray (Q = 1),
 //! q the efficiency of the extinction level, P(theta) the light of a unit of optical depth:
 //! * a bow adds at most P tau, with extinction P (1 - exp(-q tau))/q, because
 //!   int_0^tau exp(-q t) dt is that;

@@ -6,9 +6,10 @@
 //! effect that may shape them. Where one of those is left out itself, the bows change a little, so
 //! the sum is checked again with the final bounds, and the largest comes back until it fits.
 //!
-//! Multiple scattering is decided before: it takes paths through the drops and a table of all angles,
-//! so that only the preset `reference` weighs it by its bound. An effect that is on brings those that
-//! it cannot do without.
+//! Light that drops scatter more than once is smooth, and its bound an estimate: the RMS of it counts, and only
+//! where a tolerance is named or the preset is `reference`, for it takes paths through the drops and a table of
+//! all angles. An effect that is on brings
+//! those that it cannot do without.
 
 use std::collections::BTreeSet;
 
@@ -25,27 +26,32 @@ use super::bound::Bound;
 use super::bounds::Assumed;
 
 /// Share of the tolerance that is for effects left out; the rest is for levels.
-pub(crate) const SHARE_FOR_EFFECTS: f64 = 0.5;
+pub const SHARE_FOR_EFFECTS: f64 = 0.5;
 
 /// The effects that are on.
 pub(super) struct Decision {
     pub(super) on: BTreeSet<Effect>,
 }
 
-/// The switches of a scene, with what only the reference weighs left out of other presets, and
-/// wherever the scene leaves out what it needs.
+/// The switches of a scene, with light of further orders left out where it is not weighed, and wherever the scene
+/// leaves out what it needs.
 pub(super) fn settled(switches: &EffectSwitches, accuracy: &Accuracy) -> EffectSwitches {
     let mut settled = switches.clone();
     let effect = Effect::MultipleScattering;
-    let needs = effect.needs().iter();
-    let lacks = accuracy.sun_path == Some(SunPath::Ignore)
-        || needs
-            .copied()
-            .any(|needed| switches.of(needed) == Switch::Off);
-    if switches.of(effect) == Switch::Auto && (accuracy.preset != Preset::Reference || lacks) {
+    if switches.of(effect) == Switch::Auto && !weighs_further_orders(switches, accuracy) {
         settled.set(effect, Switch::Off);
     }
     settled
+}
+
+/// Whether light of further orders is on where it is seen.
+pub(super) fn weighs_further_orders(switches: &EffectSwitches, accuracy: &Accuracy) -> bool {
+    let effect = Effect::MultipleScattering;
+    let mut needs = effect.needs().iter();
+    switches.of(effect) == Switch::Auto
+        && (accuracy.preset == Preset::Reference || accuracy.tolerance.is_some())
+        && accuracy.sun_path != Some(SunPath::Ignore)
+        && needs.all(|needed| switches.of(*needed) != Switch::Off)
 }
 
 /// Decides every effect; `bound` says what an effect may contribute.
@@ -72,7 +78,7 @@ pub(super) fn decide(
     };
     let mut sized: Vec<(f64, Effect)> = open
         .into_iter()
-        .map(|effect| (bound(effect, &assumed).value, effect))
+        .map(|effect| (counted(effect, bound(effect, &assumed)), effect))
         .collect();
     sized.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let budget = SHARE_FOR_EFFECTS * tolerance;
@@ -97,6 +103,14 @@ pub(super) fn decide(
     Decision { on }
 }
 
+/// What of a bound counts against the tolerance.
+pub(super) fn counted(effect: Effect, bound: Bound) -> f64 {
+    match effect {
+        Effect::MultipleScattering => bound.rms,
+        _ => bound.value,
+    }
+}
+
 /// What forcing `effect` on would add, with everything else as it is.
 pub(super) fn forced(on: &BTreeSet<Effect>, effect: Effect) -> Assumed {
     let (mut may_be_on, mut is_on) = (on.clone(), on.clone());
@@ -112,7 +126,7 @@ fn keep_to(
     bound: &dyn Fn(Effect, &Assumed) -> Bound,
 ) {
     loop {
-        let value = |effect: Effect| bound(effect, &forced(on, effect)).value;
+        let value = |effect: Effect| counted(effect, bound(effect, &forced(on, effect)));
         let sized: Vec<f64> = left_out.iter().map(|effect| value(*effect)).collect();
         if sized.iter().sum::<f64>() <= budget {
             return;
@@ -148,10 +162,11 @@ mod tests {
 
     fn decide_with(bounds: &[(Effect, f64)], switches: &EffectSwitches) -> BTreeSet<Effect> {
         let bound = |effect: Effect, _: &Assumed| {
+            let default = f64::from(u8::from(effect != Effect::MultipleScattering));
             let value = bounds
                 .iter()
                 .find(|(of, _)| *of == effect)
-                .map_or(1.0, |(_, value)| *value);
+                .map_or(default, |(_, value)| *value);
             Bound {
                 value,
                 rms: value,
@@ -202,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn light_of_further_orders_is_for_the_reference_or_who_asks_and_brings_what_it_needs() {
+    fn light_of_further_orders_is_for_a_tolerance_or_who_asks_and_brings_what_it_needs() {
         let multiple = Effect::MultipleScattering;
         let mut switches = EffectSwitches::default();
         for (preset, kept) in [(Preset::Standard, false), (Preset::Reference, true)] {

@@ -16,6 +16,7 @@ use crate::sections::Sun;
 
 use super::bound::Bound;
 use super::bound::BoundTerms;
+use super::decide;
 use super::scattering_need::ScatteringNeed;
 use super::stages;
 use super::stages::Stage;
@@ -38,6 +39,13 @@ pub struct EffectDecision {
     pub terms: Option<BoundTerms>,
 }
 
+impl EffectDecision {
+    /// What of its bound counts against the tolerance.
+    pub fn counted(&self) -> f64 {
+        decide::counted(self.effect, self.bound)
+    }
+}
+
 /// What the camera sees of the drops.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct View {
@@ -58,11 +66,11 @@ pub struct Plan {
     pub scene: String,
     /// Where its sun stands, also where the scene names a moment.
     pub sun: Sun,
-    /// Largest RMS error of luminance over the picture, relative to `reference_luminance_cd_m2`.
+    /// Largest RMS error of luminance over the picture, relative to `display_white_cd_m2`.
     pub tolerance: f64,
-    /// What a gray card (albedo 0.18) that faces the sun above the air looks like at exposure 0:
-    /// 0.18 E_sun/pi, half as much for every stop of the picture's exposure.
-    pub reference_luminance_cd_m2: f64,
+    /// What a preview shows as white: at exposure 0 a white plane that faces the sun above the air,
+    /// E_sun/pi, half as much for every stop of the picture's exposure.
+    pub display_white_cd_m2: f64,
     /// What the camera sees of the drops.
     pub view: View,
     /// Every effect.
@@ -107,7 +115,7 @@ impl Plan {
         let is_photo = self.runs(Stage::Composite);
         let is_meant = move |effect: Effect| is_photo && effect.row().role == Role::AirLight;
         let off = self.effects.iter().filter(|it| !it.on);
-        off.filter(move |it| it.bound.value > self.tolerance && !is_meant(it.effect))
+        off.filter(move |it| it.counted() > self.tolerance && !is_meant(it.effect))
     }
 
     /// How finely light that the air scattered before is solved for the table of the air; `None` where

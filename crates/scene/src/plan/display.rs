@@ -23,8 +23,8 @@ impl fmt::Display for Plan {
         self.write_view(out)?;
         writeln!(
             out,
-            "\neffects (bounds in gray cards in the sun, {} cd/m2 each)",
-            brief(self.reference_luminance_cd_m2)
+            "\neffects (bounds over display white, {} cd/m2)",
+            brief(self.display_white_cd_m2)
         )?;
         for decision in &self.effects {
             let state = if decision.on { "on" } else { "off" };

@@ -172,6 +172,7 @@ fn meaning(kind: BoundKind) -> &'static str {
         BoundKind::TableDifference => {
             "the difference of two coarse tables: may be exceeded a little"
         }
+        BoundKind::Measured => "measured on a small picture of the scene",
     }
 }
 
@@ -187,7 +188,7 @@ impl fmt::Display for Explanation {
         if let Some(bound) = &self.bound {
             writeln!(
                 out,
-                "  {bound} gray cards in the sun, rms over the picture {}\n  {}: {}",
+                "  {bound} of display white, rms over the picture {}\n  {}: {}",
                 brief(bound.rms),
                 bound.kind.name(),
                 meaning(bound.kind)

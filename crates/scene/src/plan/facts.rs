@@ -25,6 +25,7 @@ use super::air_light::AirRequest;
 use super::bounds::BoundScene;
 use super::bounds::LitBy;
 use super::bounds::Way;
+use super::decide::weighs_further_orders;
 use super::decided::View;
 use super::depth::largest_sun_depth;
 use super::drop_summary::DropSummary;
@@ -37,9 +38,6 @@ use super::theory_by_size;
 use super::theory_by_size::table_theory;
 use super::view;
 use super::view::Block;
-
-/// Albedo of the card in the sun above the air that luminances are compared with at exposure 0.
-const REFERENCE_ALBEDO: f64 = 0.18;
 
 /// Most wavelengths that bounds are computed with.
 const MAX_LINES: usize = 11;
@@ -57,7 +55,7 @@ pub(super) struct Situation {
     pub(super) view: View,
     /// Smallest and largest rise of rays that may meet drops; `None` where there are none.
     pub(super) rise: Option<(f64, f64)>,
-    pub(super) reference_luminance_cd_m2: f64,
+    pub(super) display_white_cd_m2: f64,
     /// Scattering angle of the rainbow rays of order 2 and 3, rad.
     pub(super) bows_rad: (f64, f64),
     /// The sun in the water, where there is water and a sun above it.
@@ -99,13 +97,13 @@ impl Situation {
         };
         let blocks = view::blocks(&camera, scene.camera.region()?, sun, &extent);
         let sun_depth = sun_depth(&drops, sun);
-        // What a gray card in the sun looks like is what that is worth at other exposures.
-        let reference_albedo = REFERENCE_ALBEDO * (-scene.picture.exposure_ev).exp2();
+        // White at exposure 0 is a white plane in the sun; every stop makes half of its light white.
+        let white_albedo = (-scene.picture.exposure_ev).exp2();
         // By moonlight everything is as much weaker, but the white of the picture stays the sun's.
-        let line_albedo = reference_albedo / scene.sun.irradiance_scale();
+        let line_albedo = white_albedo / scene.sun.irradiance_scale();
         let (lines, sun_luminance) = lines(&grid, line_albedo);
         let view = seen(&blocks, sun_depth);
-        let mut levels = scene.accuracy.levels(drops.voxel_m);
+        let mut levels = scene.levels(drops.voxel_m);
         if scene.accuracy.sun_path.is_none() {
             // Fine drops in a corner of a large volume ask for more than there is room for.
             levels.sun_path = levels.sun_path.fitting(drops.bounds());
@@ -139,7 +137,7 @@ impl Situation {
             camera,
             sun,
             drops,
-            reference_luminance_cd_m2: reference_albedo * sun_luminance / std::f64::consts::PI,
+            display_white_cd_m2: white_albedo * sun_luminance / std::f64::consts::PI,
             bows_rad: dark_band_rad(scene.water()).into(),
             mirrored,
             lines,
@@ -156,7 +154,7 @@ impl Situation {
         let model = air.model(self.grid, scene.ground.albedo, &scene.sun)?;
         let table = model.tabulate()?;
         // The plan has no time for more than a glance; bounds are widened for it.
-        Ok(Some(match scene.accuracy.scattering_orders() {
+        Ok(Some(match scene.orders_of_level() {
             Some(_) => with_diffuse_light(table, ScatteringOrders::DRAFT),
             None => table,
         }))
@@ -166,7 +164,7 @@ impl Situation {
         let observer = Colorimetry::new(&self.grid);
         let weights = observer.weights().iter();
         let luminance: Vec<f64> = weights
-            .map(|[_, y, _]| y / self.reference_luminance_cd_m2)
+            .map(|[_, y, _]| y / self.display_white_cd_m2)
             .collect();
         let air = |table| {
             AirLight::new(&AirRequest {
@@ -278,6 +276,7 @@ impl Situation {
     ) -> Facts {
         let lost = air.map(AirLight::sunlight_lost).unwrap_or_default();
         Facts {
+            weighs_further_orders: weighs_further_orders(&scene.effects, &scene.accuracy),
             has_air: scene.air.is_some(),
             has_surfaces: scene.occluders.is_some() || scene.photo.is_some(),
             sun_elevation_deg: scene.sun.elevation_deg,
@@ -320,7 +319,7 @@ fn summary(scene: &Scene, known: Option<DropSummary>) -> Result<DropSummary, Pla
 }
 
 /// Representative wavelengths with their weights, and the sun's illuminance (lx).
-fn lines(grid: &WavelengthGrid, reference_albedo: f64) -> (Vec<Line>, f64) {
+fn lines(grid: &WavelengthGrid, white_albedo: f64) -> (Vec<Line>, f64) {
     let irradiance = solar_irradiance(grid);
     let observer = Colorimetry::new(grid);
     let luminance: Vec<f64> = observer
@@ -331,7 +330,7 @@ fn lines(grid: &WavelengthGrid, reference_albedo: f64) -> (Vec<Line>, f64) {
         .collect();
     let total: f64 = luminance.iter().sum();
     let group = grid.len().div_ceil(MAX_LINES);
-    let scale = std::f64::consts::PI / reference_albedo / total.max(f64::MIN_POSITIVE);
+    let scale = std::f64::consts::PI / white_albedo / total.max(f64::MIN_POSITIVE);
     let line = |(number, bins): (usize, &[f64])| {
         let first = number * group;
         let index = first + (bins.len() - 1) / 2;

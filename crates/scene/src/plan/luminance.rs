@@ -1,8 +1,8 @@
 //! How bright a unit of optical depth can look: luminance by scattering angle and order.
 //!
-//! P_p(theta) = (pi/0.18) sum_l y_l E_l t_p,l(theta) / sum_l y_l E_l
-//! is the luminance that drops of optical depth 1 (Q = 1, thin) add, over that of a gray card of
-//! albedo 0.18 facing the sun above the air. `t_p` = (dsigma/dOmega)/(pi <r^2>) (1/sr) of order `p`
+//! P_p(theta) = pi 2^ev sum_l y_l E_l t_p,l(theta) / sum_l y_l E_l
+//! is the luminance that drops of optical depth 1 (Q = 1, thin) add, over that of display white at exposure `ev`:
+//! of a white plane facing the sun above the air where `ev` is 0. `t_p` = (dsigma/dOmega)/(pi <r^2>) (1/sr) of order `p`
 //! in natural light, averaged over sizes and the sun's disc; `E_l` irradiance, `y_l` the observer.
 //!
 //! The stage that makes tables resolves fringes and lines that no bound needs: here wavelengths and
@@ -22,7 +22,7 @@ pub(super) struct Line {
     pub(super) index: usize,
     /// The center of the bin and the width of those that it stands for.
     pub(super) band: Band,
-    /// Share of the sun's luminance times pi/0.18.
+    /// Share of the sun's luminance times pi 2^ev.
     pub(super) weight: f64,
 }
 

@@ -38,10 +38,12 @@ pub(super) fn reason(decided: &Decided, facts: &Facts) -> String {
         Switch::Off => format!("the scene leaves it out; {fact}"),
         Switch::Auto if is_on && effect == Effect::Occluders => fact,
         Switch::Auto if is_on => format!("kept; {fact}"),
-        Switch::Auto if effect == Effect::MultipleScattering && !is_on => {
-            format!("left out unless the scene or the preset reference asks for it; {fact}")
-        }
         Switch::Auto if bound.value <= 0.0 => format!("adds nothing; {fact}"),
+        Switch::Auto if effect == Effect::MultipleScattering && !facts.weighs_further_orders => {
+            format!(
+                "left out unless the scene asks for it, a tolerance is named or the preset is reference; {fact}"
+            )
+        }
         Switch::Auto => format!("too small to be seen; {fact}"),
     }
 }

@@ -105,6 +105,8 @@ impl Rain {
         let flattening = motion.map_or(Switch::Off, |_| Switch::On);
         for (effect, switch) in [
             (Effect::DropFlattening, flattening),
+            (Effect::PrimaryBow, Switch::On),
+            (Effect::SecondaryBow, Switch::On),
             (Effect::SunDisc, Switch::On),
             (Effect::SizeSpread, Switch::On),
             (Effect::Supernumeraries, Switch::On),

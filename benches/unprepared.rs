@@ -1,0 +1,263 @@
+//! The scenes of `tests/unprepared`, on which nothing is fitted, beside truths far beyond what is asked of
+//! pictures.
+//!
+//! A truth is the same picture at half of the smallest tolerance tried, with every effect on that may change it,
+//! exact theory for all sizes, half of the grid spacing of authored drops, sunlight followed through every
+//! cell, and 4 x 4 pixels for each of its own, each with up to 256 rays where edges ask for them. What is kept of
+//! it is luminance over that of display white.
+//!
+//!     cargo bench --bench unprepared -- truths [SCENE]...
+//!     cargo bench --bench unprepared -- measure [SCENE]... [-- FLAGS OF NIJI RUN]
+//!
+//! `measure` runs the program as a stranger does and prints, in percent of display white, the true RMS
+//! error, the error that was told, and of the pixels whose error is above 0.01 % how many err by no more than
+//! the layer `error` says and how many times too much it says in the median.
+
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::Path;
+use std::path::PathBuf;
+use std::process::Command;
+use std::time::Instant;
+
+use ndarray::Array2;
+use ndarray::ArrayView1;
+use ndarray::Axis;
+use ndarray::s;
+use niji_exchange::Channel;
+use niji_exchange::PlainPart;
+use niji_exchange::SpectralImage;
+use niji_exchange::read_plain;
+use niji_exchange::write_plain;
+use niji_picture::PlanRequest;
+use niji_picture::PlannedScene;
+use niji_picture::Scene;
+use niji_picture::scene_from_toml;
+use niji_picture::unwatched;
+use niji_radiometry::Colorimetry;
+use niji_render::Integration;
+use niji_render::SunPath;
+use niji_scatter::Theory;
+use niji_scene::Accuracy;
+use niji_scene::Effect;
+use niji_scene::Preset;
+use niji_scene::Switch;
+use serde_json::Value;
+
+/// Pixels of a truth along each side of a pixel.
+const FINER: usize = 4;
+/// Tolerance of the truth; pixels of it get more rays at a third of that.
+const FINEST: f64 = 5e-4;
+/// Largest error of the scattering table, relative to its peak.
+const TABLE_ERROR: f64 = 1e-3;
+/// Errors below are not counted against the layer `error`.
+const LEAST_COUNTED: f64 = 1e-4;
+
+type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
+
+fn main() -> Result<()> {
+    // Cargo adds `--bench`.
+    let arguments: Vec<String> = std::env::args()
+        .skip(1)
+        .filter(|it| it != "--bench")
+        .collect();
+    let mut parts = arguments.split(|it| it == "--");
+    let asked = parts.next().unwrap_or_default();
+    let flags = parts.next().unwrap_or_default();
+    let names = names(asked.get(1..).unwrap_or_default())?;
+    match asked.first().map(String::as_str) {
+        Some("truths") => names.iter().try_for_each(|name| make_truth(name)),
+        Some("measure") => measure(&names, flags),
+        _ => Err("say `truths` or `measure`, then names of scenes".into()),
+    }
+}
+
+/// Where the scenes lie.
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/unprepared")
+}
+
+fn scene_file(name: &str) -> PathBuf {
+    folder().join(format!("{name}.toml"))
+}
+
+fn truth_file(name: &str) -> PathBuf {
+    folder().join("truths").join(format!("{name}.exr"))
+}
+
+/// The scenes that are asked for, all where none is.
+fn names(asked: &[String]) -> Result<Vec<String>> {
+    if !asked.is_empty() {
+        return Ok(asked.to_vec());
+    }
+    let mut names = Vec::new();
+    for entry in folder().read_dir()? {
+        let path = entry?.path();
+        if path.extension().is_some_and(|it| it == "toml")
+            && let Some(name) = path.file_stem()
+        {
+            names.push(name.to_string_lossy().into_owned());
+        }
+    }
+    names.sort();
+    Ok(names)
+}
+
+/// A scene with every number of pixels times [`FINER`] and half of the grid spacing.
+fn finer(text: &str) -> Result<String> {
+    let mut finer = String::new();
+    for line in text.lines() {
+        let changed = match line.split_once(" = ") {
+            Some((key @ ("width_px" | "height_px"), number)) => {
+                let n: usize = number.parse()?;
+                format!("{key} = {}", FINER * n)
+            }
+            Some((key @ "voxel_m", number)) => format!("{key} = {}", 0.5 * number.parse::<f64>()?),
+            _ => line.to_owned(),
+        };
+        finer += &changed;
+        finer.push('\n');
+    }
+    Ok(finer)
+}
+
+/// The truth of a scene, planned.
+fn truth(name: &str) -> Result<PlannedScene> {
+    let folder = folder();
+    let text = std::fs::read_to_string(scene_file(name))?;
+    let mut scene: Scene = scene_from_toml(&finer(&text)?, &folder)?;
+    scene.accuracy = Accuracy {
+        preset: Preset::Standard,
+        tolerance: Some(FINEST),
+        theory: Some(Theory::Mie),
+        table_relative_error: Some(TABLE_ERROR),
+        integration: Some(Integration::Adaptive {
+            relative_error: 1e-6,
+        }),
+        ..scene.accuracy
+    };
+    let request = PlanRequest {
+        folder: &folder,
+        is_frame: false,
+    };
+    let first = PlannedScene::new(scene.clone(), request)?;
+    scene.accuracy.sun_path = Some(SunPath::March {
+        step_m: first.plan.voxel_m,
+    });
+    let seen = first.plan.effects.iter().filter(|it| {
+        it.asked == Switch::Auto && !it.effect.comes_with_theory() && it.bound.value > 0.0
+    });
+    for decision in seen {
+        scene.effects.set(decision.effect, Switch::On);
+    }
+    Ok(PlannedScene::new(scene, request)?)
+}
+
+fn make_truth(name: &str) -> Result<()> {
+    let start = Instant::now();
+    let planned = truth(name)?;
+    let image = planned.picture(&unwatched)?;
+    let white = planned.plan.display_white_cd_m2;
+    let fine = luminance(&image) / white;
+    let (height, width) = (fine.nrows() / FINER, fine.ncols() / FINER);
+    let mean = Array2::from_shape_fn((height, width), |(y, x)| {
+        let (top, left) = (FINER * y, FINER * x);
+        let inside = fine.slice(s![top..top + FINER, left..left + FINER]);
+        inside.sum() / (FINER * FINER) as f64
+    });
+    let path = truth_file(name);
+    std::fs::create_dir_all(path.parent().unwrap_or(&path))?;
+    let channel = Channel {
+        name: "Y".to_owned(),
+        values: mean.mapv(|value| value as f32),
+    };
+    let part = PlainPart {
+        name: "luminance".to_owned(),
+        channels: vec![channel],
+    };
+    write_plain(&[part], BufWriter::new(File::create(&path)?))?;
+    let on = Effect::ALL.iter().filter(|it| planned.plan.is_on(**it));
+    let on: Vec<&str> = on.map(|it| it.name()).collect();
+    println!(
+        "{name}: {:.0} s, {}, mean {:.4} of white, {}",
+        start.elapsed().as_secs_f64(),
+        planned.plan.levels.theory.name(),
+        mean.mean().unwrap_or(0.0),
+        on.join(" ")
+    );
+    Ok(())
+}
+
+/// Luminance of every pixel, cd/m².
+fn luminance(image: &SpectralImage) -> Array2<f64> {
+    let observer = Colorimetry::new(&image.wavelengths);
+    let weights: Vec<f64> = observer.weights().iter().map(|[_, y, _]| *y).collect();
+    image
+        .radiance
+        .map_axis(Axis(0), |spectrum: ArrayView1<f32>| {
+            let spectrum = spectrum.into_iter().zip(&weights);
+            spectrum.map(|(value, y)| f64::from(*value) * y).sum()
+        })
+}
+
+fn measure(names: &[String], flags: &[String]) -> Result<()> {
+    println!(
+        "{:<20} {:>4} {:>8} {:>8} {:>7} {:>8} {:>7}",
+        "scene", "code", "true %", "told %", "s", "covered", "times"
+    );
+    for name in names {
+        let out = tempfile::tempdir()?;
+        let start = Instant::now();
+        let ended = Command::new(env!("CARGO_BIN_EXE_niji"))
+            .arg("run")
+            .arg(scene_file(name))
+            .arg("-o")
+            .arg(out.path())
+            .args(flags)
+            .output()?;
+        let seconds = start.elapsed().as_secs_f64();
+        let code = ended.status.code().unwrap_or(-1);
+        let Ok(report) = std::fs::read_to_string(out.path().join("report.json")) else {
+            let said = String::from_utf8_lossy(&ended.stderr).into_owned();
+            println!(
+                "{name:<20} {code:>4} {}",
+                said.lines().last().unwrap_or_default()
+            );
+            continue;
+        };
+        let report: Value = serde_json::from_str(&report)?;
+        let told = report["accuracy"]["error"].as_f64().unwrap_or(f64::NAN);
+        let white = report["plan"]["display_white_cd_m2"].as_f64();
+        let white = white.ok_or("a report without its white")?;
+        let image = SpectralImage::read_spectral(&out.path().join("image.exr"))?;
+        let found = luminance(&image) / white;
+        let truth = read_plain(&truth_file(name))?;
+        let truth = truth[0].channels[0].values.mapv(f64::from);
+        let off = found - &truth;
+        let rms = (off.mapv(|it| it * it).sum() / off.len() as f64).sqrt();
+        let estimate = (image.aovs.iter()).find(|aov| aov.name == "error");
+        let estimate = estimate.map(|aov| aov.channels[0].1.mapv(|it| f64::from(it) / white));
+        let (covered, times) = estimate.map_or((f64::NAN, f64::NAN), |it| coverage(&off, &it));
+        println!(
+            "{name:<20} {code:>4} {:>8.4} {:>8.4} {seconds:>7.2} {covered:>8.3} {times:>7.2}",
+            100.0 * rms,
+            100.0 * told
+        );
+    }
+    Ok(())
+}
+
+/// Part of the pixels with an error that is told, and estimate over error in the median.
+fn coverage(off: &Array2<f64>, estimate: &Array2<f64>) -> (f64, f64) {
+    let mut times: Vec<f64> = (off.iter().zip(estimate))
+        .filter(|(off, _)| off.abs() > LEAST_COUNTED)
+        .map(|(off, estimate)| estimate / off.abs())
+        .collect();
+    times.sort_by(f64::total_cmp);
+    let told = times.iter().filter(|it| **it >= 1.0).count();
+    let n = times.len().max(1);
+    (
+        told as f64 / n as f64,
+        times.get(n / 2).copied().unwrap_or(1.0),
+    )
+}

@@ -1,0 +1,141 @@
+//! What an effect changes in this picture, measured on a small one of the same view.
+//!
+//! Light that drops scatter more than once has no proved bound, takes a table of all angles and paths through the
+//! drops, and changes slowly from place to place. So where its estimate leaves open whether the tolerance calls
+//! for it, it is looked at: in a picture of few pixels and wavelengths, from a coarse table of spheres, by few
+//! paths. The noise of these makes the light look like more than it is, never like less.
+
+use std::path::Path;
+
+use niji_exchange::Aov;
+use niji_render::DropOrders;
+use niji_render::Integration;
+use niji_render::PictureLayer;
+use niji_render::PixelFootprint;
+use niji_scatter::Theory;
+use niji_scene::Accuracy;
+use niji_scene::Bound;
+use niji_scene::BoundKind;
+use niji_scene::Effect;
+use niji_scene::Foretold;
+use niji_scene::Preset;
+use niji_scene::SHARE_FOR_EFFECTS;
+use niji_scene::Scene;
+use niji_scene::Switch;
+
+use crate::error::Error;
+use crate::picture::PictureParts;
+use crate::picture::PictureSettings;
+use crate::picture::PictureWork;
+use crate::planned_scene::PlanRequest;
+use crate::planned_scene::PlannedScene;
+use crate::watch::unwatched;
+
+/// Columns of the small picture, and its wavelengths.
+const WIDTH_PX: u32 = 24;
+const N_WAVELENGTHS: usize = 3;
+
+/// Relative error of its table: of its light a tenth is enough to know.
+const TABLE_ERROR: f64 = 0.1;
+
+/// Paths of a quarter of the light in each direction, and directions along a side.
+const ORDERS: DropOrders = DropOrders::MultipleScattering {
+    nodes_across: 6,
+    paths_per_node: 256,
+};
+
+/// An estimate below this part of what may be left out needs no look: it is exceeded by less.
+const SURE: f64 = 0.1;
+
+/// Light of further orders over display white, where bounds leave open whether it is on.
+///
+/// # Errors
+/// As those of a picture.
+pub(crate) fn further_orders(
+    scene: &Scene,
+    foretold: &Foretold,
+    folder: &Path,
+) -> Result<Option<Bound>, Error> {
+    let allowed = SHARE_FOR_EFFECTS * scene.accuracy.tolerance();
+    Ok(match foretold.further_orders {
+        // Before it was known what dims the drops, it may have looked like more.
+        Some(estimate) if estimate.rms <= SURE * allowed => Some(estimate),
+        Some(_) => Some(measured(scene, foretold, folder)?),
+        None => None,
+    })
+}
+
+/// It in a small picture.
+fn measured(scene: &Scene, foretold: &Foretold, folder: &Path) -> Result<Bound, Error> {
+    let mut scene = scene.clone();
+    scene.camera = scene.camera.no_wider_than(WIDTH_PX);
+    scene.spectrum = scene.spectrum.in_wider_bins(N_WAVELENGTHS);
+    scene.accuracy = Accuracy {
+        preset: Preset::Draft,
+        theory: Some(match foretold.levels.theory {
+            // Fringes are no matter here.
+            Theory::Uniform => Theory::Geometric,
+            theory => theory,
+        }),
+        table_relative_error: Some(TABLE_ERROR),
+        integration: Some(Integration::CellExact),
+        pixel_footprint: Some(PixelFootprint::Center),
+        drop_orders: Some(ORDERS),
+        ..Accuracy::default()
+    };
+    for effect in Effect::ALL {
+        let is_seen = [Effect::SunlightThroughAir, Effect::AirExtinction].contains(&effect)
+            && foretold.on.contains(&effect);
+        let is_needed = effect == Effect::MultipleScattering
+            || Effect::MultipleScattering.needs().contains(&effect);
+        let switch = if is_seen || is_needed {
+            Switch::On
+        } else {
+            Switch::Off
+        };
+        scene.effects.set(effect, switch);
+    }
+    scene.effects.set(Effect::SizeSpread, Switch::On);
+    scene.effects.set(Effect::SunDisc, Switch::On);
+    scene.effects.set(Effect::Supernumeraries, Switch::On);
+    let request = PlanRequest {
+        folder,
+        ..PlanRequest::default()
+    };
+    let small = PlannedScene::new(scene, request)?;
+    let parts = PictureParts {
+        drops: small.drops()?,
+        table: small.scattering(small.airy()?.as_ref(), &unwatched)?,
+        air: small.air(&unwatched)?,
+        // What hides drops makes their light no brighter.
+        surfaces: None,
+    };
+    let settings = PictureSettings::of(&small);
+    let whole = settings.whole()?;
+    let image = PictureWork::new(settings, parts, &unwatched)?.render(whole, &unwatched)?;
+    let mut layers = image.aovs.iter();
+    let layer = layers.find(|aov| aov.name == PictureLayer::BowMultiple.name());
+    Ok(layer.map_or(NOTHING, |light| {
+        changes(light, foretold.display_white_cd_m2)
+    }))
+}
+
+const NOTHING: Bound = Bound {
+    value: 0.0,
+    rms: 0.0,
+    kind: BoundKind::Measured,
+};
+
+/// Largest and RMS luminance of a layer of colors.
+fn changes(layer: &Aov, white_cd_m2: f64) -> Bound {
+    let of_luminance = layer.channels.iter().find(|(name, _)| name == "Y");
+    of_luminance.map_or(NOTHING, |(_, luminance)| {
+        let parts = || luminance.iter().map(|it| f64::from(*it) / white_cd_m2);
+        let squares: f64 = parts().map(|part| part * part).sum();
+        Bound {
+            value: parts().map(f64::abs).fold(0.0, f64::max),
+            rms: (squares / luminance.len().max(1) as f64).sqrt(),
+            kind: BoundKind::Measured,
+        }
+    })
+}
