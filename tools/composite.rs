@@ -5,7 +5,6 @@ use std::path::PathBuf;
 
 use clap::Args;
 use clap::ValueEnum;
-use clap::builder::ArgPredicate;
 use niji_exchange::Provenance;
 use niji_exchange::SpectralImage;
 use niji_photo::LinearPicture;
@@ -26,7 +25,7 @@ use serde_json::json;
 use crate::failure::Failure;
 use crate::flags::Common;
 use crate::output;
-use crate::scene_file;
+use crate::photo_source::PhotoSource;
 use crate::stages::Done;
 use crate::stages::Request;
 use crate::stages::StageOptions;
@@ -45,24 +44,22 @@ use crate::stages::photo;
 /// chromaticities says, Rec.709 or ACEScg. A channel Z beside them holds distances along the view ray
 /// in metres (`niji depth --along axis` converts those along the optical axis).
 #[derive(Clone, Debug, Args)]
-#[command(after_help = "Examples:
+#[command(
+    mut_arg("scene", |scene| scene.conflicts_with("exposure")),
+    mut_arg("photo", |photo| photo.help("The photograph (PNG, JPEG) or plate (EXR)")),
+    after_help = "Examples:
   niji composite data/photos/pavilion.jpg --image out/image.exr -o bow-in-photo.png
   niji composite plate.exr --image out/image.exr --depth depth.exr --exposure 0.8 -o bow.exr
   niji composite plate.exr --image out/image.exr --exposure 1 --over shot.exr -o bow.exr
 
 With depth, light that niji render integrated up to the same surfaces is sharp at their edges,
 however small the image is; of an image rendered without them a bow whose mean distance is beyond
-the surface is hidden: all light of a pixel is taken to come from one distance.")]
+the surface is hidden: all light of a pixel is taken to come from one distance."
+)]
 pub(crate) struct CompositeCommand {
-    /// The scene whose section [photo] gives the photograph and what flags would say of it.
-    #[arg(long, value_name = "TOML", conflicts_with_all = ["photo", "exposure"])]
-    scene: Option<PathBuf>,
-    /// The photograph (PNG, JPEG) or plate (EXR).
-    #[arg(
-        required_unless_present = "scene",
-        default_value_if("scene", ArgPredicate::IsPresent, ".")
-    )]
-    photo: PathBuf,
+    /// The photograph.
+    #[command(flatten)]
+    source: PhotoSource,
     /// The spectral image of `niji render`.
     #[arg(long, value_name = "EXR")]
     image: PathBuf,
@@ -107,8 +104,7 @@ impl CompositeCommand {
     fn for_scene(&self, planned: &PlannedScene) -> Result<Self, Failure> {
         let section = photo::section(planned)?;
         Ok(Self {
-            scene: None,
-            photo: planned.folder.join(&section.picture),
+            source: PhotoSource::of_scene(planned)?,
             exposure: section.into(),
             ..self.clone()
         })
@@ -123,20 +119,18 @@ impl CompositeCommand {
         (image, depth): (PathBuf, PathBuf),
         output: PathBuf,
     ) -> Result<Self, Failure> {
-        let command = Self {
-            scene: None,
-            photo: PathBuf::new(),
+        Ok(Self {
+            source: PhotoSource::of_scene(planned)?,
             image,
             depth: Some(depth),
             plate_primaries: None,
             primaries: None,
             over: None,
-            exposure: CardExposure::Match,
+            exposure: photo::section(planned)?.into(),
             show_ev: 0.0,
             published: false,
             output,
-        };
-        command.for_scene(planned)
+        })
     }
 }
 
@@ -170,11 +164,7 @@ enum Kind {
 /// # Errors
 /// As [`make`]; a scene that is missing or wrong.
 pub(crate) fn execute(command: &CompositeCommand, common: &Common) -> Result<(), Failure> {
-    let of_scene = command.scene.as_ref().map(|scene| {
-        let planned = scene_file::load(scene, common.goal())?;
-        command.for_scene(&planned)
-    });
-    let of_scene = of_scene.transpose()?;
+    let of_scene = (command.source).command(common, |planned| command.for_scene(planned))?;
     make(of_scene.as_ref().unwrap_or(command), common.options()).map(|_| ())
 }
 
@@ -191,7 +181,7 @@ pub(crate) fn make(command: &CompositeCommand, options: StageOptions) -> Result<
     }
     outputs.extend(command.over.as_deref());
     let mut inputs = vec![
-        ("photo", command.photo.as_path()),
+        ("photo", command.source.photo.as_path()),
         ("image", command.image.as_path()),
     ];
     inputs.extend(command.depth.iter().map(|path| ("depth", path.as_path())));
@@ -227,7 +217,7 @@ fn picture(command: &CompositeCommand) -> Result<Composite, Failure> {
         depth_m.map_err(|error| Failure::bad_input(path, error))
     });
     let request = CompositeRequest {
-        photo: &command.photo,
+        photo: &command.source.photo,
         depth_m: depth_m.transpose()?,
         plate_primaries: command.plate_primaries.map(RgbPrimaries::from),
         primaries: command.primaries.map(RgbPrimaries::from),

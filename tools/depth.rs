@@ -5,7 +5,6 @@ use std::path::PathBuf;
 
 use clap::Args;
 use clap::ValueEnum;
-use clap::builder::ArgPredicate;
 use ndarray::Array2;
 use niji_exchange::Provenance;
 use niji_photo::ClusterCount;
@@ -31,13 +30,12 @@ use crate::failure::Failure;
 use crate::flags;
 use crate::flags::Common;
 use crate::output;
-use crate::scene_file;
+use crate::photo_source::PhotoSource;
 use crate::schema_flags::names;
 use crate::stages::Done;
 use crate::stages::Request;
 use crate::stages::StageOptions;
 use crate::stages::perform;
-use crate::stages::photo;
 use crate::sun::camera_flags::Camera;
 use crate::sun::camera_flags::CameraFlags;
 
@@ -50,26 +48,23 @@ const PREVIEW_HALF_M: f32 = 30.0;
 /// be corrected and given back with --layers and --labels; or a depth map from elsewhere, whose kind
 /// must be stated.
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:
+#[command(
+    mut_arg("scene", |scene| scene.conflicts_with_all([
+        "clusters", "position_weight", "eye_height_m", "layers", "labels", "map", "kind", "along",
+        "unit_m", "anchors", "CameraFlags"
+    ])),
+    after_help = "Examples:
   niji depth data/photos/pavilion.jpg --fov-deg 60 --clusters 6 -o depth.exr
   niji depth data/photos/pavilion.jpg --fov-deg 60 --layers depth.layers.toml \\
       --labels depth.labels.png -o corrected.exr
   niji depth --scene data/scenes/photo-pavilion-rain.toml -o depth.exr
   niji depth photo.jpg --map disparity.png --kind inverse --anchor 320,400,5 \\
-      --anchor 60,200,80 -o depth.exr")]
+      --anchor 60,200,80 -o depth.exr"
+)]
 pub(crate) struct DepthCommand {
-    /// The scene whose section [photo] gives the photograph and what flags would say of it.
-    #[arg(long, value_name = "TOML", conflicts_with_all = [
-        "photo", "clusters", "position_weight", "eye_height_m", "layers", "labels", "map", "kind", "along",
-        "unit_m", "anchors", "CameraFlags"
-    ])]
-    scene: Option<PathBuf>,
-    /// The photograph (PNG, JPEG, EXR).
-    #[arg(
-        required_unless_present = "scene",
-        default_value_if("scene", ArgPredicate::IsPresent, ".")
-    )]
-    photo: PathBuf,
+    /// The photograph.
+    #[command(flatten)]
+    source: PhotoSource,
     /// Number of layers [default: the one with the largest index of Calinski and Harabasz].
     #[arg(long, value_name = "N")]
     clusters: Option<usize>,
@@ -130,15 +125,13 @@ impl DepthCommand {
     /// # Errors
     /// A scene without one.
     pub(crate) fn of_scene(planned: &PlannedScene, output: PathBuf) -> Result<Self, Failure> {
-        let section = photo::section(planned)?;
         let (layers, labels, map) = match planned.photo_distances() {
             Some(Distances::Layers { distances, labels }) => (Some(distances), Some(labels), None),
             Some(Distances::Map(map)) => (None, None, Some(map)),
             Some(Distances::Proposed { .. }) | None => (None, None, None),
         };
         Ok(Self {
-            scene: None,
-            photo: planned.folder.join(&section.picture),
+            source: PhotoSource::of_scene(planned)?,
             clusters: None,
             position_weight: POSITION_WEIGHT,
             eye_height_m: EYE_HEIGHT.0,
@@ -160,11 +153,9 @@ impl DepthCommand {
 /// # Errors
 /// As [`make`]; a scene that is missing or wrong.
 pub(crate) fn execute(command: &DepthCommand, common: &Common) -> Result<(), Failure> {
-    let of_scene = command.scene.as_ref().map(|scene| {
-        let planned = scene_file::load(scene, common.goal())?;
-        DepthCommand::of_scene(&planned, command.output.clone())
-    });
-    let of_scene = of_scene.transpose()?;
+    let of_scene = command.source.command(common, |planned| {
+        DepthCommand::of_scene(planned, command.output.clone())
+    })?;
     make(of_scene.as_ref().unwrap_or(command), common.options()).map(|_| ())
 }
 
@@ -180,7 +171,7 @@ pub(crate) fn make(command: &DepthCommand, options: StageOptions) -> Result<Done
     if proposes {
         outputs.extend([toml.as_path(), &labels]);
     }
-    let mut inputs = vec![("photo", command.photo.as_path())];
+    let mut inputs = vec![("photo", command.source.photo.as_path())];
     for (role, path) in [
         ("layers", &command.layers),
         ("labels", &command.labels),
@@ -188,8 +179,8 @@ pub(crate) fn make(command: &DepthCommand, options: StageOptions) -> Result<Done
     ] {
         inputs.extend(path.iter().map(|path| (role, path.as_path())));
     }
-    let photo = Photograph::read(&command.photo)
-        .map_err(|error| Failure::bad_input(&command.photo, error))?;
+    let photo = Photograph::read(&command.source.photo)
+        .map_err(|error| Failure::bad_input(&command.source.photo, error))?;
     let camera = command.camera.camera(&photo)?;
     let job = Request {
         stage: "depth",

@@ -23,6 +23,7 @@ mod measure_effects;
 mod merge;
 mod output;
 mod peak_memory;
+mod photo_source;
 mod plan;
 mod plot;
 mod progress;

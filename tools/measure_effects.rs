@@ -3,7 +3,7 @@
 //! The picture is made small, with the same field of view and one ray through the middle of each
 //! pixel and a few wide bins of wavelengths: once with the effects of the plan, then once for every
 //! effect with that one forced on where it was off, and off where it was on. The change is the largest
-//! of |Y - Y'| over all pixels in parts of the plan's reference luminance, which is what a bound
+//! of |Y - Y'| over all pixels in parts of the plan's display white, which is what a bound
 //! bounds. Tables that an effect does not touch are made once; a change of time is that of the stages
 //! that had to be run again. Bounds do not hold the errors of tables, so that tables are as fine as
 //! their number of rows allows: changes below their error times the peak of the bow are those errors.
@@ -104,7 +104,7 @@ struct MeasuredEffect {
 /// What switching an effect over does.
 #[derive(Debug, Clone, Copy, Serialize)]
 struct Measured {
-    /// Largest change of luminance over the reference luminance.
+    /// Largest change of luminance over display white.
     change: f64,
     /// RMS of that change over the picture.
     rms: f64,

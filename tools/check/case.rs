@@ -56,8 +56,8 @@ struct Case<'a> {
 /// # Errors
 /// Inputs that cannot be read.
 pub(super) fn findings(command: &CheckCommand) -> Result<Vec<Finding>, Failure> {
-    let photo = Photograph::read(&command.photo)
-        .map_err(|error| Failure::bad_input(&command.photo, error))?;
+    let photo = Photograph::read(&command.source.photo)
+        .map_err(|error| Failure::bad_input(&command.source.photo, error))?;
     let camera = command.camera.camera(&photo)?.pinhole()?;
     let elevation = Radians::from_degrees(command.sun_elevation_deg);
     let azimuth = Radians::from_degrees(command.sun_azimuth_deg);

@@ -21,7 +21,7 @@ use crate::failure::Failure;
 use crate::flags;
 use crate::flags::Common;
 use crate::output;
-use crate::scene_file;
+use crate::photo_source::PhotoSource;
 use crate::schema_flags::names;
 use crate::stages;
 use crate::stages::Done;
@@ -45,6 +45,11 @@ const SUN_ERROR_DEG: f64 = 0.5;
 /// code 4.
 #[derive(Debug, Args)]
 #[command(
+    mut_arg("scene", |scene| scene.conflicts_with_all([
+        "sun_elevation_deg", "sun_azimuth_deg", "sun_error_deg", "bow", "time", "utc_offset_h",
+        "place_deg", "cloud_cover", "drops", "radius_um", "variance", "supernumeraries", "fogbow",
+        "shadow", "drops_distance_m", "CameraFlags", "WaterFlags"
+    ])),
     mut_arg("temperature_c", |flag| flag.default_value(TEMPERATURE_C)),
     after_help = "Examples:
   niji check data/photos/pavilion.jpg --fov-deg 60 --sun-elevation-deg 28 \\
@@ -52,19 +57,9 @@ const SUN_ERROR_DEG: f64 = 0.5;
   niji check photo.jpg --sun-elevation-deg 12 --sun-azimuth-deg 95 \\
       --time 2024-06-01T18:30:00 --utc-offset-h 2 --place-deg 48.1,11.6")]
 pub(crate) struct CheckCommand {
-    /// The scene whose section [photo] gives the photograph and what flags would say of it.
-    #[arg(long, value_name = "TOML", conflicts_with_all = [
-        "photo", "sun_elevation_deg", "sun_azimuth_deg", "sun_error_deg", "bow", "time", "utc_offset_h",
-        "place_deg", "cloud_cover", "drops", "radius_um", "variance", "supernumeraries", "fogbow", "shadow",
-        "drops_distance_m", "CameraFlags", "WaterFlags"
-    ])]
-    scene: Option<PathBuf>,
-    /// The photograph (PNG, JPEG, EXR).
-    #[arg(
-        required_unless_present = "scene",
-        default_value_if("scene", ArgPredicate::IsPresent, ".")
-    )]
-    photo: PathBuf,
+    /// The photograph.
+    #[command(flatten)]
+    source: PhotoSource,
     /// Elevation of the sun.
     #[arg(
         long,
@@ -189,8 +184,7 @@ impl CheckCommand {
             .map(|(depth, (nearest_m, _))| (depth, nearest_m))
             .unzip();
         Ok(Self {
-            scene: None,
-            photo: planned.folder.join(&section.picture),
+            source: PhotoSource::of_scene(planned)?,
             sun_elevation_deg: scene.sun.elevation_deg,
             sun_azimuth_deg: scene.sun.azimuth_deg,
             sun_error_deg: SUN_ERROR_DEG,
@@ -221,11 +215,9 @@ impl CheckCommand {
 /// Inputs that cannot be read, or [`Failure::Impossible`] after the report where a finding is an
 /// error.
 pub(crate) fn execute(command: &CheckCommand, common: &Common) -> Result<(), Failure> {
-    let of_scene = command.scene.as_ref().map(|scene| {
-        let planned = scene_file::load(scene, common.goal())?;
-        CheckCommand::of_scene(&planned, command.image.clone(), command.depth.clone())
-    });
-    let of_scene = of_scene.transpose()?;
+    let of_scene = command.source.command(common, |planned| {
+        CheckCommand::of_scene(planned, command.image.clone(), command.depth.clone())
+    })?;
     let output = command.output.as_deref();
     let command = of_scene.as_ref().unwrap_or(command);
     if command.depth.is_some() && command.drops_distance_m.is_none() {
@@ -286,7 +278,7 @@ fn files(
     options: StageOptions,
     texts: &[FindingText],
 ) -> Result<Done, Failure> {
-    let mut inputs = vec![("photo", command.photo.as_path())];
+    let mut inputs = vec![("photo", command.source.photo.as_path())];
     inputs.extend(command.image.iter().map(|path| ("image", path.as_path())));
     inputs.extend(command.depth.iter().map(|path| ("depth", path.as_path())));
     let job = Request {

@@ -8,9 +8,8 @@ use crate::stages::Done;
 use crate::stages::accuracy::Reached;
 use crate::stages::accuracy::of_white;
 
-/// The times of stages after an empty line, the effects that are left out, and the verdict with what causes most of
-/// it, unless that is asked for on the command line and so an error of its own.
-pub(super) fn text(plan: &Plan, done: &[Done], reached: Option<(&Reached, bool)>) -> String {
+/// The times of stages after an empty line, the effects that are left out, and the verdict.
+pub(super) fn text(plan: &Plan, done: &[Done], reached: Option<&Reached>) -> String {
     let mut lines = vec![String::new()];
     for stage in done {
         let note = if stage.up_to_date { "  up to date" } else { "" };
@@ -21,11 +20,7 @@ pub(super) fn text(plan: &Plan, done: &[Done], reached: Option<(&Reached, bool)>
     }
     lines.extend(left_out(plan));
     let seconds: f64 = done.iter().map(|done| done.seconds).sum();
-    if let Some((reached, is_asked)) = reached {
-        lines.push(format!("{}; {seconds:.1} s", reached.text()));
-        let too_much = reached.too_much().filter(|_| !is_asked);
-        lines.extend(too_much.map(|cause| format!("most of it from {cause}")));
-    }
+    lines.extend(reached.map(|reached| format!("{}; {seconds:.1} s", reached.text())));
     lines.join("\n")
 }
 

@@ -25,6 +25,7 @@ use crate::stages;
 use crate::stages::Done;
 use crate::stages::StageOptions;
 use crate::stages::accuracy;
+use crate::stages::accuracy::Reached;
 use crate::stages::given_table;
 use crate::stages::render::Inputs;
 use crate::stages::render::RenderStage;
@@ -111,9 +112,12 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
     for finding in findings.iter().map(FindingText::from) {
         verbosity.say(finding.text().trim_end());
     }
-    let is_asked = common.tolerance.is_some();
-    let closing = closing::text(&planned.plan, &done, reached.as_ref().zip(Some(is_asked)));
-    verbosity.say(closing);
+    verbosity.say(closing::text(&planned.plan, &done, reached.as_ref()));
+    let too_much = reached.as_ref().and_then(Reached::too_much);
+    // Of a tolerance on the command line it is an error, which names its cause.
+    if let (Some(cause), None) = (too_much, common.tolerance) {
+        verbosity.say(format_args!("most of it from {cause}"));
+    }
     if done.iter().all(|done| done.up_to_date) {
         verbosity.say(format_args!(
             "{}: everything is up to date",
@@ -131,7 +135,7 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
     }
     // Everything is written by now, for whoever wants the impossible.
     check::verdict(&findings)?;
-    let asked = reached.filter(|_| is_asked);
+    let asked = reached.filter(|_| common.tolerance.is_some());
     asked.map_or(Ok(()), |reached| reached.verdict())
 }
 

@@ -6,7 +6,6 @@ pub(crate) mod report;
 use std::path::PathBuf;
 
 use clap::Args;
-use clap::builder::ArgPredicate;
 use glam::DVec3;
 use niji_geometry::PinholeCamera;
 use niji_photo::LinearPicture;
@@ -30,7 +29,7 @@ use serde_json::json;
 use crate::failure::Failure;
 use crate::flags::Common;
 use crate::output;
-use crate::scene_file;
+use crate::photo_source::PhotoSource;
 use crate::schema_flags::names;
 use crate::stages;
 use crate::stages::Done;
@@ -57,23 +56,18 @@ const PICK: [f32; 3] = [1.0, 0.0, 0.0];
 /// left corner of the upright picture. Results on standard output, `--json` for scripts.
 #[derive(Debug, Args)]
 #[command(
+    mut_arg("scene", |scene| scene.conflicts_with_all([
+        "picks", "bow", "edge", "bow_angle_deg", "bow_angle_error_deg", "no_prior", "noise_px",
+        "published", "CameraFlags", "WaterFlags"
+    ])),
     mut_arg("temperature_c", |flag| flag.default_value(TEMPERATURE_C)),
     after_help = "Examples:
   niji sun data/photos/pavilion.jpg --fov-deg 60 --pick 119,113 --pick 320,72 --pick 521,113
   niji sun photo.jpg --pick 412,900 --pick 1800,300 --pick 3100,880 --edge red --preview bow.png")]
 pub(crate) struct SunCommand {
-    /// The scene whose section [photo] gives the photograph and what flags would say of it.
-    #[arg(long, value_name = "TOML", conflicts_with_all = [
-        "photo", "picks", "bow", "edge", "bow_angle_deg", "bow_angle_error_deg", "no_prior", "noise_px",
-        "published", "CameraFlags", "WaterFlags"
-    ])]
-    scene: Option<PathBuf>,
-    /// The photograph (PNG, JPEG, EXR).
-    #[arg(
-        required_unless_present = "scene",
-        default_value_if("scene", ArgPredicate::IsPresent, ".")
-    )]
-    photo: PathBuf,
+    /// The photograph.
+    #[command(flatten)]
+    source: PhotoSource,
     /// A point of the bow in pixels; give three or more, on one color edge.
     #[arg(long = "pick", value_name = "X,Y", value_parser = point, required_unless_present = "scene", allow_hyphen_values = true)]
     picks: Vec<[f64; 2]>,
@@ -124,8 +118,7 @@ impl SunCommand {
     ) -> Result<Self, Failure> {
         let section = photo::section(planned)?;
         Ok(Self {
-            scene: None,
-            photo: planned.folder.join(&section.picture),
+            source: PhotoSource::of_scene(planned)?,
             picks: section.picks_px.clone(),
             bow: section.bow,
             edge: section.edge,
@@ -156,11 +149,9 @@ pub(crate) struct Solved {
 /// A photograph that cannot be read, flags that contradict each other, or [`Failure::Impossible`]
 /// after the report where no place of the sun is possible.
 pub(crate) fn execute(command: &SunCommand, common: &Common) -> Result<(), Failure> {
-    let of_scene = command.scene.as_ref().map(|scene| {
-        let planned = scene_file::load(scene, common.goal())?;
-        SunCommand::of_scene(&planned, command.output.clone(), command.preview.clone())
-    });
-    let of_scene = of_scene.transpose()?;
+    let of_scene = command.source.command(common, |planned| {
+        SunCommand::of_scene(planned, command.output.clone(), command.preview.clone())
+    })?;
     let command = of_scene.as_ref().unwrap_or(command);
     if let Some(step_deg) = command.published {
         return published(command, step_deg, common);
@@ -194,8 +185,8 @@ pub(crate) fn make(command: &SunCommand, options: StageOptions) -> Result<Done, 
 /// # Errors
 /// A photograph that cannot be read, or flags that contradict each other.
 pub(crate) fn solve(command: &SunCommand) -> Result<Solved, Failure> {
-    let photo = Photograph::read(&command.photo)
-        .map_err(|error| Failure::bad_input(&command.photo, error))?;
+    let photo = Photograph::read(&command.source.photo)
+        .map_err(|error| Failure::bad_input(&command.source.photo, error))?;
     let camera = command.camera.camera(&photo)?;
     let pinhole = camera.pinhole()?;
     let request = PicksRequest {
@@ -229,7 +220,7 @@ fn files(
     let job = Request {
         stage: "sun",
         settings: settings(command),
-        inputs: vec![("photo", &command.photo)],
+        inputs: vec![("photo", &command.source.photo)],
         outputs: [&command.output, &command.preview]
             .into_iter()
             .flatten()
@@ -287,8 +278,8 @@ fn edge(command: &SunCommand) -> Result<PickedEdge, Failure> {
 }
 
 fn published(command: &SunCommand, step_deg: f64, common: &Common) -> Result<(), Failure> {
-    let photo = Photograph::read(&command.photo)
-        .map_err(|error| Failure::bad_input(&command.photo, error))?;
+    let photo = Photograph::read(&command.source.photo)
+        .map_err(|error| Failure::bad_input(&command.source.photo, error))?;
     let camera = command.camera.camera(&photo)?.pinhole()?;
     let picks = command.picks.iter();
     let views: Vec<DVec3> = picks

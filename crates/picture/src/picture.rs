@@ -256,8 +256,8 @@ fn lit(settings: &PictureSettings, volume: DropVolume, watch: Watch) -> Result<L
         Some((surface, light)) => drops.beside_water(surface.surface(), light, sun_direction),
         None => Ok(drops),
     });
-    lit.map_err(|error| match error {
-        niji_render::Error::Stopped => Error::Stopped,
-        error => Error::Light(error),
+    lit.map_err(|error| match Error::from(error) {
+        Error::Render(error) => Error::Light(error),
+        stopped => stopped,
     })
 }

@@ -84,20 +84,17 @@ fn measured(scene: &Scene, foretold: &Foretold, folder: &Path) -> Result<Bound, 
         ..Accuracy::default()
     };
     for effect in Effect::ALL {
-        let is_seen = [Effect::SunlightThroughAir, Effect::AirExtinction].contains(&effect)
-            && foretold.on.contains(&effect);
-        let is_needed = effect == Effect::MultipleScattering
-            || Effect::MultipleScattering.needs().contains(&effect);
-        let switch = if is_seen || is_needed {
-            Switch::On
-        } else {
-            Switch::Off
+        let is_on = match effect {
+            Effect::SunlightThroughAir | Effect::AirExtinction => foretold.on.contains(&effect),
+            Effect::MultipleScattering
+            | Effect::SizeSpread
+            | Effect::SunDisc
+            | Effect::Supernumeraries => true,
+            _ => Effect::MultipleScattering.needs().contains(&effect),
         };
+        let switch = if is_on { Switch::On } else { Switch::Off };
         scene.effects.set(effect, switch);
     }
-    scene.effects.set(Effect::SizeSpread, Switch::On);
-    scene.effects.set(Effect::SunDisc, Switch::On);
-    scene.effects.set(Effect::Supernumeraries, Switch::On);
     let request = PlanRequest {
         folder,
         ..PlanRequest::default()

@@ -1,6 +1,7 @@
 //! Drops lit by the sun, finely enough for a tolerance.
 //!
-//! Q delta <= T / 4   `delta` error of the sun's optical depth at Q = 1, `T` what the light of drops may err by relatively
+//! Q delta <= T / 4   `delta` error of the sun's optical depth at Q = 1, `T` what the light of drops may err by
+//! relatively
 //!
 //! The voxel of the sun's volume is halved until that holds, as long as it helps: the
 //! depth is interpolated between the voxels of the drops, which set a limit of their own.

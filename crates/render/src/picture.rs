@@ -41,8 +41,8 @@ pub fn render(request: &RenderRequest, progress: &(dyn Fn(u64) + Sync)) -> Resul
 
 /// Render a region of a picture from top to bottom, in steps of whole rows.
 ///
-/// `next_rows` is asked before every step how many rows it takes (at least one is taken), and gets the picture and the number of rows that are finished: what it keeps of them needs not be
-/// rendered again. The picture does not depend on the steps; at the end of each, threads wait for each other.
+/// `next_rows` is asked before every step how many rows it takes (at least one is taken), and gets the picture
+/// and the number of rows that are finished: what it keeps of them needs not be rendered again. The picture does not depend on the steps; at the end of each, threads wait for each other.
 ///
 /// # Errors
 /// As [`render`]; [`Error::Stopped`].

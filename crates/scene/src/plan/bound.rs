@@ -61,7 +61,7 @@ pub struct BoundTerms {
     pub sun_optical_depth: Option<f64>,
     /// Column c of drops that is seen, where it enters.
     pub column: Option<f64>,
-    /// Light of a unit of that column, or of what shines, relative to the reference luminance.
+    /// Light of a unit of that column, or of what shines, over display white.
     pub light: Option<f64>,
     /// Share of the light that is taken, where it enters.
     pub share: Option<f64>,
