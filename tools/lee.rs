@@ -244,6 +244,7 @@ fn diagram(command: &LeeCommand) -> Result<Diagram, Failure> {
             support_um: (low_um, high_um),
             rows: SizeRows::Laws,
             motion: None,
+            phase_functions: false,
             sun_disc_diameter_rad: command.sun_disc_deg.to_radians(),
             water: command.water.water()?,
         },

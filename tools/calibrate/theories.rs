@@ -75,6 +75,7 @@ pub(super) fn rows(date: &str, verbosity: Verbosity) -> Result<Vec<TheoryRow>, F
                 support_um: (radius_um, radius_um),
                 rows: SizeRows::Laws,
                 motion: None,
+                phase_functions: false,
                 sun_disc_diameter_rad: f64::to_radians(SUN_DISC_DEG),
                 water: Water::pure(20.0),
             };

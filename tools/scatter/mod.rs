@@ -85,6 +85,9 @@ pub(crate) struct ScatterCommand {
     /// Keep apart what flattening moves, so that the table serves flattened drops too.
     #[arg(long)]
     flattened: bool,
+    /// Add phase functions at all angles, for light that drops scatter more than once.
+    #[arg(long)]
+    phase_functions: bool,
     /// Smallest and largest scattering angle, 0 = forward [default: 0,180; 120,160 for --compare].
     #[arg(long, value_name = "DEG,DEG")]
     theta_deg: Option<String>,
@@ -208,6 +211,7 @@ fn of_flags(command: &ScatterCommand) -> Result<(ScatteringNeed, WavelengthGrid)
         support_um: ends.unwrap_or_default(),
         rows: sizes.2,
         motion: command.flattened.then(DropMotion::default),
+        phase_functions: command.phase_functions,
         sun_disc_diameter_rad: command.sun_disc_deg.to_radians(),
         water: command.water.water()?,
     };

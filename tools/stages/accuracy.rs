@@ -11,6 +11,7 @@ use std::path::Path;
 use niji_exchange::Aov;
 use niji_exchange::SpectralImage;
 use niji_render::PictureLayer;
+use niji_render::STANDARD_ERRORS;
 use niji_scene::Goal;
 use serde::Serialize;
 
@@ -24,7 +25,7 @@ const REMEDIES: [(&str, &str); 7] = [
         "edges inside pixels: --tolerance gives them up to 256 rays, a larger picture more",
     ),
     (
-        "orders",
+        ORDERS,
         "multiple scattering, its noise and what lies between its directions: more paths_per_node or \
          nodes_across in accuracy.drop_orders",
     ),
@@ -51,6 +52,9 @@ const REMEDIES: [(&str, &str); 7] = [
         "the table's sizes: make it with more radii, by a smaller accuracy.table_relative_error",
     ),
 ];
+
+/// The channel of light of further orders.
+const ORDERS: &str = "orders";
 
 /// How accurate a picture is, in parts of display white.
 #[derive(Clone, Debug, Serialize)]
@@ -145,9 +149,17 @@ pub(crate) fn reached(planned: &PlannedScene, image: &Path) -> Result<Option<Rea
         return Ok(None);
     };
     let plan = &planned.plan;
-    let part = |channel| rms(error, channel) / plan.display_white_cd_m2;
-    // The first is of all causes.
-    let estimated = part(PictureLayer::Error.channels()[0]);
+    let part = |channel| {
+        let told = rms(error, channel) / plan.display_white_cd_m2;
+        // Of noise a picture tells what few pixels exceed, which is more than what is expected of all.
+        if channel == ORDERS {
+            told / STANDARD_ERRORS
+        } else {
+            told
+        }
+    };
+    let squares = REMEDIES.map(|(cause, _)| part(cause).powi(2));
+    let estimated = squares.iter().sum::<f64>().sqrt();
     Ok(Some(Reached {
         tolerance: plan.tolerance,
         error: estimated + plan.left_out,

@@ -103,6 +103,7 @@ impl World {
                 split_theta_rad: 2.0,
                 forward_fraction_left_out: 0.0,
                 water: Water::pure(20.0),
+                phase_functions: None,
                 interpolation_error: None,
             },
         }

@@ -32,6 +32,8 @@ use crate::wavelength_names::short_name;
 
 /// What the file says it holds.
 const QUANTITY: &str = "scattering";
+/// The part of the phase functions.
+const PHASE_FUNCTIONS: &str = "phase_functions";
 /// Prefixes of the channels of the two polarisations.
 const POLARIZATIONS: [&str; 2] = ["s", "p"];
 /// Columns and rows with their units.
@@ -97,6 +99,10 @@ pub struct ScatteringTable {
     /// What of the values moves where drops are flattened; `None` for spheres. Rows are of single sizes
     /// then: the only effective variance is 0.
     pub moved: Option<MovedBows>,
+    /// A coarser table of the same drops and wavelengths at all angles and by every way through a drop: what
+    /// light that is scattered more than once goes by. `None` where that is not asked for, or where this table
+    /// itself is such a one.
+    pub phase_functions: Option<Box<ScatteringTable>>,
     /// Error of interpolation that it was made for, in parts of the peak of the bow.
     pub relative_error: f64,
     /// Diameter of the sun's disc that the table is averaged over, in radians; 0 for a point.
@@ -119,6 +125,17 @@ impl ScatteringTable {
     /// If the shape of the values is not that of the axes.
     #[must_use]
     pub fn to_file(&self, provenance: Provenance) -> TableFile {
+        let phase_functions = self.phase_functions.iter();
+        let phase_functions = phase_functions.flat_map(|table| table.parts(PHASE_FUNCTIONS));
+        TableFile {
+            quantity: QUANTITY.to_owned(),
+            parts: self.parts(QUANTITY).chain(phase_functions).collect(),
+            provenance,
+        }
+    }
+
+    /// The table without its phase functions as parts, of which the first has a name.
+    fn parts(&self, name: &str) -> impl Iterator<Item = TablePart> {
         let shape = self.shape();
         assert_eq!(
             self.values.dim(),
@@ -133,7 +150,7 @@ impl ScatteringTable {
                 .expect("rows are the product of their axes")
         });
         let part = TablePart {
-            name: QUANTITY.to_owned(),
+            name: name.to_owned(),
             column_axis: axis(0, &self.theta_rad),
             row_axes: vec![
                 axis(1, &self.effective_radius_um),
@@ -147,11 +164,7 @@ impl ScatteringTable {
             .iter()
             .flat_map(|moved| moved.parts(&part, &self.wavelengths));
         let moved: Vec<TablePart> = moved.collect();
-        TableFile {
-            quantity: QUANTITY.to_owned(),
-            parts: [part].into_iter().chain(moved).collect(),
-            provenance,
-        }
+        [part].into_iter().chain(moved)
     }
 
     fn shape(&self) -> (usize, usize, usize, usize, usize) {
@@ -210,7 +223,23 @@ impl ScatteringTable {
     /// disagree, or values that are negative or not finite.
     pub fn from_file(file: TableFile) -> Result<Self, Error> {
         file.expect_quantity(QUANTITY)?;
-        let (mut part, others) = file.into_part(QUANTITY)?;
+        let (part, mut others) = file.into_part(QUANTITY)?;
+        let phase_functions = others.iter().position(|it| it.name == PHASE_FUNCTIONS);
+        let phase_functions = phase_functions.map(|place| others.remove(place));
+        let mut table = Self::from_parts(part, others)?;
+        if let Some(part) = phase_functions {
+            let phase_functions = Self::from_parts(part, Vec::new())?;
+            if phase_functions.wavelengths != table.wavelengths {
+                let both = format!("wavelengths of {QUANTITY} in {PHASE_FUNCTIONS}");
+                return Err(Error::missing("axis", &both));
+            }
+            table.phase_functions = Some(Box::new(phase_functions));
+        }
+        Ok(table)
+    }
+
+    /// A table of a part, beside those of bows that move.
+    fn from_parts(mut part: TablePart, others: Vec<TablePart>) -> Result<Self, Error> {
         part.expect_axes(&AXES)?;
         let [radii, variances] = [0, 1].map(|index| part.row_axes[index].values.clone());
         check_range(&part.column_axis, (0.0, MAX_THETA_RAD))?;
@@ -237,6 +266,7 @@ impl ScatteringTable {
             effective_variance: variances,
             values,
             moved,
+            phase_functions: None,
             row_use: row_use(&part)?,
             relative_error: part.number("niji:relativeError")?,
             sun_disc_diameter_rad: part.number("niji:sunDiscDiameterRad")?,

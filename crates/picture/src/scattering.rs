@@ -4,6 +4,7 @@ use niji_airy::AiryTable;
 use niji_exchange::ScatteringTable;
 use niji_radiometry::WavelengthGrid;
 use niji_scatter::adaptive_table;
+use niji_scatter::phase_functions;
 use niji_scene::ScatteringNeed;
 use niji_scene::Stage;
 use niji_scene::canonical_json;
@@ -23,10 +24,21 @@ pub fn table(
 ) -> Result<ScatteringTable, Error> {
     let airy = airy.filter(|_| need.theory.uses_airy_table());
     let request = need.request(wavelengths, airy);
-    Ok(adaptive_table(&request, &|part| {
-        watch(Stage::Scatter, part)
-    })?)
+    let of_seen = if need.phase_functions {
+        SHARE_OF_SEEN
+    } else {
+        1.0
+    };
+    let mut table = adaptive_table(&request, &|part| watch(Stage::Scatter, of_seen * part))?;
+    if need.phase_functions {
+        let progress = |part| watch(Stage::Scatter, of_seen + (1.0 - of_seen) * part);
+        table.phase_functions = Some(Box::new(phase_functions(&request, &progress)?));
+    }
+    Ok(table)
 }
+
+/// Part of the time of a table with phase functions that goes into what is seen, about.
+const SHARE_OF_SEEN: f64 = 0.8;
 
 /// What a table depends on besides Airy's integral, as JSON.
 pub fn settings(need: &ScatteringNeed, wavelengths: WavelengthGrid) -> String {
@@ -38,10 +50,13 @@ pub fn settings(need: &ScatteringNeed, wavelengths: WavelengthGrid) -> String {
     canonical_json(&(need, spectrum))
 }
 
-/// A table without what a scene of spheres does not move, where any table may serve it.
+/// A table without what a scene has no use for, where any table may serve it.
 pub fn as_needed(mut table: ScatteringTable, need: &ScatteringNeed) -> ScatteringTable {
     if need.motion.is_none() {
         table.moved = None;
+    }
+    if !need.phase_functions {
+        table.phase_functions = None;
     }
     table
 }

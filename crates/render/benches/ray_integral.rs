@@ -106,6 +106,7 @@ fn table(n_sizes: usize, n_wavelengths: usize) -> ScatteringTable {
         split_theta_rad: 130_f64.to_radians(),
         forward_fraction_left_out: 0.5,
         water: Water::pure(20.0),
+        phase_functions: None,
         interpolation_error: None,
     }
 }

@@ -353,9 +353,11 @@ fn multiple(
         })
         .reduce(SeenDirections::none, |a, b| a.union(&b));
     let air = |dims: bool| basis.air.as_ref().filter(|_| dims);
+    // A table without any may hold all angles itself.
+    let phase_functions = table.phase_functions.as_deref().unwrap_or(table);
     MultipleLight::new(&OrdersRequest {
         drops: request.drops,
-        table: &table_of_laws(table, request.drops.size_range(), kept_radii),
+        table: &table_of_laws(phase_functions, request.drops.size_range(), kept_radii),
         sun_direction: request.sun_direction,
         eye: camera.position(),
         seen: &seen,

@@ -56,6 +56,7 @@
 //!     split_theta_rad: 2.3,
 //!     forward_fraction_left_out: 0.0,
 //!     water: Water::pure(15.0),
+//!     phase_functions: None,
 //!     interpolation_error: None,
 //! };
 //! let camera = PinholeCamera::new(PinholeRequest {
@@ -160,6 +161,7 @@ mod turned;
 mod water_reflectance;
 mod water_surface;
 
+pub use drop_orders::STANDARD_ERRORS;
 pub use effects::RenderEffects;
 pub use effects::Toggle;
 pub use error::Error;

@@ -204,7 +204,8 @@ impl RenderRequest<'_> {
             }
         }
         let (effect, input) = ("multiple scattering", Input::ScatteringTable);
-        self.check_table(self.table.ok_or(Error::MissingInput { effect, input })?)
+        let table = self.table.ok_or(Error::MissingInput { effect, input })?;
+        self.check_table(table.phase_functions.as_deref().unwrap_or(table))
     }
 
     /// The light of higher orders is part of the air's table, if the level wants it.

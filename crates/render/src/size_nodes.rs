@@ -137,6 +137,7 @@ pub(crate) fn table_of_laws(
         split_theta_rad: table.split_theta_rad,
         forward_fraction_left_out: table.forward_fraction_left_out,
         water: table.water,
+        phase_functions: None,
         interpolation_error: table.interpolation_error,
     })
 }

@@ -315,6 +315,7 @@ mod tests {
             split_theta_rad: 2.2,
             forward_fraction_left_out: 0.0,
             water: Water::pure(20.0),
+            phase_functions: None,
             interpolation_error: None,
         }
     }

@@ -140,7 +140,12 @@ pub(crate) fn values_at(
     })
 }
 
-fn described(request: &TableRequest, theta_rad: Vec<f64>, values: Values) -> ScatteringTable {
+/// The table of these values.
+pub(crate) fn described(
+    request: &TableRequest,
+    theta_rad: Vec<f64>,
+    values: Values,
+) -> ScatteringTable {
     let theory = request.theory;
     let names = request.orders_in().into_iter().map(|p| p.to_string());
     let orders = if theory.ignores_orders() {
@@ -175,6 +180,7 @@ fn described(request: &TableRequest, theta_rad: Vec<f64>, values: Values) -> Sca
             DIFFRACTED_FRACTION
         },
         water: request.water,
+        phase_functions: None,
         interpolation_error: None,
     }
 }

@@ -92,6 +92,7 @@ pub(crate) fn scattering_table() -> ScatteringTable {
         split_theta_rad: 2.2,
         forward_fraction_left_out: 0.5,
         water: Water::pure(20.0),
+        phase_functions: None,
         interpolation_error: Some(InterpolationError {
             theta: AxisError {
                 rms: 1.25e-4,

@@ -144,6 +144,7 @@ fn with(table: &ScatteringTable, radii_um: Vec<f64>, values: Array5<f32>) -> Sca
         split_theta_rad: table.split_theta_rad,
         forward_fraction_left_out: table.forward_fraction_left_out,
         water: table.water,
+        phase_functions: None,
         interpolation_error: None,
     }
 }

@@ -195,7 +195,7 @@ mod tests {
         let (min, max) = bricks[0].world_bounds().unwrap();
         let flight = FreeFlight::new(bricks, Aabb { min, max });
         let n = 20_000;
-        let leave = |path: &u64| flight.next_drop(ray, &mut Randoms::of(*path)).is_none();
+        let leave = |path: &u64| flight.next_drop(ray, &mut Randoms::of(0, *path)).is_none();
         let found = (0..n).filter(leave).count() as f64 / n as f64;
         let step_m = 1e-3;
         let depth: f64 = (0..40_000)
@@ -232,7 +232,7 @@ mod tests {
         let (min, max) = one[0].world_bounds().unwrap();
         let flight = FreeFlight::new(&one, Aabb { min, max });
         for path in 0..1000 {
-            let mut randoms = Randoms::of(path);
+            let mut randoms = Randoms::of(0, path);
             for origin in [min, max, DVec3::ZERO, DVec3::new(min.x, 0.0, max.z)] {
                 for direction in [DVec3::X, -DVec3::Z, DVec3::splat(1.0).normalize()] {
                     let ray = Ray { origin, direction };

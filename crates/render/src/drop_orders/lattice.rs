@@ -60,9 +60,7 @@ impl<'a> Lattice<'a> {
                     return Ok(None);
                 };
                 tell(self.request.progress, 0)?;
-                // Other paths in each stratum, so that their errors are not the same.
-                let first = stratum.index * self.request.paths_per_node;
-                let mut mean = paths.mean(&stratum, first..first + n_paths);
+                let mut mean = paths.mean(&stratum, n_paths);
                 self.dim(&stratum, &mut mean);
                 Ok(Some(mean))
             })
@@ -89,13 +87,13 @@ impl<'a> Lattice<'a> {
                 Some(lengths) => air.transmit(&lengths, &mut transmitted),
                 None => transmitted.fill(0.0),
             }
-            mean.dim(&transmitted);
+            mean.dim(&transmitted, request.luminance_weights);
         }
         if let Some(air) = request.view_air {
             let ray = air.ray(request.eye, stratum.direction());
             let lengths = air.to_eye(ray, place.distance(request.eye));
             air.transmit(&lengths, &mut transmitted);
-            mean.dim(&transmitted);
+            mean.dim(&transmitted, request.luminance_weights);
         }
     }
 }

@@ -1,7 +1,6 @@
 //! The mean over paths of the light that reaches a view ray after two or more drops.
 
 use std::f64::consts::TAU;
-use std::ops::Range;
 
 use glam::DVec3;
 use niji_dropfield::Bricks;
@@ -33,13 +32,28 @@ pub(super) struct Paths<'a> {
     pub(super) luminance_weights: &'a [f64],
 }
 
+/// Means of paths that know nothing of each other: what they differ by is the noise of their mean, which that of
+/// single paths exceeds many times, because the paths of each fill their cube evenly.
+pub(super) const N_REPLICATES: usize = 8;
+
+/// Luminance of each replicate [cd/m²].
+pub(super) type Replicates = [f32; N_REPLICATES];
+
+/// Standard error of the mean of replicates.
+pub(super) fn standard_error(replicates: &Replicates) -> f32 {
+    let n = N_REPLICATES as f32;
+    let mean = replicates.iter().sum::<f32>() / n;
+    let squares: f32 = replicates.iter().map(|it| (it - mean).powi(2)).sum();
+    (squares / (n * (n - 1.0))).sqrt()
+}
+
 /// The mean of a stratum.
 #[derive(Clone)]
 pub(super) struct Mean {
     /// J for unit irradiance by wavelength [1/sr].
     pub(super) source_sr1: Vec<f32>,
-    /// Standard error of its luminance [cd/m²], as if the paths were independent.
-    pub(super) error_cd_m2: f32,
+    /// Its luminance from each replicate.
+    pub(super) replicates_cd_m2: Replicates,
 }
 
 /// A drop on a path.
@@ -86,16 +100,17 @@ impl Mean {
     pub(super) fn dark(n_wavelengths: usize) -> Self {
         Self {
             source_sr1: vec![0.0; n_wavelengths],
-            error_cd_m2: 0.0,
+            replicates_cd_m2: [0.0; N_REPLICATES],
         }
     }
 
     /// Add a share of another.
     pub(super) fn add(&mut self, share: f32, other: &Self) {
-        for (source, other) in self.source_sr1.iter_mut().zip(&other.source_sr1) {
-            *source += share * other;
+        let both = self.source_sr1.iter_mut().zip(&other.source_sr1);
+        let replicates = self.replicates_cd_m2.iter_mut();
+        for (sum, other) in both.chain(replicates.zip(&other.replicates_cd_m2)) {
+            *sum += share * other;
         }
-        self.error_cd_m2 += share * other.error_cd_m2;
     }
 
     /// No light below zero.
@@ -105,63 +120,67 @@ impl Mean {
         }
     }
 
-    /// What it differs by from another; it counts as exact.
+    /// What it differs by from another of the same paths.
     pub(super) fn minus(&self, other: &Self) -> Self {
         let mut difference = self.clone();
-        let pairs = difference.source_sr1.iter_mut().zip(&other.source_sr1);
-        pairs.for_each(|(source, other)| *source -= other);
+        difference.add(-1.0, other);
         difference
     }
 
     /// Its luminance [cd/m²].
-    pub(super) fn luminance_cd_m2(&self, weights: &[f64]) -> f32 {
-        let spectrum = self.source_sr1.iter().zip(weights);
-        // f32: an estimate.
-        spectrum
-            .map(|(source, weight)| f64::from(*source) * weight)
-            .sum::<f64>() as f32
+    pub(super) fn luminance_cd_m2(&self) -> f32 {
+        self.replicates_cd_m2.iter().sum::<f32>() / N_REPLICATES as f32
     }
 
     /// Let part of the light pass.
-    pub(super) fn dim(&mut self, transmitted: &[f32]) {
-        for (source, transmitted) in self.source_sr1.iter_mut().zip(transmitted) {
+    pub(super) fn dim(&mut self, transmitted: &[f32], luminance_weights: &[f64]) {
+        let (mut before, mut after) = (0.0, 0.0);
+        let spectrum = self.source_sr1.iter_mut().zip(transmitted);
+        for ((source, transmitted), weight) in spectrum.zip(luminance_weights) {
+            before += f64::from(*source) * weight;
             *source *= transmitted;
+            after += f64::from(*source) * weight;
+        }
+        let part = if before > 0.0 { after / before } else { 0.0 };
+        for luminance in &mut self.replicates_cd_m2 {
+            *luminance *= part as f32;
         }
     }
 }
 
 impl Paths<'_> {
-    /// J of a stratum from some paths.
-    pub(super) fn mean(&self, stratum: &Stratum, of_paths: Range<usize>) -> Mean {
+    /// J of a stratum from so many paths or a few more, as many of each replicate.
+    pub(super) fn mean(&self, stratum: &Stratum, n_paths: usize) -> Mean {
         let n_wavelengths = self.phase.n_wavelengths();
-        let n = of_paths.len() as f64;
+        let n_of_each = n_paths.div_ceil(N_REPLICATES);
         let mut sums = vec![0.0_f64; n_wavelengths];
-        let (mut luminance, mut square) = (0.0, 0.0);
         let mut room = Room::new(n_wavelengths);
-        for path in of_paths {
-            room.light.fill(0.0);
-            self.follow(stratum, path as u64, &mut room);
-            let mut of_path = 0.0;
-            for ((sum, light), weight) in
-                sums.iter_mut().zip(&room.light).zip(self.luminance_weights)
-            {
-                *sum += f64::from(*light);
-                of_path += f64::from(*light) * weight;
+        let replicates_cd_m2 = std::array::from_fn(|replicate| {
+            // Others in each stratum, so that their errors are not the same.
+            let replicate = stratum.index * N_REPLICATES + replicate;
+            let mut luminance = 0.0;
+            for path in 0..n_of_each {
+                room.light.fill(0.0);
+                let randoms = Randoms::of(replicate as u64, path as u64);
+                self.follow(stratum, randoms, &mut room);
+                let light = room.light.iter().zip(self.luminance_weights);
+                for (sum, (light, weight)) in sums.iter_mut().zip(light) {
+                    *sum += f64::from(*light);
+                    luminance += f64::from(*light) * weight;
+                }
             }
-            luminance += of_path;
-            square += of_path * of_path;
-        }
-        let variance = (square / n - (luminance / n).powi(2)).max(0.0);
+            (luminance / n_of_each as f64) as f32
+        });
+        let n = (n_of_each * N_REPLICATES) as f64;
         Mean {
             // f32: a mean that is known to percents.
             source_sr1: sums.iter().map(|sum| (sum / n) as f32).collect(),
-            error_cd_m2: (variance / n).sqrt() as f32,
+            replicates_cd_m2,
         }
     }
 
     /// Follow a path against the light and add what each drop on it sends along, by wavelength.
-    fn follow(&self, stratum: &Stratum, path: u64, room: &mut Room) {
-        let mut randoms = Randoms::of(path);
+    fn follow(&self, stratum: &Stratum, mut randoms: Randoms, room: &mut Room) {
         let mut point = stratum.at(randoms.next_even());
         let n_wavelengths = self.phase.n_wavelengths();
         let drawn_at = (randoms.next_even() * n_wavelengths as f64) as usize;

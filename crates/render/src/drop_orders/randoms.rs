@@ -3,9 +3,9 @@
 //! x_d(k) = sum over set bits j of k of v_dj  (without carry),   u_d = (x_d xor shift_d)/2^32
 //!
 //! The points of Sobol's sequence fill the cube of six dimensions evenly however many there are; `v`
-//! are its direction numbers, and a fixed shift keeps the first point off the corner. Further numbers
-//! are hashes of path and position [SLF14]. Every direction takes the same paths, so that what is left
-//! of the error varies as smoothly over the picture as the light itself.
+//! are its direction numbers, and a shift of each replicate makes its points independent of those of others.
+//! Further numbers are hashes of replicate, path and position [SLF14]. Every direction takes the same paths, so
+//! that what is left of the error varies as smoothly over the picture as the light itself.
 //!
 //! [SLF14] G. L. Steele, D. Lea, C. H. Flood, "Fast splittable pseudorandom number generators",
 //! OOPSLA 2014, 453-472.
@@ -21,17 +21,19 @@ const STEP: u64 = 0x9e37_79b9_7f4a_7c15;
 /// The numbers of one path, in order.
 #[derive(Clone, Debug)]
 pub(crate) struct Randoms {
+    replicate: u64,
     path: u64,
     state: u64,
     n_even: usize,
 }
 
 impl Randoms {
-    /// The numbers of a path.
-    pub(crate) fn of(path: u64) -> Self {
+    /// The numbers of a path of a replicate.
+    pub(crate) fn of(replicate: u64, path: u64) -> Self {
         Self {
+            replicate,
             path,
-            state: mixed(path.wrapping_mul(STEP) ^ 0x5851_f42d_4c95_7f2d),
+            state: mixed(path.wrapping_mul(STEP) ^ mixed(replicate ^ 0x5851_f42d_4c95_7f2d)),
             n_even: 0,
         }
     }
@@ -44,7 +46,8 @@ impl Randoms {
         }
         let dimension = self.n_even;
         self.n_even += 1;
-        let shift = (mixed(dimension as u64 + 1) >> 32) as u32;
+        let axis = self.replicate * N_EVEN as u64 + dimension as u64;
+        let shift = (mixed(axis + 1) >> 32) as u32;
         let value = SOBOL_DIRECTIONS[dimension]
             .iter()
             .enumerate()
@@ -78,7 +81,7 @@ mod tests {
         for dimension in 0..N_EVEN {
             let mut hit = [false; 256];
             for path in 256..512 {
-                let mut randoms = Randoms::of(path);
+                let mut randoms = Randoms::of(0, path);
                 let numbers: [f64; N_EVEN] = std::array::from_fn(|_| randoms.next_even());
                 hit[(256.0 * numbers[dimension]) as usize] = true;
             }
@@ -91,7 +94,7 @@ mod tests {
         for (a, b) in [(0, 1), (2, 3), (3, 4), (0, 5)] {
             let mut hit = [false; 64];
             for path in 0..256 {
-                let mut randoms = Randoms::of(path);
+                let mut randoms = Randoms::of(0, path);
                 let numbers: [f64; N_EVEN] = std::array::from_fn(|_| randoms.next_even());
                 hit[8 * (8.0 * numbers[a]) as usize + (8.0 * numbers[b]) as usize] = true;
             }
@@ -105,7 +108,7 @@ mod tests {
             let n_paths = 4096;
             let sum: f64 = (0..n_paths)
                 .map(|path| {
-                    let mut randoms = Randoms::of(path);
+                    let mut randoms = Randoms::of(0, path);
                     (0..N_EVEN)
                         .map(|_| {
                             2.0 * if even {
@@ -126,11 +129,12 @@ mod tests {
 
     #[test]
     fn random_numbers_have_the_moments_of_even_ones_and_do_not_repeat() {
-        let mut randoms = Randoms::of(7);
+        let mut randoms = Randoms::of(0, 7);
         let numbers: Vec<f64> = (0..100_000).map(|_| randoms.next()).collect();
         let mean = |power: i32| numbers.iter().map(|u| u.powi(power)).sum::<f64>() / 1e5;
         // Deviations of the mean 9e-4.
         assert!((mean(1) - 0.5).abs() < 4e-3 && (mean(2) - 1.0 / 3.0).abs() < 4e-3);
-        assert_ne!(Randoms::of(1).next(), Randoms::of(2).next());
+        assert_ne!(Randoms::of(0, 1).next(), Randoms::of(0, 2).next());
+        assert_ne!(Randoms::of(0, 1).next(), Randoms::of(1, 1).next());
     }
 }

@@ -13,7 +13,7 @@ use super::view_grid::SeenDirections;
 pub(crate) struct OrdersRequest<'a> {
     /// The drops with their shadows.
     pub(crate) drops: &'a LitDrops,
-    /// How they scatter, at all angles.
+    /// Their phase functions.
     pub(crate) table: &'a ScatteringTable,
     /// Towards the sun.
     pub(crate) sun_direction: DVec3,

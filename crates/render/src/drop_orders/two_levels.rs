@@ -4,7 +4,7 @@
 //!
 //! `J_many` and `J~_few` interpolated from the coarse lattice, `J_few` of the first few of the same
 //! paths at the direction itself, `delta` the luminance of its difference from `J~_few`, `sigma` the
-//! standard error of `J_few`. The top of a waterfall is sharper than any coarse lattice; what few paths
+//! standard error of that. The top of a waterfall is sharper than any coarse lattice; what few paths
 //! see of it is far above their noise, which neighboring directions have in common and which goes out
 //! of the difference. Inside fog there is nothing but noise, and the differences are left out: k is that
 //! of James and Stein's estimate.
@@ -18,7 +18,10 @@ use crate::error::Error;
 use super::column::N_STRATA;
 use super::lattice::Lattice;
 use super::paths::Mean;
+use super::paths::N_REPLICATES;
 use super::paths::Paths;
+use super::paths::Replicates;
+use super::paths::standard_error;
 use super::view_grid::ViewGrid;
 
 /// Nodes of the fine lattice along each side over those of the coarse one.
@@ -40,21 +43,15 @@ fn few_of(many: usize) -> usize {
     (many / FEWER).max(LEAST_PATHS).min(many)
 }
 
-/// The means of the fine lattice by node and stratum; their errors are those of paths and of
-/// interpolation between the nodes.
+/// The means of the fine lattice.
 ///
 /// # Errors
 /// [`Error::Stopped`].
-pub(super) fn means(
-    paths: &Paths,
-    coarse: &Lattice,
-    fine: Lattice,
-) -> Result<(ViewGrid, Vec<Mean>), Error> {
+pub(super) fn means(paths: &Paths, coarse: &Lattice, fine: Lattice) -> Result<FineMeans, Error> {
     let n_many = coarse.request.paths_per_node;
     let n_few = few_of(n_many);
     let many = coarse.means(paths, n_many)?;
     let few = coarse.means(paths, n_few)?;
-    let weights = paths.luminance_weights;
     let mut means = fine.means(paths, n_few)?;
     for (index, mean) in means.iter_mut().enumerate() {
         let around = coarse.grid.around(fine.grid.direction(index / N_STRATA));
@@ -67,21 +64,30 @@ pub(super) fn means(
         };
         let difference = mean.minus(&between(&few));
         let mut sum = between(&many);
-        sum.add(share_above_noise(&difference, weights), &difference);
+        sum.add(share_above_noise(&difference), &difference);
         sum.keep_positive();
         *mean = sum;
     }
-    let errors = interpolation_errors(&fine.grid, &means, weights);
-    for (mean, error) in means.iter_mut().zip(errors) {
-        mean.error_cd_m2 = mean.error_cd_m2.hypot(error);
-    }
-    Ok((fine.grid, means))
+    let interpolation_cd_m2 = interpolation_errors(&fine.grid, &means);
+    Ok(FineMeans {
+        grid: fine.grid,
+        means,
+        interpolation_cd_m2,
+    })
+}
+
+/// The means of the fine lattice by node and stratum.
+pub(super) struct FineMeans {
+    pub(super) grid: ViewGrid,
+    pub(super) means: Vec<Mean>,
+    /// What interpolation between them errs by [cd/m²].
+    pub(super) interpolation_cd_m2: Vec<f32>,
 }
 
 /// k.
-fn share_above_noise(difference: &Mean, luminance_weights: &[f64]) -> f32 {
-    let delta = difference.luminance_cd_m2(luminance_weights);
-    let noise = difference.error_cd_m2;
+fn share_above_noise(difference: &Mean) -> f32 {
+    let delta = difference.luminance_cd_m2();
+    let noise = standard_error(&difference.replicates_cd_m2);
     if delta.abs() > noise {
         1.0 - (noise / delta).powi(2)
     } else {
@@ -89,20 +95,22 @@ fn share_above_noise(difference: &Mean, luminance_weights: &[f64]) -> f32 {
     }
 }
 
-/// Half of what the luminance of a node differs from the middle of its neighbors, summed over both axes
-/// [cd/m²]: four times the largest error of linear interpolation where light changes smoothly, and
+/// Half of what the luminance of a node differs from the middle of its neighbors beyond the noise of that, summed
+/// over both axes [cd/m²]: four times the largest error of linear interpolation where light changes smoothly, and
 /// about that error where it jumps.
-fn interpolation_errors(grid: &ViewGrid, means: &[Mean], luminance_weights: &[f64]) -> Vec<f32> {
-    let luminances: Vec<f32> = means
-        .iter()
-        .map(|mean| mean.luminance_cd_m2(luminance_weights))
-        .collect();
+fn interpolation_errors(grid: &ViewGrid, means: &[Mean]) -> Vec<f32> {
     let error = |index: usize| {
-        let at = |node: usize| luminances[node * N_STRATA + index % N_STRATA];
+        let at = |node: usize| &means[node * N_STRATA + index % N_STRATA].replicates_cd_m2;
         let node = index / N_STRATA;
-        let along = |[before, after]: [usize; 2]| at(node) - 0.5 * (at(before) + at(after));
-        let off = grid.neighbors(node).map(along);
-        0.5 * off.iter().map(|off| off.abs()).sum::<f32>()
+        let along = |[before, after]: [usize; 2]| {
+            let (before, here, after) = (at(before), at(node), at(after));
+            let off: Replicates =
+                std::array::from_fn(|it| here[it] - 0.5 * (before[it] + after[it]));
+            let mean = off.iter().sum::<f32>() / N_REPLICATES as f32;
+            let beyond = mean * mean - standard_error(&off).powi(2);
+            beyond.max(0.0).sqrt()
+        };
+        0.5 * grid.neighbors(node).map(along).iter().sum::<f32>()
     };
     (0..means.len()).map(error).collect()
 }
@@ -111,24 +119,24 @@ fn interpolation_errors(grid: &ViewGrid, means: &[Mean], luminance_weights: &[f6
 mod tests {
     use super::*;
 
-    const WEIGHTS: [f64; 2] = [1.0, 2.0];
-
-    fn mean(source_sr1: [f32; 2], error_cd_m2: f32) -> Mean {
+    /// Replicates of a mean with a standard error.
+    fn mean(luminance: f32, noise: f32) -> Mean {
+        let half = noise * ((N_REPLICATES - 1) as f32).sqrt();
         Mean {
-            source_sr1: source_sr1.to_vec(),
-            error_cd_m2,
+            source_sr1: Vec::new(),
+            replicates_cd_m2: std::array::from_fn(|it| {
+                luminance + if it % 2 == 0 { half } else { -half }
+            }),
         }
     }
 
     #[test]
     fn noise_is_left_out_and_what_is_far_above_it_stays() {
-        let share =
-            |difference: [f32; 2], noise| share_above_noise(&mean(difference, noise), &WEIGHTS);
-        assert_eq!(share([0.1, -0.3], 0.6), 0.0);
-        assert_eq!(share([0.0, 0.0], 0.0), 0.0);
-        assert_eq!(share([0.0, 1.0], 0.0), 1.0);
-        // delta 2, sigma 1.
-        assert!((share([0.0, -1.0], 1.0) - 0.75).abs() < 1e-6);
-        assert!(share([0.0, 1.0], 0.01) > 0.9999);
+        let share = |luminance, noise| share_above_noise(&mean(luminance, noise));
+        assert_eq!(share(-0.5, 0.6), 0.0);
+        assert_eq!(share(0.0, 0.0), 0.0);
+        assert_eq!(share(2.0, 0.0), 1.0);
+        assert!((share(-2.0, 1.0) - 0.75).abs() < 1e-5);
+        assert!(share(2.0, 0.01) > 0.9999);
     }
 }

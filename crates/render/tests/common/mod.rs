@@ -145,6 +145,7 @@ pub(crate) fn table_of(
         split_theta_rad: 130_f64.to_radians(),
         forward_fraction_left_out: 0.0,
         water: Water::pure(20.0),
+        phase_functions: None,
         interpolation_error: None,
     }
 }

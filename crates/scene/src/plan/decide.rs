@@ -6,17 +6,14 @@
 //! effect that may shape them. Where one of those is left out itself, the bows change a little, so
 //! the sum is checked again with the final bounds, and the largest comes back until it fits.
 //!
-//! Light that drops scatter more than once is smooth, and its bound an estimate: the RMS of it counts, and only
-//! where a tolerance is named or the preset is `reference`, for it takes paths through the drops and a table of
-//! all angles. An effect that is on brings
-//! those that it cannot do without.
+//! Light that drops scatter more than once is smooth, and its bound an estimate: the RMS of it counts. An effect
+//! that is on brings those that it cannot do without.
 
 use std::collections::BTreeSet;
 
 use niji_render::SunPath;
 
 use crate::accuracy::Accuracy;
-use crate::accuracy::Preset;
 use crate::effect::Effect;
 use crate::effect::Role;
 use crate::effect_switches::EffectSwitches;
@@ -49,7 +46,6 @@ pub(super) fn weighs_further_orders(switches: &EffectSwitches, accuracy: &Accura
     let effect = Effect::MultipleScattering;
     let mut needs = effect.needs().iter();
     switches.of(effect) == Switch::Auto
-        && (accuracy.preset == Preset::Reference || accuracy.tolerance.is_some())
         && accuracy.sun_path != Some(SunPath::Ignore)
         && needs.all(|needed| switches.of(*needed) != Switch::Off)
 }
@@ -217,24 +213,21 @@ mod tests {
     }
 
     #[test]
-    fn light_of_further_orders_is_for_a_tolerance_or_who_asks_and_brings_what_it_needs() {
+    fn light_of_further_orders_is_asked_about_where_its_needs_are_and_brings_them() {
         let multiple = Effect::MultipleScattering;
-        let mut switches = EffectSwitches::default();
-        for (preset, kept) in [(Preset::Standard, false), (Preset::Reference, true)] {
-            let asked = settled(&switches, &of(preset)).of(multiple);
-            assert_eq!(asked == Switch::Auto, kept);
-        }
-        switches.set(Effect::DropShadow, Switch::Off);
-        assert_eq!(
-            settled(&switches, &of(Preset::Reference)).of(multiple),
-            Switch::Off
-        );
-        let without_shadow = Accuracy {
-            sun_path: Some(SunPath::Ignore),
-            ..of(Preset::Reference)
+        let settled_of = |switches: &EffectSwitches, accuracy: &Accuracy| {
+            settled(switches, accuracy).of(multiple)
         };
-        let free = EffectSwitches::default();
-        assert_eq!(settled(&free, &without_shadow).of(multiple), Switch::Off);
+        let (free, standard) = (EffectSwitches::default(), of(Preset::Standard));
+        assert_eq!(settled_of(&free, &standard), Switch::Auto);
+        let mut without_shadow = free.clone();
+        without_shadow.set(Effect::DropShadow, Switch::Off);
+        assert_eq!(settled_of(&without_shadow, &standard), Switch::Off);
+        let ignoring = Accuracy {
+            sun_path: Some(SunPath::Ignore),
+            ..standard
+        };
+        assert_eq!(settled_of(&free, &ignoring), Switch::Off);
         let mut switches = EffectSwitches::default();
         switches.set(multiple, Switch::On);
         let needs = multiple.needs().iter();

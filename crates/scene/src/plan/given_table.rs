@@ -86,6 +86,12 @@ impl ScatteringNeed {
             self.widths_misfit(table),
             self.motion
                 .and_then(|motion| self.motion_misfit(motion, table, wavelengths)),
+            unless(
+                !self.phase_functions || table.phase_functions.is_some(),
+                "light scattered more than once",
+                ["no phase functions", "phase functions"].map(str::to_owned),
+                "--phase-functions, or effects.multiple_scattering = \"off\"",
+            ),
         ];
         ours.into_iter().flatten().collect()
     }

@@ -40,9 +40,7 @@ pub(super) fn reason(decided: &Decided, facts: &Facts) -> String {
         Switch::Auto if is_on => format!("kept; {fact}"),
         Switch::Auto if bound.value <= 0.0 => format!("adds nothing; {fact}"),
         Switch::Auto if effect == Effect::MultipleScattering && !facts.weighs_further_orders => {
-            format!(
-                "left out unless the scene asks for it, a tolerance is named or the preset is reference; {fact}"
-            )
+            format!("not without drop extinction, drop shadow and their sun path; {fact}")
         }
         Switch::Auto => format!("too small to be seen; {fact}"),
     }

@@ -17,6 +17,7 @@ use niji_exchange::DensityLaw;
 use niji_exchange::DiffuseLight;
 use niji_exchange::n_moments;
 use niji_radiometry::WavelengthGrid;
+use niji_scatter::N_PHASE_ANGLES;
 use niji_scatter::NumberOfAngles;
 use niji_scatter::number_of_angles;
 
@@ -109,8 +110,15 @@ pub(super) fn table(
     situation: &Situation,
 ) -> Resources {
     let channels = 2.0 * situation.grid.len() as f64;
-    let n_places = need.request(situation.grid, None).n_places(angles) as f64;
-    let n_parts = 1.0 + angles.of_orders.len() as f64;
+    let request = need.request(situation.grid, None);
+    let of_phases = need.phase_functions.then(|| request.of_phase_functions());
+    let phases = NumberOfAngles {
+        all: N_PHASE_ANGLES,
+        of_orders: Vec::new(),
+    };
+    let n_places = of_phases.map_or(0, |of_phases| of_phases.n_places(&phases));
+    let n_places = (n_places + request.n_places(angles)) as f64;
+    let n_parts = 1.0 + angles.of_orders.len() as f64 + f64::from(u8::from(need.phase_functions));
     let rows = n_parts * (need.effective_radius_um.len() * need.effective_variance.len()) as f64;
     // Each row of pixels is told where it is and which one it is; axes stand in the header.
     let axis = 20.0 * n_places / rows + 30.0 * rows.sqrt();

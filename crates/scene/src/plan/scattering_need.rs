@@ -30,9 +30,6 @@ use super::theory_by_size::table_theory;
 /// Beyond the angles in view, so that pixel footprints and rounding stay inside the table, degrees.
 const ANGLE_MARGIN_DEG: f64 = 0.05;
 
-/// Highest order of a scattering table: together with those below it holds all but 1 % of the light.
-const HIGHEST_ORDER: u32 = 7;
-
 /// The scattering table that a picture needs, and no more.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ScatteringNeed {
@@ -55,6 +52,8 @@ pub struct ScatteringNeed {
     pub rows: SizeRows,
     /// How flattened drops move, where the light that flattening moves is kept apart; `None` for spheres.
     pub motion: Option<DropMotion>,
+    /// Whether phase functions are needed beside, for light that drops scatter more than once.
+    pub phase_functions: bool,
     /// Diameter of the sun's disc, rad; 0 for a point.
     pub sun_disc_diameter_rad: f64,
     /// What the drops are made of.
@@ -117,10 +116,6 @@ pub(super) fn scattering_need(
     };
     let with_disc = on.contains(&Effect::SunDisc);
     let error = levels.table_relative_error;
-    if on.contains(&Effect::MultipleScattering) {
-        // Light of further orders comes from all directions, by every way through a drop.
-        orders = (0..=HIGHEST_ORDER).collect();
-    }
     let theory = table_theory(levels.theory, on);
     // A table of orders that the theory lacks is refused, and says why.
     let held = theory.orders_among(&orders);
@@ -150,6 +145,7 @@ pub(super) fn scattering_need(
         support_um: drops.laws.support_um()?,
         rows: sizes.rows,
         motion,
+        phase_functions: on.contains(&Effect::MultipleScattering),
         sun_disc_diameter_rad: if with_disc {
             SUN_DISC_DIAMETER_RAD
         } else {
@@ -161,9 +157,6 @@ pub(super) fn scattering_need(
 
 /// Scattering angles of the light that is wanted; `None` if there is none.
 fn angles_needed(situation: &Situation, on: &BTreeSet<Effect>, bows: &[u32]) -> Option<(f64, f64)> {
-    if on.contains(&Effect::MultipleScattering) {
-        return situation.view.theta_deg.map(|_| (0.0, PI));
-    }
     let both_sides = on.contains(&Effect::HigherOrders);
     if bows.is_empty() && !both_sides {
         return None;

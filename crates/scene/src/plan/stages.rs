@@ -182,7 +182,7 @@ pub(super) fn stages(scene: &Scene, situation: &Situation, chosen: &Chosen) -> V
 /// A scattering table in words.
 fn what_it_holds(need: &ScatteringNeed, situation: &Situation) -> String {
     format!(
-        "{}, orders {:?}, theta {:.1} to {:.1} degrees, {} {} x {} wavelengths, {}{}",
+        "{}, orders {:?}, theta {:.1} to {:.1} degrees, {} {} x {} wavelengths, {}{}{}",
         need.theory.name(),
         need.orders,
         need.theta_range_rad.0.to_degrees(),
@@ -199,6 +199,11 @@ fn what_it_holds(need: &ScatteringNeed, situation: &Situation) -> String {
             "point sun"
         },
         need.motion.map_or("", |_| ", flattened drops"),
+        if need.phase_functions {
+            ", phase functions"
+        } else {
+            ""
+        },
     )
 }
 
