@@ -73,7 +73,7 @@ pub(crate) struct AtmosphereCommand {
 /// As [`stages::atmosphere::make`] and [`stages::sky::make`]; a size or height out of range.
 pub(crate) fn execute(command: &AtmosphereCommand, common: &Common) -> Result<(), Failure> {
     if let Some(table) = &command.output {
-        let PlannedScene { scene, plan, .. } = scene_file::load(&command.scene, common.goal())?;
+        let PlannedScene { scene, plan, .. } = scene_file::load(&command.scene, common)?;
         let orders = plan.scattering_orders(&scene);
         stages::atmosphere::make((&scene, orders), table, common.options())?;
     }

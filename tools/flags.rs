@@ -1,5 +1,7 @@
 //! The flags that all subcommands share, and values as people type them.
 
+use std::path::PathBuf;
+
 use clap::Args;
 use niji_scene::Goal;
 use niji_scene::Preset;
@@ -28,6 +30,9 @@ pub(crate) struct Common {
     /// they need them; a picture that misses it ends with code 5.
     #[arg(long, global = true, value_name = "T", value_parser = tolerance)]
     pub tolerance: Option<f64>,
+    /// Decide as `niji plan SCENE -o FILE` did, without measuring again; refused for another scene or accuracy.
+    #[arg(long, global = true, value_name = "TOML")]
+    pub choice: Option<PathBuf>,
     /// Results as JSON on standard output.
     #[arg(long, global = true)]
     pub json: bool,

@@ -8,6 +8,7 @@ mod atmosphere;
 mod bow_curves;
 mod calibrate;
 mod check;
+mod choice_file;
 mod cli;
 mod composite;
 mod depth;

@@ -46,7 +46,7 @@ impl PhotoSource {
         common: &Common,
         of_scene: impl FnOnce(&PlannedScene) -> Result<T, Failure>,
     ) -> Result<Option<T>, Failure> {
-        let of_file = |scene: &PathBuf| of_scene(&scene_file::load(scene, common.goal())?);
+        let of_file = |scene: &PathBuf| of_scene(&scene_file::load(scene, common)?);
         self.scene.as_ref().map(of_file).transpose()
     }
 }

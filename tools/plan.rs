@@ -11,6 +11,7 @@ use niji_scene::Plan;
 use niji_scene::Stage;
 use serde::Serialize;
 
+use crate::choice_file;
 use crate::failure::Failure;
 use crate::flags::Common;
 use crate::measure_effects::MeasuredEffects;
@@ -30,6 +31,7 @@ use niji_picture::PlannedScene;
   niji plan data/scenes/garden-fountain.toml
   niji plan data/scenes/rain-cell-8-km.toml --explain air_inscatter
   niji plan data/scenes/garden-fountain.toml --measure
+  niji plan scene.toml -o choice.toml && niji run scene.toml --choice choice.toml -o out
   niji plan scene.toml --script -o out > chain.sh && sh chain.sh")]
 pub(crate) struct PlanCommand {
     /// The scene.
@@ -45,10 +47,14 @@ pub(crate) struct PlanCommand {
     /// beside changes and times.
     #[arg(long, conflicts_with_all = ["script", "explain"])]
     measure: bool,
-    /// The folder that the chain writes to.
-    #[arg(short, long, value_name = "DIR", default_value = "out")]
-    output: PathBuf,
+    /// The file to write what was decided to, for `--choice`; with --script the folder that the chain writes to
+    /// [default: out].
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
 }
+
+/// The folder of a chain, unless another is asked for.
+const FOLDER: &str = "out";
 
 /// The name that stands for every effect.
 const ALL: &str = "all";
@@ -58,10 +64,15 @@ const ALL: &str = "all";
 /// # Errors
 /// A scene that is missing or wrong.
 pub(crate) fn execute(command: &PlanCommand, common: &Common) -> Result<(), Failure> {
-    let planned = scene_file::load(&command.scene, common.goal())?;
+    let planned = scene_file::load(&command.scene, common)?;
     planned.check_inputs()?;
+    let output = command.output.as_deref();
+    if let (Some(file), false) = (output, command.script) {
+        choice_file::write(&planned.choice, file, common.options().existing)?;
+    }
     let text = if command.script {
-        script(&planned, &command.scene, &command.output, common)
+        let folder = output.unwrap_or(Path::new(FOLDER));
+        script(&planned, &command.scene, folder, common)
     } else if let Some(name) = &command.explain {
         explained(&planned, name, common)?
     } else if command.measure {
@@ -115,9 +126,12 @@ fn script(planned: &PlannedScene, scene: &Path, folder: &Path, common: &Common) 
         let [image, depth] = [stages::render::FILE, stages::photo::DEPTH].map(inside);
         format!("--image {image} --depth {depth}")
     };
-    let flags = accuracy_flags(common);
+    let choice = inside(choice_file::FILE);
+    let accuracy = accuracy_flags(common);
+    let flags = format!("{accuracy} --choice {choice}");
     let plan = &planned.plan;
-    let mut script = String::from("#!/bin/sh\nset -e\n");
+    let mut script =
+        format!("#!/bin/sh\nset -e\nniji plan {scene}{accuracy} -o {choice} > /dev/null\n");
     for stage in &plan.stages {
         let line = match stage.stage {
             Stage::Drops => format!("drops --scene {scene} -o {drops}"),

@@ -68,7 +68,7 @@ pub(crate) struct RenderCommand {
 /// # Errors
 /// As [`stages::render::make`]; a file that the scene's plan needs and that is not named.
 pub(crate) fn execute(command: &RenderCommand, common: &Common) -> Result<(), Failure> {
-    let planned = scene_file::load(&command.scene, common.goal())?;
+    let planned = scene_file::load(&command.scene, common)?;
     planned.check_light()?;
     let need = |(name, maker), is_needed: bool, given: &Option<PathBuf>| match (is_needed, given) {
         (true, None) => Err(Failure::Usage(format!(

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use niji_picture::Choice;
 use niji_picture::Error;
 use niji_picture::PlanRequest;
 use niji_picture::PlannedScene;
@@ -11,14 +12,49 @@ use niji_scene::Goal;
 use niji_scene::Scene;
 use niji_scene::SceneError;
 
+use crate::choice_file;
 use crate::failure::Failure;
+use crate::flags::Common;
+use crate::shell_word::quoted;
 
-/// Reads a scene and makes its plan, with levels for what is asked of the picture.
+/// Reads a scene and makes its plan, with levels for what is asked of the picture, or as a choice says.
 ///
 /// # Errors
-/// A scene or a drop volume that is missing or wrong.
-pub(crate) fn load(path: &Path, goal: Goal) -> Result<PlannedScene, Failure> {
-    planned_for(read(path, goal)?, path, beside(path))
+/// A scene, a drop volume or a choice that is missing or wrong; a choice for something else.
+pub(crate) fn load(path: &Path, common: &Common) -> Result<PlannedScene, Failure> {
+    let scene = read(path, common.goal())?;
+    let Some(file) = &common.choice else {
+        return planned_for(scene, path, beside(path));
+    };
+    let choice = choice_file::read(file)?;
+    let planned = planned_knowing(scene, path, Some(&choice))?;
+    if planned.choice == choice {
+        return Ok(planned);
+    }
+    let text = format!(
+        "{}: found a choice for another scene, other accuracy or another version of niji; make it anew: \
+         niji plan {} -o {}",
+        file.display(),
+        quoted(path),
+        quoted(file)
+    );
+    Err(Failure::Usage(text))
+}
+
+/// Makes the plan of a scene that stands in the file `path`, for which something may have been chosen before.
+///
+/// # Errors
+/// As [`planned`].
+pub(crate) fn planned_knowing(
+    scene: Scene,
+    path: &Path,
+    choice: Option<&Choice>,
+) -> Result<PlannedScene, Failure> {
+    let request = PlanRequest {
+        choice,
+        ..beside(path)
+    };
+    planned_for(scene, path, request)
 }
 
 /// Files that a scene names lie beside its own.

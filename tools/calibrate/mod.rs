@@ -77,7 +77,7 @@ pub(crate) fn execute(command: &CalibrateCommand, common: &Common) -> Result<(),
     }
     let mut rows = Vec::new();
     for path in &command.scenes {
-        let measured = measure(&scene_file::load(path, common.goal())?, options.verbosity)?;
+        let measured = measure(&scene_file::load(path, common)?, options.verbosity)?;
         rows.extend(measured.rows(&command.date));
     }
     write_csv(&rows, &command.output)

@@ -14,9 +14,11 @@ use niji_picture::PictureSettings;
 use niji_scene::Stage;
 
 use crate::check;
+use crate::choice_file;
 use crate::failure::Failure;
 use crate::flags::Common;
 use crate::output;
+use crate::output::Existing;
 use crate::run::files::Files;
 use crate::run::frames::FrameRange;
 use crate::run::frames::parse_frames;
@@ -48,7 +50,7 @@ use niji_picture::PlannedScene;
   niji run sequence.toml -o out --frames 1-240
 
 Leaves drops.vdb, airy.exr, scatter.exr, atmosphere.exr (where the plan needs them), image.exr,
-image.rgb.exr, image.png and report.json; of a photograph also depth.exr, sun.json (with picks),
+image.rgb.exr, image.png, choice.toml and report.json; of a photograph also depth.exr, sun.json (with picks),
 check.json and composite.png. Of a sequence, image.0001.exr and so on; frames share what they need
 alike, as scatter.1a2b3c4d.exr.")]
 pub(crate) struct RunCommand {
@@ -87,9 +89,13 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
         return Err(Failure::Usage(message));
     }
     if let Some(frames) = command.frames {
+        if common.choice.is_some() {
+            let message = "--choice is of one picture: leave it out with --frames";
+            return Err(Failure::Usage(message.to_owned()));
+        }
         return frames::execute(command, frames, common);
     }
-    let planned = scene_file::load(&command.scene, common.goal())?;
+    let planned = planned(command, common)?;
     if planned.scene.sequence.is_some() {
         return Err(Failure::Usage(format!(
             "{} is a sequence: say which frames with --frames, as 1-240 or 12",
@@ -103,6 +109,14 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
     let Outcome { done, findings } = run_stages_to(&planned, &files, options)?;
     let image = folder.join(stages::render::FILE);
     let reached = accuracy::reached(&planned, &image)?;
+    let kept = folder.join(choice_file::FILE);
+    // Of another request it is out of date, like a file of a stage that is made anew.
+    let existing = if choice_file::read(&kept).is_ok() {
+        Existing::Replace
+    } else {
+        options.existing
+    };
+    choice_file::write(&planned.choice, &kept, existing)?;
     let report = report::json(&planned, &done, reached.as_ref());
     report::write(&report, folder)?;
     let verbosity = options.verbosity;
@@ -137,6 +151,20 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
     check::verdict(&findings)?;
     let asked = reached.filter(|_| common.tolerance.is_some());
     asked.map_or(Ok(()), |reached| reached.verdict())
+}
+
+/// The scene with its plan, decided as in a run before where that was the same one.
+fn planned(command: &RunCommand, common: &Common) -> Result<PlannedScene, Failure> {
+    let kept = command.output.join(choice_file::FILE);
+    if common.choice.is_some() || !kept.exists() {
+        return scene_file::load(&command.scene, common);
+    }
+    let scene = scene_file::read(&command.scene, common.goal())?;
+    scene_file::planned_knowing(
+        scene,
+        &command.scene,
+        choice_file::read(&kept).ok().as_ref(),
+    )
 }
 
 /// What the stages of a run did.

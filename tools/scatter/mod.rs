@@ -188,7 +188,7 @@ fn of_scene(
     path: &std::path::Path,
     common: &Common,
 ) -> Result<(ScatteringNeed, WavelengthGrid), Failure> {
-    let planned = scene_file::load(path, common.goal())?;
+    let planned = scene_file::load(path, common)?;
     let unneeded = || Failure::Usage("the plan of this scene needs no scattering table".to_owned());
     let need = planned.plan.scattering.clone().ok_or_else(unneeded)?;
     Ok((need, planned.scene.spectrum))

@@ -1,6 +1,6 @@
 //! How accurate a picture is by its own estimate, and what limits it.
 //!
-//! error = RMS over the pixels of what the renderer estimated + what the plan left out at most
+//! error = RMS over the pixels of what the renderer estimated + that of what the plan left out
 //!
 //! Both are over display white, the luminance that a preview shows as white, like the tolerance. The renderer takes
 //! theory, sky and the air's lengths as given: what these err by is in no estimate.
@@ -65,7 +65,7 @@ pub(crate) struct Reached {
     error: f64,
     /// What the renderer estimated, RMS over the picture.
     estimated: f64,
-    /// What the effects add at most that the plan left out by itself.
+    /// What the effects add that the plan left out by itself, RMS.
     left_out: f64,
     /// The same by cause: squares add up.
     causes: BTreeMap<&'static str, f64>,
@@ -160,11 +160,12 @@ pub(crate) fn reached(planned: &PlannedScene, image: &Path) -> Result<Option<Rea
     };
     let squares = REMEDIES.map(|(cause, _)| part(cause).powi(2));
     let estimated = squares.iter().sum::<f64>().sqrt();
+    let left_out = part("left_out");
     Ok(Some(Reached {
         tolerance: plan.tolerance,
-        error: estimated + plan.left_out,
+        error: estimated + left_out,
         estimated,
-        left_out: plan.left_out,
+        left_out,
         causes: REMEDIES.map(|(cause, _)| (cause, part(cause))).into(),
     }))
 }

@@ -10,6 +10,7 @@ use niji_geometry::PixelRegion;
 use niji_radiometry::WavelengthGrid;
 use niji_render::LitDrops;
 use niji_render::MirroredLight;
+use niji_render::PictureLayer;
 use niji_render::RenderEffects;
 use niji_render::RenderRequest;
 use niji_render::Rendered;
@@ -31,6 +32,8 @@ use serde::Serialize;
 
 use crate::error::Error;
 use crate::image;
+use crate::left_out::LeftOut;
+use crate::left_out::Place;
 use crate::planned_scene::PlannedScene;
 use crate::sun_volume;
 use crate::sun_volume::Allowed;
@@ -72,6 +75,8 @@ pub struct PictureSettings {
     /// The same, and what of its light is followed.
     #[serde(skip)]
     pub mirrored_water: Option<(WaterSurface, MirroredLight)>,
+    /// What the plan leaves out.
+    pub left_out: LeftOut,
     /// What is simulated, as the renderer takes it.
     #[serde(skip)]
     pub render_effects: RenderEffects,
@@ -111,6 +116,7 @@ impl PictureSettings {
             picture: scene.picture,
             water_surface: mirrored_water.map(|(surface, _)| surface),
             mirrored_water,
+            left_out: planned.left_out.clone(),
             render_effects,
             display_white_cd_m2: plan.display_white_cd_m2,
             scattering: plan.scattering.clone(),
@@ -204,6 +210,16 @@ impl PictureWork {
         provenance: Provenance,
     ) -> SpectralImage {
         let mut image = image::of_rendered(rendered, &self.camera, self.wavelengths);
+        let settings = &self.settings;
+        let error = PictureLayer::Error.name();
+        if let Some(error) = image.aovs.iter_mut().find(|aov| aov.name == error) {
+            let place = Place {
+                region,
+                frame_px: [settings.camera.width_px, settings.camera.height_px],
+                display_white_cd_m2: settings.display_white_cd_m2,
+            };
+            settings.left_out.add_to(error, place);
+        }
         image.windows.data = region;
         image.provenance = provenance;
         image

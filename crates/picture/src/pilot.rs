@@ -7,7 +7,7 @@
 
 use std::path::Path;
 
-use niji_exchange::Aov;
+use ndarray::ArrayView1;
 use niji_render::DropOrders;
 use niji_render::Integration;
 use niji_render::PictureLayer;
@@ -24,6 +24,7 @@ use niji_scene::Scene;
 use niji_scene::Switch;
 
 use crate::error::Error;
+use crate::left_out::SmallPicture;
 use crate::picture::PictureParts;
 use crate::picture::PictureSettings;
 use crate::picture::PictureWork;
@@ -41,13 +42,13 @@ const TABLE_ERROR: f64 = 0.1;
 /// Paths of a quarter of the light in each direction, and directions along a side.
 const ORDERS: DropOrders = DropOrders::MultipleScattering {
     nodes_across: 6,
-    paths_per_node: 256,
+    paths_per_node: 512,
 };
 
 /// An estimate below this part of what may be left out needs no look: it is exceeded by less.
 const SURE: f64 = 0.1;
 
-/// Light of further orders over display white, where bounds leave open whether it is on.
+/// Light of further orders in a small picture, where bounds leave open whether it is on.
 ///
 /// # Errors
 /// As those of a picture.
@@ -55,18 +56,12 @@ pub(crate) fn further_orders(
     scene: &Scene,
     foretold: &Foretold,
     folder: &Path,
-) -> Result<Option<Bound>, Error> {
+) -> Result<Option<SmallPicture>, Error> {
     let allowed = SHARE_FOR_EFFECTS * scene.accuracy.tolerance();
-    Ok(match foretold.further_orders {
-        // Before it was known what dims the drops, it may have looked like more.
-        Some(estimate) if estimate.rms <= SURE * allowed => Some(estimate),
-        Some(_) => Some(measured(scene, foretold, folder)?),
-        None => None,
-    })
-}
-
-/// It in a small picture.
-fn measured(scene: &Scene, foretold: &Foretold, folder: &Path) -> Result<Bound, Error> {
+    let is_open = |estimate: Bound| estimate.rms > SURE * allowed;
+    if !foretold.further_orders.is_some_and(is_open) {
+        return Ok(None);
+    }
     let mut scene = scene.clone();
     scene.camera = scene.camera.no_wider_than(WIDTH_PX);
     scene.spectrum = scene.spectrum.in_wider_bins(N_WAVELENGTHS);
@@ -112,27 +107,30 @@ fn measured(scene: &Scene, foretold: &Foretold, folder: &Path) -> Result<Bound, 
     let image = PictureWork::new(settings, parts, &unwatched)?.render(whole, &unwatched)?;
     let mut layers = image.aovs.iter();
     let layer = layers.find(|aov| aov.name == PictureLayer::BowMultiple.name());
-    Ok(layer.map_or(NOTHING, |light| {
-        changes(light, foretold.display_white_cd_m2)
+    let mut channels = layer.iter().flat_map(|layer| &layer.channels);
+    let luminance = channels.find(|(name, _)| name == "Y");
+    let over_white = |row: ArrayView1<f32>| {
+        let over_white = row
+            .iter()
+            .map(|it| f64::from(*it) / foretold.display_white_cd_m2);
+        over_white.map(|it| it as f32).collect()
+    };
+    Ok(luminance.map(|(_, luminance)| SmallPicture {
+        first_px: [whole.x_px, whole.y_px],
+        frame_px: [small.scene.camera.width_px, small.scene.camera.height_px],
+        luminance: luminance.rows().into_iter().map(over_white).collect(),
     }))
 }
 
-const NOTHING: Bound = Bound {
-    value: 0.0,
-    rms: 0.0,
-    kind: BoundKind::Measured,
-};
-
-/// Largest and RMS luminance of a layer of colors.
-fn changes(layer: &Aov, white_cd_m2: f64) -> Bound {
-    let of_luminance = layer.channels.iter().find(|(name, _)| name == "Y");
-    of_luminance.map_or(NOTHING, |(_, luminance)| {
-        let parts = || luminance.iter().map(|it| f64::from(*it) / white_cd_m2);
+impl SmallPicture {
+    /// What it shows at most and in the RMS.
+    pub(crate) fn bound(&self) -> Bound {
+        let parts = || self.luminance.iter().flatten().map(|it| f64::from(*it));
         let squares: f64 = parts().map(|part| part * part).sum();
         Bound {
             value: parts().map(f64::abs).fold(0.0, f64::max),
-            rms: (squares / luminance.len().max(1) as f64).sqrt(),
+            rms: (squares / parts().count().max(1) as f64).sqrt(),
             kind: BoundKind::Measured,
         }
-    })
+    }
 }

@@ -25,11 +25,15 @@ use niji_scene::Stage;
 use niji_scene::plan_looking;
 
 use crate::air;
+use crate::choice;
+use crate::choice::Choice;
 use crate::composite::Composite;
 use crate::composite::CompositeRequest;
 use crate::drop_volume::VolumePart;
 use crate::drop_volume::VolumeSource;
 use crate::error::Error;
+use crate::left_out::LeftOut;
+use crate::left_out::SmallPicture;
 use crate::photo_depth::DepthMap;
 use crate::photo_depth::Distances;
 use crate::photo_depth::EYE_HEIGHT;
@@ -58,6 +62,10 @@ pub struct PlannedScene {
     pub drop_file: Option<PathBuf>,
     /// What its drop volume is made from, where it names none.
     pub drop_source: Option<VolumeSource>,
+    /// What the plan leaves out.
+    pub left_out: LeftOut,
+    /// What was decided, and from what.
+    pub choice: Choice,
 }
 
 /// How a scene is planned.
@@ -67,6 +75,8 @@ pub struct PlanRequest<'a> {
     pub folder: &'a Path,
     /// Whether it is a frame of a sequence: what it needs is rounded, so that other frames need the same.
     pub is_frame: bool,
+    /// What was decided before: taken where it is of this very request, so that nothing is measured.
+    pub choice: Option<&'a Choice>,
 }
 
 impl Default for PlanRequest<'_> {
@@ -75,6 +85,7 @@ impl Default for PlanRequest<'_> {
         Self {
             folder: Path::new(""),
             is_frame: false,
+            choice: None,
         }
     }
 }
@@ -103,7 +114,16 @@ impl PlannedScene {
             }
             (None, None) => None,
         };
-        let look = |foretold: &Foretold| pilot::further_orders(&scene, foretold, folder);
+        let (mut seen, mut key) = (None, String::new());
+        let of_drops = format!("{drops:?}");
+        let look = |foretold: &Foretold| {
+            key = choice::request(&scene, &of_drops, foretold);
+            seen = match request.choice.filter(|choice| choice.request == key) {
+                Some(choice) => choice.further_orders.clone(),
+                None => pilot::further_orders(&scene, foretold, folder)?,
+            };
+            Ok::<_, Error>(seen.as_ref().map(SmallPicture::bound))
+        };
         let mut plan = plan_looking(&scene, drops, look)?;
         if request.is_frame {
             let need = plan.scattering.take();
@@ -111,6 +131,8 @@ impl PlannedScene {
         }
         Ok(Self {
             folder: folder.to_owned(),
+            left_out: LeftOut::of(&plan, seen.as_ref()),
+            choice: Choice::of(&plan, key, seen),
             scene,
             plan,
             drop_file,

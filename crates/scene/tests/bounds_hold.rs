@@ -20,6 +20,7 @@ use niji_render::LitDrops;
 use niji_render::RenderRequest;
 use niji_render::render;
 use niji_scatter::Theory;
+use niji_scatter::phase_functions;
 use niji_scatter::scattering_table;
 use niji_scatter::unwatched;
 use niji_scene::BoundKind;
@@ -143,7 +144,13 @@ impl Studio {
         };
         let airy = self.airy.get_or_insert_with(AiryTable::compute);
         let table = plan.scattering.as_ref().map(|need| {
-            let make = || scattering_table(&need.request(grid, Some(airy)), &unwatched).unwrap();
+            let make = || {
+                let request = need.request(grid, Some(airy));
+                let mut table = scattering_table(&request, &unwatched).unwrap();
+                table.phase_functions = (need.phase_functions)
+                    .then(|| Box::new(phase_functions(&request, &unwatched).unwrap()));
+                table
+            };
             &*self.tables.entry(format!("{need:?}")).or_insert_with(make)
         });
         let air = scene

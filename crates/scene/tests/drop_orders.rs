@@ -38,7 +38,6 @@ use niji_scatter::scattering_table;
 use niji_scatter::unwatched;
 use niji_scene::BoundKind;
 use niji_scene::Effect;
-use niji_scene::Preset;
 use niji_scene::Scene;
 use niji_scene::Switch;
 use support::planned;
@@ -46,42 +45,44 @@ use support::planned;
 const FOG: &str = include_str!("../../../data/scenes/fog-bank-fogbow-multiple.toml");
 
 #[test]
-fn light_of_all_orders_takes_a_table_of_all_angles_and_all_ways_through_a_drop() {
+fn light_of_all_orders_takes_phase_functions_beside_the_table_of_what_is_seen() {
     let plan = planned(&support::scene(FOG));
     assert!(plan.is_on(Effect::MultipleScattering), "{plan}");
     for needed in Effect::MultipleScattering.needs() {
         assert!(plan.is_on(*needed), "{needed}");
     }
+    let mut single = support::scene(FOG);
+    single.effects.set(Effect::MultipleScattering, Switch::Off);
+    let single = planned(&single).scattering.unwrap();
     let need = plan.scattering.as_ref().unwrap();
-    assert_eq!(need.theta_range_rad, (0.0, PI));
-    assert_eq!(need.orders, [0, 1, 2, 3, 4, 5, 6, 7]);
+    assert!(need.phase_functions && !single.phase_functions);
+    assert_eq!(need.theta_range_rad, single.theta_range_rad);
+    assert_eq!(need.orders, single.orders);
     assert_ne!(plan.levels.drop_orders, DropOrders::SingleScattering);
 }
 
 #[test]
-fn left_to_itself_it_is_for_a_tolerance_and_off_it_leaves_no_trace() {
+fn left_to_itself_it_is_on_where_it_is_seen_and_off_it_leaves_no_trace() {
     let mut scene = support::scene(FOG);
     scene.effects.set(Effect::MultipleScattering, Switch::Auto);
     let plan = planned(&scene);
-    assert!(!plan.is_on(Effect::MultipleScattering));
     let bound = plan.bound(Effect::MultipleScattering).unwrap();
     // The light of a dense fog.
     assert!(
         bound.kind == BoundKind::Estimated && bound.value > 0.036,
         "{bound:?}"
     );
+    assert!(plan.is_on(Effect::MultipleScattering));
+    scene.accuracy.tolerance = Some(0.9);
+    let plan = planned(&scene);
+    assert!(!plan.is_on(Effect::MultipleScattering));
     assert_eq!(plan.levels.drop_orders, DropOrders::SingleScattering);
     assert!(
         !serde_json::to_string(&plan.levels)
             .unwrap()
             .contains("drop_orders")
     );
-    assert!(plan.scattering.unwrap().theta_range_rad.0 > 1.0);
-    scene.accuracy.tolerance = Some(0.01);
-    assert!(planned(&scene).is_on(Effect::MultipleScattering));
     scene.accuracy.tolerance = None;
-    scene.accuracy.preset = Preset::Reference;
-    assert!(planned(&scene).is_on(Effect::MultipleScattering));
     scene.effects.set(Effect::DropExtinction, Switch::Off);
     assert!(!planned(&scene).is_on(Effect::MultipleScattering));
 }

@@ -53,6 +53,7 @@ pub(super) fn means(paths: &Paths, coarse: &Lattice, fine: Lattice) -> Result<Fi
     let many = coarse.means(paths, n_many)?;
     let few = coarse.means(paths, n_few)?;
     let mut means = fine.means(paths, n_few)?;
+    let mut left_out_cd_m2 = Vec::with_capacity(means.len());
     for (index, mean) in means.iter_mut().enumerate() {
         let around = coarse.grid.around(fine.grid.direction(index / N_STRATA));
         let between = |of: &[Mean]| {
@@ -63,12 +64,16 @@ pub(super) fn means(paths: &Paths, coarse: &Lattice, fine: Lattice) -> Result<Fi
             sum
         };
         let difference = mean.minus(&between(&few));
+        let share = share_above_noise(&difference);
         let mut sum = between(&many);
-        sum.add(share_above_noise(&difference), &difference);
+        sum.add(share, &difference);
         sum.keep_positive();
         *mean = sum;
+        left_out_cd_m2.push((1.0 - share) * difference.luminance_cd_m2());
     }
-    let interpolation_cd_m2 = interpolation_errors(&fine.grid, &means);
+    let between = interpolation_errors(&fine.grid, &means);
+    let both = between.iter().zip(&left_out_cd_m2);
+    let interpolation_cd_m2 = both.map(|(a, b)| a.hypot(*b)).collect();
     Ok(FineMeans {
         grid: fine.grid,
         means,
@@ -80,7 +85,7 @@ pub(super) fn means(paths: &Paths, coarse: &Lattice, fine: Lattice) -> Result<Fi
 pub(super) struct FineMeans {
     pub(super) grid: ViewGrid,
     pub(super) means: Vec<Mean>,
-    /// What interpolation between them errs by [cd/m²].
+    /// What interpolation errs by, between them and where it is kept of the coarse lattice [cd/m²].
     pub(super) interpolation_cd_m2: Vec<f32>,
 }
 
@@ -95,9 +100,9 @@ fn share_above_noise(difference: &Mean) -> f32 {
     }
 }
 
-/// Half of what the luminance of a node differs from the middle of its neighbors beyond the noise of that, summed
-/// over both axes [cd/m²]: four times the largest error of linear interpolation where light changes smoothly, and
-/// about that error where it jumps.
+/// What the luminance of a node differs by from the middle of its neighbors beyond the noise of that, summed over
+/// both axes [cd/m²]: eight times the largest error of linear interpolation where light changes smoothly, and
+/// about the largest where it jumps.
 fn interpolation_errors(grid: &ViewGrid, means: &[Mean]) -> Vec<f32> {
     let error = |index: usize| {
         let at = |node: usize| &means[node * N_STRATA + index % N_STRATA].replicates_cd_m2;
@@ -110,7 +115,7 @@ fn interpolation_errors(grid: &ViewGrid, means: &[Mean]) -> Vec<f32> {
             let beyond = mean * mean - standard_error(&off).powi(2);
             beyond.max(0.0).sqrt()
         };
-        0.5 * grid.neighbors(node).map(along).iter().sum::<f32>()
+        grid.neighbors(node).map(along).iter().sum::<f32>()
     };
     (0..means.len()).map(error).collect()
 }

@@ -149,13 +149,6 @@ mod tests {
     use super::super::bound::BoundKind;
     use super::*;
 
-    fn of(preset: Preset) -> Accuracy {
-        Accuracy {
-            preset,
-            ..Accuracy::default()
-        }
-    }
-
     fn decide_with(bounds: &[(Effect, f64)], switches: &EffectSwitches) -> BTreeSet<Effect> {
         let bound = |effect: Effect, _: &Assumed| {
             let default = f64::from(u8::from(effect != Effect::MultipleScattering));
@@ -169,7 +162,7 @@ mod tests {
                 kind: BoundKind::Proved,
             }
         };
-        decide(&settled(switches, &of(Preset::Standard)), 0.01, &bound).on
+        decide(&settled(switches, &Accuracy::default()), 0.01, &bound).on
     }
 
     #[test]
@@ -218,7 +211,7 @@ mod tests {
         let settled_of = |switches: &EffectSwitches, accuracy: &Accuracy| {
             settled(switches, accuracy).of(multiple)
         };
-        let (free, standard) = (EffectSwitches::default(), of(Preset::Standard));
+        let (free, standard) = (EffectSwitches::default(), Accuracy::default());
         assert_eq!(settled_of(&free, &standard), Switch::Auto);
         let mut without_shadow = free.clone();
         without_shadow.set(Effect::DropShadow, Switch::Off);

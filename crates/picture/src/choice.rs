@@ -1,0 +1,52 @@
+//! What a plan decided and what was measured for it, kept so that nobody measures it again.
+
+use niji_exchange::Provenance;
+use niji_scene::Effect;
+use niji_scene::Foretold;
+use niji_scene::Plan;
+use niji_scene::Scene;
+use niji_scene::canonical_json;
+use serde::Deserialize;
+use serde::Serialize;
+use serde_json::Value;
+
+use crate::left_out::SmallPicture;
+
+/// What a plan decided, and what it was decided from.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Choice {
+    /// Hash of the scene with what is asked of its picture, of what bounds foretell, and of the program.
+    pub request: String,
+    /// The effects that are on.
+    pub effects: Vec<String>,
+    /// The level of every stage.
+    pub levels: Value,
+    /// Light that drops scatter more than once, where a small picture was made of it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) further_orders: Option<SmallPicture>,
+}
+
+impl Choice {
+    /// Of a plan for a request, with what was measured.
+    pub(crate) fn of(plan: &Plan, request: String, further_orders: Option<SmallPicture>) -> Self {
+        let on = Effect::ALL.into_iter().filter(|effect| plan.is_on(*effect));
+        Self {
+            request,
+            effects: on.map(|effect| effect.name().to_owned()).collect(),
+            levels: serde_json::to_value(plan.levels).unwrap_or_default(),
+            further_orders,
+        }
+    }
+}
+
+/// What a choice is made for; `drops` tells where which drops are.
+pub(crate) fn request(scene: &Scene, drops: &str, foretold: &Foretold) -> String {
+    let on: Vec<&str> = foretold.on.iter().map(|effect| effect.name()).collect();
+    let provenance = Provenance {
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        settings: canonical_json(&(scene, drops, on, foretold.further_orders)),
+        ..Provenance::default()
+    };
+    provenance.request_hash()
+}
