@@ -292,6 +292,7 @@ impl Scene {
                 ..RenderEffects::BOWS_ONLY
             },
             tolerance_cd_m2: None,
+            orders_noise_cd_m2: None,
             levels: RenderLevels {
                 integration: level.integration,
                 drop_extinction_model: DropExtinctionModel::WithoutDiffraction,

@@ -27,6 +27,7 @@ use niji_scene::ScatteringNeed;
 use niji_scene::Stage;
 use niji_scene::Sun;
 use niji_scene::WaterSurface;
+use niji_scene::tolerance_for_orders;
 use niji_scene::tolerance_for_rays;
 use serde::Serialize;
 
@@ -67,6 +68,10 @@ pub struct PictureSettings {
     /// way is followed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shadow_relative_error: Option<f64>,
+    /// RMS noise of the light of further orders that is small enough, over display white; none where it is off or
+    /// the scene names its level.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub orders_noise: Option<f64>,
     /// How the preview is shown.
     pub picture: Picture,
     /// Water that lights the drops too, where it does.
@@ -113,6 +118,9 @@ impl PictureSettings {
             tolerance: adds_rays.then_some(tolerance),
             shadow_relative_error: (accuracy.sun_path.is_none())
                 .then_some(tolerance / BRIGHT_DROPS),
+            orders_noise: (accuracy.drop_orders.is_none()
+                && plan.is_on(Effect::MultipleScattering))
+            .then_some(tolerance_for_orders(plan.tolerance)),
             picture: scene.picture,
             water_surface: mirrored_water.map(|(surface, _)| surface),
             mirrored_water,
@@ -199,6 +207,9 @@ impl PictureWork {
             tolerance_cd_m2: settings
                 .tolerance
                 .map(|tolerance| tolerance * settings.display_white_cd_m2),
+            orders_noise_cd_m2: settings
+                .orders_noise
+                .map(|noise| noise * settings.display_white_cd_m2),
         }
     }
 

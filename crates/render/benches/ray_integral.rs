@@ -187,6 +187,7 @@ fn picture(drops: &LitDrops, table: &ScatteringTable, integration: Integration) 
         air: None,
         effects: effects(),
         tolerance_cd_m2: None,
+        orders_noise_cd_m2: None,
         levels: RenderLevels {
             integration,
             drop_extinction_model: DropExtinctionModel::WithoutDiffraction,

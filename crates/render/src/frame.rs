@@ -366,6 +366,7 @@ fn multiple(
         luminance_weights: &basis.luminance_weights,
         nodes_across,
         paths_per_node,
+        noise_cd_m2: request.orders_noise_cd_m2,
         progress,
     })
 }

@@ -89,6 +89,7 @@
 //!             pixel_footprint: PixelFootprint::Center,
 //!         },
 //!         tolerance_cd_m2: None,
+//!         orders_noise_cd_m2: None,
 //!     },
 //!     &|_| (),
 //! )?;

@@ -61,6 +61,9 @@ pub struct RenderRequest<'a> {
     /// Largest estimated error of a pixel's luminance [cd/m²]: pixels above it get more rays, up to
     /// 256, and a finer quadrature. `None` leaves all pixels at their level.
     pub tolerance_cd_m2: Option<f64>,
+    /// RMS noise of the light of further orders below which no more paths are followed, up to those of the level;
+    /// `None` follows them all.
+    pub orders_noise_cd_m2: Option<f64>,
 }
 
 impl RenderRequest<'_> {

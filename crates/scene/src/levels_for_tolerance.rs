@@ -1,13 +1,13 @@
 //! The levels of a scene: those of its preset, or such that its tolerance is kept.
 //!
-//! a = T/2,   a_table = a_integral = a/2,   a_rays = a/sqrt(2),   a^2 = sum of their squares
+//! a = T/2,   a_table = a_integral = a_orders = a/2,   a_rays = a/sqrt(2)
 //! `T` tolerance: RMS of luminance over the picture, over display white; `a` the half of it that is
 //! for levels, the other being for effects left out. The parts are those of the renderer's estimate,
-//! which adds up their squares too.
+//! which adds up their squares; that of rays is a limit for each pixel, most of which stay far below.
 //!
 //! The preset `standard` is its tolerance. A level whose setting is an error gets its part: the table's
-//! relative error, but no more than 0.005, that of an adaptive integral, and the error of a pixel for
-//! which the renderer adds rays. Relative errors are of the light of drops: pictures are exposed
+//! relative error, but no more than 0.005, that of an adaptive integral, the noise of light of further orders
+//! below which no more paths are followed, and the error of a pixel for which the renderer adds rays. Relative errors are of the light of drops: pictures are exposed
 //! so that it is seldom brighter than a gray card, 0.18 of display white. Of theories drops of each size take
 //! the cheapest that keeps the table's error. All other levels are those of `standard` and `reference`
 //! whose own table errs by no more than `a`.
@@ -32,9 +32,11 @@ use crate::scene::Scene;
 /// Part of a tolerance that is for levels; the rest is for effects left out.
 pub const SHARE_FOR_LEVELS: f64 = 1.0 - SHARE_FOR_EFFECTS;
 
-/// Parts of what is for levels: of the table, of an adaptive integral, of the rays of a pixel.
+/// Parts of what is for levels: of the table, of an adaptive integral, of light of further orders, of the rays of a
+/// pixel.
 const OF_TABLE: f64 = 0.5;
 const OF_INTEGRAL: f64 = 0.5;
+const OF_ORDERS: f64 = 0.5;
 const OF_RAYS: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
 /// Smallest errors that a table and an integral may be asked for.
@@ -129,6 +131,11 @@ impl Scene {
             ..self.preset_kept().levels(voxel_m)
         }
     }
+}
+
+/// RMS noise of light of further orders that needs no more paths, over display white.
+pub fn tolerance_for_orders(tolerance: f64) -> f64 {
+    OF_ORDERS * SHARE_FOR_LEVELS * tolerance
 }
 
 /// What a pixel may err by before it gets more rays, over display white.

@@ -73,6 +73,7 @@ pub use ice_scene::UniformSky;
 pub use levels_for_tolerance::BRIGHT_DROPS;
 pub use levels_for_tolerance::Goal;
 pub use levels_for_tolerance::SHARE_FOR_LEVELS;
+pub use levels_for_tolerance::tolerance_for_orders;
 pub use levels_for_tolerance::tolerance_for_rays;
 pub use moment::Moment;
 pub use moment::NoSuchMoment;

@@ -177,6 +177,7 @@ impl Studio {
             air: Some(&air),
             effects: plan.render_effects(),
             tolerance_cd_m2: None,
+            orders_noise_cd_m2: None,
             levels: plan.levels.render_levels(),
         };
         let rendered = render(&request, &|_| ()).unwrap();

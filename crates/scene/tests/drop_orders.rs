@@ -191,6 +191,7 @@ fn excess(
             ..RenderEffects::BOWS_ONLY
         },
         tolerance_cd_m2: None,
+        orders_noise_cd_m2: None,
         levels,
     };
     let picture = render(&request, &|_| ()).unwrap();

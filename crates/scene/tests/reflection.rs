@@ -247,6 +247,7 @@ impl Spheres {
             air: None,
             effects: self.plan.render_effects(),
             tolerance_cd_m2: None,
+            orders_noise_cd_m2: None,
             levels: self.plan.levels.render_levels(),
         };
         let rendered = render(&request, &|_| ()).unwrap();

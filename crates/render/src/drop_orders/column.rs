@@ -110,6 +110,11 @@ impl Stratum<'_> {
         self.column.at_depth(-(-w).ln_1p())
     }
 
+    /// Its part of w = 0..1.
+    pub(super) fn share(&self) -> f64 {
+        self.w.1 - self.w.0
+    }
+
     /// The place at its middle.
     pub(super) fn middle(&self) -> DVec3 {
         self.at(0.5)

@@ -1,5 +1,7 @@
 //! Directions on a lattice, what they see of the drops, and the means of paths there.
 
+use std::ops::Range;
+
 use niji_geometry::Aabb;
 use niji_geometry::Ray;
 use rayon::prelude::*;
@@ -12,6 +14,7 @@ use super::column::N_STRATA;
 use super::column::Stratum;
 use super::paths::Mean;
 use super::paths::Paths;
+use super::paths::standard_error;
 use super::request::OrdersRequest;
 use super::view_grid::ViewGrid;
 
@@ -47,11 +50,11 @@ impl<'a> Lattice<'a> {
         }
     }
 
-    /// Means of so many paths by node and stratum, dimmed by air.
+    /// Means of these paths of each replicate by node and stratum, dimmed by air.
     ///
     /// # Errors
     /// [`Error::Stopped`].
-    pub(super) fn means(&self, paths: &Paths, n_paths: usize) -> Result<Vec<Mean>, Error> {
+    pub(super) fn means(&self, paths: &Paths, of_each: Range<usize>) -> Result<Vec<Mean>, Error> {
         let found: Vec<Option<Mean>> = (0..self.columns.len() * N_STRATA)
             .into_par_iter()
             .map(|index| {
@@ -60,7 +63,7 @@ impl<'a> Lattice<'a> {
                     return Ok(None);
                 };
                 tell(self.request.progress, 0)?;
-                let mut mean = paths.mean(&stratum, n_paths);
+                let mut mean = paths.mean(&stratum, of_each.clone());
                 self.dim(&stratum, &mut mean);
                 Ok(Some(mean))
             })
@@ -75,6 +78,22 @@ impl<'a> Lattice<'a> {
                 .unwrap_or_else(dark)
         };
         Ok((0..found.len()).map(at).collect())
+    }
+
+    /// RMS noise of the light of all strata that is seen in the directions [cd/m²].
+    pub(super) fn noise_cd_m2(&self, means: &[Mean]) -> f64 {
+        let of_node = |(node, column): (usize, &Column)| {
+            let mut seen = Mean::dark(0);
+            for stratum in (0..N_STRATA).filter_map(|index| column.stratum(index)) {
+                seen.add(
+                    stratum.share() as f32,
+                    &means[node * N_STRATA + stratum.index],
+                );
+            }
+            f64::from(standard_error(&seen.replicates_cd_m2)).powi(2)
+        };
+        let variances = self.columns.iter().enumerate().map(of_node);
+        (variances.sum::<f64>() / self.columns.len().max(1) as f64).sqrt()
     }
 
     /// Take away what the air in front of a stratum and above it absorbs and scatters.

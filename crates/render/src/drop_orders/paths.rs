@@ -1,6 +1,7 @@
 //! The mean over paths of the light that reaches a view ray after two or more drops.
 
 use std::f64::consts::TAU;
+use std::ops::Range;
 
 use glam::DVec3;
 use niji_dropfield::Bricks;
@@ -113,6 +114,13 @@ impl Mean {
         }
     }
 
+    /// Take a part of it.
+    pub(super) fn scale(&mut self, part: f32) {
+        for value in self.source_sr1.iter_mut().chain(&mut self.replicates_cd_m2) {
+            *value *= part;
+        }
+    }
+
     /// No light below zero.
     pub(super) fn keep_positive(&mut self) {
         for source in &mut self.source_sr1 {
@@ -149,17 +157,17 @@ impl Mean {
 }
 
 impl Paths<'_> {
-    /// J of a stratum from so many paths or a few more, as many of each replicate.
-    pub(super) fn mean(&self, stratum: &Stratum, n_paths: usize) -> Mean {
+    /// J of a stratum from these paths of each replicate.
+    pub(super) fn mean(&self, stratum: &Stratum, of_each: Range<usize>) -> Mean {
         let n_wavelengths = self.phase.n_wavelengths();
-        let n_of_each = n_paths.div_ceil(N_REPLICATES);
+        let n_of_each = of_each.len();
         let mut sums = vec![0.0_f64; n_wavelengths];
         let mut room = Room::new(n_wavelengths);
         let replicates_cd_m2 = std::array::from_fn(|replicate| {
             // Others in each stratum, so that their errors are not the same.
             let replicate = stratum.index * N_REPLICATES + replicate;
             let mut luminance = 0.0;
-            for path in 0..n_of_each {
+            for path in of_each.clone() {
                 room.light.fill(0.0);
                 let randoms = Randoms::of(replicate as u64, path as u64);
                 self.follow(stratum, randoms, &mut room);

@@ -29,8 +29,10 @@ pub(crate) struct OrdersRequest<'a> {
     pub(crate) luminance_weights: &'a [f64],
     /// Directions along both sides of the coarse lattice.
     pub(crate) nodes_across: usize,
-    /// Paths of a direction of it and stratum.
+    /// Paths of a direction of it and stratum, at most.
     pub(crate) paths_per_node: usize,
+    /// RMS noise at which they are enough; `None` follows all.
+    pub(crate) noise_cd_m2: Option<f64>,
     /// Whoever waits for it.
     pub(crate) progress: Progress<'a>,
 }

@@ -30,6 +30,9 @@ pub(super) const FINER: usize = 4;
 /// Many paths over few: so both lattices take as long.
 const FEWER: usize = FINER * FINER;
 
+/// Paths of the first round.
+const FIRST_PATHS: usize = 256;
+
 /// Below that, the noise of paths is not known well enough to be left out.
 const LEAST_PATHS: usize = 32;
 
@@ -48,11 +51,10 @@ fn few_of(many: usize) -> usize {
 /// # Errors
 /// [`Error::Stopped`].
 pub(super) fn means(paths: &Paths, coarse: &Lattice, fine: Lattice) -> Result<FineMeans, Error> {
-    let n_many = coarse.request.paths_per_node;
-    let n_few = few_of(n_many);
-    let many = coarse.means(paths, n_many)?;
-    let few = coarse.means(paths, n_few)?;
-    let mut means = fine.means(paths, n_few)?;
+    let (many, n_many) = enough(paths, coarse)?;
+    let few_of_each = 0..of_each(few_of(n_many));
+    let few = coarse.means(paths, few_of_each.clone())?;
+    let mut means = fine.means(paths, few_of_each)?;
     let mut left_out_cd_m2 = Vec::with_capacity(means.len());
     for (index, mean) in means.iter_mut().enumerate() {
         let around = coarse.grid.around(fine.grid.direction(index / N_STRATA));
@@ -79,6 +81,31 @@ pub(super) fn means(paths: &Paths, coarse: &Lattice, fine: Lattice) -> Result<Fi
         means,
         interpolation_cd_m2,
     })
+}
+
+/// Paths of each replicate where there are so many together, or a few more.
+fn of_each(n_paths: usize) -> usize {
+    n_paths.div_ceil(N_REPLICATES)
+}
+
+/// Means of the coarse lattice from so many paths as its noise asks for, twice as many each time, and how many
+/// these are.
+fn enough(paths: &Paths, coarse: &Lattice) -> Result<(Vec<Mean>, usize), Error> {
+    let most = coarse.request.paths_per_node;
+    let noise_cd_m2 = coarse.request.noise_cd_m2;
+    let mut n_paths = noise_cd_m2.map_or(most, |_| FIRST_PATHS.min(most));
+    let mut means = coarse.means(paths, 0..of_each(n_paths))?;
+    while n_paths < most && noise_cd_m2.is_some_and(|enough| coarse.noise_cd_m2(&means) > enough) {
+        let n_all = (2 * n_paths).min(most);
+        let further = coarse.means(paths, of_each(n_paths)..of_each(n_all))?;
+        let share = of_each(n_paths) as f32 / of_each(n_all) as f32;
+        for (mean, further) in means.iter_mut().zip(&further) {
+            mean.scale(share);
+            mean.add(1.0 - share, further);
+        }
+        n_paths = n_all;
+    }
+    Ok((means, n_paths))
 }
 
 /// The means of the fine lattice by node and stratum.
