@@ -115,7 +115,7 @@ impl ShadowError {
         let corner = DVec3::from(self.indices(cell).map(|index| index as f64));
         (0..TRIES)
             .map(|attempt| {
-                let in_cell = ((cell * TRIES + attempt + 1) as f64 * SEQUENCE).fract();
+                let in_cell = point_sequence(cell * TRIES + attempt + 1);
                 self.origin + (corner + in_cell) / self.cells_per_m
             })
             .find(|point| extinction_m1(bricks, *point) > 0.0)
@@ -144,6 +144,11 @@ impl ShadowError {
     }
 }
 
+/// Points that fill a unit cube evenly, one by one.
+pub(crate) fn point_sequence(index: usize) -> DVec3 {
+    (index as f64 * SEQUENCE).fract()
+}
+
 /// What a view ray finds at a point: the mean over the modes by their extinction.
 fn held_depth(bricks: &[Bricks], point: DVec3) -> f64 {
     let (mut sum, mut m2) = (0.0, 0.0);
@@ -155,7 +160,7 @@ fn held_depth(bricks: &[Bricks], point: DVec3) -> f64 {
 }
 
 /// Optical depth from a point to the sun at Q = 1, cell by cell.
-fn depth(bricks: &[Bricks], point: DVec3, sun_direction: DVec3) -> f64 {
+pub(crate) fn depth(bricks: &[Bricks], point: DVec3, sun_direction: DVec3) -> f64 {
     let segments = bricks
         .iter()
         .flat_map(|mode| mode.segments(point, sun_direction, (0.0, f64::INFINITY)));
