@@ -19,7 +19,8 @@ pub const USUAL_TOP_M: f64 = 100_000.0;
 pub struct AirModel {
     /// The planet below.
     pub planet: Planet,
-    /// Height above which there is no air, m.
+    /// Height above which there is no air, m. An exponential constituent ends at 22 scale heights if that is
+    /// lower, 176 km for 8 km: 3e-10 of it is above.
     pub top_height_m: f64,
     /// Wavelengths of every spectrum.
     pub wavelengths: WavelengthGrid,

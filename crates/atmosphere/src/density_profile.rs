@@ -20,7 +20,7 @@ const SCALE_HEIGHTS: f64 = 22.0;
 /// Relative density by height.
 #[derive(Debug, Clone, PartialEq)]
 pub enum DensityProfile {
-    /// exp(-h/H), 1 at sea level.
+    /// exp(-h/H), 1 at sea level, up to the top of the air or 22 H, which is lower.
     Exponential {
         /// Height over which the density falls to 1/e, m.
         scale_height_m: f64,

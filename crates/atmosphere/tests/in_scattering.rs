@@ -248,3 +248,31 @@ fn the_level_ray_of_the_chapman_function_is_the_tables() {
     let formula = 7994.0 * chapman_erfcx(RADIUS_M / 7994.0, 0.0);
     assert!((formula / air.column_at(0, 0.0, 0.0) - 1.0).abs() < 6e-4);
 }
+
+#[test]
+fn a_ray_and_a_sun_that_both_graze_the_ground_have_the_light_of_a_hair_above() {
+    let air = nishita();
+    for method in [
+        InScattering::STANDARD,
+        InScattering::Quadrature { n_nodes: 16 },
+        InScattering::Nested {
+            n_nodes: 16,
+            n_sun_nodes: 16,
+        },
+        InScattering::Midpoint { n_steps: 400 },
+    ] {
+        let solver = SingleScattering::new(&air, method);
+        for azimuth_deg in [0.0_f64, 60.0, 90.0, 135.0, 180.0] {
+            let light = |height_m: f64| {
+                let angles = [0.0, 0.0, azimuth_deg.to_radians()];
+                solver.solve(&ViewRay::from_angles(height_m, angles, f64::INFINITY))
+            };
+            let (at_sea, above) = (light(0.0), light(1e-3));
+            for (found, expected) in at_sea.radiance.iter().zip(&above.radiance) {
+                println!("{method:?} {azimuth_deg}: {found} {expected}");
+                let error = (found / expected - 1.0).abs();
+                assert!(error < 1e-3, "{method:?} {azimuth_deg}: {found} {expected}");
+            }
+        }
+    }
+}

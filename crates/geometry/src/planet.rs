@@ -24,6 +24,10 @@ pub const EARTH: Planet = Planet {
     radius_m: 6_371_000.0,
 };
 
+/// Rounding of the squared distance to where a ray touches the ground, of heights and cosines that were
+/// computed along it: the ground is lower by less than a millionth of a millimetre after 1000 km.
+const TOUCHING: f64 = 16.0 * f64::EPSILON;
+
 impl Planet {
     /// Height of a point of the world above sea level, m.
     #[must_use]
@@ -136,7 +140,8 @@ impl Planet {
 
     /// Distance to sea level along a ray; `None` if it passes over the horizon.
     ///
-    /// 0 for an observer at or below sea level who looks downwards.
+    /// 0 for an observer at or below sea level who looks downwards. A ray that touches the ground to
+    /// rounding passes over it.
     #[must_use]
     pub fn distance_to_ground(&self, height_m: f64, cos_zenith: f64) -> Option<f64> {
         // Also where the cosine is NaN.
@@ -145,6 +150,11 @@ impl Planet {
         }
         if height_m <= 0.0 {
             return Some(0.0);
+        }
+        let b = (self.radius_m + height_m) * cos_zenith;
+        let above_m2 = height_m * (2.0 * self.radius_m + height_m);
+        if b * b - above_m2 <= TOUCHING * above_m2 {
+            return None;
         }
         self.distance_to_shell(height_m, cos_zenith, 0.0)
     }

@@ -68,8 +68,9 @@ pub enum SunPath {
     /// Drops cast no shadow on drops.
     Ignore,
     /// A volume of optical depth, swept layer by layer away from the sun; the cost of a node does
-    /// not depend on the depth of the volume. Light of a slab of optical depth 1 over 64 voxels:
-    /// error 3e-5. After n layers the edge of a sharp shadow is spread over 0.4 sqrt(n) voxels.
+    /// not depend on the depth of the volume, and shadows stay as sharp as they were cast. Light of a
+    /// slab of optical depth 1 over 64 voxels: error 3e-5 with the sun 30 degrees from the zenith, 9e-4
+    /// at 80; it falls with the square of the voxel.
     Volume {
         /// Distance of the nodes in metres.
         #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e7))]

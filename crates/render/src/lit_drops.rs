@@ -194,8 +194,8 @@ impl LitDrops {
         self.size_range
     }
 
-    /// Estimated error of the optical depth towards the sun at Q = 1, RMS over the drops' box: light of
-    /// drops errs relatively by Q times that. 0 without shadows.
+    /// Estimated error of the optical depth towards the sun at Q = 1, RMS over the drops that it reaches: light
+    /// of drops errs relatively by Q times that. 0 without shadows.
     pub fn shadow_depth_error(&self) -> f64 {
         self.shadow_error.as_ref().map_or(0.0, ShadowError::rms)
     }

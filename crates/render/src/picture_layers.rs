@@ -25,7 +25,8 @@ pub enum PictureLayer {
     BowReflected,
     /// Light of the surroundings that the drops scatter to the eye.
     Skylit,
-    /// What the drops let pass of the light behind them, without diffraction (Q = 1).
+    /// What the drops alone let pass of the light behind them, exp(-tau) without diffraction (Q = 1) whichever
+    /// extinction the level takes: by `Full` the light itself is dimmed by its square.
     Transmittance,
     /// Optical depth of the drops towards the sun at Q = 1, mean over the light of the drops; 0 where there
     /// is none.

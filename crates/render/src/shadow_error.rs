@@ -3,11 +3,13 @@
 //! delta(x) = tau_held(x) - int_0^inf pi M2(x + s w) ds   at Q = 1, `w` unit vector towards the sun
 //!
 //! `tau_held` is what a view ray finds at x: swept or marched to the nodes and interpolated between
-//! them, so that the width over which a sweep spreads an edge, the voxel of the swept volume and that
-//! of the drops all show in delta. It is taken at one place with drops in each cell of a coarse
-//! lattice, against the integral from face to face of every cell on the way, which is exact for
-//! interpolated moments. Errors change their sign from place to place; what is kept is the root of their
-//! mean square over the cells around, and the light of a ray errs relatively by Q times that.
+//! them, so that the voxel of the swept volume and that of the drops both show in delta. It is taken at
+//! some places with drops in each cell of a coarse lattice, against the integral from face to face of
+//! every cell on the way, which is exact for interpolated moments. What is kept is its mean m and its
+//! variance V over the cells around, in which places count by the sun that reaches them, exp(-tau): where
+//! there is none, there is no light to err. Along a ray the first adds up and the second averages out:
+//! light from n voxels of it errs relatively by Q sqrt(<|m|>² + <V>/n), `<>` mean along the ray. Three
+//! times as much is told.
 
 use glam::DVec3;
 use niji_dropfield::Bricks;
@@ -18,11 +20,11 @@ use rayon::prelude::*;
 use crate::lit_drops::extinction_m1;
 use crate::piece::EXTINCTION_PER_M2;
 
-/// Cells along the longest side of the drops' box.
+/// Cells along each side of the drops' box; none is smaller than a voxel.
 const CELLS_ALONG: f64 = 20.0;
 
-/// Places that are tried in a cell until one has drops.
-const TRIES: usize = 6;
+/// Places in a cell.
+const PLACES: usize = 2;
 
 /// Steps of a sequence that fills a cube evenly: powers of one over the real root of x⁴ = x + 1.
 const SEQUENCE: DVec3 = DVec3::new(
@@ -34,9 +36,8 @@ const SEQUENCE: DVec3 = DVec3::new(
 /// Fractions of the way through a cell of the two Gauss points: exact for cubics.
 const GAUSS: [f32; 2] = [0.211_324_87, 0.788_675_1];
 
-/// Rays along a face have the errors of its outermost cells only, which the mean over a coarse cell
-/// holds too little of.
-const SAFETY: f64 = 1.5;
+/// Standard errors that are told; means over coarse cells hold too little of errors at faces and kinks.
+const STANDARD_ERRORS: f64 = 3.0;
 
 /// Errors of the sun's optical depth on a coarse lattice over the drops' box.
 #[derive(Clone, Debug)]
@@ -44,51 +45,115 @@ pub(crate) struct ShadowError {
     origin: DVec3,
     cells_per_m: DVec3,
     n_cells: [usize; 3],
-    /// Root mean square over the cells around each, the last axis fastest.
-    depths: Vec<f32>,
+    /// Edge of the drops' finest cells (m).
+    voxel_m: f64,
+    /// Over the cells around each, the last axis fastest.
+    depths: Vec<DepthError>,
+    rms: f64,
+}
+
+/// Mean and variance over places in the sun.
+#[derive(Clone, Copy, Debug, Default)]
+struct DepthError {
+    mean: f32,
+    variance: f32,
+}
+
+/// Sums over places, by the sun that reaches them.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sums {
+    sun: f64,
+    error: f64,
+    square: f64,
+}
+
+impl Sums {
+    fn add(&mut self, other: &Self) {
+        self.sun += other.sun;
+        self.error += other.error;
+        self.square += other.square;
+    }
+
+    fn mean(&self, sum: f64) -> f64 {
+        if self.sun > 0.0 { sum / self.sun } else { 0.0 }
+    }
+
+    fn moments(&self) -> DepthError {
+        let mean = self.mean(self.error);
+        DepthError {
+            mean: mean as f32,
+            variance: (self.mean(self.square) - mean * mean).max(0.0) as f32,
+        }
+    }
 }
 
 impl ShadowError {
     /// Compare what the nodes hold with the way to the sun itself.
     pub(crate) fn of(bricks: &[Bricks], bounds: Aabb, sun_direction: DVec3) -> Self {
         let size = bounds.max - bounds.min;
-        let cell_m = size.max_element() / CELLS_ALONG;
-        let n_cells = (size / cell_m).ceil().max(DVec3::ONE);
+        let voxel_m = bricks
+            .iter()
+            .map(Bricks::voxel_m)
+            .fold(f64::INFINITY, f64::min);
+        let n_cells = (size / voxel_m)
+            .ceil()
+            .clamp(DVec3::ONE, DVec3::splat(CELLS_ALONG));
         let mut lattice = Self {
             origin: bounds.min,
             cells_per_m: n_cells / size,
             n_cells: n_cells.to_array().map(|n| n as usize),
+            voxel_m,
             depths: Vec::new(),
+            rms: 0.0,
         };
-        let squares: Vec<Option<f64>> = (0..lattice.n_cells.iter().product())
+        let of_cells: Vec<Sums> = (0..lattice.n_cells.iter().product())
             .into_par_iter()
             .map(|cell| {
-                let point = lattice.place_with_drops(bricks, cell)?;
-                Some((held_depth(bricks, point) - depth(bricks, point, sun_direction)).powi(2))
+                let mut sums = Sums::default();
+                for point in lattice.places(cell) {
+                    let extinction_m1 = extinction_m1(bricks, point);
+                    if extinction_m1 > 0.0 {
+                        let depth = depth(bricks, point, sun_direction);
+                        let error = held_depth(bricks, point) - depth;
+                        let sun = (-depth).exp();
+                        sums.add(&Sums {
+                            sun,
+                            error: sun * error,
+                            square: sun * error * error,
+                        });
+                    }
+                }
+                sums
             })
             .collect();
-        lattice.depths = (0..squares.len())
-            .map(|cell| lattice.mean_around(cell, &squares).sqrt() as f32)
+        lattice.depths = (0..of_cells.len())
+            .map(|cell| lattice.sums_around(cell, &of_cells).moments())
             .collect();
+        let mut all = Sums::default();
+        for sums in &of_cells {
+            all.add(sums);
+        }
+        lattice.rms = all.mean(all.square).sqrt();
         lattice
     }
 
-    /// Mean error at Q = 1 between two distances along a line.
+    /// Error at Q = 1 of what comes from between two distances along a line.
     pub(crate) fn along(&self, ray: &Ray, (from_m, to_m): (f64, f64)) -> f64 {
         const PLACES: [f64; 5] = [0.05, 0.25, 0.5, 0.75, 0.95];
         let [from, to] = [from_m, to_m].map(|at_m| self.place(ray.at(at_m)));
-        let errors = PLACES.map(|part| self.at(from + part * (to - from)));
-        SAFETY / PLACES.len() as f64 * errors.iter().sum::<f64>()
+        let (mut mean, mut variance) = (0.0, 0.0);
+        for part in PLACES {
+            let error = self.at(from + part * (to - from));
+            mean += f64::from(error.mean).abs() / PLACES.len() as f64;
+            variance += f64::from(error.variance) / PLACES.len() as f64;
+        }
+        let n_voxels = ((to_m - from_m) / self.voxel_m).max(1.0);
+        STANDARD_ERRORS * (mean * mean + variance / n_voxels).sqrt()
     }
 
-    /// Root of the mean square over all cells, at Q = 1.
+    /// Root of the mean square over all places in the sun, at Q = 1.
     pub(crate) fn rms(&self) -> f64 {
-        let squares: f64 = self
-            .depths
-            .iter()
-            .map(|depth| f64::from(*depth).powi(2))
-            .sum();
-        (squares / self.depths.len() as f64).sqrt()
+        self.rms
     }
 
     /// Place of a point in cells.
@@ -97,12 +162,12 @@ impl ShadowError {
     }
 
     /// In the cell at a place; the nearest cell holds outside.
-    fn at(&self, place: DVec3) -> f64 {
+    fn at(&self, place: DVec3) -> DepthError {
         let [first, second, third] = self.n_cells;
         // A negative number or NaN converts to 0.
         let index = |place: f64, n: usize| (place as u32 as usize).min(n - 1);
         let row = index(place.x, first) * second + index(place.y, second);
-        f64::from(self.depths[row * third + index(place.z, third)])
+        self.depths[row * third + index(place.z, third)]
     }
 
     fn indices(&self, cell: usize) -> [usize; 3] {
@@ -110,38 +175,37 @@ impl ShadowError {
         [cell / (second * third), cell / third % second, cell % third]
     }
 
-    /// A place in a cell where there are drops.
-    fn place_with_drops(&self, bricks: &[Bricks], cell: usize) -> Option<DVec3> {
+    fn places(&self, cell: usize) -> impl Iterator<Item = DVec3> {
         let corner = DVec3::from(self.indices(cell).map(|index| index as f64));
-        (0..TRIES)
-            .map(|attempt| {
-                let in_cell = ((cell * TRIES + attempt + 1) as f64 * SEQUENCE).fract();
-                self.origin + (corner + in_cell) / self.cells_per_m
-            })
-            .find(|point| extinction_m1(bricks, *point) > 0.0)
+        (0..PLACES).map(move |place| {
+            let in_cell = point_sequence(cell * PLACES + place + 1);
+            self.origin + (corner + in_cell) / self.cells_per_m
+        })
     }
 
-    /// Mean over a cell and its neighbors that have drops; 0 where none has.
-    fn mean_around(&self, cell: usize, squares: &[Option<f64>]) -> f64 {
+    /// Over a cell and its neighbors.
+    fn sums_around(&self, cell: usize, of_cells: &[Sums]) -> Sums {
         let [_, second, third] = self.n_cells;
         let ranges: [_; 3] = std::array::from_fn(|axis| {
             let index = self.indices(cell)[axis];
             index.saturating_sub(1)..(index + 2).min(self.n_cells[axis])
         });
         let [xs, ys, zs] = ranges;
-        let (mut sum, mut n) = (0.0, 0.0);
+        let mut sums = Sums::default();
         for x in xs {
             for y in ys.clone() {
                 for z in zs.clone() {
-                    if let Some(square) = squares[(x * second + y) * third + z] {
-                        sum += square;
-                        n += 1.0;
-                    }
+                    sums.add(&of_cells[(x * second + y) * third + z]);
                 }
             }
         }
-        if n > 0.0 { sum / n } else { 0.0 }
+        sums
     }
+}
+
+/// Points that fill a unit cube evenly, one by one.
+pub(crate) fn point_sequence(index: usize) -> DVec3 {
+    (index as f64 * SEQUENCE).fract()
 }
 
 /// What a view ray finds at a point: the mean over the modes by their extinction.
@@ -155,7 +219,7 @@ fn held_depth(bricks: &[Bricks], point: DVec3) -> f64 {
 }
 
 /// Optical depth from a point to the sun at Q = 1, cell by cell.
-fn depth(bricks: &[Bricks], point: DVec3, sun_direction: DVec3) -> f64 {
+pub(crate) fn depth(bricks: &[Bricks], point: DVec3, sun_direction: DVec3) -> f64 {
     let segments = bricks
         .iter()
         .flat_map(|mode| mode.segments(point, sun_direction, (0.0, f64::INFINITY)));

@@ -53,7 +53,7 @@ pub(crate) struct ThinCell {
     sun_slope: f32,
     sun_bend: f32,
     sun: (f32, f32),
-    /// Optical depth at Q = 1 of the drops of its mode.
+    /// Optical depth at Q = 1 of the drops of its mode; 0 where they are so few that 1/M2 is infinite.
     pub(crate) depth: f64,
     /// Relative error of its light because of its lanes.
     error: f64,
@@ -93,7 +93,11 @@ impl ThinCell {
             // Moments of P2 over 1 + b P2: its square has the mean (1 + 2/7 b)/5.
             sun_bend: bend.w * bend_w * (1.0 + growth_bend * (1.0 / 21.0 - growth_bend / 180.0)),
             sun: (low - beyond, high + beyond),
-            depth: EXTINCTION_PER_M2 * length_m * f64::from(mean.x),
+            depth: if per_m2.is_finite() {
+                EXTINCTION_PER_M2 * length_m * f64::from(mean.x)
+            } else {
+                0.0
+            },
             error: f64::from(error),
         }
     }

@@ -27,6 +27,17 @@ fn cell(depths: [f64; 2], tau_sun: [f64; 2], radius_um: f32) -> LaneCubic {
     LaneCubic::new([lanes(0), lanes(1) - lanes(0), zero, zero])
 }
 
+#[test]
+fn drops_too_few_for_the_inverse_of_their_moment_are_none() {
+    // 1/x of the smallest f32 is infinite, and 0 times that no number.
+    for m2 in [1e-45, 1e-42, 2e-39] {
+        let lanes = Vec4::new(m2, 0.0, 0.0, 1.0);
+        let lanes = LaneCubic::new([lanes, Vec4::ZERO, Vec4::ZERO, Vec4::ZERO]);
+        assert_eq!(ThinCell::new(100.0, 1.0, &lanes, 0.0).depth, 0.0, "{m2}");
+    }
+    assert!(ThinCell::new(100.0, 1.0, &cell([1e-9; 2], [1.0; 2], 100.0), 0.0).depth > 0.0);
+}
+
 /// Light of cells one behind the other from 100 m on, and in how many gatherings it was taken.
 fn gathered(cells: &[LaneCubic], rule: &PieceRule) -> (Deposits, usize) {
     let axes = axes();

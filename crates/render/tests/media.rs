@@ -178,11 +178,10 @@ impl Dimming {
     }
 }
 
-/// Layers `n` voxels deep, wide enough that the sun shines in through their front alone: seven times
-/// the width over which the sweep spreads the shadow of their upper edge.
+/// Layers `n` voxels deep, wide enough that the sun shines in through their front alone.
 fn layers(medium: &Medium, n: u32) -> LitDrops {
     let voxel_m = THICK_M / f64::from(n);
-    let sunlit_m = SUN_DEG.to_radians().tan() * THICK_M + 3.0 * f64::from(n).sqrt() * voxel_m;
+    let sunlit_m = SUN_DEG.to_radians().tan() * THICK_M + 4.0 * voxel_m;
     let grid = GridBox {
         min: DVec3::new(-2.0 * voxel_m, -2.0 * voxel_m, -FRONT_M - THICK_M),
         max: DVec3::new(2.0 * voxel_m, sunlit_m, -FRONT_M),

@@ -137,7 +137,7 @@ pub(super) fn column(air: &AirConstituent, radius_m: f64, height_m: f64, mu: f64
         height_m,
         mu,
     };
-    if mu < 0.0 && ray.perigee().height_m < 0.0 {
+    if ray.planet.hits_ground(height_m, mu) {
         return f64::INFINITY;
     }
     column_through_the_ground(air, ray)

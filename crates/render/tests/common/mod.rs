@@ -71,6 +71,24 @@ pub(crate) fn bricks(grid: &GridBox, extinction_m1_q1: impl Fn(DVec3) -> f64 + S
     Bricks::build(&mode, Interpolation::Moments).unwrap()
 }
 
+/// A slab of depth 1 over `n` voxels up to y = 1, so wide towards a sun in the south that all its light comes
+/// in through the top.
+pub(crate) fn flat_topped_slab(zenith_deg: f64, n: u32) -> GridBox {
+    let voxel_m = 1.0 / f64::from(n);
+    let reach_m = zenith_deg.to_radians().tan() + 1.0;
+    GridBox {
+        min: DVec3::new(-2.0 * voxel_m, 0.0, -2.0 * voxel_m),
+        max: DVec3::new(2.0 * voxel_m, 1.0, reach_m),
+        voxel_m,
+    }
+}
+
+/// One ray straight down on it.
+pub(crate) fn from_above(slab: &GridBox) -> Camera {
+    let eye = DVec3::new(0.3 * slab.voxel_m, 5.0, 0.2 * slab.voxel_m);
+    camera(eye, (0.0, -90.0), 1e-3, (1, 1))
+}
+
 /// A camera at `position` that looks towards `azimuth`, `elevation` [deg].
 pub(crate) fn camera(
     position: DVec3,
