@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use niji_airy::AiryTable;
+use niji_radiometry::Bytes;
 use niji_radiometry::Micrometers;
 use niji_radiometry::Water;
 use niji_radiometry::WavelengthGrid;
@@ -16,7 +17,7 @@ use crate::theory::Theory;
 use crate::theta_axis::NumberOfAngles;
 
 /// Largest table: the renderer holds all of it.
-const LARGEST_TABLE_GIB: u64 = 4;
+const LARGEST_TABLE: Bytes = Bytes(4 << 30);
 
 /// What the rows of a table stand for.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -143,13 +144,13 @@ impl TableRequest<'_> {
         );
         let wavelengths = self.wavelengths.len();
         let n_values = 2.0 * self.n_places(angles) as f64 * wavelengths as f64;
-        let gib = size_of::<f32>() as f64 * n_values / (1_u64 << 30) as f64;
-        if gib <= LARGEST_TABLE_GIB as f64 {
+        let needed = Bytes::of(size_of::<f32>() as f64 * n_values);
+        if needed <= LARGEST_TABLE {
             return Ok(());
         }
         Err(Error::TooLarge {
-            gib,
-            limit_gib: LARGEST_TABLE_GIB,
+            needed,
+            most: LARGEST_TABLE,
             radii,
             variances,
             wavelengths,
