@@ -81,7 +81,21 @@ pub struct TableRequest<'a> {
     pub airy_table: Option<&'a AiryTable>,
 }
 
+/// A smaller disc is a point: it blurs less than the fringes of any drop are wide, and rings across it would fill
+/// the memory.
+const SMALLEST_DISC_RADIUS_RAD: f64 = 1e-5;
+
 impl TableRequest<'_> {
+    /// Radius of the disc over which light is averaged in radians; 0 for a point.
+    pub(crate) fn disc_radius_rad(&self) -> f64 {
+        let radius_rad = 0.5 * self.sun_disc_diameter_rad;
+        if radius_rad < SMALLEST_DISC_RADIUS_RAD {
+            0.0
+        } else {
+            radius_rad
+        }
+    }
+
     /// The orders whose light is kept apart ([`Theory::moved_orders`]).
     pub(crate) fn moved_orders(&self) -> Vec<u32> {
         let moves = self.motion.is_some();
