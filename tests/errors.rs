@@ -380,3 +380,22 @@ fn a_tolerance_below_the_digits_of_a_picture_ends_at_once() {
     );
     assert!(!out.exists());
 }
+
+#[test]
+fn moonlight_without_an_exposure_names_the_key() {
+    let folder = tempfile::tempdir().unwrap();
+    let dark = [SMALL[0], SMALL[1], ("picture.exposure_ev", "0.0")];
+    let scene = variant("moonbow.toml", folder.path(), &dark);
+    let out = folder.path().join("out");
+    let found = message(4, &["run", text(&scene), "-o", text(&out), "-q"]);
+    for words in ["moon", "picture.exposure_ev = 0", "expected about 19"] {
+        assert!(found.contains(words), "{words} in {found}");
+    }
+    let bright = variant("moonbow.toml", folder.path(), &SMALL);
+    let plan = niji_ends_with(0, &["plan", text(&bright)]).stdout;
+    assert!(
+        !String::from_utf8(plan)
+            .unwrap()
+            .contains("fainter than the sun")
+    );
+}
