@@ -138,7 +138,7 @@ fn truth(name: &str) -> Result<PlannedScene> {
     };
     let request = PlanRequest {
         folder: &folder,
-        is_frame: false,
+        ..PlanRequest::default()
     };
     let first = PlannedScene::new(scene.clone(), request)?;
     scene.accuracy.sun_path = Some(SunPath::March {

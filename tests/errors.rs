@@ -360,3 +360,42 @@ fn wrong_usage_ends_with_2_and_the_help_with_0() {
         assert!(help.contains(group), "{help}");
     }
 }
+
+#[test]
+fn a_tolerance_below_the_digits_of_a_picture_ends_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = variant("rain-shaft-5-mm-h.toml", folder.path(), &SMALL);
+    let out = folder.path().join("out");
+    let run = ["run", text(&scene), "-o", text(&out), "-q"];
+    let found = message(5, &[&run[..], &["--tolerance", "1e-9"]].concat());
+    for words in ["--tolerance 1e-9", "at least 1e-6"] {
+        assert!(found.contains(words), "{words} in {found}");
+    }
+    let key = [SMALL[0], SMALL[1], ("accuracy.tolerance", "1e-9")];
+    let scene = variant("rain-shaft-5-mm-h.toml", folder.path(), &key);
+    let found = message(3, &["run", text(&scene), "-o", text(&out), "-q"]);
+    assert!(
+        found.contains("accuracy.tolerance") && found.contains("0.000001"),
+        "{found}"
+    );
+    assert!(!out.exists());
+}
+
+#[test]
+fn moonlight_without_an_exposure_names_the_key() {
+    let folder = tempfile::tempdir().unwrap();
+    let dark = [SMALL[0], SMALL[1], ("picture.exposure_ev", "0.0")];
+    let scene = variant("moonbow.toml", folder.path(), &dark);
+    let out = folder.path().join("out");
+    let found = message(4, &["run", text(&scene), "-o", text(&out), "-q"]);
+    for words in ["moon", "picture.exposure_ev = 0", "expected about 19"] {
+        assert!(found.contains(words), "{words} in {found}");
+    }
+    let bright = variant("moonbow.toml", folder.path(), &SMALL);
+    let plan = niji_ends_with(0, &["plan", text(&bright)]).stdout;
+    assert!(
+        !String::from_utf8(plan)
+            .unwrap()
+            .contains("fainter than the sun")
+    );
+}

@@ -147,7 +147,11 @@ fn compare(planned: &PlannedScene, folder: &Path, image_name: &str) -> SpectralI
 }
 
 fn planned(text: &str, folder: &Path, is_frame: bool) -> PlannedScene {
-    let request = PlanRequest { folder, is_frame };
+    let request = PlanRequest {
+        folder,
+        is_frame,
+        ..PlanRequest::default()
+    };
     PlannedScene::new(scene_from_toml(text, folder).unwrap(), request).unwrap()
 }
 

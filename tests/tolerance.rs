@@ -154,6 +154,27 @@ fn a_looser_tolerance_takes_cheaper_levels_and_a_preset_by_name_its_own() {
 }
 
 #[test]
+fn a_preset_beside_a_tolerance_keeps_its_levels_and_is_judged_by_the_tolerance() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = drizzle(folder.path(), &[]);
+    let out = folder.path().join("out");
+    let run = [
+        "run",
+        text(&scene),
+        "-o",
+        text(&out),
+        "-q",
+        "--accuracy",
+        "draft",
+    ];
+    niji_ends_with(0, &run);
+    niji_ends_with(5, &[&run[..], &["--tolerance", "1e-5", "--force"]].concat());
+    assert_eq!(report(&out)["plan"]["tolerance"], 1e-5);
+    let drafted = levels(&scene, &["--accuracy", "draft"]);
+    assert_eq!(report(&out)["plan"]["levels"], drafted);
+}
+
+#[test]
 fn levels_that_the_scene_names_stay_and_a_missed_tolerance_ends_with_its_cause() {
     let folder = tempfile::tempdir().unwrap();
     let coarse = [

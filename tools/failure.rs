@@ -32,7 +32,7 @@ pub(crate) enum Failure {
     /// The request cannot be met by physics.
     #[error("{0}")]
     Impossible(String),
-    /// The result was written, but it is less accurate than was asked for.
+    /// The result was written, but it is less accurate than was asked for; or it would be, whatever was done.
     #[error("{0}")]
     AccuracyNotReached(String),
     /// A comparison or an assertion on a file did not hold.

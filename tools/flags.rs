@@ -22,12 +22,13 @@ pub(crate) struct Common {
     /// Threads to use [default: all cores]; the result does not depend on it.
     #[arg(long, global = true, value_name = "N", value_parser = thread_count)]
     pub threads: Option<usize>,
-    /// Accuracy preset, instead of the scene's.
+    /// Accuracy preset, instead of the scene's. Beside --tolerance `draft` and `reference` keep their
+    /// levels, and the tolerance decides on effects, rays and the exit code.
     #[arg(long, global = true, value_name = "PRESET", value_parser = names::<Preset>())]
     pub accuracy: Option<Preset>,
     /// Tolerance instead of the scene's: RMSE of luminance over that of display white. Levels
     /// follow from it, but for those that the scene or --accuracy names, and pixels get more rays where
-    /// they need them; a picture that misses it ends with code 5.
+    /// they need them; a picture that misses it ends with code 5, and so does one below 1e-6 at once.
     #[arg(long, global = true, value_name = "T", value_parser = tolerance)]
     pub tolerance: Option<f64>,
     /// Decide as `niji plan SCENE -o FILE` did, without measuring again; refused for another scene or accuracy.

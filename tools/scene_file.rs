@@ -9,6 +9,7 @@ use niji_picture::PlanRequest;
 use niji_picture::PlannedScene;
 use niji_picture::scene_from_toml;
 use niji_scene::Goal;
+use niji_scene::LEAST_TOLERANCE;
 use niji_scene::Scene;
 use niji_scene::SceneError;
 
@@ -127,5 +128,19 @@ fn parsed(text: &str, path: &Path, goal: Goal) -> Result<Scene, Failure> {
         Error::SceneFile(error) => Failure::bad_input(path, error),
         error => error.into(),
     })?;
+    keepable(goal)?;
     Ok(goal.of(scene))
+}
+
+/// Refuses a tolerance that no picture keeps, before anybody waits for one.
+fn keepable(goal: Goal) -> Result<(), Failure> {
+    let least = goal
+        .tolerance
+        .filter(|tolerance| *tolerance < LEAST_TOLERANCE);
+    least.map_or(Ok(()), |tolerance| {
+        Err(Failure::AccuracyNotReached(format!(
+            "found --tolerance {tolerance:e}, expected at least {LEAST_TOLERANCE:e}: numbers of a picture have \
+             24 bits, so that none is nearer (nothing was made)"
+        )))
+    })
 }

@@ -12,9 +12,11 @@ use niji_airy::airy_integral;
 use niji_airy::airy_integral_derivative;
 use niji_airy::airy_integral_with_derivative;
 use niji_airy::airy_squares;
+use niji_airy::rainbow_ray;
 use niji_radiometry::Micrometers;
 use niji_radiometry::Nanometers;
 use niji_radiometry::Radians;
+use niji_radiometry::Water;
 
 use crate::hard_case::HardCase;
 use crate::hard_case::relative;
@@ -94,6 +96,19 @@ pub(crate) const CASES: &[HardCase] = &[
         measure: "answers other than NaN",
         allowed: 0.0,
         error: direction_not_a_number,
+    },
+    HardCase {
+        claim: "drops of 10 um and of 5 mm are brightest where f is, from 380 to 780 nm",
+        measure: "error of the place over the width of the bow",
+        // The width is that of small angles; measured 0.10 at 10 um, where it is 4 degrees.
+        allowed: 0.12,
+        error: brightest_direction,
+    },
+    HardCase {
+        claim: "bows at both ends of their refractive indices are Descartes'",
+        measure: "error of the deviation, radians",
+        allowed: 1e-7,
+        error: indices_at_their_ends,
     },
 ];
 
@@ -301,4 +316,58 @@ fn alexanders_band() -> f64 {
 fn direction_not_a_number() -> f64 {
     let theories = [2, 3, 7].into_iter().flat_map(theories);
     violations(theories.map(|theory| unpolarized(theory(Radians(f64::NAN)), 100.0).is_nan()))
+}
+
+fn brightest_direction() -> f64 {
+    let cases = [10.0, 100.0, 5000.0]
+        .into_iter()
+        .flat_map(|radius_um| [380.0, 780.0].map(|nm| (radius_um, Nanometers(nm))));
+    worst(cases.map(|(radius_um, wavelength)| {
+        let index = Water::pure(20.0).refractive_index(wavelength);
+        let bow = AiryBow::new(index, 2).expect("water has bows of every order");
+        let ray = bow.ray();
+        // theta - theta_R = z (h lambda^2/(48 a^2))^(1/3), and f^2 is largest at z = 1.0845.
+        let lambda_um = wavelength.0 / 1000.0;
+        let width_rad = (ray.wavefront_h * (lambda_um / radius_um).powi(2) / 48.0).cbrt();
+        let light = |place: f64| {
+            let theta = Radians(ray.theta_rad() + place * width_rad);
+            let direction = bow.direction(theta);
+            let [s, _] = direction.normalized_cross_section(
+                Micrometers(radius_um),
+                wavelength,
+                airy_squares,
+            );
+            s
+        };
+        let places = (0..400).map(|step| 0.005 * f64::from(step));
+        let brightest = places.max_by(|a, b| light(*a).total_cmp(&light(*b)));
+        (brightest.expect("some places") - 1.0845).abs()
+    }))
+}
+
+fn indices_at_their_ends() -> f64 {
+    // n -> 1: c = cos i0 = sqrt((n^2 - 1)/(p^2 - 1)), i0 = pi/2 - c and r0 = pi/2 - p c to third order,
+    // so that the ray goes nearly straight on, D = 2 (p^2 - 1) c.
+    let gap = 2_f64.powi(-40);
+    let straight = [2_u32, 3, 7].map(|p| {
+        let squares = f64::from(p).powi(2) - 1.0;
+        let ray = rainbow_ray(1.0 + gap, p).expect("n above 1");
+        (ray.deviation_rad - 2.0 * (squares * 2.0 * gap).sqrt()).abs()
+    });
+    // n -> p: it enters next to the axis and returns along it, D = (p - 1) pi.
+    let returned = [2_u32, 3, 7].map(|p| {
+        let order = f64::from(p);
+        let ray = rainbow_ray(order - gap, p).expect("n below p");
+        let incidence = (2.0 * order * gap / (order * order - 1.0)).sqrt();
+        // i0 - p r0 is of the third order of i0.
+        worst([
+            (ray.deviation_rad - (order - 1.0) * PI).abs(),
+            (ray.incidence_rad - incidence).abs(),
+        ])
+    });
+    let none = violations(
+        [(1.0, 2), (2.0, 2), (0.9, 2), (f64::NAN, 2), (1.3, 1)]
+            .map(|(n, p)| rainbow_ray(n, p).is_none()),
+    );
+    worst(straight.into_iter().chain(returned)) + none
 }

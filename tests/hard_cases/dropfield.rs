@@ -11,6 +11,7 @@ use niji_dropfield::Error;
 use niji_dropfield::GridBox;
 use niji_dropfield::Interpolation;
 use niji_dropfield::Sample;
+use niji_dropfield::Warning;
 use niji_vdb::FOG_VOLUME;
 use niji_vdb::FloatTree;
 use niji_vdb::Grid;
@@ -74,6 +75,31 @@ pub(crate) const CASES: &[HardCase] = &[
         measure: "accepted boxes",
         allowed: 0.0,
         error: impossible_boxes,
+    },
+    HardCase {
+        claim: "along edges, in faces and through corners of cells a ray has the column of its nodes",
+        measure: "relative error of the column",
+        // Of f32 moments.
+        allowed: 2e-6,
+        error: along_edges,
+    },
+    HardCase {
+        claim: "one voxel of a micrometre and of 10000 km is the same tent",
+        measure: "relative error of M2 and of the column",
+        allowed: 2e-6,
+        error: smallest_and_largest_voxel,
+    },
+    HardCase {
+        claim: "beside 1e9 drops in a cubic metre the 1e-30 of the next node keep their digits",
+        measure: "relative error of the moments at the node and halfway",
+        allowed: 1e-6,
+        error: nearly_nothing_next_to_much,
+    },
+    HardCase {
+        claim: "a file of zeros is a volume without drops that says so",
+        measure: "files that are not",
+        allowed: 0.0,
+        error: file_of_zeros,
     },
 ];
 
@@ -264,5 +290,103 @@ fn impossible_boxes() -> f64 {
         let min = DVec3::ZERO;
         let grid = GridBox { min, max, voxel_m };
         DropMode::from_fn("", &grid, |_| Drops::NONE).is_err()
+    }))
+}
+
+/// M2 integrated along a ray from outside to outside of all drops.
+fn column(bricks: &Bricks, origin: DVec3, direction: DVec3) -> f64 {
+    // Simpson's rule is exact for a cubic.
+    let segments = bricks.segments(origin, direction, (0.0, 1e9));
+    let of_segment = |cell: niji_dropfield::Segment<'_>| {
+        let [enter, middle, leave] = [0.0, 0.5, 1.0].map(|part| f64::from(cell.sample(part).m2));
+        (cell.t_exit - cell.t_enter) * (enter + 4.0 * middle + leave) / 6.0
+    };
+    segments.map(of_segment).sum()
+}
+
+/// A cube of `n` voxels a side of the same drops.
+fn even_cube(n: f64, voxel_m: f64) -> Bricks {
+    let grid = GridBox {
+        min: DVec3::ZERO,
+        max: DVec3::splat(n * voxel_m),
+        voxel_m,
+    };
+    let mode = DropMode::from_fn("", &grid, |_| drops(1000.0, 1e-4, 0.0));
+    bricks(&mode.expect("a few voxels"), Interpolation::Moments)
+}
+
+/// M2 of 1000 drops of 0.1 mm in a cubic metre, um²/m³.
+const EVEN_M2: f64 = 1e7;
+
+fn along_edges() -> f64 {
+    let bricks = even_cube(20.0, 0.5);
+    // Nodes stand at 0.25, 0.75, … 9.75. Along an edge of cells or in a face of theirs: 20 nodes of
+    // 0.5 m. Through their corners: 19 cells and at both ends the tent's cube, 1/4 of one.
+    let corners = (19.0 + 0.5) * 0.5 * 3_f64.sqrt();
+    let rays = [
+        (DVec3::new(-3.0, 5.25, 5.25), DVec3::X, 10.0),
+        (DVec3::new(5.25, -3.0, 5.1), DVec3::Y, 10.0),
+        (DVec3::new(5.0, 5.0, 13.0), DVec3::NEG_Z, 10.0),
+        (DVec3::splat(-2.75), DVec3::ONE.normalize(), corners),
+        (DVec3::splat(12.75), DVec3::NEG_ONE.normalize(), corners),
+        // Along the outermost edge of nodes.
+        (DVec3::new(-3.0, 0.25, 9.75), DVec3::X, 10.0),
+    ];
+    worst(rays.map(|(origin, direction, length_m)| {
+        relative(column(&bricks, origin, direction), EVEN_M2 * length_m)
+    }))
+}
+
+fn smallest_and_largest_voxel() -> f64 {
+    worst([1e-6, 1.0, 1e7].map(|voxel_m| {
+        let tent = even_cube(1.0, voxel_m);
+        let node = DVec3::splat(0.5 * voxel_m);
+        let from = DVec3::new(-voxel_m, 0.5 * voxel_m, 0.5 * voxel_m);
+        // A tent of base 2 has the column of its voxel; off the node by a quarter 3/4, by a half of
+        // two axes 1/4.
+        let at = |off: DVec3| f64::from(tent.m2(node + voxel_m * off));
+        worst([
+            relative(column(&tent, from, DVec3::X), EVEN_M2 * voxel_m),
+            relative(at(DVec3::ZERO), EVEN_M2),
+            relative(at(DVec3::new(0.25, 0.0, 0.0)), 0.75 * EVEN_M2),
+            relative(at(DVec3::new(0.5, 0.0, -0.5)), 0.25 * EVEN_M2),
+            at(DVec3::new(1.001, 0.0, 0.0)),
+        ])
+    }))
+}
+
+fn nearly_nothing_next_to_much() -> f64 {
+    let mode = two_voxels(drops(1e9, 1e-3, 0.0), drops(1e-30, 1e-3, 0.0));
+    let bricks = bricks(&mode, Interpolation::Moments);
+    // N r^k at the node, and half of the many halfway.
+    let [at_node, halfway] = [1.5, 1.0].map(|x| between(&bricks, x));
+    worst([
+        relative(f64::from(at_node.m2) / 1e6, 1e-30),
+        relative(f64::from(at_node.effective_radius_um()), 1000.0),
+        relative(f64::from(halfway.m2) / 1e6, 5e8),
+        relative(f64::from(halfway.effective_radius_um()), 1000.0),
+    ])
+}
+
+fn file_of_zeros() -> f64 {
+    let mut leaf = Leaf::new([0, 8, 16], 0.0);
+    leaf.set([3, 9, 17], 0.0);
+    let trees = [
+        FloatTree::from_leaves(0.0, vec![leaf]).expect("one leaf"),
+        FloatTree::new(0.0),
+    ];
+    violations(trees.map(|tree| {
+        let volume = DropVolume::from_vdb(&foreign(tree, 1e-4));
+        volume.is_ok_and(|volume| {
+            let is_said = volume.summary().warnings == [Warning::Empty];
+            let bricks = volume
+                .modes
+                .iter()
+                .map(|mode| bricks(mode, Interpolation::Moments));
+            is_said
+                && bricks
+                    .into_iter()
+                    .all(|bricks| bricks.world_bounds().is_none())
+        })
     }))
 }

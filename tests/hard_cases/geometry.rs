@@ -4,8 +4,14 @@
 use glam::DVec3;
 use niji_geometry::Aabb;
 use niji_geometry::Camera;
+use niji_geometry::CameraPose;
 use niji_geometry::EARTH;
+use niji_geometry::FisheyeCamera;
+use niji_geometry::FisheyeMapping;
+use niji_geometry::FisheyeRequest;
+use niji_geometry::Lens;
 use niji_geometry::MeshBvh;
+use niji_geometry::PanoramaCamera;
 use niji_geometry::PinholeCamera;
 use niji_geometry::PinholeRequest;
 use niji_geometry::Ray;
@@ -77,6 +83,37 @@ pub(crate) const CASES: &[HardCase] = &[
         measure: "accepted cameras",
         allowed: 0.0,
         error: impossible_cameras,
+    },
+    HardCase {
+        claim: "a fisheye's rim of 360 degrees is the direction straight back, and ends there",
+        measure: "error of the direction, and rays beyond the rim",
+        // The equisolid radius is flat there: half of the digits of f64.
+        allowed: 1e-7,
+        error: rim_of_a_fisheye,
+    },
+    HardCase {
+        claim: "every column of a panorama meets at the poles",
+        measure: "error of the direction",
+        allowed: 1e-15,
+        error: poles_of_a_panorama,
+    },
+    HardCase {
+        claim: "one pixel as wide as a millionth and as 179.999 degrees ends where its field does",
+        measure: "relative error of the angle from the axis, or of what is left to 90 degrees",
+        allowed: 1e-9,
+        error: one_pixel,
+    },
+    HardCase {
+        claim: "a box of no thickness has no depth, but for who looks along it",
+        measure: "error of the chord, m",
+        allowed: 0.0,
+        error: box_of_no_thickness,
+    },
+    HardCase {
+        claim: "through both corners of a box leads its diagonal, whatever its size",
+        measure: "relative error of the chord, boxes of 1e-6 to 1e7 m",
+        allowed: 1e-15,
+        error: through_corners,
     },
 ];
 
@@ -243,4 +280,106 @@ fn impossible_cameras() -> f64 {
     requests[5].position = DVec3::NAN;
     let is_refused = |request| PinholeCamera::new(request).map(Camera::from).is_err();
     violations(requests.map(is_refused))
+}
+
+/// A camera at the origin that looks towards an azimuth and an elevation, degrees.
+fn pose(azimuth_deg: f64, elevation_deg: f64) -> CameraPose {
+    let angles = [azimuth_deg, elevation_deg, 0.0].map(Radians::from_degrees);
+    CameraPose::looking(DVec3::ZERO, angles).expect("finite angles")
+}
+
+fn rim_of_a_fisheye() -> f64 {
+    let mappings = [FisheyeMapping::Equidistant, FisheyeMapping::Equisolid];
+    worst(mappings.map(|mapping| {
+        let camera = FisheyeCamera::new(FisheyeRequest {
+            pose: pose(0.0, 0.0),
+            mapping,
+            lens: Lens::HorizontalFov(Radians::from_degrees(360.0)),
+            image_circle: None,
+            width_px: 64,
+            height_px: 64,
+        });
+        let camera = camera.expect("all directions");
+        let rim = [(0.0, 32.0), (64.0, 32.0), (32.0, 0.0), (32.0, 64.0)];
+        let backwards = rim.map(|(x, y)| {
+            let ray = camera.ray(x, y);
+            ray.map_or(f64::NAN, |ray| ray.direction.distance(DVec3::Z))
+        });
+        let beyond = [(-1e-3, 32.0), (64.001, 32.0), (1.0, 1.0)];
+        let is_dark = violations(beyond.map(|(x, y)| camera.ray(x, y).is_none()));
+        // The middle of the way to the rim: 90 degrees, or 2 asin(1/2) = 60.
+        let halfway = camera.ray(48.0, 32.0).expect("within the circle");
+        let expected = match mapping {
+            FisheyeMapping::Equidistant => 0.0,
+            FisheyeMapping::Equisolid => 0.5,
+        };
+        worst(backwards) + is_dark + (-halfway.direction.z - expected).abs()
+    }))
+}
+
+fn poles_of_a_panorama() -> f64 {
+    let camera = PanoramaCamera::new(pose(77.0, 0.0), [64, 32]).expect("twice as wide as high");
+    worst((0..=64).flat_map(|column| {
+        [(0.0, DVec3::Y), (32.0, DVec3::NEG_Y)]
+            .map(|(y, pole)| camera.ray(f64::from(column), y).direction.distance(pole))
+    }))
+}
+
+fn one_pixel() -> f64 {
+    let edge = |fov_deg: f64| {
+        let camera = PinholeCamera::new(PinholeRequest {
+            position: DVec3::ZERO,
+            azimuth: Radians(0.0),
+            elevation: Radians(0.0),
+            roll: Radians(0.0),
+            horizontal_fov: Radians::from_degrees(fov_deg),
+            width_px: 1,
+            height_px: 1,
+        });
+        let camera = camera.expect("a field of view below 180 degrees");
+        let middle = camera.ray(0.5, 0.5).direction;
+        let is_axis = violations([middle == DVec3::NEG_Z]);
+        (camera.ray(0.0, 0.5).direction, is_axis)
+    };
+    let (narrow, on_axis) = edge(1e-6);
+    let (wide, on_wide_axis) = edge(179.999);
+    worst([
+        relative((-narrow.x).atan2(-narrow.z).to_degrees(), 5e-7) + on_axis,
+        relative((-wide.z).atan2(-wide.x).to_degrees(), 5e-4) + on_wide_axis,
+    ])
+}
+
+fn box_of_no_thickness() -> f64 {
+    let sheet = Aabb {
+        min: DVec3::ZERO,
+        max: DVec3::new(3.0, 0.0, 3.0),
+    };
+    let through = DVec3::new(1.0, 2.0, 1.0);
+    let rays = [
+        (through, DVec3::NEG_Y, 0.0),
+        (through, DVec3::new(0.3, -1.0, 0.2), 0.0),
+        (DVec3::new(-1.0, 0.0, 1.0), DVec3::X, 3.0),
+        (DVec3::new(-1.0, 1e-300, 1.0), DVec3::X, 0.0),
+    ];
+    worst(rays.map(|(origin, direction, expected)| {
+        let chord = sheet.intersect(&Ray { origin, direction });
+        (chord.map_or(0.0, |(enter, leave)| leave - enter) - expected).abs()
+    }))
+}
+
+fn through_corners() -> f64 {
+    worst([1e-6, 1.0, 3.7, 1e7].map(|size_m| {
+        let cube = Aabb {
+            min: DVec3::ZERO,
+            max: DVec3::splat(size_m),
+        };
+        let ray = Ray {
+            origin: DVec3::splat(-size_m),
+            direction: DVec3::ONE.normalize(),
+        };
+        let chord = cube.intersect(&ray);
+        chord.map_or(f64::NAN, |(enter, leave)| {
+            relative(leave - enter, size_m * 3_f64.sqrt())
+        })
+    }))
 }

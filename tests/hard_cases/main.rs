@@ -14,9 +14,13 @@ mod geometry;
 mod hard_case;
 mod ice;
 mod photo;
+mod picture;
 mod radiometry;
+mod render;
 mod scatter;
 mod scene;
+#[path = "../../crates/render/tests/common/mod.rs"]
+mod scenes;
 mod sizes;
 
 use hard_case::HardCase;
@@ -72,8 +76,18 @@ fn photo_stays_stable() {
 }
 
 #[test]
+fn picture_stays_stable() {
+    try_all(picture::CASES);
+}
+
+#[test]
 fn radiometry_stays_stable() {
     try_all(radiometry::CASES);
+}
+
+#[test]
+fn render_stays_stable() {
+    try_all(render::CASES);
 }
 
 #[test]

@@ -4,6 +4,9 @@
 use std::f64::consts::PI;
 
 use niji_exchange::ScatteringTable;
+use niji_mie::RefractiveIndex;
+use niji_mie::Sphere;
+use niji_radiometry::Nanometers;
 use niji_radiometry::Water;
 use niji_radiometry::WavelengthGrid;
 use niji_scatter::SizeRows;
@@ -14,6 +17,7 @@ use niji_scatter::scattering_table;
 use niji_scatter::unwatched;
 
 use crate::hard_case::HardCase;
+use crate::hard_case::relative;
 use crate::hard_case::violations;
 use crate::hard_case::worst;
 
@@ -47,6 +51,30 @@ pub(crate) const CASES: &[HardCase] = &[
         measure: "accepted requests",
         allowed: 0.0,
         error: impossible_requests,
+    },
+    HardCase {
+        claim: "rays do not know sizes: laws of no spread and of nearly 1/2 have one table",
+        measure: "relative difference, drops of 10 um and of 5 mm, 380 and 780 nm",
+        allowed: 2e-6,
+        error: rays_of_any_law,
+    },
+    HardCase {
+        claim: "a sun of a billionth of a degree is a point",
+        measure: "difference over the peak",
+        allowed: 1e-6,
+        error: smallest_sun,
+    },
+    HardCase {
+        claim: "drops of 1 and of 10 um scatter what they take, from 380 to 780 nm",
+        measure: "relative error of the light over all directions",
+        allowed: 2e-3,
+        error: light_of_all_directions,
+    },
+    HardCase {
+        claim: "one wavelength has the light that it has among others",
+        measure: "difference over the peak",
+        allowed: 4e-3,
+        error: one_wavelength,
     },
 ];
 
@@ -210,4 +238,103 @@ fn impossible_requests() -> f64 {
     let requests = radii.into_iter().chain(ranges).chain(orders);
     let requests = requests.chain(others);
     violations(requests.map(|request| scattering_table(&request, &unwatched).is_err()))
+}
+
+fn rays_of_any_law() -> f64 {
+    worst([380.0, 780.0].map(|nm| {
+        let of_law = |radius_um: f64, variance: f64| {
+            table(&TableRequest {
+                wavelengths: WavelengthGrid::new(nm, 1.0, 1).expect("one wavelength of light"),
+                ..request(Theory::Geometric, radius_um, variance)
+            })
+        };
+        let single = of_law(100.0, 0.0);
+        let expected = row(&single);
+        let laws = [(10.0, 0.0), (10.0, 0.499), (5000.0, 0.0), (5000.0, 0.499)];
+        worst(laws.into_iter().flat_map(|(radius_um, variance)| {
+            let other = of_law(radius_um, variance);
+            let found = row(&other);
+            let errors = single.theta_rad.iter().zip(&expected);
+            errors
+                .filter(|(_, expected)| **expected > 0.0)
+                .map(|(theta, expected)| relative(at(&other, &found, *theta), *expected))
+                .collect::<Vec<_>>()
+        }))
+    }))
+}
+
+fn smallest_sun() -> f64 {
+    worst([Theory::Airy, Theory::Uniform, Theory::Mie].map(|theory| {
+        let of_sun = |diameter_rad: f64| {
+            table(&TableRequest {
+                sun_disc_diameter_rad: diameter_rad,
+                ..request(theory, 30.0, 0.0)
+            })
+        };
+        let (point, tiny) = (of_sun(0.0), of_sun(1e-9_f64.to_radians()));
+        let (expected, found) = (row(&point), row(&tiny));
+        let peak = expected.iter().copied().fold(0.0, f64::max);
+        let errors = point.theta_rad.iter().zip(&expected);
+        worst(errors.map(|(theta, expected)| (at(&tiny, &found, *theta) - expected).abs() / peak))
+    }))
+}
+
+fn light_of_all_directions() -> f64 {
+    let cases = [1.0, 10.0].into_iter();
+    worst(cases.flat_map(|radius_um| {
+        [380.0, 780.0].map(|nm| {
+            let water = Water::pure(20.0);
+            let table = table(&TableRequest {
+                theta_range_rad: (0.0, PI),
+                // Of the peak, which is the forward lobe.
+                tolerance: 2e-6,
+                wavelengths: WavelengthGrid::new(nm, 1.0, 1).expect("one wavelength of light"),
+                sun_disc_diameter_rad: 0.0,
+                water,
+                orders: (0..8).collect(),
+                ..request(Theory::Mie, radius_um, 0.0)
+            });
+            let row = row(&table);
+            let rings = table.theta_rad.windows(2).zip(row.windows(2));
+            // Linear in theta on each step: Simpson's rule with the sine.
+            let light: f64 = rings
+                .map(|(theta, t)| {
+                    let middle = 0.5 * (theta[0] + theta[1]);
+                    let ends = t[0] * theta[0].sin() + t[1] * theta[1].sin();
+                    let sum = ends + 2.0 * (t[0] + t[1]) * middle.sin();
+                    2.0 * PI * (theta[1] - theta[0]) * sum / 6.0
+                })
+                .sum();
+            let x = 2.0 * PI * radius_um * 1000.0 / nm;
+            let index = RefractiveIndex::from(water.refractive_index(Nanometers(nm)));
+            let drop = Sphere::new(x, index).expect("a drop of water");
+            relative(light, drop.efficiencies().q_sca)
+        })
+    }))
+}
+
+fn one_wavelength() -> f64 {
+    let of_grid = |grid: WavelengthGrid| {
+        table(&TableRequest {
+            wavelengths: grid,
+            ..request(Theory::Uniform, 60.0, 0.1)
+        })
+    };
+    let grid = |first_nm, step_nm, n| WavelengthGrid::new(first_nm, step_nm, n).expect("light");
+    let all = of_grid(grid(380.0, 100.0, 5));
+    worst([0, 4].map(|index| {
+        let alone = of_grid(grid(380.0 + 100.0 * index as f64, 100.0, 1));
+        let expected = row(&alone);
+        let peak = expected.iter().copied().fold(0.0, f64::max);
+        let natural = |angle: usize| {
+            let [s, p] = [0, 1].map(|j| f64::from(all.values[[j, 0, 0, index, angle]]));
+            0.5 * (s + p)
+        };
+        let angles = all.theta_rad.iter().enumerate();
+        worst(
+            angles.map(|(angle, theta)| {
+                (natural(angle) - at(&alone, &expected, *theta)).abs() / peak
+            }),
+        )
+    }))
 }

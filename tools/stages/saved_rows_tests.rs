@@ -137,6 +137,7 @@ impl World {
                     pixel_footprint: PixelFootprint::Center,
                 },
                 tolerance_cd_m2: None,
+                orders_noise_cd_m2: None,
             },
             provenance: Provenance {
                 tool: "niji render".to_owned(),

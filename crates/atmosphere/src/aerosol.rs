@@ -4,8 +4,13 @@
 //! extinction at the ground = tau/H at density exp(-h/H),  scattering = albedo * extinction
 //! From a visibility V: extinction(550 nm) = 3.912/V - Rayleigh's, since V is where contrast has
 //! fallen to e^-3.912 = 2 % in all of the air (K24).
+//! Below 1 km it is fog (WMO07), which lies as much lower as it is denser:
+//!   H(V) = H min(1, V/1 km)
+//! so that its column is that of 1 km. A haze of 2 km that dense would let no light down at all, where fog is
+//! bright.
 //! [A29] Angstrom, Geografiska Annaler 11, 156-166 (1929).
 //! [K24] Koschmieder, Beitraege zur Physik der freien Atmosphaere 12, 33-53 (1924).
+//! [WMO07] WMO, International Cloud Atlas (2017), section 4.2: fog, visibility below 1 km.
 //! [SF79] Shettle and Fenn, AFGL-TR-79-0214 (1979), at 70 % relative humidity as tabulated in LOWTRAN
 //! 7 (Kneizys et al., AFGL-TR-88-0177, 1988): rural, maritime and urban. Their spectra are no exact
 //! power laws; exponents here are those between 337 and 694 nm, and the law lies within 4 % of the
@@ -29,6 +34,9 @@ use crate::rayleigh_bodhaine::rayleigh_bodhaine_m1;
 const VISIBLE_CONTRAST: f64 = 3.912_023_005_428_146;
 /// Wavelength of visibility.
 const VISIBILITY_WAVELENGTH: Nanometers = Nanometers(550.0);
+
+/// Visibility below which an aerosol is fog, m (WMO07).
+const FOG_M: f64 = 1000.0;
 
 /// An aerosol with an Angstrom law.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -107,7 +115,7 @@ impl AerosolKind {
 }
 
 impl Aerosol {
-    /// The same aerosol, as much of it as makes a visibility at sea level.
+    /// The same aerosol, as much of it as makes a visibility at sea level, and lower where that is fog.
     ///
     /// ```
     /// use niji_atmosphere::{AerosolKind, rayleigh_bodhaine_m1};
@@ -134,10 +142,12 @@ impl Aerosol {
                 clean_air_m,
             });
         }
-        let depth = aerosol_m1 * self.scale_height_m;
+        let scale_height_m = self.scale_height_m * (visibility_m / FOG_M).min(1.0);
+        let depth = aerosol_m1 * scale_height_m;
         let wavelength_um = Micrometers::from(VISIBILITY_WAVELENGTH).0;
         Ok(Self {
             optical_depth_at_1_um: depth * wavelength_um.powf(self.angstrom_exponent),
+            scale_height_m,
             ..self
         })
     }
@@ -210,6 +220,28 @@ mod tests {
             let aerosol_m1 = aerosol.constituent(&grid).unwrap().extinction_m1[0];
             let total_m1 = aerosol_m1 + rayleigh_bodhaine_m1(Nanometers(550.0));
             assert!(((-total_m1 * 23e3).exp() - 0.02).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn fog_of_any_visibility_has_the_column_of_one_kilometre() {
+        let grid = WavelengthGrid::new(550.0, 10.0, 1).unwrap();
+        for kind in AerosolKind::ALL {
+            let of = |visibility_m: f64| {
+                let aerosol = kind.aerosol().with_visibility_m(visibility_m).unwrap();
+                aerosol.constituent(&grid).unwrap()
+            };
+            let depth = |visibility_m: f64| of(visibility_m).vertical_optical_depth()[0];
+            for visibility_m in [10.0, 30.0, 100.0] {
+                // Molecules take 1e-5/m of the extinction in 1 km and next to none in 10 m.
+                assert!((depth(visibility_m) / depth(1e3) - 1.0).abs() < 4e-3);
+                let dense = of(visibility_m).extinction_m1[0] * visibility_m;
+                assert!((dense / VISIBLE_CONTRAST - 1.0).abs() < 1e-3);
+            }
+            assert!(
+                (depth(2e3) / depth(1e3) - 0.5).abs() < 2e-3,
+                "haze is as deep as it was"
+            );
         }
     }
 

@@ -37,8 +37,8 @@ use self::series::Series;
 use self::shells::shells_m;
 use self::sun_axis::SunAxis;
 
-/// Most orders that are computed one by one.
-const MAX_ORDERS: usize = 60;
+/// Most orders that are computed one by one; a fog of an optical depth of 10 that takes nothing needs 150.
+const MAX_ORDERS: usize = 300;
 
 /// How finely the light of higher orders is solved.
 #[derive(Debug, Clone, Copy, PartialEq)]

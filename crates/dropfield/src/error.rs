@@ -1,5 +1,7 @@
 //! What can be wrong with a drop volume or with the file that should hold one.
 
+use niji_radiometry::Bytes;
+
 /// Every failure of this crate.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -19,16 +21,18 @@ pub enum Error {
     },
     /// The lattice would not fit into memory.
     #[error(
-        "the volume would have {nodes:.3e} nodes and need {gib:.1} GiB, expected at most {limit}: \
-         take larger voxels or a smaller box"
+        "the volume would have {nodes:.3e} nodes and need {needed}, expected at most {limit:.3e} nodes and \
+         {most}: take larger voxels or a smaller box"
     )]
     TooManyNodes {
         /// Number of nodes asked for.
         nodes: f64,
-        /// Memory that they would need (GiB).
-        gib: f64,
+        /// Memory that they would need.
+        needed: Bytes,
         /// Largest number of nodes.
-        limit: u64,
+        limit: f64,
+        /// Memory that these need.
+        most: Bytes,
     },
     /// A shape gave drops that cannot be.
     #[error("{quantity} = {value} at node {node:?}, expected {expected}")]
@@ -160,11 +164,14 @@ pub enum Error {
 
 impl Error {
     pub(crate) fn too_many_nodes(nodes: f64) -> Self {
-        let gib = nodes * std::mem::size_of::<crate::Drops>() as f64 / f64::from(1 << 30);
+        let limit = crate::grid_box::NODE_LIMIT as f64;
+        let [needed, most] = [nodes, limit]
+            .map(|nodes| Bytes::of(nodes * std::mem::size_of::<crate::Drops>() as f64));
         Self::TooManyNodes {
             nodes,
-            gib,
-            limit: crate::grid_box::NODE_LIMIT,
+            needed,
+            limit,
+            most,
         }
     }
 }

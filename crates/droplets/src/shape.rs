@@ -2,6 +2,7 @@
 
 use niji_dropfield::DropVolume;
 use niji_dropfield::GridBox;
+use niji_sizes::SizeLaw;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
@@ -123,6 +124,33 @@ impl Shape {
         // The trilinear field reaches half a voxel beyond the box on every side.
         let size = grid.max - grid.min + grid.voxel_m;
         self.max_extinction_m1_q1() * size.length()
+    }
+
+    /// The heaviest rain in it (mm/h), and the key that says so; `None` where it is no rain.
+    pub fn rain_rate(&self) -> Option<(&'static str, f64)> {
+        match self {
+            Self::RainShaft(shape) => {
+                let by_radar = shape.rain_rate_mm_h.is_none();
+                let key = if by_radar {
+                    "reflectivity_dbz"
+                } else {
+                    "rain_rate_mm_h"
+                };
+                Some((key, shape.law().rain_rate_mm_h))
+            }
+            Self::RainCell(shape) => Some(("max_rain_rate_mm_h", shape.max_rain_rate_mm_h)),
+            Self::Uniform(shape) => match shape.law {
+                SizeLaw::MarshallPalmer(law) => {
+                    Some(("law.marshall-palmer.rain_rate_mm_h", law.rain_rate_mm_h))
+                }
+                _ => None,
+            },
+            Self::Gradient(_)
+            | Self::FogBank(_)
+            | Self::Fountain(_)
+            | Self::Waterfall(_)
+            | Self::SeaSpray(_) => None,
+        }
     }
 
     /// Drops in the whole shape, in closed form.

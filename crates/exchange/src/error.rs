@@ -1,5 +1,7 @@
 //! What can be wrong with a file between two stages.
 
+use niji_radiometry::Bytes;
+
 /// A file that cannot be read or written. The path is known to the caller.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
@@ -21,10 +23,10 @@ pub enum Error {
         file_bytes: u64,
     },
     /// More pixels than this machine can hold.
-    #[error("found no memory for {needed_bytes} bytes of pixels")]
+    #[error("found no memory for {needed} of pixels")]
     Memory {
-        /// Bytes of the pixels.
-        needed_bytes: u128,
+        /// Size of the pixels.
+        needed: Bytes,
     },
     /// A sound EXR file of a kind that is not read here.
     #[error("found {found}, expected {expected}")]

@@ -27,6 +27,7 @@ use exr::meta::header::Header;
 use exr::prelude::f16;
 use ndarray::Array2;
 use niji_geometry::PixelRegion;
+use niji_radiometry::Bytes;
 use niji_radiometry::RgbPrimaries;
 use rayon::prelude::*;
 
@@ -226,13 +227,13 @@ impl Page {
     fn new(header: &Header) -> Result<Self, Error> {
         let n_samples = header.layer_size.area();
         let n_channels = header.channels.list.len();
-        let needed_bytes = 4 * n_samples as u128 * n_channels as u128;
+        let needed = Bytes(4 * n_samples as u128 * n_channels as u128);
         let mut channels = Vec::new();
         for _ in 0..n_channels {
             let mut samples = Vec::new();
             samples
                 .try_reserve_exact(n_samples)
-                .map_err(|_| Error::Memory { needed_bytes })?;
+                .map_err(|_| Error::Memory { needed })?;
             channels.push(samples);
         }
         Ok(Self {

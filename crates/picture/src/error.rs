@@ -65,13 +65,12 @@ pub enum Error {
     #[error(transparent)]
     Render(niji_render::Error),
     /// No effect that is on sends any light into the picture.
-    #[error(
-        "{scene}: no effect that is on sends any light into the picture: a bow needs drops in view at its \
-         angle and the sun above the horizon, a sky needs air; `niji plan` says what each effect contributes"
-    )]
+    #[error("{scene}: no effect that is on sends any light into the picture: {reason}")]
     Dark {
         /// Name of the scene.
         scene: String,
+        /// What the plan warns of, or what light needs.
+        reason: String,
     },
     /// A photograph into which no bow can be set.
     #[error(transparent)]

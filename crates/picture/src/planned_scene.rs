@@ -50,6 +50,10 @@ use crate::scattering;
 use crate::surfaces::SurfaceFiles;
 use crate::watch::Watch;
 
+/// What a dark scene lacks where its plan warns of nothing.
+const LIGHT_NEEDS: &str = "a bow needs drops in view at its angle and the sun above the horizon, a sky needs air; \
+                           `niji plan` says what each effect contributes";
+
 /// A scene and what it calls for.
 pub struct PlannedScene {
     /// Where the files lie that it names.
@@ -355,11 +359,13 @@ impl PlannedScene {
     /// # Errors
     /// [`Error::Dark`].
     pub fn check_light(&self) -> Result<(), Error> {
-        if self.plan.is_dark() {
-            return Err(Error::Dark {
-                scene: self.scene.name.clone(),
-            });
+        if !self.plan.is_dark() {
+            return Ok(());
         }
-        Ok(())
+        let warned = self.plan.warnings.first();
+        Err(Error::Dark {
+            scene: self.scene.name.clone(),
+            reason: warned.map_or(LIGHT_NEEDS, String::as_str).to_owned(),
+        })
     }
 }

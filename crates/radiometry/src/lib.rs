@@ -12,6 +12,7 @@
 //! assert!((x - 0.325).abs() < 0.005 && (y - 0.334).abs() < 0.005);
 //! ```
 
+mod byte_count;
 mod ciddor;
 mod color_space;
 mod colorimetry;
@@ -30,6 +31,7 @@ mod warren_brandt;
 mod water;
 mod wavelength_grid;
 
+pub use crate::byte_count::Bytes;
 pub use crate::ciddor::air_refractive_index;
 pub use crate::color_space::GamutPolicy;
 pub use crate::color_space::into_gamut;

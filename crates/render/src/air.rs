@@ -171,11 +171,16 @@ impl<'a> Air<'a> {
             AirPath::Constant => self.each(|index| self.eye_density[index] * distance_m),
             AirPath::Midpoint { n_steps } => self.midpoint_sum(ray, (0.0, distance_m), n_steps),
             AirPath::Quadrature { .. } => self.gauss_sum(ray, (0.0, distance_m)),
-            AirPath::Table => self.each(|index| {
-                self.table
-                    .segment_length(index, ray.height_m, ray.cos_zenith, distance_m)
-            }),
+            AirPath::Table => self.through(ray, distance_m),
         }
+    }
+
+    /// The same by the table, whatever the level.
+    pub(crate) fn through(&self, ray: AirRay, distance_m: f64) -> Lengths {
+        self.each(|index| {
+            self.table
+                .segment_length(index, ray.height_m, ray.cos_zenith, distance_m)
+        })
     }
 
     /// Lengths from a point to the sun; `None` in the planet's shadow.

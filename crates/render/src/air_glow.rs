@@ -22,6 +22,7 @@ use niji_geometry::Ray;
 use crate::air::Air;
 use crate::air::Lengths;
 use crate::air_diffuse::PointOfRay;
+use crate::deep_air;
 use crate::front_transmittance::FrontRoom;
 use crate::front_transmittance::FrontTransmittance;
 use crate::front_transmittance::NodeTransmittance;
@@ -35,7 +36,7 @@ use crate::march::Probe;
 pub(crate) const DOUBT: f64 = 1.5;
 
 /// Stretches up to here have the fewest nodes (m).
-const SHORT_M: f64 = 300.0;
+pub(crate) const SHORT_M: f64 = 300.0;
 
 /// Whose light is wanted on a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -167,7 +168,7 @@ impl AirGlow {
         if let Some((enter_m, leave_m)) = chord {
             let end_m = ground_m.map_or(leave_m, |ground_m| ground_m.min(leave_m));
             let end_m = end_m.min(range.surface_m);
-            let stretches = |range_m: (f64, f64)| AirStretch::of_range(planet, air_ray, range_m);
+            let stretches = |range_m: (f64, f64)| deep_air::stretches(air, air_ray, range_m);
             let looks = range.in_front || range.lost;
             if let (true, Some((drops_m, _))) = (looks, range.drops_m) {
                 let cut = |distance_m: f64| distance_m.clamp(enter_m, end_m.max(enter_m));
@@ -199,7 +200,7 @@ impl AirGlow {
     }
 
     fn rule(&self, stretch: &AirStretch) -> &AirRule {
-        if stretch.is_crowded() {
+        if stretch.is_dense() {
             &self.long
         } else if stretch.length_m() < SHORT_M {
             &self.short

@@ -1,5 +1,6 @@
 //! What can keep a picture from being rendered.
 
+use niji_radiometry::Bytes;
 use niji_radiometry::WavelengthGrid;
 
 /// A request that cannot be met.
@@ -14,8 +15,8 @@ pub enum Error {
     Region(niji_geometry::Error),
     /// The picture does not fit into memory.
     #[error(
-        "a picture of {} x {} pixels needs {:.1} GB, which cannot be had: render fewer \
-         pixels, or a part of them at a time", size_px.0, size_px.1, *bytes as f64 / 1e9
+        "a picture of {} x {} pixels needs {}, which cannot be had: render fewer \
+         pixels, or a part of them at a time", size_px.0, size_px.1, Bytes(u128::from(*bytes))
     )]
     Memory {
         /// Width and height of the region.

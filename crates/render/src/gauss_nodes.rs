@@ -55,6 +55,7 @@ pub(crate) struct AirStretch {
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Dense {
     Nowhere,
+    Everywhere,
     AtStart,
     AtEnd,
 }
@@ -87,6 +88,15 @@ impl AirStretch {
         parts.into_iter().flatten()
     }
 
+    /// A piece of a ray in deep air.
+    pub(crate) fn deep(from_m: f64, to_m: f64) -> Self {
+        Self {
+            from_m,
+            to_m,
+            dense: Dense::Everywhere,
+        }
+    }
+
     /// Its length (m).
     pub(crate) fn length_m(&self) -> f64 {
         self.to_m - self.from_m
@@ -94,13 +104,18 @@ impl AirStretch {
 
     /// Whether nodes are crowded at one of its ends.
     pub(crate) fn is_crowded(&self) -> bool {
+        matches!(self.dense, Dense::AtStart | Dense::AtEnd)
+    }
+
+    /// Whether it has as many nodes as a long one.
+    pub(crate) fn is_dense(&self) -> bool {
         self.dense != Dense::Nowhere
     }
 
     /// Distance of a place on 0..1 (m).
     pub(crate) fn distance_m(&self, place: f64) -> f64 {
         match self.dense {
-            Dense::Nowhere => self.from_m + self.length_m() * place,
+            Dense::Nowhere | Dense::Everywhere => self.from_m + self.length_m() * place,
             Dense::AtStart => self.from_m + self.length_m() * crowd(place).0,
             Dense::AtEnd => self.to_m - self.length_m() * crowd(1.0 - place).0,
         }
@@ -148,7 +163,7 @@ impl GaussRule {
             weight_m: length_m * weight,
         };
         match stretch.dense {
-            Dense::Nowhere => out.extend(self.nodes.iter().map(after)),
+            Dense::Nowhere | Dense::Everywhere => out.extend(self.nodes.iter().map(after)),
             Dense::AtStart => out.extend(self.crowded.iter().map(after)),
             Dense::AtEnd => out.extend(self.crowded.iter().rev().map(before)),
         }

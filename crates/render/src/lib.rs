@@ -107,6 +107,7 @@ mod air_glow;
 mod air_slabs;
 mod angle_axis;
 mod cell_cubics;
+mod deep_air;
 mod deposits;
 mod diffracted_light;
 mod drop_orders;

@@ -42,7 +42,7 @@ const RINGS_PER_DISC: f64 = 20.0;
 impl Places {
     /// Places where light is computed for the angles of a table.
     pub(crate) fn of_table(request: &TableRequest, theta_rad: &[f64]) -> Self {
-        let radius_rad = 0.5 * request.sun_disc_diameter_rad;
+        let radius_rad = request.disc_radius_rad();
         if radius_rad <= 0.0 {
             return Self::Angles(theta_rad.to_vec());
         }

@@ -105,7 +105,7 @@ impl Drops {
 
 impl<'a> BowRows<'a> {
     pub(crate) fn new(request: &'a TableRequest<'a>, lights: BowLights, theta_rad: &[f64]) -> Self {
-        let radius_rad = 0.5 * request.sun_disc_diameter_rad;
+        let radius_rad = request.disc_radius_rad();
         let row = |rings: &Rings, theta_rad: f64| rings.disc_row(theta_rad, radius_rad);
         Self {
             request,

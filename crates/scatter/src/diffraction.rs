@@ -44,7 +44,7 @@ pub(crate) struct DiffractedLight {
 impl DiffractedLight {
     pub(crate) fn new(request: &TableRequest, theta_rad: &[f64]) -> Result<Self, Error> {
         let places = Places::of_table(request, theta_rad);
-        let radius_rad = 0.5 * request.sun_disc_diameter_rad;
+        let radius_rad = request.disc_radius_rad();
         // The lobe of large drops lies within a ring.
         let row = |rings: &Rings, theta_rad: f64| rings.even_disc_row(theta_rad, radius_rad);
         let laws = request.variances_of_drops().map(Diffraction::new);

@@ -80,7 +80,7 @@ impl<'a> DropRows<'a> {
         let [least, most] = method.steps_per_disc;
         let extent = Extent {
             theta_rad: task.theta_rad,
-            disc_diameter_rad: request.sun_disc_diameter_rad,
+            disc_diameter_rad: 2.0 * request.disc_radius_rad(),
             steps_per_disc: (STEPS_TIMES_TOLERANCE / request.tolerance).clamp(least, most),
             n_shifts: method.n_shifts,
         };

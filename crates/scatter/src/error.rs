@@ -1,5 +1,7 @@
 //! What can be wrong with a request for a scattering table.
 
+use niji_radiometry::Bytes;
+
 /// A request that cannot be met.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Error {
@@ -33,18 +35,18 @@ pub enum Error {
     },
     /// A table larger than any renderer should hold.
     #[error(
-        "found a table of {gib:.0} GiB ({radii} radii x {variances} variances x {wavelengths} \
+        "found a table of {needed} ({radii} radii x {variances} variances x {wavelengths} \
          wavelengths x {angles} angles, and what moves of flattened drops), expected at most \
-         {limit_gib} GiB: allow a larger error (table_relative_error in [accuracy], --relative-error), \
+         {most}: allow a larger error (table_relative_error in [accuracy], --relative-error), \
          fewer wavelengths ([spectrum], --spectrum), a narrower range of sizes ([drops], \
          --effective-radius-um, --effective-variance) or spheres (drop_flattening = \"off\" in \
          [effects], without --flattened)"
     )]
     TooLarge {
         /// Size of the table.
-        gib: f64,
+        needed: Bytes,
         /// Largest size allowed.
-        limit_gib: u64,
+        most: Bytes,
         /// Effective radii.
         radii: usize,
         /// Effective variances.

@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use niji_airy::AiryTable;
+use niji_radiometry::Bytes;
 use niji_radiometry::Micrometers;
 use niji_radiometry::Water;
 use niji_radiometry::WavelengthGrid;
@@ -16,7 +17,7 @@ use crate::theory::Theory;
 use crate::theta_axis::NumberOfAngles;
 
 /// Largest table: the renderer holds all of it.
-const LARGEST_TABLE_GIB: u64 = 4;
+const LARGEST_TABLE: Bytes = Bytes(4 << 30);
 
 /// What the rows of a table stand for.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -80,7 +81,21 @@ pub struct TableRequest<'a> {
     pub airy_table: Option<&'a AiryTable>,
 }
 
+/// A smaller disc is a point: it blurs less than the fringes of any drop are wide, and rings across it would fill
+/// the memory.
+const SMALLEST_DISC_RADIUS_RAD: f64 = 1e-5;
+
 impl TableRequest<'_> {
+    /// Radius of the disc over which light is averaged in radians; 0 for a point.
+    pub(crate) fn disc_radius_rad(&self) -> f64 {
+        let radius_rad = 0.5 * self.sun_disc_diameter_rad;
+        if radius_rad < SMALLEST_DISC_RADIUS_RAD {
+            0.0
+        } else {
+            radius_rad
+        }
+    }
+
     /// The orders whose light is kept apart ([`Theory::moved_orders`]).
     pub(crate) fn moved_orders(&self) -> Vec<u32> {
         let moves = self.motion.is_some();
@@ -143,13 +158,13 @@ impl TableRequest<'_> {
         );
         let wavelengths = self.wavelengths.len();
         let n_values = 2.0 * self.n_places(angles) as f64 * wavelengths as f64;
-        let gib = size_of::<f32>() as f64 * n_values / (1_u64 << 30) as f64;
-        if gib <= LARGEST_TABLE_GIB as f64 {
+        let needed = Bytes::of(size_of::<f32>() as f64 * n_values);
+        if needed <= LARGEST_TABLE {
             return Ok(());
         }
         Err(Error::TooLarge {
-            gib,
-            limit_gib: LARGEST_TABLE_GIB,
+            needed,
+            most: LARGEST_TABLE,
             radii,
             variances,
             wavelengths,

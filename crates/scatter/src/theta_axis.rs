@@ -117,9 +117,9 @@ pub(crate) fn chosen_angles(request: &TableRequest) -> Result<ChosenAngles, Erro
     theta_rad.extend(of_orders.iter().flatten());
     theta_rad.sort_by(f64::total_cmp);
     theta_rad.dedup();
-    if request.theory.is_exact() && radius_of(request) > 0.0 {
+    if request.theory.is_exact() && request.disc_radius_rad() > 0.0 {
         let root = (2.0 * request.tolerance / ripple(request)).sqrt();
-        theta_rad = with_steps_up_to(&theta_rad, root * 2.0 * radius_of(request) / PI);
+        theta_rad = with_steps_up_to(&theta_rad, root * 2.0 * request.disc_radius_rad() / PI);
     }
     let place = |theta: &f64| theta_rad.partition_point(|of_all| of_all < theta);
     Ok(ChosenAngles {
@@ -149,10 +149,6 @@ fn ripple(request: &TableRequest) -> f64 {
     }
 }
 
-fn radius_of(request: &TableRequest) -> f64 {
-    0.5 * request.sun_disc_diameter_rad
-}
-
 /// The same angles, with even ones between those that are farther apart than `largest_rad`.
 fn with_steps_up_to(angles: &[f64], largest_rad: f64) -> Vec<f64> {
     let mut filled = vec![angles[0]];
@@ -170,7 +166,7 @@ fn with_steps_up_to(angles: &[f64], largest_rad: f64) -> Vec<f64> {
 
 /// Even angles, close enough that linear interpolation between neighbours keeps the tolerance.
 fn candidates(request: &TableRequest) -> Vec<f64> {
-    let radius_rad = radius_of(request);
+    let radius_rad = request.disc_radius_rad();
     let root = request.tolerance.sqrt();
     let step_rad = if radius_rad > 0.0 {
         // Nothing is sharper than a disc of light: half a cosine as wide as the disc bends by

@@ -211,7 +211,7 @@ pub struct Accuracy {
     /// Largest RMS error of luminance over the picture, over that of display white: half of it for effects
     /// left out, half for levels. That of the preset where it is left out: 0.05, 0.01 or 0.001.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(range(min = 0.0, max = 1.0))]
+    #[schemars(range(min = 1e-6, max = 1.0))]
     pub tolerance: Option<f64>,
     /// Replaces the preset's theory.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -43,7 +43,8 @@ pub struct Air {
     /// The kind of haze: `clear` where it is left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub aerosol: Option<Haze>,
-    /// How far one sees through the haze, km; its kind says where it is left out.
+    /// How far one sees through the haze, km; its kind says where it is left out. Below 1 km it is fog, which
+    /// lies as much lower as it is denser.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.01, max = 1000.0))]
     pub visibility_km: Option<f64>,

@@ -32,6 +32,9 @@ use crate::scene::Scene;
 /// Part of a tolerance that is for levels; the rest is for effects left out.
 pub const SHARE_FOR_LEVELS: f64 = 1.0 - SHARE_FOR_EFFECTS;
 
+/// Smallest tolerance: numbers of a picture have 24 bits, and a pixel is a sum of some.
+pub const LEAST_TOLERANCE: f64 = 1e-6;
+
 /// Parts of what is for levels: of the table, of an adaptive integral, of light of further orders, of the rays of a
 /// pixel.
 const OF_TABLE: f64 = 0.5;
@@ -40,7 +43,7 @@ const OF_ORDERS: f64 = 0.5;
 const OF_RAYS: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
 /// Smallest errors that a table and an integral may be asked for.
-const LEAST_TABLE_ERROR: f64 = 1e-5;
+const LEAST_TABLE_ERROR: f64 = 1e-4;
 const LEAST_INTEGRAL_ERROR: f64 = 1e-12;
 
 /// Luminance of drops that are bright, over display white: that of a gray card.

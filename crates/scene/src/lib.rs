@@ -72,6 +72,7 @@ pub use ice_scene::IceShape;
 pub use ice_scene::UniformSky;
 pub use levels_for_tolerance::BRIGHT_DROPS;
 pub use levels_for_tolerance::Goal;
+pub use levels_for_tolerance::LEAST_TOLERANCE;
 pub use levels_for_tolerance::SHARE_FOR_LEVELS;
 pub use levels_for_tolerance::tolerance_for_orders;
 pub use levels_for_tolerance::tolerance_for_rays;

@@ -14,6 +14,7 @@ mod decided;
 mod depth;
 mod directed_curve;
 mod display;
+mod doubtful;
 mod drop_file;
 mod drop_parts;
 mod drop_summary;

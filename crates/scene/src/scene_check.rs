@@ -23,6 +23,7 @@ use crate::effect::Role;
 use crate::effect::Row;
 use crate::effect_switches::Switch;
 use crate::error::SceneError;
+use crate::levels_for_tolerance::LEAST_TOLERANCE;
 use crate::occluders::Along;
 use crate::occluders::MAX_MESHES;
 use crate::photo::PhotoExposure;
@@ -172,7 +173,7 @@ fn drops_error(error: &niji_droplets::Error, entry: &str, check: &Check<'_>) -> 
 
 fn accuracy(accuracy: &Accuracy, check: &Check<'_>) -> Result<(), SceneError> {
     if let Some(tolerance) = accuracy.tolerance {
-        check.number("accuracy.tolerance", tolerance, (0.0, 1.0))?;
+        check.number("accuracy.tolerance", tolerance, (LEAST_TOLERANCE, 1.0))?;
     }
     if let Some(error) = accuracy.table_relative_error {
         check.number("accuracy.table_relative_error", error, (1e-6, 0.5))?;

@@ -38,6 +38,7 @@ use niji_scatter::scattering_table;
 use niji_scatter::unwatched;
 use niji_scene::BoundKind;
 use niji_scene::Effect;
+use niji_scene::Preset;
 use niji_scene::Scene;
 use niji_scene::Switch;
 use support::planned;

@@ -366,7 +366,7 @@ fn difference(schema: &Value, scene: &Value, (path, probe): (&str, &str)) -> Opt
 
 /// Parts of the reader's words on what holds between keys, of which the schema knows nothing.
 const LEFT_TO_THE_READER: [&str; 14] = [
-    "GiB, expected at most",
+    "nodes and need ",
     "no lattice fits the box",
     "is not above the lower end",
     "at most radius_m",

@@ -7,8 +7,9 @@
 
 use crate::multiple_scattering::light::Light;
 
-/// Largest ratio of two orders: that of the last two may reach 1 by rounding.
-const LARGEST_RATIO: f64 = 0.99;
+/// Largest ratio of two orders: that of the last two may reach 1 by rounding. Clouds and fogs that take nothing have
+/// 0.99 and more; a ratio that is cut tells no error.
+const LARGEST_RATIO: f64 = 0.9999;
 
 /// Ratios of an order to the one before, by sun and wavelength.
 pub(crate) struct Series {

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use niji_radiometry::Bytes;
+
 use crate::figures::brief;
 use crate::figures::length;
 
@@ -84,8 +86,8 @@ impl Plan {
 fn in_words(stage: Stage, estimate: &Estimate) -> String {
     // Pictures are compressed.
     let at_most = if stage == Stage::Render { "<= " } else { "" };
-    let memory = estimate.memory_bytes.map(in_bytes);
-    let file = estimate.file_bytes.map(in_bytes);
+    let memory = estimate.memory_bytes.map(in_units);
+    let file = estimate.file_bytes.map(in_units);
     match (memory, file) {
         (Some(memory), Some(file)) => format!("{memory} memory, {at_most}{file} file"),
         (Some(bytes), None) | (None, Some(bytes)) => bytes,
@@ -93,12 +95,6 @@ fn in_words(stage: Stage, estimate: &Estimate) -> String {
     }
 }
 
-fn in_bytes(count: u64) -> String {
-    let mebibytes = count as f64 / (1u64 << 20) as f64;
-    let gibibytes = mebibytes / 1024.0;
-    if gibibytes < 10.0 {
-        format!("{} MiB", brief(mebibytes))
-    } else {
-        format!("{} GiB", brief(gibibytes))
-    }
+fn in_units(count: u64) -> String {
+    Bytes(u128::from(count)).to_string()
 }

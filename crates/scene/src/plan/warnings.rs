@@ -8,11 +8,13 @@ use crate::effect::Role;
 use crate::figures::brief;
 use crate::scene::Scene;
 
+use super::doubtful::doubts;
 use super::facts::Situation;
 
 /// The warnings of a plan.
 pub(super) fn warnings(scene: &Scene, situation: &Situation, on: &BTreeSet<Effect>) -> Vec<String> {
-    let mut warnings = of_view(scene, situation);
+    let mut warnings = doubts(scene, situation);
+    warnings.extend(of_view(scene, situation));
     let is_on = |effect: Effect| on.contains(&effect);
     if scene.photo.is_some() && is_on(Effect::AirInscatter) {
         warnings.push(
