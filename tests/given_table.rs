@@ -25,8 +25,8 @@ const SMALL: [(&str, &str); 5] = [
 ];
 
 /// The same wavelengths as flags, and the water and orders of a scene that says nothing of them.
-const FLAGS: &str =
-    "--spectrum 450,50,4 --temperature-c 15 --orders 0,2,3,6,7 --relative-error 0.005";
+const FLAGS: &str = "--spectrum 450,50,4 --temperature-c 15 --orders 0,2,3,6,7 --relative-error 0.005 \
+     --phase-functions";
 
 /// RMS of a picture from one table for all against that from its own, over the brightest value of any
 /// wavelength; measured below 0.1 %.

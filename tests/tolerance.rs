@@ -198,7 +198,7 @@ fn levels_that_the_scene_names_stay_and_a_missed_tolerance_ends_with_its_cause()
 fn a_run_ends_with_its_seconds_what_it_left_out_and_one_verdict() {
     let folder = tempfile::tempdir().unwrap();
     let fog = [
-        ("effects.multiple_scattering", "\"auto\""),
+        ("effects.multiple_scattering", "\"off\""),
         ("drops.voxel_m", "10.0"),
     ];
     let scene = small("fog-bank-fogbow.toml", folder.path(), &fog);
@@ -214,7 +214,7 @@ fn a_run_ends_with_its_seconds_what_it_left_out_and_one_verdict() {
     let verdict = closing.iter().find(|line| line.starts_with("error "));
     assert!(verdict.unwrap().ends_with(" s"), "{said}");
     // Nothing that is rendered is told to be left out.
-    let on = [("effects.multiple_scattering", "\"on\""), fog[1]];
+    let on = [("effects.multiple_scattering", "\"auto\""), fog[1]];
     let scene = small("fog-bank-fogbow.toml", folder.path(), &on);
     let ended = niji_ends_with(0, &["run", text(&scene), "-o", text(&out), "--force"]);
     assert!(!String::from_utf8(ended.stderr).unwrap().contains(orders));

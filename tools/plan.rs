@@ -47,9 +47,9 @@ pub(crate) struct PlanCommand {
     /// beside changes and times.
     #[arg(long, conflicts_with_all = ["script", "explain"])]
     measure: bool,
-    /// The file to write what was decided to, for `--choice`; with --script the folder that the chain writes to
+    /// Write what was decided to a file for `--choice` instead; with --script the folder that the chain writes to
     /// [default: out].
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE", conflicts_with_all = ["json", "explain", "measure"])]
     output: Option<PathBuf>,
 }
 
@@ -68,7 +68,7 @@ pub(crate) fn execute(command: &PlanCommand, common: &Common) -> Result<(), Fail
     planned.check_inputs()?;
     let output = command.output.as_deref();
     if let (Some(file), false) = (output, command.script) {
-        choice_file::write(&planned.choice, file, common.options().existing)?;
+        return choice_file::write(&planned.choice, file, common.options().existing);
     }
     let text = if command.script {
         let folder = output.unwrap_or(Path::new(FOLDER));
@@ -130,8 +130,7 @@ fn script(planned: &PlannedScene, scene: &Path, folder: &Path, common: &Common) 
     let accuracy = accuracy_flags(common);
     let flags = format!("{accuracy} --choice {choice}");
     let plan = &planned.plan;
-    let mut script =
-        format!("#!/bin/sh\nset -e\nniji plan {scene}{accuracy} -o {choice} > /dev/null\n");
+    let mut script = format!("#!/bin/sh\nset -e\nniji plan {scene}{accuracy} -o {choice}\n");
     for stage in &plan.stages {
         let line = match stage.stage {
             Stage::Drops => format!("drops --scene {scene} -o {drops}"),

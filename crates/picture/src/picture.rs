@@ -80,7 +80,8 @@ pub struct PictureSettings {
     /// The same, and what of its light is followed.
     #[serde(skip)]
     pub mirrored_water: Option<(WaterSurface, MirroredLight)>,
-    /// What the plan leaves out.
+    /// What the plan leaves out; last in the file, so that of two pictures what a person wrote is told first.
+    #[serde(rename = "unseen")]
     pub left_out: LeftOut,
     /// What is simulated, as the renderer takes it.
     #[serde(skip)]

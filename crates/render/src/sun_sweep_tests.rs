@@ -109,7 +109,6 @@ fn the_error_falls_with_the_square_of_the_spacing() {
                 .sum();
             (squares / 2000.0).sqrt()
         });
-        println!("{sun}: {errors:?}");
         assert!(errors[1] < 0.33 * errors[0], "{sun}: {errors:?}");
     }
 }

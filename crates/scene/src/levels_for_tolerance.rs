@@ -1,9 +1,9 @@
 //! The levels of a scene: those of its preset, or such that its tolerance is kept.
 //!
-//! a = T/2,   a_table = a_integral = a_orders = a/2,   a_rays = a/sqrt(2)
+//! a = T/2,   a_table = a_integral = a_orders = a/sqrt(6),   a_rays = a/sqrt(2),   a^2 = sum of their squares
 //! `T` tolerance: RMS of luminance over the picture, over display white; `a` the half of it that is
 //! for levels, the other being for effects left out. The parts are those of the renderer's estimate,
-//! which adds up their squares; that of rays is a limit for each pixel, most of which stay far below.
+//! which adds up their squares too.
 //!
 //! The preset `standard` is its tolerance. A level whose setting is an error gets its part: the table's
 //! relative error, but no more than 0.005, that of an adaptive integral, the noise of light of further orders
@@ -37,9 +37,9 @@ pub const LEAST_TOLERANCE: f64 = 1e-6;
 
 /// Parts of what is for levels: of the table, of an adaptive integral, of light of further orders, of the rays of a
 /// pixel.
-const OF_TABLE: f64 = 0.5;
-const OF_INTEGRAL: f64 = 0.5;
-const OF_ORDERS: f64 = 0.5;
+const OF_TABLE: f64 = 0.408_248_290_463_863;
+const OF_INTEGRAL: f64 = OF_TABLE;
+const OF_ORDERS: f64 = OF_TABLE;
 const OF_RAYS: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
 /// Smallest errors that a table and an integral may be asked for.

@@ -226,6 +226,8 @@ fn check_some(label: &str, scene: &Scene, (tested, base): (&[Effect], &dyn Fn(Ef
     let mut studio = Studio::default();
     let mut scene = scene.clone();
     scene.effects.set(Effect::Supernumeraries, Switch::On);
+    // Its paths are noise, which no bound of another effect holds.
+    scene.effects.set(Effect::MultipleScattering, Switch::Off);
     for &effect in tested {
         scene.effects.set(effect, base(effect));
     }

@@ -31,7 +31,7 @@ pub(super) const FINER: usize = 4;
 const FEWER: usize = FINER * FINER;
 
 /// Paths of the first round.
-const FIRST_PATHS: usize = 256;
+const FIRST_PATHS: usize = 512;
 
 /// Below that, the noise of paths is not known well enough to be left out.
 const LEAST_PATHS: usize = 32;
