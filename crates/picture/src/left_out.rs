@@ -77,6 +77,7 @@ impl LeftOut {
 }
 
 /// Where pixels lie, and what is white there.
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Place {
     pub(crate) region: PixelRegion,
     /// Pixels of the frame.
