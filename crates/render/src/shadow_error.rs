@@ -8,7 +8,7 @@
 //! every cell on the way, which is exact for interpolated moments. What is kept is its mean m and its
 //! variance V over the cells around, in which places count by the sun that reaches them, exp(-tau): where
 //! there is none, there is no light to err. Along a ray the first adds up and the second averages out:
-//! light from n voxels of it errs relatively by Q sqrt(<|m|>² + <V>/n), `<>` mean along the ray. Three
+//! light from n voxels of it errs relatively by `Q sqrt(<|m|>² + <V>/n)`, `<>` mean along the ray. Three
 //! times as much is told.
 
 use glam::DVec3;
