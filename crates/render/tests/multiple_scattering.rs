@@ -26,6 +26,7 @@ use niji_render::LitDrops;
 use niji_render::PictureLayer;
 use niji_render::RenderRequest;
 use niji_render::Rendered;
+use niji_render::STANDARD_ERRORS;
 use niji_render::SunPath;
 use niji_render::Toggle;
 use niji_render::render;
@@ -317,6 +318,34 @@ fn more_paths_come_closer_and_the_estimate_says_how_close() {
     }
     // The root of 1/8 each time; measured 0.051.
     assert!(last < 0.06 * best);
+}
+
+#[test]
+fn rounds_of_paths_end_where_their_noise_is_small_enough() {
+    let table = bow_table();
+    let drops = cube(0.3);
+    let camera = looking_down(45.0);
+    let picture = |n_paths, orders_noise_cd_m2| {
+        let picture = rendered(&RenderRequest {
+            orders_noise_cd_m2,
+            ..request_of_all_orders(&camera, &drops, &table, (2, n_paths))
+        });
+        let light = f64::from(picture[PictureLayer::BowMultiple][[1, 0, 0]]);
+        let told = f64::from(picture.error_from("orders").unwrap()[[0, 0]]);
+        (light, told)
+    };
+    // Any noise is small enough after the first round, none ever is.
+    let first = picture(512, None);
+    assert_eq!(picture(32_768, Some(f64::MAX)), first);
+    let (all, in_rounds) = (picture(4096, None), picture(4096, Some(0.0)));
+    assert!(
+        (in_rounds.0 / all.0 - 1.0).abs() < 1e-5,
+        "{in_rounds:?} {all:?}"
+    );
+    // A third of the first takes more, and is kept.
+    let asked = first.1 / STANDARD_ERRORS / 3.0;
+    let (_, told) = picture(1 << 20, Some(asked));
+    assert!(told < 1.001 * STANDARD_ERRORS * asked, "{told} {asked}");
 }
 
 /// The corners of a thick cube lie between the nodes.
