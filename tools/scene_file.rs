@@ -34,7 +34,7 @@ pub(crate) fn load(path: &Path, common: &Common) -> Result<PlannedScene, Failure
     }
     let text = format!(
         "{}: found a choice for another scene, other accuracy or another version of niji; make it anew: \
-         niji plan {} -o {}",
+         niji plan {} -o {} --force",
         file.display(),
         quoted(path),
         quoted(file)

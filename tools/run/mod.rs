@@ -106,17 +106,15 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
     let options = common.options();
     let given = given_table::given(&planned, command.table.as_deref(), options.verbosity)?;
     let files = Files::of_scene(&planned, folder).with_table(given);
+    let kept = folder.join(choice_file::FILE);
+    if choice_file::read(&kept).is_err() {
+        // Of another request it is out of date, like a file of a stage that is made anew; this is none.
+        output::check_free(&kept, options.existing)?;
+    }
     let Outcome { done, findings } = run_stages_to(&planned, &files, options)?;
     let image = folder.join(stages::render::FILE);
     let reached = accuracy::reached(&planned, &image)?;
-    let kept = folder.join(choice_file::FILE);
-    // Of another request it is out of date, like a file of a stage that is made anew.
-    let existing = if choice_file::read(&kept).is_ok() {
-        Existing::Replace
-    } else {
-        options.existing
-    };
-    choice_file::write(&planned.choice, &kept, existing)?;
+    choice_file::write(&planned.choice, &kept, Existing::Replace)?;
     let report = report::json(&planned, &done, reached.as_ref());
     report::write(&report, folder)?;
     let verbosity = options.verbosity;
