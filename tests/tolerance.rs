@@ -219,3 +219,19 @@ fn a_run_ends_with_its_seconds_what_it_left_out_and_one_verdict() {
     let ended = niji_ends_with(0, &["run", text(&scene), "-o", text(&out), "--force"]);
     assert!(!String::from_utf8(ended.stderr).unwrap().contains(orders));
 }
+
+#[test]
+fn what_a_scene_cannot_have_is_not_told_as_left_out_by_the_plan() {
+    // Without shadows there is no light of further orders, whose estimate is above the tolerance.
+    let folder = tempfile::tempdir().unwrap();
+    let scene = small("paper-b-sun-20-inscatter.toml", folder.path(), &[]);
+    let out = folder.path().join("out");
+    niji_ends_with(0, &["run", text(&scene), "-o", text(&out), "-q"]);
+    let report = report(&out);
+    assert_eq!(report["accuracy"]["left_out"], 0.0);
+    let (error, tolerance) = (
+        &report["accuracy"]["error"],
+        &report["accuracy"]["tolerance"],
+    );
+    assert!(error.as_f64() <= tolerance.as_f64(), "{error}");
+}

@@ -8,7 +8,6 @@ use niji_exchange::Aov;
 use niji_geometry::PixelRegion;
 use niji_scene::Effect;
 use niji_scene::Plan;
-use niji_scene::Switch;
 use serde::Deserialize;
 use serde::Serialize;
 
@@ -43,10 +42,7 @@ impl LeftOut {
         let effect = Effect::MultipleScattering;
         let further_orders = further_orders.filter(|_| !plan.is_on(effect)).cloned();
         let is_shown = |it: Effect| it == effect && further_orders.is_some();
-        let off = plan
-            .effects
-            .iter()
-            .filter(|it| it.asked == Switch::Auto && !it.on && !it.effect.comes_with_theory());
+        let off = plan.effects.iter().filter(|it| it.is_left_out);
         let off = off.filter(|it| !is_shown(it.effect));
         Self {
             everywhere: off.map(|it| it.bound.rms).sum(),

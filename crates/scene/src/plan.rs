@@ -62,7 +62,6 @@ use niji_render::DropOrders;
 
 use crate::accuracy::Levels;
 use crate::effect::Effect;
-use crate::effect_switches::EffectSwitches;
 use crate::effect_switches::Switch;
 use crate::scene::Scene;
 
@@ -160,11 +159,6 @@ struct Known<'a> {
 }
 
 impl Known<'_> {
-    /// The switches of the scene, without what it cannot have.
-    fn switches(&self) -> EffectSwitches {
-        decide::settled(&self.scene.effects, &self.scene.accuracy)
-    }
-
     /// Decides, where `further_orders` is what light of these changes.
     fn decisions(&self, further_orders: Option<Bound>) -> Decisions {
         let Self {
@@ -179,7 +173,8 @@ impl Known<'_> {
         let bound = |effect: Effect, assumed: &Assumed| {
             measured(effect).unwrap_or_else(|| bounds.bound(effect, assumed))
         };
-        let switches = self.switches();
+        // Those of the scene, without what it cannot have.
+        let switches = decide::settled(&scene.effects, &scene.accuracy);
         let mut on = decide::decide(&switches, scene.accuracy.tolerance(), &bound).on;
         let seen = |effect: &Effect| bound(*effect, &decide::forced(&on, *effect)).value > 0.0;
         let rings = rings::held(situation.levels.theory, &on).into_iter();
@@ -203,6 +198,9 @@ impl Known<'_> {
                 effect,
                 asked,
                 on: is_on,
+                is_left_out: !is_on
+                    && switches.of(effect) == Switch::Auto
+                    && !effect.comes_with_theory(),
                 reason,
                 bound,
                 terms,
@@ -222,13 +220,8 @@ impl Known<'_> {
             ..
         } = *self;
         let Decisions { on, effects } = decisions;
-        let switches = self.switches();
-        let left_out = effects
-            .iter()
-            .filter(|decision| !decision.on && switches.of(decision.effect) == Switch::Auto)
-            .filter(|decision| !decision.effect.comes_with_theory())
-            .map(EffectDecision::counted)
-            .sum();
+        let left_out = effects.iter().filter(|decision| decision.is_left_out);
+        let left_out = left_out.map(EffectDecision::counted).sum();
         let scattering = scattering_need::scattering_need(scene, (situation, curves), &on)?;
         let angles = |need| resources::angles(need, situation);
         let angles = scattering.as_ref().map(angles);

@@ -31,6 +31,9 @@ pub struct EffectDecision {
     pub asked: Switch,
     /// Whether it is simulated.
     pub on: bool,
+    /// Whether the plan left it out by itself: not the scene, nor its theory, nor what it cannot do without.
+    #[serde(skip)]
+    pub is_left_out: bool,
     /// Why.
     pub reason: String,
     /// What it contributes at most.
