@@ -176,8 +176,7 @@ fn make_truth(name: &str) -> Result<()> {
         channels: vec![channel],
     };
     write_plain(&[part], BufWriter::new(File::create(&path)?))?;
-    let on = Effect::ALL.iter().filter(|it| planned.plan.is_on(**it));
-    let on: Vec<&str> = on.map(|it| it.name()).collect();
+    let on: Vec<&str> = planned.plan.effects_on().map(Effect::name).collect();
     println!(
         "{name}: {:.0} s, {}, mean {:.4} of white, {}",
         start.elapsed().as_secs_f64(),

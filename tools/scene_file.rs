@@ -25,10 +25,10 @@ use crate::shell_word::quoted;
 pub(crate) fn load(path: &Path, common: &Common) -> Result<PlannedScene, Failure> {
     let scene = read(path, common.goal())?;
     let Some(file) = &common.choice else {
-        return planned_for(scene, path, beside(path));
+        return planned(scene, path, None);
     };
     let choice = choice_file::read(file)?;
-    let planned = planned_knowing(scene, path, Some(&choice))?;
+    let planned = planned(scene, path, Some(&choice))?;
     if planned.choice == choice {
         return Ok(planned);
     }
@@ -45,8 +45,8 @@ pub(crate) fn load(path: &Path, common: &Common) -> Result<PlannedScene, Failure
 /// Makes the plan of a scene that stands in the file `path`, for which something may have been chosen before.
 ///
 /// # Errors
-/// As [`planned`].
-pub(crate) fn planned_knowing(
+/// A drop volume that is missing or wrong, or a scene that cannot be planned.
+pub(crate) fn planned(
     scene: Scene,
     path: &Path,
     choice: Option<&Choice>,
@@ -64,14 +64,6 @@ fn beside(path: &Path) -> PlanRequest<'_> {
         folder: path.parent().unwrap_or(Path::new("")),
         ..PlanRequest::default()
     }
-}
-
-/// Makes the plan of a scene that stands in the file `path`.
-///
-/// # Errors
-/// A drop volume that is missing or wrong, or a scene that cannot be planned.
-pub(crate) fn planned(scene: Scene, path: &Path) -> Result<PlannedScene, Failure> {
-    planned_for(scene, path, beside(path))
 }
 
 fn planned_for(scene: Scene, path: &Path, request: PlanRequest) -> Result<PlannedScene, Failure> {

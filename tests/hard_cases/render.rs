@@ -17,7 +17,6 @@ use niji_render::PixelFootprint;
 use niji_render::RenderEffects;
 use niji_render::SkyModel;
 use niji_render::SunPath;
-use niji_render::Toggle;
 
 use crate::hard_case::HardCase;
 use crate::hard_case::relative;
@@ -34,6 +33,7 @@ use crate::scenes::request;
 use crate::scenes::sun_in_the_south;
 use crate::scenes::table;
 use crate::scenes::uniform_light;
+use crate::scenes::with_air_light;
 use crate::scenes::with_extinction;
 use crate::scenes::with_shadow;
 
@@ -247,14 +247,7 @@ fn rim_of_a_fisheye() -> f64 {
     let mut request = request(&camera, sun, &drops, &table);
     request.air = Some(&air);
     request.levels.sky_model = SkyModel::MultipleScattering;
-    request.effects = RenderEffects {
-        primary_bow: Toggle::Off,
-        secondary_bow: Toggle::Off,
-        sky: Toggle::On,
-        air_extinction: Toggle::On,
-        air_inscatter: Toggle::On,
-        ..with_extinction()
-    };
+    request.effects = with_air_light();
     let radiance = rendered(&request).radiance;
     let half = 0.5 * f64::from(size_px);
     worst(radiance.indexed_iter().map(|((w, y, x), light)| {

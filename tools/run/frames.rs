@@ -131,10 +131,7 @@ fn sequence(scene_file: &Path) -> Result<Sequence, Failure> {
 /// Where another set of effects is simulated than in the frame before: `auto` decides for each
 /// frame, and what is left out is below the tolerance, but it goes all at once.
 fn jumps(plan: &Plan, before: &mut Option<BTreeSet<Effect>>) -> Vec<String> {
-    let on: BTreeSet<Effect> = Effect::ALL
-        .into_iter()
-        .filter(|effect| plan.is_on(*effect))
-        .collect();
+    let on: BTreeSet<Effect> = plan.effects_on().collect();
     let jump = |effect: &Effect| {
         let now = if on.contains(effect) { "on" } else { "off" };
         format!("{effect} is {now} from here: set it in [effects] for all frames alike")

@@ -95,7 +95,8 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
         }
         return frames::execute(command, frames, common);
     }
-    let planned = planned(command, common)?;
+    let kept = folder.join(choice_file::FILE);
+    let planned = planned(command, common, &kept)?;
     if planned.scene.sequence.is_some() {
         return Err(Failure::Usage(format!(
             "{} is a sequence: say which frames with --frames, as 1-240 or 12",
@@ -106,11 +107,6 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
     let options = common.options();
     let given = given_table::given(&planned, command.table.as_deref(), options.verbosity)?;
     let files = Files::of_scene(&planned, folder).with_table(given);
-    let kept = folder.join(choice_file::FILE);
-    if choice_file::read(&kept).is_err() {
-        // Of another request it is out of date, like a file of a stage that is made anew; this is none.
-        output::check_free(&kept, options.existing)?;
-    }
     let Outcome { done, findings } = run_stages_to(&planned, &files, options)?;
     let image = folder.join(stages::render::FILE);
     let reached = accuracy::reached(&planned, &image)?;
@@ -151,18 +147,18 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
     asked.map_or(Ok(()), |reached| reached.verdict())
 }
 
-/// The scene with its plan, decided as in a run before where that was the same one.
-fn planned(command: &RunCommand, common: &Common) -> Result<PlannedScene, Failure> {
-    let kept = command.output.join(choice_file::FILE);
-    if common.choice.is_some() || !kept.exists() {
+/// The scene with its plan, decided as in a run before, whose choice is `kept`, where that was the same one.
+fn planned(command: &RunCommand, common: &Common, kept: &Path) -> Result<PlannedScene, Failure> {
+    let before = choice_file::read(kept).ok();
+    if before.is_none() {
+        // Of another request it is out of date, like a file of a stage that is made anew; this is none.
+        output::check_free(kept, common.options().existing)?;
+    }
+    if common.choice.is_some() {
         return scene_file::load(&command.scene, common);
     }
     let scene = scene_file::read(&command.scene, common.goal())?;
-    scene_file::planned_knowing(
-        scene,
-        &command.scene,
-        choice_file::read(&kept).ok().as_ref(),
-    )
+    scene_file::planned(scene, &command.scene, before.as_ref())
 }
 
 /// What the stages of a run did.

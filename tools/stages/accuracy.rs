@@ -16,6 +16,7 @@ use niji_scene::Goal;
 use serde::Serialize;
 
 use crate::failure::Failure;
+use niji_picture::LEFT_OUT;
 use niji_picture::PlannedScene;
 
 /// What to do about each cause of error, by its channel.
@@ -160,7 +161,7 @@ pub(crate) fn reached(planned: &PlannedScene, image: &Path) -> Result<Option<Rea
     };
     let squares = REMEDIES.map(|(cause, _)| part(cause).powi(2));
     let estimated = squares.iter().sum::<f64>().sqrt();
-    let left_out = part("left_out");
+    let left_out = part(LEFT_OUT);
     Ok(Some(Reached {
         tolerance: plan.tolerance,
         error: estimated + left_out,

@@ -74,7 +74,7 @@ pub(crate) fn execute(command: &SweepCommand, common: &Common) -> Result<(), Fai
     let runs = folder.join(RUNS);
     fs::create_dir_all(&runs).map_err(cannot)?;
     let scene = scene_file::read(&command.scene, common.goal())?;
-    let planned = scene_file::planned(scene.clone(), &command.scene)?;
+    let planned = scene_file::planned(scene.clone(), &command.scene, None)?;
     planned.check_light()?;
     let variants = variants(&planned);
     let bar = progress::bar("sweep", variants.len() as u64 + 1, options.verbosity);

@@ -1,7 +1,6 @@
 //! What a plan decided and what was measured for it, kept so that nobody measures it again.
 
 use niji_exchange::Provenance;
-use niji_scene::Effect;
 use niji_scene::Foretold;
 use niji_scene::Plan;
 use niji_scene::Scene;
@@ -30,10 +29,10 @@ pub struct Choice {
 impl Choice {
     /// Of a plan for a request, with what was measured.
     pub(crate) fn of(plan: &Plan, request: String, further_orders: Option<SmallPicture>) -> Self {
-        let on = Effect::ALL.into_iter().filter(|effect| plan.is_on(*effect));
+        let on = plan.effects_on().map(|effect| effect.name().to_owned());
         Self {
             request,
-            effects: on.map(|effect| effect.name().to_owned()).collect(),
+            effects: on.collect(),
             levels: serde_json::to_value(plan.levels).unwrap_or_default(),
             further_orders,
         }

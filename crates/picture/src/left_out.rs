@@ -11,8 +11,8 @@ use niji_scene::Plan;
 use serde::Deserialize;
 use serde::Serialize;
 
-/// What files call it.
-const CHANNEL: &str = "left_out";
+/// What files call it beside the causes of the error.
+pub const LEFT_OUT: &str = "left_out";
 
 /// Luminance of a small picture, over display white.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -68,7 +68,7 @@ impl LeftOut {
         for (all, left_out) in all.iter_mut().zip(&left_out) {
             *all = all.hypot(*left_out);
         }
-        error.channels.push((CHANNEL.to_owned(), left_out));
+        error.channels.push((LEFT_OUT.to_owned(), left_out));
     }
 }
 

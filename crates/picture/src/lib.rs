@@ -58,6 +58,7 @@ pub use error::Error;
 pub use error::with_causes;
 pub use error::without_path;
 pub use image::white_luminance_cd_m2;
+pub use left_out::LEFT_OUT;
 pub use niji_scene::Scene;
 pub use photo_depth::DepthMap;
 pub use photo_depth::Distances;

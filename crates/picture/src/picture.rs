@@ -103,7 +103,6 @@ impl PictureSettings {
         let tolerance = tolerance_for_rays(plan.tolerance);
         // The distances of a photograph are those of whole pixels.
         let adds_rays = accuracy.pixel_footprint.is_none() && scene.photo.is_none();
-        let on = Effect::ALL.into_iter().filter(|effect| plan.is_on(*effect));
         let mut render_effects = plan.render_effects();
         // The level that ignores the sun's path is the shadow left out.
         if plan.sun_path() == SunPath::Ignore {
@@ -114,7 +113,7 @@ impl PictureSettings {
             camera: scene.camera,
             sun: scene.sun,
             spectrum: scene.spectrum,
-            effects: on.map(Effect::name).collect(),
+            effects: plan.effects_on().map(Effect::name).collect(),
             levels: plan.levels,
             tolerance: adds_rays.then_some(tolerance),
             shadow_relative_error: (accuracy.sun_path.is_none())

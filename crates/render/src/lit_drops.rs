@@ -263,6 +263,12 @@ pub(crate) fn extinction_m1(bricks: &[Bricks], point: DVec3) -> f64 {
     EXTINCTION_PER_M2 * m2
 }
 
+/// Edge of the modes' finest voxels (m); infinite without any.
+pub(crate) fn finest_voxel_m(bricks: &[Bricks]) -> f64 {
+    let voxels_m = bricks.iter().map(Bricks::voxel_m);
+    voxels_m.fold(f64::INFINITY, f64::min)
+}
+
 /// Midpoint rule from a point to the face of the box.
 pub(crate) fn marched_depth(bricks: &[Bricks], bounds: Aabb, ray: &Ray, step_m: f64) -> f32 {
     let Some((enter_m, leave_m)) = bounds.intersect(ray) else {

@@ -12,6 +12,7 @@ use niji_geometry::Ray;
 use crate::cell_cubics::cubics_through_samples;
 use crate::cell_cubics::whole_cubic;
 use crate::lane_cubic::LaneCubic;
+use crate::lit_drops::finest_voxel_m;
 use crate::piece::Piece;
 use crate::stretch::ThinCell;
 
@@ -51,10 +52,7 @@ impl<'a> MergedCells<'a> {
         range_m: (f64, f64),
         relative_error: f64,
     ) -> Self {
-        let voxel_m = modes
-            .iter()
-            .map(Bricks::voxel_m)
-            .fold(f64::INFINITY, f64::min);
+        let voxel_m = finest_voxel_m(modes);
         Self {
             modes: modes
                 .iter()

@@ -18,6 +18,7 @@ use niji_geometry::Ray;
 use rayon::prelude::*;
 
 use crate::lit_drops::extinction_m1;
+use crate::lit_drops::finest_voxel_m;
 use crate::piece::EXTINCTION_PER_M2;
 
 /// Cells along each side of the drops' box; none is smaller than a voxel.
@@ -91,10 +92,7 @@ impl ShadowError {
     /// Compare what the nodes hold with the way to the sun itself.
     pub(crate) fn of(bricks: &[Bricks], bounds: Aabb, sun_direction: DVec3) -> Self {
         let size = bounds.max - bounds.min;
-        let voxel_m = bricks
-            .iter()
-            .map(Bricks::voxel_m)
-            .fold(f64::INFINITY, f64::min);
+        let voxel_m = finest_voxel_m(bricks);
         let n_cells = (size / voxel_m)
             .ceil()
             .clamp(DVec3::ONE, DVec3::splat(CELLS_ALONG));

@@ -23,6 +23,7 @@ use niji_geometry::Aabb;
 use rayon::prelude::*;
 
 use crate::error::Error;
+use crate::lit_drops::finest_voxel_m;
 use crate::piece::EXTINCTION_PER_M2;
 use crate::progress::Progress;
 use crate::progress::tell;
@@ -96,10 +97,7 @@ impl SunSweep {
     /// # Errors
     /// [`Error::Stopped`].
     pub(crate) fn through(mut self, bricks: &[Bricks], progress: Progress) -> Result<Self, Error> {
-        let finest_m = bricks
-            .iter()
-            .map(Bricks::voxel_m)
-            .fold(f64::INFINITY, f64::min);
+        let finest_m = finest_voxel_m(bricks);
         let lattice = &mut self.lattice;
         lattice.n_stretches = (lattice.to_next.length() / finest_m)
             .ceil()

@@ -13,9 +13,7 @@ use niji_exchange::AtmosphereTable;
 use niji_render::AirPath;
 use niji_render::LitDrops;
 use niji_render::PictureLayer;
-use niji_render::RenderEffects;
 use niji_render::SkyModel;
-use niji_render::Toggle;
 
 /// Visibility of fogs, m.
 const VISIBILITIES_M: [f64; 4] = [10.0, 30.0, 100.0, 1000.0];
@@ -27,18 +25,6 @@ fn fog(visibility_m: f64) -> AtmosphereTable {
     air.ground_albedo = vec![1.0; 3];
     air.diffuse = Some(uniform_light(0.25));
     air
-}
-
-/// Light of the whole air.
-fn all_light() -> RenderEffects {
-    RenderEffects {
-        primary_bow: Toggle::Off,
-        secondary_bow: Toggle::Off,
-        sky: Toggle::On,
-        air_extinction: Toggle::On,
-        air_inscatter: Toggle::On,
-        ..with_extinction()
-    }
 }
 
 #[test]
@@ -53,7 +39,7 @@ fn fog_in_an_even_light_is_bright_however_dense() {
             for path in [AirPath::Table, AirPath::Quadrature { n_nodes: 32 }] {
                 let mut request = request(&camera, sun, &drops, &table);
                 request.air = Some(&air);
-                request.effects = all_light();
+                request.effects = with_air_light();
                 request.levels.air_path = path;
                 request.levels.sky_model = SkyModel::MultipleScattering;
                 let picture = rendered(&request);
@@ -84,7 +70,7 @@ fn drops_in_a_fog_are_seen_as_far_as_it_lets_see() {
         let camera = one_ray(DVec3::new(0.0, 1.6, 0.0));
         let mut request = request(&camera, sun, &drops, &table);
         request.air = Some(&air);
-        request.effects = all_light();
+        request.effects = with_air_light();
         request.levels.sky_model = SkyModel::MultipleScattering;
         let picture = rendered(&request);
         let found = f64::from(picture.radiance[[0, 0, 0]]);

@@ -12,27 +12,10 @@ use niji_dropfield::DropMode;
 use niji_dropfield::Drops;
 use niji_dropfield::GridBox;
 use niji_dropfield::Interpolation;
-use niji_geometry::Camera;
-use niji_render::Integration;
 use niji_render::LitDrops;
 use niji_render::PictureLayer;
 use niji_render::Rendered;
 use niji_render::SunPath;
-
-const VALUE_SR1: f64 = 0.05;
-
-/// Nothing but the sun's path errs.
-const FINE: Integration = Integration::Adaptive {
-    relative_error: 1e-6,
-};
-
-fn picture(drops: &LitDrops, sun: DVec3, camera: &Camera) -> Rendered {
-    let table = isotropic(VALUE_SR1);
-    let mut request = request(camera, sun, drops, &table);
-    request.effects = with_shadow();
-    request.levels.integration = FINE;
-    rendered(&request)
-}
 
 fn luminance(picture: &Rendered) -> Vec<f64> {
     let [primary, secondary] = [PictureLayer::BowPrimary, PictureLayer::BowSecondary]
@@ -136,7 +119,7 @@ fn ratios(field: &Field, sun: DVec3, (n, finer): (u32, u32)) -> Vec<f64> {
         let voxel_m = 1.0 / f64::from(n * finer);
         let volume = field_bricks(field, n, finer);
         let drops = LitDrops::new(vec![volume], sun, SunPath::Volume { voxel_m }).unwrap();
-        picture(&drops, sun, &camera)
+        shaded(&drops, sun, &camera)
     });
     let told = found.error_from("shadow").unwrap();
     let (fine, found) = (luminance(&fine), luminance(&found));
@@ -199,9 +182,9 @@ fn what_is_told_covers_a_low_sun_on_a_flat_topped_slab() {
             sun,
             SunPath::Volume { voxel_m },
         );
-        let picture = picture(&drops.unwrap(), sun, &from_above(&slab));
+        let picture = shaded(&drops.unwrap(), sun, &from_above(&slab));
         let both = 1.0 + 1.0 / zenith_deg.to_radians().cos();
-        let expected = SUN[0] * VALUE_SR1 * -(-both).exp_m1() / both;
+        let expected = SUN[0] * SHADED_SR1 * -(-both).exp_m1() / both;
         let error = relative(f64::from(picture.radiance[[0, 0, 0]]), expected);
         let told = picture.error_from("shadow").unwrap()[[0, 0]];
         let told = f64::from(told) / luminance(&picture)[0];

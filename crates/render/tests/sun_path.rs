@@ -7,26 +7,8 @@ mod common;
 use common::*;
 use glam::DVec3;
 use niji_dropfield::GridBox;
-use niji_geometry::Camera;
-use niji_render::Integration;
 use niji_render::LitDrops;
-use niji_render::Rendered;
 use niji_render::SunPath;
-
-const VALUE_SR1: f64 = 0.05;
-
-/// Nothing but the sun's path errs.
-const FINE: Integration = Integration::Adaptive {
-    relative_error: 1e-6,
-};
-
-fn picture(drops: &LitDrops, sun: DVec3, camera: &Camera) -> Rendered {
-    let table = isotropic(VALUE_SR1);
-    let mut request = request(camera, sun, drops, &table);
-    request.effects = with_shadow();
-    request.levels.integration = FINE;
-    rendered(&request)
-}
 
 /// Relative error of the light of a flat-topped slab of optical depth 1 over `n` voxels, seen from above.
 fn slab_error(zenith_deg: f64, n: u32) -> f64 {
@@ -38,10 +20,10 @@ fn slab_error(zenith_deg: f64, n: u32) -> f64 {
         sun,
         SunPath::Volume { voxel_m },
     );
-    let picture = picture(&drops.unwrap(), sun, &from_above(&slab));
+    let picture = shaded(&drops.unwrap(), sun, &from_above(&slab));
     let found = f64::from(picture.radiance[[0, 0, 0]]) / SUN[0];
     let both = 1.0 + 1.0 / zenith_deg.to_radians().cos();
-    found / (VALUE_SR1 * -(-both).exp_m1() / both) - 1.0
+    found / (SHADED_SR1 * -(-both).exp_m1() / both) - 1.0
 }
 
 #[test]
@@ -81,9 +63,9 @@ fn a_sun_straight_above_level_or_next_to_it_dims_an_even_box_by_its_depth() {
         let sun = sun.normalize();
         let volume = bricks(&grid, |_| 1.0);
         let drops = LitDrops::new(vec![volume], sun, SunPath::Volume { voxel_m }).unwrap();
-        let picture = picture(&drops, sun, &camera(eye, (0.0, 0.0), 1e-3, (1, 1)));
+        let picture = shaded(&drops, sun, &camera(eye, (0.0, 0.0), 1e-3, (1, 1)));
         let found = f64::from(picture.radiance[[0, 0, 0]]) / SUN[0];
-        let expected = VALUE_SR1 * -(-1.0_f64).exp_m1() * (-0.5_f64).exp();
+        let expected = SHADED_SR1 * -(-1.0_f64).exp_m1() * (-0.5_f64).exp();
         // Over the voxel where drops begin, at both ends of the view path, they shade each other less.
         assert!(
             relative(found, expected) < 1e-2,

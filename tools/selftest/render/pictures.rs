@@ -35,7 +35,7 @@ use crate::selftest::render::scenes::sized_table;
 use crate::selftest::render::scenes::sun_in_the_south;
 use crate::selftest::render::scenes::table;
 use crate::selftest::render::scenes::uniform_light;
-use crate::selftest::render::scenes::with_extinction;
+use crate::selftest::render::scenes::with_air_light;
 use crate::selftest::render::scenes::with_shadow;
 use crate::selftest::render::sun;
 
@@ -254,13 +254,8 @@ fn uniform_surround() -> f64 {
         request.air = Some(&air);
         request.levels.sky_model = SkyModel::MultipleScattering;
         request.effects = RenderEffects {
-            primary_bow: Toggle::Off,
-            secondary_bow: Toggle::Off,
-            sky: Toggle::On,
             skylit_drops: Toggle::On,
-            air_extinction: Toggle::On,
-            air_inscatter: Toggle::On,
-            ..with_extinction()
+            ..with_air_light()
         };
         let radiance = rendered(&request).radiance;
         worst(

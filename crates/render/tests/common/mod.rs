@@ -259,6 +259,32 @@ pub(crate) fn with_shadow() -> RenderEffects {
     }
 }
 
+/// Light of sky and air, and what the air takes, without bows.
+pub(crate) fn with_air_light() -> RenderEffects {
+    RenderEffects {
+        primary_bow: Toggle::Off,
+        secondary_bow: Toggle::Off,
+        sky: Toggle::On,
+        air_extinction: Toggle::On,
+        air_inscatter: Toggle::On,
+        ..with_extinction()
+    }
+}
+
+/// Phase function of isotropic drops in pictures of shadows [1/sr].
+pub(crate) const SHADED_SR1: f64 = 0.05;
+
+/// A picture of isotropic drops in which nothing but the sun's path errs.
+pub(crate) fn shaded(drops: &LitDrops, sun: DVec3, camera: &Camera) -> Rendered {
+    let table = isotropic(SHADED_SR1);
+    let mut request = request(camera, sun, drops, &table);
+    request.effects = with_shadow();
+    request.levels.integration = Integration::Adaptive {
+        relative_error: 1e-6,
+    };
+    rendered(&request)
+}
+
 /// A request of bows in a vacuum.
 pub(crate) fn request<'a>(
     camera: &'a Camera,

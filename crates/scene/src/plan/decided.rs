@@ -103,6 +103,12 @@ impl Plan {
             .any(|decision| decision.effect == effect && decision.on)
     }
 
+    /// The effects that are simulated.
+    pub fn effects_on(&self) -> impl Iterator<Item = Effect> {
+        let on = self.effects.iter().filter(|decision| decision.on);
+        on.map(|decision| decision.effect)
+    }
+
     /// What an effect contributes at most.
     pub fn bound(&self, effect: Effect) -> Option<Bound> {
         let decision = self
