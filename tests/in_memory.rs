@@ -116,7 +116,7 @@ fn compare(planned: &PlannedScene, folder: &Path, image_name: &str) -> SpectralI
     }
     let air = planned.air(&unwatched).unwrap();
     if let Some(air) = &air {
-        let orders = planned.plan.scattering_orders(&planned.scene);
+        let orders = planned.plan.scattering_orders();
         let settings = air::settings(&planned.scene, orders);
         let file = air.to_file(files.provenance("atmosphere", settings, &[]));
         files.compare("air", "atmosphere.exr", &bytes(|to| file.write(to)));

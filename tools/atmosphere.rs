@@ -74,7 +74,7 @@ pub(crate) struct AtmosphereCommand {
 pub(crate) fn execute(command: &AtmosphereCommand, common: &Common) -> Result<(), Failure> {
     if let Some(table) = &command.output {
         let PlannedScene { scene, plan, .. } = scene_file::load(&command.scene, common)?;
-        let orders = plan.scattering_orders(&scene);
+        let orders = plan.scattering_orders();
         stages::atmosphere::make((&scene, orders), table, common.options())?;
     }
     let Some(sky) = &command.sky else {

@@ -70,7 +70,7 @@ impl Files {
             let settings = niji_picture::scattering::settings(need, scene.spectrum);
             files.table = named(&files.table, &hash(settings));
         }
-        let orders = planned.plan.scattering_orders(scene);
+        let orders = planned.plan.scattering_orders();
         files.air = named(
             &files.air,
             &hash(niji_picture::air::settings(scene, orders)),

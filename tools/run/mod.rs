@@ -224,7 +224,7 @@ fn run_stages_to(
                 stages::scatter::make(made_from, table, options)
             }
             Stage::Atmosphere => {
-                let orders = plan.scattering_orders(scene);
+                let orders = plan.scattering_orders();
                 stages::atmosphere::make((scene, orders), air, options)
             }
             stage @ (Stage::Depth | Stage::Sun | Stage::Check | Stage::Composite) => {

@@ -2,8 +2,8 @@
 //!
 //! error = RMS over the pixels of what the renderer estimated + that of what the plan left out
 //!
-//! Both are over display white, the luminance that a preview shows as white, like the tolerance. The renderer takes
-//! theory, sky and the air's lengths as given: what these err by is in no estimate.
+//! Both are over display white, the luminance that a preview shows as white, like the tolerance. Theory and the air's
+//! lengths are taken as given: what these err by is in no estimate.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -16,11 +16,13 @@ use niji_scene::Goal;
 use serde::Serialize;
 
 use crate::failure::Failure;
+use niji_picture::DROP_SPACING;
 use niji_picture::LEFT_OUT;
 use niji_picture::PlannedScene;
+use niji_picture::SKY;
 
 /// What to do about each cause of error, by its channel.
-const REMEDIES: [(&str, &str); 7] = [
+const REMEDIES: [(&str, &str); 9] = [
     (
         "footprint",
         "edges inside pixels: --tolerance gives them up to 256 rays, a larger picture more",
@@ -52,6 +54,15 @@ const REMEDIES: [(&str, &str); 7] = [
         "sizes",
         "the table's sizes: make it with more radii, by a smaller accuracy.table_relative_error",
     ),
+    (
+        SKY,
+        "light that the air scatters more than once: a smaller accuracy.tolerance has it solved more finely, \
+         without --accuracy draft or reference",
+    ),
+    (
+        DROP_SPACING,
+        "what lies between the nodes of the drops: a smaller voxel_m in [drops]",
+    ),
 ];
 
 /// The channel of light of further orders.
@@ -64,7 +75,7 @@ pub(crate) struct Reached {
     tolerance: f64,
     /// What the picture errs by: `estimated` and `left_out`.
     error: f64,
-    /// What the renderer estimated, RMS over the picture.
+    /// What the renderer and small pictures before it estimated, RMS over the picture.
     estimated: f64,
     /// What the effects add that the plan left out by itself, RMS.
     left_out: f64,

@@ -21,6 +21,7 @@ use niji_exchange::SpectralImage;
 use niji_picture::unwatched;
 use niji_radiometry::Radians;
 use niji_scene::Scene;
+use niji_scene::SkyLevel;
 use niji_scene::canonical_json;
 use rayon::iter::IndexedParallelIterator;
 use rayon::iter::ParallelIterator;
@@ -54,7 +55,7 @@ pub(crate) fn make(
 ) -> Result<Done, Failure> {
     let settings = canonical_json(&(
         (&scene.air, scene.ground, scene.spectrum),
-        scene.scattering_orders().map(|orders| orders.n_layers),
+        scene.sky_level(),
         (scene.sun, scene.picture),
         (panorama.width_px, panorama.height_m),
     ));
@@ -68,8 +69,8 @@ pub(crate) fn make(
     perform(&request, options, |provenance| {
         let vacuum =
             || Failure::Usage("the scene has no section [air]: its sky is black".to_owned());
-        let air = niji_picture::air::table(scene, scene.scattering_orders(), &unwatched)?
-            .ok_or_else(vacuum)?;
+        let orders = scene.sky_level().map(SkyLevel::orders);
+        let air = niji_picture::air::table(scene, orders, &unwatched)?.ok_or_else(vacuum)?;
         let image = picture(scene, &air, panorama, provenance);
         let exposure_ev = scene.picture.exposure_ev;
         output::write_file(&preview, |writer| image.write_png(writer, exposure_ev))?;

@@ -103,6 +103,13 @@ impl Shape {
         for_each_shape!(self, shape => shape.grid())
     }
 
+    /// The same shape on voxels of another edge length (m).
+    #[must_use]
+    pub fn with_voxel_m(mut self, voxel_m: f64) -> Self {
+        for_each_shape!(&mut self, shape => shape.voxel_m = voxel_m);
+        self
+    }
+
     /// Smallest and largest effective radius (um).
     pub fn effective_radius_range_um(&self) -> (f64, f64) {
         for_each_shape!(self, shape => shape.effective_radius_range_um())

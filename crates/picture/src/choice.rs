@@ -9,7 +9,7 @@ use serde::Deserialize;
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::left_out::SmallPicture;
+use crate::pilot::Seen;
 
 /// What a plan decided, and what it was decided from.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -21,20 +21,19 @@ pub struct Choice {
     pub effects: Vec<String>,
     /// The level of every stage.
     pub levels: Value,
-    /// Light that drops scatter more than once, where a small picture was made of it.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) further_orders: Option<SmallPicture>,
+    /// What was measured for it.
+    pub(crate) seen: Seen,
 }
 
 impl Choice {
     /// Of a plan for a request, with what was measured.
-    pub(crate) fn of(plan: &Plan, request: String, further_orders: Option<SmallPicture>) -> Self {
+    pub(crate) fn of(plan: &Plan, request: String, seen: Seen) -> Self {
         let on = plan.effects_on().map(|effect| effect.name().to_owned());
         Self {
             request,
             effects: on.collect(),
             levels: serde_json::to_value(plan.levels).unwrap_or_default(),
-            further_orders,
+            seen,
         }
     }
 }

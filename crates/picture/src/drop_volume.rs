@@ -61,6 +61,23 @@ impl VolumeSource {
         ))
     }
 
+    /// The same with the nodes of its shapes so many times as far apart; `None` where there is no shape.
+    pub(crate) fn with_nodes_apart(&self, times: f64) -> Option<Self> {
+        let is_shape = |(_, part): &(String, VolumePart)| matches!(part, VolumePart::Shape(_));
+        let apart = |part: &VolumePart| match part {
+            VolumePart::Shape(shape) => {
+                VolumePart::Shape(shape.with_voxel_m(times * shape.grid().voxel_m))
+            }
+            file => file.clone(),
+        };
+        let parts = self.parts.iter();
+        let parts = parts.map(|(name, part)| (name.clone(), apart(part)));
+        self.parts
+            .iter()
+            .any(is_shape)
+            .then(|| Self::new(parts.collect()))
+    }
+
     /// What a plan needs to know of the volume; files are read. What is found in one goes through
     /// `of_file`.
     ///

@@ -32,9 +32,9 @@ use niji_scene::tolerance_for_rays;
 use serde::Serialize;
 
 use crate::error::Error;
+use crate::foreseen_errors::ForeseenErrors;
+use crate::foreseen_errors::Place;
 use crate::image;
-use crate::left_out::LeftOut;
-use crate::left_out::Place;
 use crate::planned_scene::PlannedScene;
 use crate::sun_volume;
 use crate::sun_volume::Allowed;
@@ -80,9 +80,10 @@ pub struct PictureSettings {
     /// The same, and what of its light is followed.
     #[serde(skip)]
     pub mirrored_water: Option<(WaterSurface, MirroredLight)>,
-    /// What the plan leaves out; last in the file, so that of two pictures what a person wrote is told first.
+    /// What it errs by beside what is estimated with it; last in the file, so that of two pictures what a person
+    /// wrote is told first.
     #[serde(rename = "unseen")]
-    pub left_out: LeftOut,
+    pub foreseen_errors: ForeseenErrors,
     /// What is simulated, as the renderer takes it.
     #[serde(skip)]
     pub render_effects: RenderEffects,
@@ -124,7 +125,7 @@ impl PictureSettings {
             picture: scene.picture,
             water_surface: mirrored_water.map(|(surface, _)| surface),
             mirrored_water,
-            left_out: planned.left_out.clone(),
+            foreseen_errors: planned.foreseen_errors.clone(),
             render_effects,
             display_white_cd_m2: plan.display_white_cd_m2,
             scattering: plan.scattering.clone(),
@@ -229,7 +230,7 @@ impl PictureWork {
                 frame_px: [settings.camera.width_px, settings.camera.height_px],
                 display_white_cd_m2: settings.display_white_cd_m2,
             };
-            settings.left_out.add_to(error, place);
+            settings.foreseen_errors.add_to(error, place);
         }
         image.windows.data = region;
         image.provenance = provenance;
@@ -259,7 +260,8 @@ pub fn rows_of_step(region: PixelRegion) -> u32 {
 fn lit(settings: &PictureSettings, volume: DropVolume, watch: Watch) -> Result<LitDrops, Error> {
     // A mode is given back as soon as its bricks stand.
     let bricks = volume.modes.into_iter();
-    let bricks = bricks.map(|mode| Bricks::build(&mode, settings.levels.interpolation));
+    let interpolation = settings.levels.interpolation;
+    let bricks = bricks.map(|mode| Bricks::build(&mode, interpolation));
     let bricks = bricks.collect::<Result<Vec<_>, _>>()?;
     let sun_path = if settings.render_effects.drop_shadow.is_on() {
         settings.levels.sun_path

@@ -32,8 +32,7 @@ use crate::composite::CompositeRequest;
 use crate::drop_volume::VolumePart;
 use crate::drop_volume::VolumeSource;
 use crate::error::Error;
-use crate::left_out::LeftOut;
-use crate::left_out::SmallPicture;
+use crate::foreseen_errors::ForeseenErrors;
 use crate::photo_depth::DepthMap;
 use crate::photo_depth::Distances;
 use crate::photo_depth::EYE_HEIGHT;
@@ -46,6 +45,9 @@ use crate::picture::PictureParts;
 use crate::picture::PictureSettings;
 use crate::picture::PictureWork;
 use crate::pilot;
+use crate::pilot::Seen;
+use crate::pilot::SmallPicture;
+use crate::pilot::SmallScene;
 use crate::scattering;
 use crate::surfaces::SurfaceFiles;
 use crate::watch::Watch;
@@ -66,8 +68,8 @@ pub struct PlannedScene {
     pub drop_file: Option<PathBuf>,
     /// What its drop volume is made from, where it names none.
     pub drop_source: Option<VolumeSource>,
-    /// What the plan leaves out.
-    pub left_out: LeftOut,
+    /// What its picture errs by beside what is estimated with it.
+    pub foreseen_errors: ForeseenErrors,
     /// What was decided, and from what.
     pub choice: Choice,
 }
@@ -94,48 +96,84 @@ impl Default for PlanRequest<'_> {
     }
 }
 
+/// Figures of the drops of a scene; files are read.
+fn drops_of(scene: &Scene, request: PlanRequest) -> Result<Option<DropSummary>, Error> {
+    let of_file = |drops: DropSummary| {
+        if request.is_frame {
+            drops.with_rounded_sizes()
+        } else {
+            drops
+        }
+    };
+    let file = scene.drops.file().map(|file| request.folder.join(file));
+    let file = file.map(|file| VolumeSource::only(VolumePart::Volume(file)));
+    let source = VolumeSource::of(&scene.drops, request.folder).or(file);
+    source.map_or(Ok(None), |source| source.summary(of_file))
+}
+
 impl PlannedScene {
-    /// Plans a scene; files of drops are read, and where estimates leave open what light of further orders adds, it
-    /// is measured on a small picture.
+    /// Plans a scene; files of drops are read, and what no bound settles is measured in small pictures: what light
+    /// that drops scatter more than once adds, how finely that of the air has to be solved, what the spacing of the
+    /// drops' nodes changes.
     ///
     /// # Errors
     /// A drop volume that is missing or wrong, or a scene that cannot be planned.
     pub fn new(scene: Scene, request: PlanRequest) -> Result<Self, Error> {
+        let drops = drops_of(&scene, request)?;
+        Self::with_drops(scene, request, (drops, true))
+    }
+
+    /// The same without measuring anything, for its own drops and the `others`.
+    pub(crate) fn unmeasured(
+        scene: Scene,
+        folder: &Path,
+        others: Option<&VolumeSource>,
+    ) -> Result<Self, Error> {
+        let request = PlanRequest {
+            folder,
+            ..PlanRequest::default()
+        };
+        let own = drops_of(&scene, request)?;
+        let others = others.map(|it| it.summary(|drops| drops)).transpose()?;
+        let drops = DropSummary::joined(own.into_iter().chain(others.flatten()));
+        Self::with_drops(scene, request, (drops, false))
+    }
+
+    fn with_drops(
+        scene: Scene,
+        request: PlanRequest,
+        (drops, measures): (Option<DropSummary>, bool),
+    ) -> Result<Self, Error> {
         let folder = request.folder;
         let drop_file = scene.drops.file().map(|file| folder.join(file));
         let drop_source = VolumeSource::of(&scene.drops, folder);
-        let of_file = |drops: DropSummary| {
-            if request.is_frame {
-                drops.with_rounded_sizes()
-            } else {
-                drops
-            }
-        };
-        let drops = match (&drop_file, &drop_source) {
-            (_, Some(source)) => source.summary(of_file)?,
-            (Some(file), None) => {
-                VolumeSource::only(VolumePart::Volume(file.clone())).summary(of_file)?
-            }
-            (None, None) => None,
-        };
-        let (mut seen, mut key) = (None, String::new());
+        let (mut seen, mut key) = (Seen::default(), String::new());
+        let mut is_known = !measures;
         let of_drops = format!("{drops:?}");
         let look = |foretold: &Foretold| {
             key = choice::request(&scene, &of_drops, foretold);
-            seen = match request.choice.filter(|choice| choice.request == key) {
-                Some(choice) => choice.further_orders.clone(),
-                None => pilot::further_orders(&scene, foretold, folder)?,
-            };
-            Ok::<_, Error>(seen.as_ref().map(SmallPicture::bound))
+            if let Some(choice) = request.choice.filter(|choice| choice.request == key) {
+                (seen, is_known) = (choice.seen.clone(), true);
+            } else if measures && let Some(small) = SmallScene::new(&scene, foretold, folder)? {
+                seen.further_orders = pilot::further_orders(&small)?;
+                seen.drop_spacing = pilot::drop_spacing(&small)?;
+            }
+            Ok::<_, Error>(seen.further_orders.as_ref().map(SmallPicture::bound))
         };
         let mut plan = plan_looking(&scene, drops, look)?;
+        if !is_known {
+            seen.sky = pilot::sky(&scene, &plan)?;
+        }
+        if let Some(sky) = &seen.sky {
+            plan.sky_level = Some(sky.level);
+        }
         if request.is_frame {
             let need = plan.scattering.take();
             plan.scattering = need.map(ScatteringNeed::with_rounded_directions);
         }
         Ok(Self {
             folder: folder.to_owned(),
-            left_out: LeftOut::of(&plan, seen.as_ref()),
+            foreseen_errors: ForeseenErrors::of(&plan, &seen),
             choice: Choice::of(&plan, key, seen),
             scene,
             plan,
@@ -205,7 +243,7 @@ impl PlannedScene {
         if !self.plan.runs(Stage::Atmosphere) {
             return Ok(None);
         }
-        let orders = self.plan.scattering_orders(&self.scene);
+        let orders = self.plan.scattering_orders();
         let table = air::table(&self.scene, orders, watch)?;
         // In f32, as its file has it: the picture is the same from both.
         let as_filed = |table: AtmosphereTable| {

@@ -15,7 +15,6 @@
 //! Nothing is foretold: the estimate that the renderer makes with the picture is the judge. What a scene
 //! names stays.
 
-use niji_atmosphere::ScatteringOrders;
 use niji_render::Integration;
 use niji_render::PixelFootprint;
 use niji_render::SkyModel;
@@ -28,6 +27,7 @@ use crate::effect::Role;
 use crate::effect_switches::Switch;
 use crate::plan::SHARE_FOR_EFFECTS;
 use crate::scene::Scene;
+use crate::sky_level::SkyLevel;
 
 /// Part of a tolerance that is for levels; the rest is for effects left out.
 pub const SHARE_FOR_LEVELS: f64 = 1.0 - SHARE_FOR_EFFECTS;
@@ -41,6 +41,9 @@ const OF_TABLE: f64 = 0.408_248_290_463_863;
 const OF_INTEGRAL: f64 = OF_TABLE;
 const OF_ORDERS: f64 = OF_TABLE;
 const OF_RAYS: f64 = std::f64::consts::FRAC_1_SQRT_2;
+
+/// Part of the light that air scatters more than once, which is no light of drops.
+const OF_SKY: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
 /// Smallest errors that a table and an integral may be asked for.
 const LEAST_TABLE_ERROR: f64 = 1e-4;
@@ -85,24 +88,24 @@ impl Scene {
         self.accuracy.named_over(levels)
     }
 
-    /// How finely light that the air scattered before is solved for the table of the air; `None`
-    /// where the level of the sky or the effects do not ask for it.
+    /// How finely light that the air scattered before is solved where nobody measured what its tolerance asks
+    /// for; `None` where the model of the sky or the effects do not ask for it.
     #[must_use]
-    pub fn scattering_orders(&self) -> Option<ScatteringOrders> {
+    pub fn sky_level(&self) -> Option<SkyLevel> {
         let mut lights = Effect::of_role(Role::AirLight);
         let is_seen = lights.any(|it| self.effects.of(it) != Switch::Off);
-        self.orders_of_level().filter(|_| is_seen)
+        self.sky_level_where_seen().filter(|_| is_seen)
     }
 
-    /// How finely it is solved wherever it is seen; `None` where the level of the sky is one order.
-    pub(crate) fn orders_of_level(&self) -> Option<ScatteringOrders> {
-        let preset = self.preset_kept();
+    /// The same wherever it is seen; `None` where the model of the sky is one order.
+    pub(crate) fn sky_level_where_seen(&self) -> Option<SkyLevel> {
+        let preset = self.accuracy.preset;
         let sky = self.accuracy.sky.unwrap_or(preset.levels(1.0).sky);
         match (sky, preset) {
             (SkyModel::None | SkyModel::SingleScattering, _) => None,
-            (SkyModel::MultipleScattering, Preset::Draft) => Some(ScatteringOrders::DRAFT),
-            (SkyModel::MultipleScattering, Preset::Standard) => Some(ScatteringOrders::QUICK),
-            (SkyModel::MultipleScattering, Preset::Reference) => Some(ScatteringOrders::STANDARD),
+            (SkyModel::MultipleScattering, Preset::Draft) => Some(SkyLevel::Draft),
+            (SkyModel::MultipleScattering, Preset::Standard) => Some(SkyLevel::Quick),
+            (SkyModel::MultipleScattering, Preset::Reference) => Some(SkyLevel::Standard),
         }
     }
 
@@ -139,6 +142,11 @@ impl Scene {
 /// RMS noise of light of further orders that needs no more paths, over display white.
 pub fn tolerance_for_orders(tolerance: f64) -> f64 {
     OF_ORDERS * SHARE_FOR_LEVELS * tolerance
+}
+
+/// RMS that light which the air scatters more than once may be off by, over display white.
+pub fn tolerance_for_sky(tolerance: f64) -> f64 {
+    OF_SKY * SHARE_FOR_LEVELS * tolerance
 }
 
 /// What a pixel may err by before it gets more rays, over display white.

@@ -247,6 +247,7 @@ impl Known<'_> {
             effects,
             left_out,
             levels,
+            sky_level: stages::sky_level(scene, &on),
             scattering,
             table_refused,
             stages,

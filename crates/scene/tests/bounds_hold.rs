@@ -160,7 +160,7 @@ impl Studio {
             .model(grid, scene.ground.albedo, &scene.sun)
             .unwrap();
         let air = air.tabulate().unwrap();
-        let air = match plan.scattering_orders(scene) {
+        let air = match plan.scattering_orders() {
             Some(orders) => with_diffuse_light(air, orders),
             None => air,
         };

@@ -395,7 +395,7 @@ fn what_is_off_although_large_is_missed() {
         scene.effects.set(effect, Switch::Off);
     }
     assert!(both.iter().all(|effect| missed(&scene).contains(effect)));
-    let light = |scene: &niji_scene::Scene| planned(scene).scattering_orders(scene);
+    let light = |scene: &niji_scene::Scene| planned(scene).sky_level;
     scene.effects.set(Effect::Sky, Switch::On);
     assert!(light(&scene).is_some());
     scene.effects.set(Effect::Sky, Switch::Off);

@@ -11,14 +11,13 @@ use crate::accuracy::Levels;
 use crate::effect::Effect;
 use crate::effect::Role;
 use crate::effect_switches::Switch;
-use crate::scene::Scene;
 use crate::sections::Sun;
+use crate::sky_level::SkyLevel;
 
 use super::bound::Bound;
 use super::bound::BoundTerms;
 use super::decide;
 use super::scattering_need::ScatteringNeed;
-use super::stages;
 use super::stages::Stage;
 use super::stages::StagePlan;
 
@@ -82,6 +81,10 @@ pub struct Plan {
     pub left_out: f64,
     /// The level of every stage.
     pub levels: Levels,
+    /// How finely light that the air scattered before is solved; `None` where the model of the sky does not ask
+    /// for it, or nothing that is on shows it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sky_level: Option<SkyLevel>,
     /// The scattering table that is needed; `None` where no bow is in view.
     pub scattering: Option<ScatteringNeed>,
     /// Why the stage would refuse to make that table.
@@ -127,10 +130,9 @@ impl Plan {
         off.filter(move |it| it.counted() > self.tolerance && !is_meant(it.effect))
     }
 
-    /// How finely light that the air scattered before is solved for the table of the air; `None` where
-    /// the level of the sky does not ask for it, or nothing that is on shows it.
-    pub fn scattering_orders(&self, scene: &Scene) -> Option<ScatteringOrders> {
-        stages::scattering_orders(scene, |effect| self.is_on(effect))
+    /// How finely light that the air scattered before is solved for the table of the air.
+    pub fn scattering_orders(&self) -> Option<ScatteringOrders> {
+        self.sky_level.map(SkyLevel::orders)
     }
 
     /// Whether a stage runs.

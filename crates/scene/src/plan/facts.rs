@@ -154,7 +154,7 @@ impl Situation {
         let model = air.model(self.grid, scene.ground.albedo, &scene.sun)?;
         let table = model.tabulate()?;
         // The plan has no time for more than a glance; bounds are widened for it.
-        Ok(Some(match scene.orders_of_level() {
+        Ok(Some(match scene.sky_level_where_seen() {
             Some(_) => with_diffuse_light(table, ScatteringOrders::DRAFT),
             None => table,
         }))

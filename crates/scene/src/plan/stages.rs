@@ -2,7 +2,6 @@
 
 use std::collections::BTreeSet;
 
-use niji_atmosphere::ScatteringOrders;
 use niji_droplets::Shape;
 use niji_exchange::AtmosphereTable;
 use niji_scatter::NumberOfAngles;
@@ -13,6 +12,7 @@ use crate::drops::DropSource;
 use crate::effect::Effect;
 use crate::effect::Role;
 use crate::scene::Scene;
+use crate::sky_level::SkyLevel;
 
 use super::facts::Situation;
 use super::resources;
@@ -154,7 +154,7 @@ pub(super) fn stages(scene: &Scene, situation: &Situation, chosen: &Chosen) -> V
     if on.iter().any(|effect| effect.needs_air()) {
         let constituents = scene.air.iter().flat_map(|air| &air.constituents);
         let names: Vec<&str> = constituents.map(|constituent| constituent.name()).collect();
-        let orders = scattering_orders(scene, |effect| on.contains(&effect));
+        let orders = sky_level(scene, on).map(SkyLevel::orders);
         let resources = air.map(|table| resources::atmosphere(table, orders));
         add(Stage::Atmosphere, names.join(", "), resources);
     }
@@ -208,10 +208,7 @@ fn what_it_holds(need: &ScatteringNeed, situation: &Situation) -> String {
 }
 
 /// How finely light of higher orders by the air is solved, where anything that is on shows it.
-pub(super) fn scattering_orders(
-    scene: &Scene,
-    is_on: impl Fn(Effect) -> bool,
-) -> Option<ScatteringOrders> {
-    let is_shown = Effect::of_role(Role::AirLight).any(is_on);
-    scene.scattering_orders().filter(|_| is_shown)
+pub(super) fn sky_level(scene: &Scene, on: &BTreeSet<Effect>) -> Option<SkyLevel> {
+    let is_shown = Effect::of_role(Role::AirLight).any(|effect| on.contains(&effect));
+    scene.sky_level().filter(|_| is_shown)
 }

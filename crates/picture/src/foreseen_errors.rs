@@ -1,0 +1,154 @@
+//! What a picture errs by beside what is estimated with it, pixel by pixel.
+//!
+//! Of effects with a bound that are left out it is the RMS of that, the same everywhere; of what was looked at in
+//! small pictures of the same view, what was seen there.
+
+use ndarray::Array2;
+use niji_exchange::Aov;
+use niji_geometry::PixelRegion;
+use niji_scene::Effect;
+use niji_scene::Plan;
+use serde::Serialize;
+
+use crate::pilot::Seen;
+use crate::pilot::SmallPicture;
+
+/// What files call effects left out, beside the causes of the error that is estimated.
+pub const LEFT_OUT: &str = "left_out";
+/// What they call light that the air scatters more than once.
+pub const SKY: &str = "sky";
+/// What they call that which lies between the nodes of the drops.
+pub const DROP_SPACING: &str = "drop_spacing";
+
+/// What is known before a picture is rendered, over display white.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct ForeseenErrors {
+    /// Sum of the RMS bounds of all effects that the plan left out by itself, but for light of further orders.
+    everywhere: f64,
+    /// Light of further orders that the plan left out, where a small picture showed it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    further_orders: Option<SmallPicture>,
+    /// What light of the sky is off by that the air scattered before.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sky: Option<SmallPicture>,
+    /// What the spacing of the drops' nodes changes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    drop_spacing: Option<SmallPicture>,
+}
+
+impl ForeseenErrors {
+    /// Those of a plan, with what was measured for it.
+    pub(crate) fn of(plan: &Plan, seen: &Seen) -> Self {
+        let effect = Effect::MultipleScattering;
+        let further_orders = seen.further_orders.clone();
+        let further_orders = further_orders.filter(|_| !plan.is_on(effect));
+        let is_shown = |it: Effect| it == effect && further_orders.is_some();
+        let off = plan.effects.iter().filter(|it| it.is_left_out);
+        let off = off.filter(|it| !is_shown(it.effect));
+        Self {
+            everywhere: off.map(|it| it.bound.rms).sum(),
+            further_orders,
+            sky: seen.sky.as_ref().map(|it| it.error.clone()),
+            drop_spacing: seen.drop_spacing.clone(),
+        }
+    }
+
+    /// Beside the estimated error of a region of a picture, each as one of its parts.
+    pub(crate) fn add_to(&self, error: &mut Aov, place: Place) {
+        let left_out = (LEFT_OUT, self.everywhere, self.further_orders.as_ref());
+        let seen = [(SKY, &self.sky), (DROP_SPACING, &self.drop_spacing)];
+        let seen = seen.into_iter();
+        let seen = seen.filter_map(|(name, part)| Some((name, 0.0, Some(part.as_ref()?))));
+        for (name, everywhere, part) in std::iter::once(left_out).chain(seen) {
+            let Some((_, all)) = error.channels.first_mut() else {
+                return;
+            };
+            let values = Array2::from_shape_fn(all.dim(), |at| {
+                let [right, down] = place.of(at);
+                let here = part.map_or(0.0, |it| it.at(right, down));
+                ((everywhere + here) * place.display_white_cd_m2) as f32
+            });
+            for (all, value) in all.iter_mut().zip(&values) {
+                *all = all.hypot(*value);
+            }
+            error.channels.push((name.to_owned(), values));
+        }
+    }
+}
+
+/// Where pixels lie, and what is white there.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Place {
+    pub(crate) region: PixelRegion,
+    /// Pixels of the frame.
+    pub(crate) frame_px: [u32; 2],
+    pub(crate) display_white_cd_m2: f64,
+}
+
+impl Place {
+    /// The middle of a pixel by row and column of the region, in parts of the frame to the right and down.
+    fn of(&self, (row, column): (usize, usize)) -> [f64; 2] {
+        let [width, height] = self.frame_px.map(f64::from);
+        let x = f64::from(self.region.x_px) + column as f64 + 0.5;
+        let y = f64::from(self.region.y_px) + row as f64 + 0.5;
+        [x / width, y / height]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_small_picture_is_linear_over_the_frame_whatever_region_of_it_is_asked_for() {
+        // Twice as many pixels along each side, with overscan of two; linear in both directions.
+        let (frame_px, small_px) = ([16_u32, 8_u32], [8_u32, 4_u32]);
+        let at = |x: f64, y: f64| 1.0 + 2.0 * x + 3.0 * y;
+        let place =
+            |n: u32, low: i32, size: u32| (f64::from(low) + f64::from(n) + 0.5) / f64::from(size);
+        let row = |y| {
+            (0..10)
+                .map(|x| at(place(x, -1, 8), place(y, -1, 4)) as f32)
+                .collect()
+        };
+        let foreseen = ForeseenErrors {
+            everywhere: 0.25,
+            further_orders: Some(SmallPicture {
+                first_px: [-1, -1],
+                frame_px: small_px,
+                luminance: (0..6).map(row).collect(),
+            }),
+            ..ForeseenErrors::default()
+        };
+        let region = PixelRegion {
+            x_px: 3,
+            y_px: 2,
+            width_px: 5,
+            height_px: 4,
+        };
+        let mut error = Aov {
+            name: "error".to_owned(),
+            unit: "cd/m^2".to_owned(),
+            channels: vec![("Y".to_owned(), Array2::from_elem((4, 5), 3.0))],
+        };
+        let display_white_cd_m2 = 2.0;
+        foreseen.add_to(
+            &mut error,
+            Place {
+                region,
+                frame_px,
+                display_white_cd_m2,
+            },
+        );
+        let (name, found) = &error.channels[1];
+        assert_eq!(name, "left_out");
+        for ((y, x), found) in found.indexed_iter() {
+            let expected = at(place(x as u32, 3, 16), place(y as u32, 2, 8)) + 0.25;
+            assert!(
+                (f64::from(*found) - 2.0 * expected).abs() < 1e-5,
+                "{y} {x}: {found}"
+            );
+            assert!((error.channels[0].1[[y, x]] - found.hypot(3.0)).abs() < 1e-5);
+        }
+    }
+}

@@ -1,0 +1,127 @@
+//! How finely light that the air scatters more than once is solved, and what the picture errs by for it.
+//!
+//! e(coarse) = M |L(coarse) - L(fine)|,   e(fine) = |L(coarse) - L(fine)| / 2,   e(finer) = e(fine) / 2
+//! `L` luminance of sky and ground without drops, over display white; `coarse` and `fine` two levels that follow each
+//! other; `M` margin. From each level to the next the error falls to at most a half. So the difference is most of the
+//! error of the coarser one, and half of it bounds that of the finer one. The finest levels are not looked at: they
+//! take longer than the picture.
+//!
+//! Drops and surfaces are left out: what they hide errs no more than what is seen, and what drops take from the
+//! sky behind them they give back from their surroundings, which are of the same light.
+
+use ndarray::Array2;
+use niji_render::LitDrops;
+use niji_render::PixelFootprint;
+use niji_render::RenderEffects;
+use niji_render::RenderLevels;
+use niji_render::RenderRequest;
+use niji_render::Toggle;
+use niji_render::render;
+use niji_scene::Effect;
+use niji_scene::Plan;
+use niji_scene::Preset;
+use niji_scene::Scene;
+use niji_scene::SkyLevel;
+use niji_scene::tolerance_for_sky;
+use serde::Deserialize;
+use serde::Serialize;
+
+use super::SmallPicture;
+use super::small_picture;
+use super::small_picture::smaller;
+use crate::air;
+use crate::error::Error;
+use crate::watch::unwatched;
+
+/// What the difference of two levels is multiplied by: the finer one errs too.
+const MARGIN: f64 = 1.25;
+
+/// What the error falls to from a level to the next.
+const HALF: f64 = 0.5;
+
+/// The effects of sky and ground alone.
+const SKY_ONLY: RenderEffects = RenderEffects {
+    primary_bow: Toggle::Off,
+    secondary_bow: Toggle::Off,
+    sky: Toggle::On,
+    ..RenderEffects::BOWS_ONLY
+};
+
+/// A level and what it errs by.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SkySeen {
+    pub(crate) level: SkyLevel,
+    pub(crate) error: SmallPicture,
+}
+
+/// The coarsest level that keeps the tolerance, from that of the plan on; that of the plan where a preset names its
+/// levels. `None` where no light of the sky is seen that the air scattered before.
+///
+/// # Errors
+/// Parameters of the air that are out of range.
+pub(crate) fn sky(scene: &Scene, plan: &Plan) -> Result<Option<SkySeen>, Error> {
+    let Some(first) = plan.sky_level.filter(|_| plan.is_on(Effect::Sky)) else {
+        return Ok(None);
+    };
+    let is_chosen = scene.accuracy.preset == Preset::Standard;
+    let allowed = tolerance_for_sky(plan.tolerance);
+    let small = smaller(scene);
+    let levels = RenderLevels {
+        pixel_footprint: PixelFootprint::Center,
+        ..plan.levels.render_levels()
+    };
+    let seen = |level| luminance(&small, levels, level);
+    let error = |(coarse, fine): (&Array2<f64>, &Array2<f64>), part: f64| {
+        let part = part / plan.display_white_cd_m2;
+        let error = (fine - coarse).mapv(|it| part * it.abs());
+        SmallPicture::new(&small.camera, &error)
+    };
+    let (draft, quick) = (seen(SkyLevel::Draft)?, seen(SkyLevel::Quick)?);
+    let pair = (&draft, &quick);
+    let of_first = match first {
+        SkyLevel::Draft => error(pair, MARGIN),
+        level => error(pair, HALF.powi(level as i32)),
+    };
+    let found = |(level, error)| Ok(Some(SkySeen { level, error }));
+    if !is_chosen || of_first.bound().rms <= allowed {
+        return found((first, of_first));
+    }
+    let standard = seen(SkyLevel::Standard)?;
+    let pair = (&quick, &standard);
+    let levels = [
+        (SkyLevel::Quick, MARGIN),
+        (SkyLevel::Standard, HALF),
+        (SkyLevel::Fine, HALF * HALF),
+    ];
+    let mut levels = levels
+        .map(|(level, part)| (level, error(pair, part)))
+        .into_iter();
+    let kept = levels.find(|(_, error)| error.bound().rms <= allowed);
+    found(kept.unwrap_or_else(|| (SkyLevel::Fine, error(pair, HALF * HALF))))
+}
+
+/// Luminance of every pixel of a scene without drops [cd/m²].
+fn luminance(scene: &Scene, levels: RenderLevels, level: SkyLevel) -> Result<Array2<f64>, Error> {
+    let air = air::table(scene, Some(level.orders()), &unwatched)?;
+    let camera = scene.camera.camera().map_err(Error::scene)?;
+    let picture = render(
+        &RenderRequest {
+            camera: &camera,
+            region: scene.camera.region().map_err(Error::scene)?,
+            sun_direction: scene.sun.direction(),
+            wavelengths: scene.spectrum,
+            sun_irradiance: &scene.sun.irradiance(&scene.spectrum),
+            drops: &LitDrops::none(),
+            table: None,
+            air: air.as_ref(),
+            surfaces: None,
+            effects: SKY_ONLY,
+            levels,
+            tolerance_cd_m2: None,
+            orders_noise_cd_m2: None,
+        },
+        &|_| {},
+    )?;
+    Ok(small_picture::luminance(&picture.radiance, &scene.spectrum))
+}

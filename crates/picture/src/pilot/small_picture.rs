@@ -1,0 +1,93 @@
+//! What was seen in a picture of few pixels and wavelengths, and where in the frame.
+
+use ndarray::Array2;
+use ndarray::Array3;
+use ndarray::ArrayView1;
+use ndarray::Axis;
+use niji_radiometry::Colorimetry;
+use niji_radiometry::WavelengthGrid;
+use niji_scene::Bound;
+use niji_scene::BoundKind;
+use niji_scene::Camera;
+use niji_scene::Scene;
+use serde::Deserialize;
+use serde::Serialize;
+
+/// Columns of a small picture, and its wavelengths.
+const WIDTH_PX: u32 = 24;
+const N_WAVELENGTHS: usize = 3;
+
+/// The same view, small.
+pub(crate) fn smaller(scene: &Scene) -> Scene {
+    let mut scene = scene.clone();
+    scene.camera = scene.camera.no_wider_than(WIDTH_PX);
+    scene.spectrum = scene.spectrum.in_wider_bins(N_WAVELENGTHS);
+    scene
+}
+
+/// Luminance of every pixel of a picture's radiance by wavelength, row and column [cd/m²].
+pub(crate) fn luminance(radiance: &Array3<f32>, wavelengths: &WavelengthGrid) -> Array2<f64> {
+    let observer = Colorimetry::new(wavelengths);
+    radiance.map_axis(Axis(0), |spectrum| {
+        let spectrum: Vec<f64> = spectrum.iter().map(|it| f64::from(*it)).collect();
+        observer.xyz(&spectrum)[1]
+    })
+}
+
+/// Luminance of a small picture, over display white.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SmallPicture {
+    /// Column and row of its first pixel, counted from the first of the frame.
+    pub(crate) first_px: [i32; 2],
+    /// Those of the frame.
+    pub(crate) frame_px: [u32; 2],
+    /// By row and column.
+    pub(crate) luminance: Vec<Vec<f32>>,
+}
+
+impl SmallPicture {
+    /// Luminance over display white of all pixels of a camera.
+    pub(crate) fn new(camera: &Camera, luminance: &Array2<f64>) -> Self {
+        let overscan_px = i32::try_from(camera.overscan_px).unwrap_or(i32::MAX);
+        let row = |row: ArrayView1<f64>| row.iter().map(|it| *it as f32).collect();
+        Self {
+            first_px: [-overscan_px; 2],
+            frame_px: [camera.width_px, camera.height_px],
+            luminance: luminance.rows().into_iter().map(row).collect(),
+        }
+    }
+
+    /// What it shows at most and in the RMS.
+    pub(crate) fn bound(&self) -> Bound {
+        let parts = || self.luminance.iter().flatten().map(|it| f64::from(*it));
+        let squares: f64 = parts().map(|part| part * part).sum();
+        Bound {
+            value: parts().map(f64::abs).fold(0.0, f64::max),
+            rms: (squares / parts().count().max(1) as f64).sqrt(),
+            kind: BoundKind::Measured,
+        }
+    }
+
+    /// Its light at a place in parts of the frame, linear between pixels; the nearest ones hold outside.
+    pub(crate) fn at(&self, right: f64, down: f64) -> f64 {
+        let [width, height] = self.frame_px.map(f64::from);
+        let [first_x, first_y] = self.first_px.map(f64::from);
+        let n_columns = self.luminance.first().map_or(0, Vec::len);
+        let x = between(right * width - 0.5 - first_x, n_columns);
+        let y = between(down * height - 0.5 - first_y, self.luminance.len());
+        let pairs = y.iter().flat_map(|y| x.iter().map(move |x| (*y, *x)));
+        let light = |((row, of_row), (column, of_column)): ((usize, f64), (usize, f64))| {
+            of_row * of_column * f64::from(self.luminance[row][column])
+        };
+        pairs.map(light).sum()
+    }
+}
+
+/// The two pixels around a place with their weights.
+fn between(place: f64, n_px: usize) -> [(usize, f64); 2] {
+    let last = n_px.saturating_sub(1);
+    let place = place.clamp(0.0, last as f64);
+    let (below, part) = (place as usize, place.fract());
+    [(below, 1.0 - part), ((below + 1).min(last), part)]
+}

@@ -1,0 +1,138 @@
+//! The drops of a scene as a small picture shows them: by few pixels and wavelengths, from a coarse table.
+
+use std::path::Path;
+
+use niji_dropfield::DropVolume;
+use niji_exchange::AtmosphereTable;
+use niji_exchange::ScatteringTable;
+use niji_exchange::SpectralImage;
+use niji_render::DropOrders;
+use niji_render::Integration;
+use niji_render::PixelFootprint;
+use niji_scatter::Theory;
+use niji_scene::Accuracy;
+use niji_scene::Bound;
+use niji_scene::Effect;
+use niji_scene::Foretold;
+use niji_scene::Preset;
+use niji_scene::SHARE_FOR_EFFECTS;
+use niji_scene::Scene;
+use niji_scene::Switch;
+
+use super::small_picture::smaller;
+use crate::drop_volume::VolumeSource;
+use crate::error::Error;
+use crate::picture::PictureParts;
+use crate::picture::PictureSettings;
+use crate::picture::PictureWork;
+use crate::planned_scene::PlannedScene;
+use crate::watch::unwatched;
+
+/// Relative error of its table: only differences and small parts of its light count.
+const TABLE_ERROR: f64 = 0.1;
+
+/// Paths of a quarter of the light in each direction, and directions along a side.
+const ORDERS: DropOrders = DropOrders::MultipleScattering {
+    nodes_across: 6,
+    paths_per_node: 512,
+};
+
+/// An estimate of light of further orders below this part of what may be left out needs no look: it is exceeded by
+/// less.
+const SURE: f64 = 0.1;
+
+/// How many times as far apart nodes are laid out for a comparison.
+const TIMES: f64 = 2.0;
+
+/// The light of drops.
+const BOWS: [Effect; 3] = [
+    Effect::PrimaryBow,
+    Effect::SecondaryBow,
+    Effect::HigherOrders,
+];
+
+/// A small scene, planned, with its table and air.
+pub(crate) struct SmallScene {
+    pub(super) planned: PlannedScene,
+    table: Option<ScatteringTable>,
+    air: Option<AtmosphereTable>,
+    /// Its drops with nodes so much farther apart, where they are laid out from a shape and send light.
+    pub(super) apart: Option<VolumeSource>,
+    pub(super) display_white_cd_m2: f64,
+}
+
+impl SmallScene {
+    /// With the effects that are on, and light of further orders where bounds leave open whether it is; `None` where
+    /// they do not, and drops have no shape or send no light.
+    ///
+    /// # Errors
+    /// A scene that cannot be planned.
+    pub(crate) fn new(
+        scene: &Scene,
+        foretold: &Foretold,
+        folder: &Path,
+    ) -> Result<Option<Self>, Error> {
+        let allowed = SHARE_FOR_EFFECTS * scene.accuracy.tolerance();
+        let is_open = |estimate: Bound| estimate.rms > SURE * allowed;
+        let is_open = foretold.further_orders.is_some_and(is_open);
+        let is_lit = BOWS.iter().any(|bow| foretold.on.contains(bow));
+        let source = VolumeSource::of(&scene.drops, folder);
+        let apart = source.and_then(|it| it.with_nodes_apart(TIMES).filter(|_| is_lit));
+        if !is_open && apart.is_none() {
+            return Ok(None);
+        }
+        let mut scene = smaller(scene);
+        scene.accuracy = Accuracy {
+            preset: Preset::Draft,
+            theory: Some(match foretold.levels.theory {
+                // Fringes are no matter here.
+                Theory::Uniform => Theory::Geometric,
+                theory => theory,
+            }),
+            table_relative_error: Some(TABLE_ERROR),
+            integration: Some(Integration::CellExact),
+            pixel_footprint: Some(PixelFootprint::Center),
+            drop_orders: Some(ORDERS),
+            ..Accuracy::default()
+        };
+        for effect in Effect::ALL {
+            let is_on = match effect {
+                Effect::MultipleScattering => is_open,
+                // Cheap as well, and of the light of further orders.
+                Effect::SizeSpread | Effect::SunDisc | Effect::Supernumeraries => true,
+                _ => {
+                    let is_needed = Effect::MultipleScattering.needs().contains(&effect);
+                    foretold.on.contains(&effect) || is_open && is_needed
+                }
+            };
+            let switch = if is_on { Switch::On } else { Switch::Off };
+            scene.effects.set(effect, switch);
+        }
+        let planned = PlannedScene::unmeasured(scene, folder, apart.as_ref())?;
+        Ok(Some(Self {
+            table: planned.scattering(planned.airy()?.as_ref(), &unwatched)?,
+            air: planned.air(&unwatched)?,
+            planned,
+            apart,
+            display_white_cd_m2: foretold.display_white_cd_m2,
+        }))
+    }
+
+    /// Its picture of some drops by some orders. What hides drops is left out: it makes their light no brighter.
+    pub(super) fn picture(
+        &self,
+        drops: DropVolume,
+        orders: DropOrders,
+    ) -> Result<SpectralImage, Error> {
+        let parts = PictureParts {
+            drops,
+            table: self.table.clone(),
+            air: self.air.clone(),
+            surfaces: None,
+        };
+        let mut settings = PictureSettings::of(&self.planned);
+        settings.levels.drop_orders = orders;
+        let whole = settings.whole()?;
+        PictureWork::new(settings, parts, &unwatched)?.render(whole, &unwatched)
+    }
+}
