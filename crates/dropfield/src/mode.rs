@@ -16,6 +16,9 @@ pub const LEAF_DIM: i32 = 8;
 /// Nodes of a leaf.
 pub(crate) const LEAF_NODES: usize = 512;
 
+/// Part of a voxel within which a node counts as lying at a height.
+const ON_GROUND: f64 = 1e-6;
+
 /// A cube of 8³ nodes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DropLeaf {
@@ -137,6 +140,41 @@ impl DropMode {
         self.leaves
             .retain(|leaf| leaf.drops.iter().any(Drops::exist));
         Ok(self)
+    }
+
+    /// The same drops down to the ground, at y = 0.
+    ///
+    /// A field fades over the voxel beyond its outermost nodes. Drops that stand on the ground have their lowest
+    /// nodes half a voxel above it, and would lose to what lies below up to half of themselves; so those nodes
+    /// stand once more a voxel deeper, where nobody sees them. Nodes that are lower or higher stay alone.
+    #[must_use]
+    pub fn down_to_ground(mut self) -> Self {
+        let lowest = (-self.origin_m.y / self.voxel_m - ON_GROUND).ceil();
+        let height_m = self.origin_m.y + lowest * self.voxel_m;
+        if height_m.abs() <= ON_GROUND * self.voxel_m || height_m > (0.5 + ON_GROUND) * self.voxel_m
+        {
+            return self;
+        }
+        let lowest = lowest as i32;
+        let on_ground = self.nodes().filter(|([_, y, _], _)| *y == lowest);
+        let copies: Vec<_> = on_ground
+            .map(|([x, y, z], it)| ([x, y - 1, z], it))
+            .collect();
+        for (node, drops) in copies {
+            let origin = leaf_origin(node);
+            let found = self
+                .leaves
+                .binary_search_by_key(&origin, |leaf| leaf.origin);
+            let leaf = found.unwrap_or_else(|place| {
+                self.leaves.insert(place, DropLeaf::empty(origin));
+                place
+            });
+            let below = &mut self.leaves[leaf].drops[place_in_leaf(node)];
+            if !below.exist() {
+                *below = drops;
+            }
+        }
+        self
     }
 
     /// A mode of leaves in ascending order of their origins, checked by the caller.
@@ -355,6 +393,65 @@ mod tests {
         assert_eq!(mode.drops([-1, 0, 0]), Drops::NONE);
         assert_eq!(mode.drops([19, 0, 0]), Drops::NONE);
         assert_eq!(mode.node_range(), Some(([0; 3], [18, 9, 7])));
+    }
+
+    /// Drops above the ground of the trilinear field, by their number: of its layer half a voxel above, what
+    /// fades beyond is below.
+    fn drops_above_ground(mode: &DropMode) -> f64 {
+        let part = |y_m: f64| {
+            // Of a hat of two voxels' width and area 1 the part above 0.
+            let t = (y_m / mode.voxel_m()).clamp(-1.0, 1.0);
+            0.5 + t - 0.5 * t * t.abs()
+        };
+        let nodes = mode.nodes().map(|(node, drops)| {
+            f64::from(drops.number_density_m3) * part(mode.node_position(node).y)
+        });
+        nodes.sum::<f64>() * mode.voxel_m().powi(3)
+    }
+
+    #[test]
+    fn drops_on_the_ground_are_all_above_it() {
+        let drops = |_: DVec3| Drops {
+            number_density_m3: 1000.0,
+            effective_radius_m: 1e-4,
+            effective_variance: 0.1,
+        };
+        // From 0 on and from 30 m down, so that the layer below is in another leaf and in the same one.
+        for (min_y, max_y) in [(0.0, 20.0), (-30.0, 20.0)] {
+            let grid = GridBox {
+                min: DVec3::new(-10.0, min_y, -10.0),
+                max: DVec3::new(10.0, max_y, 10.0),
+                voxel_m: 2.0,
+            };
+            let mode = DropMode::from_fn("", &grid, drops).unwrap();
+            let above = 1000.0 * 20.0 * 20.0 * 20.0;
+            let on_ground = mode.clone().down_to_ground();
+            let found = drops_above_ground(&on_ground) / above;
+            assert!((found - 1.0).abs() < 1e-6, "{min_y}: {found}");
+            if min_y < 0.0 {
+                assert_eq!(on_ground, mode);
+                continue;
+            }
+            // Without it an eighth of a layer of ten is below.
+            let lost = 1.0 - drops_above_ground(&mode) / above;
+            assert!((lost - 0.0125).abs() < 1e-6, "{lost}");
+            assert_eq!(on_ground.nodes().count(), 11 * mode.nodes().count() / 10);
+            assert!(on_ground.leaves().is_sorted_by(|a, b| a.origin < b.origin));
+            assert_eq!(on_ground.clone().down_to_ground(), on_ground);
+        }
+    }
+
+    #[test]
+    fn drops_above_the_ground_or_with_nodes_on_it_stay() {
+        for (min_y, voxel_m) in [(0.5, 2.0), (30.0, 2.0), (-1.0, 2.0), (-3.0, 2.0)] {
+            let grid = GridBox {
+                min: DVec3::new(0.0, min_y, 0.0),
+                max: DVec3::new(8.0, min_y + 8.0, 8.0),
+                voxel_m,
+            };
+            let mode = DropMode::from_fn("", &grid, varied).unwrap();
+            assert_eq!(mode.clone().down_to_ground(), mode, "{min_y}");
+        }
     }
 
     #[test]

@@ -14,6 +14,7 @@ use niji_render::PictureLayer;
 use niji_render::RenderEffects;
 use niji_render::RenderRequest;
 use niji_render::Rendered;
+use niji_render::SkyModel;
 use niji_render::SunPath;
 use niji_render::Surfaces;
 use niji_render::Toggle;
@@ -130,6 +131,11 @@ impl PictureSettings {
             display_white_cd_m2: plan.display_white_cd_m2,
             scattering: plan.scattering.clone(),
         }
+    }
+
+    /// Whether the ground is seen, and hides what lies below it.
+    fn shows_ground(&self) -> bool {
+        self.render_effects.sky.is_on() && self.levels.sky != SkyModel::None
     }
 
     /// All pixels of the picture, overscan included.
@@ -261,7 +267,15 @@ fn lit(settings: &PictureSettings, volume: DropVolume, watch: Watch) -> Result<L
     // A mode is given back as soon as its bricks stand.
     let bricks = volume.modes.into_iter();
     let interpolation = settings.levels.interpolation;
-    let bricks = bricks.map(|mode| Bricks::build(&mode, interpolation));
+    let has_ground = settings.shows_ground();
+    let bricks = bricks.map(|mode| {
+        let mode = if has_ground {
+            mode.down_to_ground()
+        } else {
+            mode
+        };
+        Bricks::build(&mode, interpolation)
+    });
     let bricks = bricks.collect::<Result<Vec<_>, _>>()?;
     let sun_path = if settings.render_effects.drop_shadow.is_on() {
         settings.levels.sun_path

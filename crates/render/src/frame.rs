@@ -143,7 +143,7 @@ impl<'a> FrameBasis<'a> {
             .map(|air| air.with_light_of(levels.sky_model));
         let luminance_weights = luminance_weights(request, colorimetry);
         Self {
-            bounds: request.drops.bounds(),
+            bounds: request.drops_seen(),
             march: March {
                 bricks: request.drops.bricks(),
                 rule,

@@ -3,6 +3,7 @@
 use glam::DVec3;
 use niji_exchange::AtmosphereTable;
 use niji_exchange::ScatteringTable;
+use niji_geometry::Aabb;
 use niji_geometry::Camera;
 use niji_geometry::PixelRegion;
 use niji_radiometry::WavelengthGrid;
@@ -102,6 +103,17 @@ impl RenderRequest<'_> {
             SkyModel::SingleScattering | SkyModel::MultipleScattering => true,
         };
         self.effects.sky.is_on() && model
+    }
+
+    /// The box outside of which no drops are seen: where the ground is seen, at y = 0, it hides those below, but from
+    /// an eye that is below itself.
+    pub(crate) fn drops_seen(&self) -> Option<Aabb> {
+        let bounds = self.drops.bounds()?;
+        if !self.wants_sky() || self.camera.position().y < 0.0 {
+            return Some(bounds);
+        }
+        let min = bounds.min.with_y(bounds.min.y.max(0.0));
+        (min.y < bounds.max.y).then_some(Aabb { min, ..bounds })
     }
 
     /// Whether the surroundings light the drops.
