@@ -1,159 +1,171 @@
 //! Meshes from OBJ, glTF and STL files.
 //!
-//! OBJ: all objects of the file together, polygons as fans. glTF: the default scene (the first where
-//! none is named) with the transforms of its nodes; metres by that format's definition. STL: text or
-//! binary. OBJ and STL say nothing about units or about which way is up.
+//! STL: text or binary. OBJ and STL say nothing about units or about which way is up; glTF is in metres by
+//! that format's definition.
 
-use std::collections::HashMap;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
+use std::path::PathBuf;
 
-use glam::DMat4;
 use glam::DVec3;
 use glam::Vec3;
+use niji_radiometry::Bytes;
+use niji_radiometry::memory_limit;
 
 use crate::error::Error;
 use crate::mesh::TriangleMesh;
+use crate::mesh_gltf;
+use crate::mesh_gltf::read_gltf;
+use crate::mesh_obj::read_obj;
+
+/// Memory that a triangle takes until it stands in its tree: three corners before and after equal ones are found,
+/// their names, boxes and nodes.
+const TRIANGLE_BYTES: u128 = 400;
+
+/// Bytes of corners that a byte of a file can become, `v 0 0 0` say.
+const CORNER_EXPANSION: u128 = 4;
 
 /// Reads the mesh in a file, by its name: `*.obj`, `*.gltf`, `*.glb` or `*.stl`.
 ///
 /// # Errors
-/// A file that is missing or damaged, a name of another kind, or as [`TriangleMesh::new`].
+/// A file that is missing or damaged, a name of another kind, more than fits into memory, or as
+/// [`TriangleMesh::new`].
 pub fn read_mesh(path: &Path) -> Result<TriangleMesh, Error> {
-    let extension = path.extension().unwrap_or_default().to_string_lossy();
-    let damaged = |message: String| Error::MeshFile {
+    let format = Format::of(path)?;
+    let opened = opened(path)?;
+    let (name, soup) = match format {
+        Format::Obj => ("OBJ", read_obj(BufReader::new(opened))),
+        Format::Gltf => ("glTF", read_gltf(opened, path)),
+        Format::Stl => ("STL", read_stl(opened)),
+    };
+    let checked = soup.and_then(|soup| {
+        Soup::check_memory(soup.triangles.len() as u128)?;
+        Ok(soup)
+    });
+    let soup = checked.map_err(|message| unreadable(path, name, &message))?;
+    TriangleMesh::new(&soup.corners, &soup.triangles)
+}
+
+/// The other files that hold corners of the mesh in a file: buffers of glTF.
+///
+/// # Errors
+/// As [`read_mesh`], as far as names show it.
+pub fn mesh_buffers(path: &Path) -> Result<Vec<PathBuf>, Error> {
+    match Format::of(path) {
+        Ok(Format::Gltf) => mesh_gltf::buffer_files(opened(path)?, path)
+            .map_err(|message| unreadable(path, "glTF", &message)),
+        Ok(Format::Obj | Format::Stl) | Err(_) => Ok(Vec::new()),
+    }
+}
+
+#[derive(Clone, Copy)]
+enum Format {
+    Obj,
+    Gltf,
+    Stl,
+}
+
+impl Format {
+    fn of(path: &Path) -> Result<Self, Error> {
+        let extension = path.extension().unwrap_or_default().to_string_lossy();
+        match extension.to_ascii_lowercase().as_str() {
+            "obj" => Ok(Self::Obj),
+            "gltf" | "glb" => Ok(Self::Gltf),
+            "stl" => Ok(Self::Stl),
+            _ => Err(Error::MeshFormat {
+                path: path.to_owned(),
+            }),
+        }
+    }
+}
+
+fn damaged(path: &Path, message: String) -> Error {
+    Error::MeshFile {
         path: path.to_owned(),
         message,
-    };
-    let opened = || File::open(path).map_err(|error| damaged(error.to_string()));
-    let (format, soup) = match extension.to_ascii_lowercase().as_str() {
-        "obj" => ("OBJ", read_obj(opened()?)),
-        "gltf" | "glb" => ("glTF", opened().map(|_| read_gltf(path))?),
-        "stl" => ("STL", read_stl(opened()?)),
-        _ => {
-            let path = path.to_owned();
-            return Err(Error::MeshFormat { path });
-        }
-    };
-    let soup = soup.map_err(|message| damaged(format!("cannot be read as {format}: {message}")))?;
-    TriangleMesh::new(&soup.corners, &soup.triangles)
+    }
+}
+
+fn unreadable(path: &Path, format: &str, message: &str) -> Error {
+    damaged(path, format!("cannot be read as {format}: {message}"))
+}
+
+/// A file that ends, and whose bytes fit into memory.
+fn opened(path: &Path) -> Result<File, Error> {
+    let failed = |error: std::io::Error| damaged(path, error.to_string());
+    let metadata = std::fs::metadata(path).map_err(failed)?;
+    if !metadata.is_file() {
+        let message = "found a folder, a pipe or a device, expected a file";
+        return Err(damaged(path, message.to_owned()));
+    }
+    let found = Bytes(metadata.len().into());
+    let limit = Bytes(memory_limit().0 / CORNER_EXPANSION);
+    if found > limit {
+        let message = format!("found a file of {found}, expected at most {limit}");
+        return Err(damaged(path, message));
+    }
+    File::open(path).map_err(failed)
 }
 
 /// Triangles as they come from a file, before their equal corners are found.
 #[derive(Default)]
-struct Soup {
-    corners: Vec<DVec3>,
+pub(crate) struct Soup {
+    pub(crate) corners: Vec<DVec3>,
     /// Triples of indices of corners.
-    triangles: Vec<[u32; 3]>,
+    pub(crate) triangles: Vec<[u32; 3]>,
 }
 
-fn read_obj(file: File) -> Result<Soup, String> {
-    let mut reader = BufReader::new(file);
-    let options = tobj::LoadOptions {
-        triangulate: true,
-        single_index: false,
-        ..tobj::LoadOptions::default()
-    };
-    // Materials say nothing about shape: their files are not opened.
-    let no_materials = |_: &Path| Ok((Vec::new(), HashMap::default()));
-    let (models, _) = tobj::load_obj_buf(&mut reader, &options, no_materials)
-        .map_err(|error| error.to_string())?;
-    let mut soup = Soup::default();
-    for model in models {
-        let first = soup.corners.len() as u32;
-        let positions = model.mesh.positions.chunks_exact(3);
-        soup.corners.extend(positions.map(DVec3::from_slice));
-        let indices = model.mesh.indices.chunks_exact(3);
-        soup.triangles.extend(indices.map(|i| shifted(i, first)));
+impl Soup {
+    /// Refuses more triangles than fit into memory.
+    pub(crate) fn check_memory(n_triangles: u128) -> Result<(), String> {
+        let (needed, limit) = (Bytes(n_triangles * TRIANGLE_BYTES), memory_limit());
+        if needed > limit {
+            return Err(format!(
+                "found {n_triangles} triangles, which take {needed} of memory, expected at most {limit}"
+            ));
+        }
+        Ok(())
     }
-    Ok(soup)
-}
 
-/// Corner numbers of a part of a file as those of the whole; no number of a damaged file wraps around.
-fn shifted(indices: &[u32], first: u32) -> [u32; 3] {
-    [0, 1, 2].map(|corner| first.saturating_add(indices[corner]))
+    /// Adds a part with corners of its own.
+    pub(crate) fn add(
+        &mut self,
+        corners: &[DVec3],
+        triangles: impl Iterator<Item = [u32; 3]>,
+    ) -> Result<(), String> {
+        let (first, n_own) = (self.corners.len(), corners.len() as u32);
+        if u32::try_from(first + corners.len()).is_err() {
+            return Err(format!("found more than {} corners", u32::MAX));
+        }
+        self.corners.extend_from_slice(corners);
+        for triangle in triangles {
+            if let Some(index) = triangle.into_iter().find(|index| *index >= n_own) {
+                let n_vertices = corners.len();
+                return Err(Error::VertexIndex { index, n_vertices }.to_string());
+            }
+            self.triangles
+                .push(triangle.map(|index| first as u32 + index));
+        }
+        Ok(())
+    }
 }
 
 fn read_stl(file: File) -> Result<Soup, String> {
     let mut reader = BufReader::new(file);
     let facets = stl_io::create_stl_reader(&mut reader).map_err(|error| error.to_string())?;
-    let mut corners = Vec::new();
+    let mut soup = Soup::default();
     for facet in facets {
         let facet = facet.map_err(|error| error.to_string())?;
-        corners.extend(facet.vertices.map(|vertex| Vec3::from(vertex.0).as_dvec3()));
-    }
-    let n_triangles = corners.len() as u32 / 3;
-    let triangles = (0..n_triangles).map(|index| [3 * index, 3 * index + 1, 3 * index + 2]);
-    Ok(Soup {
-        corners,
-        triangles: triangles.collect(),
-    })
-}
-
-fn read_gltf(path: &Path) -> Result<Soup, String> {
-    let document = gltf::Gltf::open(path).map_err(|error| error.to_string())?;
-    let gltf::Gltf { document, blob } = document;
-    let buffers = gltf::import_buffers(&document, path.parent(), blob);
-    let buffers = buffers.map_err(|error| error.to_string())?;
-    let mut soup = Soup::default();
-    let scene = document
-        .default_scene()
-        .or_else(|| document.scenes().next());
-    let roots = scene.iter().flat_map(gltf::Scene::nodes);
-    let mut waiting: Vec<_> = roots.map(|node| (node, DMat4::IDENTITY)).collect();
-    while let Some((node, parent)) = waiting.pop() {
-        let placed = parent * matrix_of(&node);
-        for primitive in node.mesh().iter().flat_map(gltf::Mesh::primitives) {
-            soup.add_primitive(&primitive, &buffers, placed)?;
-        }
-        waiting.extend(node.children().map(|child| (child, placed)));
+        let corners = facet.vertices.map(|vertex| Vec3::from(vertex.0).as_dvec3());
+        soup.add(&corners, std::iter::once([0, 1, 2]))?;
     }
     Ok(soup)
-}
-
-fn matrix_of(node: &gltf::Node) -> DMat4 {
-    let columns = node.transform().matrix();
-    DMat4::from_cols_array_2d(&columns.map(|column| column.map(f64::from)))
-}
-
-impl Soup {
-    /// Adds the triangles of a part of a file, `placed` by the transforms of its nodes.
-    fn add_primitive(
-        &mut self,
-        primitive: &gltf::Primitive,
-        buffers: &[gltf::buffer::Data],
-        placed: DMat4,
-    ) -> Result<(), String> {
-        let mode = primitive.mode();
-        if mode != gltf::mesh::Mode::Triangles {
-            return Err(format!("found a mesh of {mode:?}, expected triangles"));
-        }
-        let first = self.corners.len() as u32;
-        let reader = primitive.reader(|buffer| buffers.get(buffer.index()).map(|data| &data.0[..]));
-        let positions = reader.read_positions();
-        let positions = positions.ok_or("found a mesh without positions".to_owned())?;
-        self.corners
-            .extend(positions.map(|at| placed.transform_point3(Vec3::from(at).as_dvec3())));
-        let n_own = self.corners.len() as u32 - first;
-        let indices: Vec<u32> = match reader.read_indices() {
-            Some(indices) => indices.into_u32().collect(),
-            None => (0..n_own).collect(),
-        };
-        // A mirroring transform turns the triangles over.
-        let is_mirrored = placed.determinant() < 0.0;
-        self.triangles.extend(indices.chunks_exact(3).map(|i| {
-            let [a, b, c] = shifted(i, first);
-            if is_mirrored { [a, c, b] } else { [a, b, c] }
-        }));
-        Ok(())
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use std::fs;
-    use std::path::PathBuf;
 
     use super::*;
     use crate::aabb::Aabb;
@@ -258,10 +270,11 @@ mod tests {
         }
         let index = json.replace("\"count\":8", "\"count\":7");
         let files: [(&str, &[u8]); 2] = [("a.gltf", index.as_bytes()), ("cube.bin", &bytes)];
-        assert!(matches!(
-            in_folder(&files, read_mesh),
-            Err(Error::VertexIndex { index: 7, .. })
-        ));
+        let beyond = in_folder(&files, read_mesh).unwrap_err().to_string();
+        assert!(
+            beyond.contains("corner 7, expected less than 7"),
+            "{beyond}"
+        );
         let cut = in_folder(&[("a.stl", &stl()[..300])], read_mesh).unwrap_err();
         assert!(cut.to_string().contains("cannot be read as STL"), "{cut}");
         let missing = read_mesh(&PathBuf::from("no-such-file.obj"));

@@ -1,7 +1,7 @@
 //! Units, wavelength grids, spectra, CIE color, solar irradiance and refractive indices.
 //!
 //! The bottom of the workspace: every stage speaks in these units and on these wavelength grids.
-//! Its tables are embedded; nothing is read from disk.
+//! Its tables are embedded; nothing is read from disk but how much memory the system has.
 //!
 //! ```
 //! use niji_radiometry::{Colorimetry, WavelengthGrid, solar_irradiance, xy_chromaticity};
@@ -19,6 +19,7 @@ mod colorimetry;
 mod error;
 mod gauss_legendre;
 mod iapws_r9_97;
+mod memory_limit;
 mod moonlight;
 mod piecewise_linear;
 mod quan_fry;
@@ -44,6 +45,7 @@ pub use crate::colorimetry::Colorimetry;
 pub use crate::error::Error;
 pub use crate::gauss_legendre::gauss_legendre;
 pub use crate::iapws_r9_97::water_refractive_index;
+pub use crate::memory_limit::memory_limit;
 pub use crate::moonlight::moon_over_sun;
 pub use crate::quan_fry::sea_water_refractive_index;
 pub use crate::rgb_primaries::RgbPrimaries;

@@ -1,0 +1,528 @@
+//! Triangles from glTF 2.0 files.
+//!
+//! The default scene (the first where none is named) with the transforms of its nodes:
+//!   element i of an accessor = bytes offset + i stride .. offset + i stride + size of its view
+//! Nothing in the file is believed: every index must name something, every element must lie in its view and
+//! every view in its buffer, nodes must be a tree, and buffers must be files beside the mesh or below its folder.
+//! Khronos Group, glTF 2.0 Specification (2021), sections 3.5 to 3.7 and 4.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Component;
+use std::path::Path;
+use std::path::PathBuf;
+
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD as BASE64;
+use glam::DMat4;
+use glam::DQuat;
+use glam::DVec3;
+use glam::Vec3;
+use niji_radiometry::Bytes;
+use niji_radiometry::memory_limit;
+use serde::Deserialize;
+
+use crate::mesh_files::Soup;
+
+/// First bytes of a file with its buffer inside (GLB).
+const GLB_MAGIC: &[u8] = b"glTF";
+/// Names of the chunks of such a file.
+const JSON_CHUNK: &[u8] = b"JSON";
+const BINARY_CHUNK: &[u8] = b"BIN\0";
+/// Longest description: each `{},` of it becomes some tens of bytes.
+const MOST_JSON_BYTES: usize = 128 << 20;
+/// Starts of the names of extensions that say nothing about shape.
+const APPEARANCE: [&str; 4] = [
+    "KHR_materials_",
+    "KHR_texture_",
+    "EXT_texture_",
+    "KHR_lights_",
+];
+/// Most that the length of a rotation may differ from 1: writers round.
+const UNIT_TOLERANCE: f64 = 0.01;
+
+const U8: u32 = 5121;
+const U16: u32 = 5123;
+const U32: u32 = 5125;
+const F32: u32 = 5126;
+const TRIANGLES: u32 = 4;
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct Document {
+    asset: Asset,
+    scene: Option<usize>,
+    #[serde(default)]
+    scenes: Vec<Roots>,
+    #[serde(default)]
+    nodes: Vec<Node>,
+    #[serde(default)]
+    meshes: Vec<Mesh>,
+    #[serde(default)]
+    accessors: Vec<Accessor>,
+    #[serde(default)]
+    buffer_views: Vec<View>,
+    #[serde(default)]
+    buffers: Vec<Buffer>,
+    #[serde(default)]
+    extensions_required: Vec<String>,
+}
+
+#[derive(Deserialize)]
+struct Asset {
+    version: String,
+}
+
+#[derive(Deserialize)]
+struct Roots {
+    #[serde(default)]
+    nodes: Vec<usize>,
+}
+
+#[derive(Deserialize)]
+struct Node {
+    #[serde(default)]
+    children: Vec<usize>,
+    mesh: Option<usize>,
+    matrix: Option<[f64; 16]>,
+    translation: Option<[f64; 3]>,
+    rotation: Option<[f64; 4]>,
+    scale: Option<[f64; 3]>,
+}
+
+#[derive(Deserialize)]
+struct Mesh {
+    primitives: Vec<Primitive>,
+}
+
+#[derive(Deserialize)]
+struct Primitive {
+    attributes: MeshAttributes,
+    indices: Option<usize>,
+    #[serde(default = "triangles")]
+    mode: u32,
+}
+
+#[derive(Deserialize)]
+struct MeshAttributes {
+    #[serde(rename = "POSITION")]
+    position: Option<usize>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct Accessor {
+    #[serde(flatten)]
+    at: Place,
+    count: usize,
+    #[serde(rename = "type")]
+    kind: String,
+    sparse: Option<Sparse>,
+}
+
+/// Where elements stand, and what their numbers are.
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct Place {
+    buffer_view: Option<usize>,
+    #[serde(default)]
+    byte_offset: usize,
+    component_type: Option<u32>,
+}
+
+/// Elements that replace some of those of an accessor.
+#[derive(Deserialize)]
+struct Sparse {
+    count: usize,
+    indices: Place,
+    values: Place,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct View {
+    buffer: usize,
+    #[serde(default)]
+    byte_offset: usize,
+    byte_length: usize,
+    byte_stride: Option<usize>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct Buffer {
+    uri: Option<String>,
+    byte_length: usize,
+}
+
+fn triangles() -> u32 {
+    TRIANGLES
+}
+
+/// Reads the triangles of a file, opened from `path`.
+pub(crate) fn read_gltf(mut file: File, path: &Path) -> Result<Soup, String> {
+    let mut bytes = Vec::new();
+    file.read_to_end(&mut bytes)
+        .map_err(|error| error.to_string())?;
+    let (document, binary) = parsed(&bytes)?;
+    let shapes = document.shapes()?;
+    document.check_memory(&shapes)?;
+    let content = Content {
+        buffers: document.read_buffers(binary, path)?,
+        document: &document,
+    };
+    let mut soup = Soup::default();
+    for (primitive, placed) in shapes {
+        content.add_primitive(primitive, placed, &mut soup)?;
+    }
+    Ok(soup)
+}
+
+/// The files beside a file of this name that hold its corners, in the order of its buffers.
+pub(crate) fn buffer_files(mut file: File, path: &Path) -> Result<Vec<PathBuf>, String> {
+    let mut bytes = Vec::new();
+    file.read_to_end(&mut bytes)
+        .map_err(|error| error.to_string())?;
+    let (document, _) = parsed(&bytes)?;
+    let uris = document.buffers.iter().filter_map(|it| it.uri.as_ref());
+    let outside = uris.filter(|uri| !uri.starts_with("data:"));
+    outside.map(|uri| beside(path, uri)).collect()
+}
+
+/// The description in a file, and the buffer that stands behind it in a GLB.
+fn parsed(bytes: &[u8]) -> Result<(Document, Option<&[u8]>), String> {
+    let (json, binary) = if bytes.starts_with(GLB_MAGIC) {
+        let (json, rest) = chunk(bytes.get(12..).unwrap_or_default(), JSON_CHUNK)?;
+        let binary = (!rest.is_empty()).then(|| chunk(rest, BINARY_CHUNK));
+        (json, binary.transpose()?.map(|(binary, _)| binary))
+    } else {
+        (bytes, None)
+    };
+    if json.len() > MOST_JSON_BYTES {
+        let (found, most) = (Bytes(json.len() as u128), Bytes(MOST_JSON_BYTES as u128));
+        return Err(format!(
+            "found a description of {found}, expected at most {most}: keep buffers in files of their own"
+        ));
+    }
+    let document: Document = serde_json::from_slice(json).map_err(|error| error.to_string())?;
+    let version = &document.asset.version;
+    if !version.starts_with("2.") {
+        return Err(format!("found version {version:?}, expected 2.0"));
+    }
+    let is_shape = |name: &&String| !APPEARANCE.iter().any(|start| name.starts_with(start));
+    if let Some(name) = document.extensions_required.iter().find(is_shape) {
+        return Err(format!(
+            "found the required extension {name}, expected none: export the mesh without it"
+        ));
+    }
+    Ok((document, binary))
+}
+
+/// The content of the chunk that bytes begin with, and what follows it.
+fn chunk<'a>(bytes: &'a [u8], name: &[u8]) -> Result<(&'a [u8], &'a [u8]), String> {
+    let missing = || format!("found no whole chunk {:?}", String::from_utf8_lossy(name));
+    let (length, rest) = bytes.split_first_chunk::<4>().ok_or_else(missing)?;
+    let rest = rest.strip_prefix(name).ok_or_else(missing)?;
+    let length = u32::from_le_bytes(*length) as usize;
+    rest.split_at_checked(length).ok_or_else(missing)
+}
+
+/// A thing of a list by its index in the file.
+fn item<'a, T>(list: &'a [T], index: usize, what: &str) -> Result<&'a T, String> {
+    let n = list.len();
+    list.get(index)
+        .ok_or_else(|| format!("found {what} {index}, expected one of the {n} from 0"))
+}
+
+impl Document {
+    /// Shapes of the scene, and where they stand.
+    fn shapes(&self) -> Result<Vec<(&Primitive, DMat4)>, String> {
+        let scene = match self.scene {
+            Some(index) => Some(item(&self.scenes, index, "scene")?),
+            None => self.scenes.first(),
+        };
+        let roots = scene.map_or(&[][..], |scene| &scene.nodes);
+        let mut waiting: Vec<_> = roots.iter().map(|&root| (root, DMat4::IDENTITY)).collect();
+        let mut is_met = vec![false; self.nodes.len()];
+        let mut shapes = Vec::new();
+        while let Some((index, parent)) = waiting.pop() {
+            let node = item(&self.nodes, index, "node")?;
+            if std::mem::replace(&mut is_met[index], true) {
+                return Err(format!(
+                    "found node {index} twice in the scene, expected a tree: a node has one parent"
+                ));
+            }
+            let placed = parent * node.matrix()?;
+            if let Some(mesh) = node.mesh {
+                let mesh = item(&self.meshes, mesh, "mesh")?;
+                shapes.extend(mesh.primitives.iter().map(|primitive| (primitive, placed)));
+            }
+            waiting.extend(node.children.iter().map(|&child| (child, placed)));
+        }
+        Ok(shapes)
+    }
+
+    /// Refuses more triangles than fit into memory: a mesh can stand in many places.
+    fn check_memory(&self, shapes: &[(&Primitive, DMat4)]) -> Result<(), String> {
+        let mut n_triangles = 0;
+        for (primitive, _) in shapes {
+            let corners = primitive.indices.or(primitive.attributes.position);
+            let corners = corners.map(|index| item(&self.accessors, index, "accessor"));
+            n_triangles += corners.transpose()?.map_or(0, |it| it.count as u128 / 3);
+        }
+        Soup::check_memory(n_triangles)
+    }
+
+    fn read_buffers(&self, binary: Option<&[u8]>, path: &Path) -> Result<Vec<Vec<u8>>, String> {
+        let needed: u128 = self.buffers.iter().map(|it| it.byte_length as u128).sum();
+        let (needed, limit) = (Bytes(needed), memory_limit());
+        if needed > limit {
+            return Err(format!(
+                "found buffers of {needed}, expected at most {limit}"
+            ));
+        }
+        let buffers = self.buffers.iter().enumerate();
+        let buffers = buffers.map(|(index, buffer)| {
+            let mut bytes = match (&buffer.uri, binary) {
+                (Some(uri), _) => buffer.read(uri, path)?,
+                (None, Some(binary)) if index == 0 => binary.to_vec(),
+                (None, _) => return Err(format!("found no content of buffer {index}")),
+            };
+            let (found, expected) = (bytes.len(), buffer.byte_length);
+            if found < expected {
+                return Err(format!(
+                    "found {found} bytes of buffer {index}, expected {expected}: the file was cut short"
+                ));
+            }
+            bytes.truncate(expected);
+            Ok(bytes)
+        });
+        buffers.collect()
+    }
+}
+
+impl Node {
+    fn matrix(&self) -> Result<DMat4, String> {
+        if let Some(columns) = self.matrix {
+            return Ok(DMat4::from_cols_array(&columns));
+        }
+        let rotation = DQuat::from_array(self.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]));
+        if (rotation.length() - 1.0).abs() > UNIT_TOLERANCE {
+            return Err(format!(
+                "found the rotation {rotation}, expected one of length 1"
+            ));
+        }
+        Ok(DMat4::from_scale_rotation_translation(
+            self.scale.map_or(DVec3::ONE, DVec3::from),
+            rotation.normalize(),
+            self.translation.map_or(DVec3::ZERO, DVec3::from),
+        ))
+    }
+}
+
+impl Buffer {
+    /// Its bytes, or as many of them as it says.
+    fn read(&self, uri: &str, path: &Path) -> Result<Vec<u8>, String> {
+        if let Some(data) = uri.strip_prefix("data:") {
+            let (_, text) = data
+                .split_once(";base64,")
+                .ok_or("found a data URI that is not base64")?;
+            return BASE64.decode(text).map_err(|error| error.to_string());
+        }
+        let file = beside(path, uri)?;
+        let failed = |error: std::io::Error| format!("{}: {error}", file.display());
+        let mut bytes = Vec::new();
+        let source = File::open(&file).map_err(failed)?;
+        let mut source = source.take(self.byte_length as u64);
+        source.read_to_end(&mut bytes).map_err(failed)?;
+        Ok(bytes)
+    }
+}
+
+/// The file that a mesh names, which lies in its folder or below, whatever links say.
+fn beside(path: &Path, uri: &str) -> Result<PathBuf, String> {
+    let foreign = || {
+        format!("found the buffer {uri:?}, expected the name of a file in the folder of the mesh")
+    };
+    let name = PathBuf::from(percent_decoded(uri));
+    let is_name = |part| matches!(part, Component::Normal(_) | Component::CurDir);
+    if uri.contains([':', '\\']) || !name.components().all(is_name) {
+        return Err(foreign());
+    }
+    let folder = path.parent().filter(|folder| *folder != Path::new(""));
+    let folder = folder.unwrap_or(Path::new("."));
+    let failed = |error| format!("{uri}: {error}");
+    let file = folder.join(name).canonicalize().map_err(failed)?;
+    let is_inside = file.starts_with(folder.canonicalize().map_err(failed)?);
+    if !is_inside || !file.is_file() {
+        return Err(foreign());
+    }
+    Ok(file)
+}
+
+/// A text with its `%20` as spaces and so on.
+fn percent_decoded(text: &str) -> String {
+    let mut parts = text.split('%');
+    let mut bytes = parts.next().unwrap_or_default().as_bytes().to_vec();
+    for part in parts {
+        let code = part
+            .get(..2)
+            .and_then(|code| u8::from_str_radix(code, 16).ok());
+        bytes.push(code.unwrap_or(b'%'));
+        bytes.extend(part.bytes().skip(if code.is_some() { 2 } else { 0 }));
+    }
+    String::from_utf8_lossy(&bytes).into_owned()
+}
+
+/// A file with its buffers.
+struct Content<'a> {
+    document: &'a Document,
+    buffers: Vec<Vec<u8>>,
+}
+
+impl Content<'_> {
+    /// Adds the triangles of a part, `placed` by the transforms of its nodes.
+    fn add_primitive(
+        &self,
+        primitive: &Primitive,
+        placed: DMat4,
+        soup: &mut Soup,
+    ) -> Result<(), String> {
+        let mode = primitive.mode;
+        if mode != TRIANGLES {
+            return Err(format!(
+                "found a mesh of mode {mode}, expected {TRIANGLES}: triangles"
+            ));
+        }
+        let position = primitive.attributes.position;
+        let position = position.ok_or("found a mesh without positions")?;
+        let corners: Vec<DVec3> = self
+            .corners(position)?
+            .map(|corner| placed.transform_point3(corner))
+            .collect();
+        let indices = match primitive.indices {
+            Some(index) => self.indices(index)?,
+            None => (0..corners.len() as u32).collect(),
+        };
+        // A mirroring transform turns the triangles over.
+        let is_mirrored = placed.determinant() < 0.0;
+        let (triangles, rest) = indices.as_chunks::<3>();
+        if !rest.is_empty() {
+            let n = indices.len();
+            return Err(format!(
+                "found {n} corners of triangles, expected three each"
+            ));
+        }
+        let triangles = triangles
+            .iter()
+            .map(|&[a, b, c]| if is_mirrored { [a, c, b] } else { [a, b, c] });
+        soup.add(&corners, triangles)
+    }
+
+    fn corners(&self, index: usize) -> Result<impl Iterator<Item = DVec3>, String> {
+        let accessor = item(&self.document.accessors, index, "accessor")?;
+        let found = (&*accessor.kind, accessor.at.component_type);
+        if found != ("VEC3", Some(F32)) {
+            return Err(format!(
+                "found positions of {found:?}, expected VEC3 of {F32}: floats"
+            ));
+        }
+        let elements = self.elements::<12>(accessor)?.into_iter();
+        Ok(elements.map(|bytes| {
+            let numbers = [0, 4, 8].map(|at| [0, 1, 2, 3].map(|byte| bytes[at + byte]));
+            Vec3::from(numbers.map(f32::from_le_bytes)).as_dvec3()
+        }))
+    }
+
+    fn indices(&self, index: usize) -> Result<Vec<u32>, String> {
+        let accessor = item(&self.document.accessors, index, "accessor")?;
+        if accessor.kind != "SCALAR" {
+            let found = &accessor.kind;
+            return Err(format!("found indices of {found}, expected SCALAR"));
+        }
+        self.numbers(accessor)
+    }
+
+    /// Whole numbers.
+    fn numbers(&self, accessor: &Accessor) -> Result<Vec<u32>, String> {
+        Ok(match accessor.at.component_type {
+            Some(U8) => of_bytes(self.elements(accessor)?, |it: [u8; 1]| u32::from(it[0])),
+            Some(U16) => of_bytes(self.elements(accessor)?, |it| u16::from_le_bytes(it).into()),
+            Some(U32) => of_bytes(self.elements(accessor)?, u32::from_le_bytes),
+            found => {
+                return Err(format!(
+                    "found indices of component type {found:?}, expected {U8}, {U16} or {U32}"
+                ));
+            }
+        })
+    }
+
+    /// Elements of `N` bytes.
+    fn elements<const N: usize>(&self, accessor: &Accessor) -> Result<Vec<[u8; N]>, String> {
+        let count = accessor.count;
+        let mut elements = match (accessor.at.buffer_view, &accessor.sparse) {
+            (Some(view), _) => self.in_view(view, accessor.at.byte_offset, count)?,
+            // Zeros that are replaced in part.
+            (None, Some(_)) if count <= self.buffers.iter().map(Vec::len).sum() => {
+                vec![[0; N]; count]
+            }
+            (None, _) => return Err(format!("found {count} elements without a buffer view")),
+        };
+        let Some(sparse) = &accessor.sparse else {
+            return Ok(elements);
+        };
+        let places = Accessor {
+            at: sparse.indices,
+            count: sparse.count,
+            kind: String::new(),
+            sparse: None,
+        };
+        let values = sparse
+            .values
+            .buffer_view
+            .ok_or("found no values of a sparse accessor")?;
+        let values = self.in_view(values, sparse.values.byte_offset, sparse.count)?;
+        for (index, value) in self.numbers(&places)?.into_iter().zip(values) {
+            let element = elements.get_mut(index as usize);
+            *element.ok_or_else(|| {
+                format!("found sparse index {index}, expected less than {count}")
+            })? = value;
+        }
+        Ok(elements)
+    }
+
+    /// Elements of `N` bytes in a view.
+    fn in_view<const N: usize>(
+        &self,
+        view: usize,
+        byte_offset: usize,
+        count: usize,
+    ) -> Result<Vec<[u8; N]>, String> {
+        let outside = || {
+            format!(
+                "found {count} elements of {N} bytes beyond their buffer view {view} or its buffer"
+            )
+        };
+        let view = item(&self.document.buffer_views, view, "buffer view")?;
+        let buffer = item(&self.buffers, view.buffer, "buffer")?;
+        let stride = view.byte_stride.unwrap_or(N);
+        if stride < N {
+            return Err(format!(
+                "found a stride of {stride} bytes, expected at least {N}"
+            ));
+        }
+        let bytes = buffer.get(view.byte_offset..).ok_or_else(outside)?;
+        let bytes = bytes.get(..view.byte_length).ok_or_else(outside)?;
+        let bytes = bytes.get(byte_offset..).ok_or_else(outside)?;
+        // The last element has no gap behind it.
+        let found = bytes
+            .chunks(stride)
+            .map_while(|chunk| chunk.first_chunk::<N>());
+        let found: Vec<[u8; N]> = found.take(count).copied().collect();
+        (found.len() == count).then_some(found).ok_or_else(outside)
+    }
+}
+
+fn of_bytes<const N: usize>(elements: Vec<[u8; N]>, number: impl Fn([u8; N]) -> u32) -> Vec<u32> {
+    elements.into_iter().map(number).collect()
+}
