@@ -4,7 +4,6 @@
 //! memory is asked for, memory is asked for in a way that may fail, and it is touched only as blocks
 //! arrive that really unpack to what the header says. Every block must come exactly once.
 
-use std::fs::File;
 use std::io::BufReader;
 use std::io::Read;
 use std::io::Seek;
@@ -29,13 +28,16 @@ use ndarray::Array2;
 use niji_geometry::PixelRegion;
 use niji_radiometry::Bytes;
 use niji_radiometry::RgbPrimaries;
+use niji_radiometry::memory_limit;
 use rayon::prelude::*;
 
 use crate::attributes::AttributeValue;
 use crate::attributes::Attributes;
 use crate::checksum;
 use crate::error::Error;
+use crate::guarded::guarded;
 use crate::image_windows::ImageWindows;
+use crate::open_file::open_file;
 use crate::part::Part;
 
 /// Best that a codec can do: deflate packs at most 1032 bytes into one, the others less.
@@ -52,9 +54,8 @@ const BATCH_BYTES: usize = 32 << 20;
 /// A missing, truncated or damaged file, a header that promises more than the file can hold, a part
 /// that does not fit its checksum, or a value that is not finite.
 pub(crate) fn read_parts(path: &Path) -> Result<Vec<Part<'static>>, Error> {
-    let file = File::open(path)?;
-    let file_bytes = file.metadata()?.len();
-    read_from(BufReader::with_capacity(1 << 18, file), file_bytes)
+    let (file, file_bytes) = open_file(path)?;
+    sound(|| read_from(BufReader::with_capacity(1 << 18, file), file_bytes))
 }
 
 /// Reads the attributes of the first part, and of pixels no more than tells that none were cut off.
@@ -62,9 +63,11 @@ pub(crate) fn read_parts(path: &Path) -> Result<Vec<Part<'static>>, Error> {
 /// # Errors
 /// As for [`read_parts`], as far as headers and the end of each part show it.
 pub(crate) fn read_first_attributes(path: &Path) -> Result<Attributes, Error> {
-    let file = File::open(path)?;
-    let file_bytes = file.metadata()?.len();
-    let mut source = BufReader::new(file);
+    let (file, file_bytes) = open_file(path)?;
+    sound(|| first_attributes(BufReader::new(file), file_bytes))
+}
+
+fn first_attributes(mut source: impl Read + Seek, file_bytes: u64) -> Result<Attributes, Error> {
     let meta_data = exr::block::read(&mut source, false)?.into_meta_data();
     // The reader looks at most one byte ahead.
     let header_bytes = source.stream_position()?.saturating_sub(1);
@@ -78,6 +81,12 @@ pub(crate) fn read_first_attributes(path: &Path) -> Result<Attributes, Error> {
         .unwrap_or_default())
 }
 
+/// What is read, or damage where a codec panics.
+fn sound<T>(read: impl FnOnce() -> Result<T, Error>) -> Result<T, Error> {
+    let gave_up = || Error::Damaged("its pixels cannot be unpacked".to_owned());
+    guarded(read).unwrap_or_else(|| Err(gave_up()))
+}
+
 /// Reads all parts from a source of `file_bytes` bytes.
 pub(crate) fn read_from(
     source: impl Read + Seek,
@@ -86,6 +95,7 @@ pub(crate) fn read_from(
     let reader = exr::block::read(source, false)?;
     check_sizes(reader.meta_data(), 0, file_bytes)?;
     let meta_data = reader.meta_data().clone();
+    check_memory(&meta_data.headers)?;
     let mut pages = meta_data
         .headers
         .iter()
@@ -145,6 +155,19 @@ fn check_sizes(meta_data: &MetaData, header_bytes: u64, file_bytes: u64) -> Resu
             needed_bytes,
             file_bytes,
         });
+    }
+    Ok(())
+}
+
+/// Refuses more pixels than fit into memory.
+fn check_memory(headers: &[Header]) -> Result<(), Error> {
+    let n_samples = |header: &Header| {
+        let n_channels = header.channels.list.len() as u128;
+        n_channels * header.layer_size.area() as u128
+    };
+    let needed = Bytes(4 * headers.iter().map(n_samples).sum::<u128>());
+    if needed > memory_limit() {
+        return Err(Error::Memory { needed });
     }
     Ok(())
 }

@@ -4,7 +4,6 @@
 //! counts. The request hash covers all of them: a file whose request hash still fits is up to date.
 
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::io;
 use std::io::Read;
 use std::path::Path;
@@ -16,6 +15,7 @@ use crate::attributes;
 use crate::checksum::hexadecimal;
 use crate::error::Error;
 use crate::exr_read;
+use crate::open_file::open_file;
 
 /// Name of the item that holds the tool.
 const TOOL: &str = "niji:tool";
@@ -114,9 +114,9 @@ pub fn read_provenance(path: &Path) -> Result<Option<Provenance>, Error> {
 /// SHA-256 of a file's content, in hexadecimal.
 ///
 /// # Errors
-/// If the file cannot be read.
+/// If the file cannot be read, or is one that need not end.
 pub fn content_hash(path: &Path) -> io::Result<String> {
-    let mut file = File::open(path)?;
+    let (mut file, _) = open_file(path)?;
     let mut hasher = Sha256::new();
     let mut buffer = vec![0; 1 << 20];
     loop {

@@ -1,5 +1,7 @@
 //! What can be wrong with a photograph, a depth map or a request.
 
+use niji_radiometry::Bytes;
+
 /// Why a photograph cannot be read, or a request about it cannot be met. The path is known to the
 /// caller.
 #[derive(Debug, thiserror::Error)]
@@ -30,6 +32,17 @@ pub enum Error {
         file_bytes: u64,
         /// Most pixels such a file may hold.
         most: u64,
+    },
+    /// A picture that does not fit into memory.
+    #[error(
+        "the header promises a picture that takes {needed} of memory, expected at most {limit}, half of what \
+         there is: make it smaller"
+    )]
+    Memory {
+        /// Memory that its pixels take.
+        needed: Bytes,
+        /// Memory that they may take.
+        limit: Bytes,
     },
     /// A sound EXR file without what a picture needs.
     #[error("found no channel {0:?} in the EXR file, expected R, G and B")]

@@ -11,7 +11,6 @@
 //! 255 i/(n − 1), rounded; reading takes the nearest label.
 
 use std::fmt::Write as _;
-use std::fs::File;
 use std::io::Write;
 use std::path::Path;
 
@@ -112,11 +111,7 @@ pub fn write_labels(labels: &Array2<u8>, n_layers: usize, writer: impl Write) ->
 /// # Errors
 /// A missing or damaged file.
 pub fn read_labels(path: &Path, n_layers: usize) -> Result<Array2<u8>, Error> {
-    let file = File::open(path)?;
-    let file_bytes = file.metadata()?.len();
-    if file_bytes == 0 {
-        return Err(Error::Empty);
-    }
+    let (file, file_bytes) = photograph::opened(path)?;
     let (picture, _) = photograph::decode(file, file_bytes)?;
     let size = (picture.height() as usize, picture.width() as usize);
     let last = n_layers.saturating_sub(1) as f64;
@@ -128,6 +123,8 @@ pub fn read_labels(path: &Path, n_layers: usize) -> Result<Array2<u8>, Error> {
 
 #[cfg(test)]
 mod tests {
+    use std::fs::File;
+
     use super::*;
 
     #[test]

@@ -1,6 +1,8 @@
 //! Linear light by row and column, and how much of it a file may hold.
 
 use ndarray::Array2;
+use niji_radiometry::Bytes;
+use niji_radiometry::memory_limit;
 
 use crate::error::Error;
 
@@ -10,6 +12,15 @@ pub(crate) const MOST_PIXELS: u64 = 1 << 28;
 pub(crate) const MOST_PIXELS_PER_BYTE: u64 = 8 * 1032;
 /// Linear Rec.709 by row and column.
 pub type LinearPicture = Array2<[f32; 3]>;
+
+/// Refuses what does not fit into memory.
+pub(crate) fn check_memory(needed_bytes: u128) -> Result<(), Error> {
+    let (needed, limit) = (Bytes(needed_bytes), memory_limit());
+    if needed > limit {
+        return Err(Error::Memory { needed, limit });
+    }
+    Ok(())
+}
 
 /// Refuses sizes that no sound file of this length has.
 pub(crate) fn check_size(width: u64, height: u64, file_bytes: u64) -> Result<(), Error> {

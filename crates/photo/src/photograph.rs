@@ -18,6 +18,8 @@ use image::ImageFormat;
 use image::ImageReader;
 use image::Limits;
 use ndarray::Array2;
+use niji_exchange::guarded;
+use niji_exchange::open_file;
 use niji_radiometry::srgb_decode;
 use rayon::prelude::*;
 
@@ -26,11 +28,14 @@ use crate::exif_notes::ExifNotes;
 use crate::jpeg_end::has_end_of_image;
 use crate::linear_picture::LinearPicture;
 use crate::linear_picture::MOST_PIXELS;
+use crate::linear_picture::check_memory;
 use crate::linear_picture::check_size;
 use crate::plate;
 
 /// Memory that a decoder may ask for, in bytes: 16 for each of [`MOST_PIXELS`].
 const MOST_DECODER_BYTES: u64 = 16 * MOST_PIXELS;
+/// Memory that a pixel takes as linear light and where it is worked on.
+const LIGHT_BYTES: u128 = 64;
 /// First bytes of an EXR file.
 const EXR_MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
 
@@ -63,11 +68,7 @@ impl Photograph {
     /// A missing, empty, truncated or damaged file, one of another kind, or a header that promises
     /// more pixels than the file can hold.
     pub fn read(path: &Path) -> Result<Self, Error> {
-        let mut file = File::open(path)?;
-        let file_bytes = file.metadata()?.len();
-        if file_bytes == 0 {
-            return Err(Error::Empty);
-        }
+        let (mut file, file_bytes) = opened(path)?;
         let mut magic = [0; 4];
         let n_bytes = file.read(&mut magic)?;
         file.seek(SeekFrom::Start(0))?;
@@ -94,6 +95,15 @@ impl Photograph {
     }
 }
 
+/// A file that is not empty and ends, and its length.
+pub(crate) fn opened(path: &Path) -> Result<(File, u64), Error> {
+    let (file, file_bytes) = open_file(path)?;
+    if file_bytes == 0 {
+        return Err(Error::Empty);
+    }
+    Ok((file, file_bytes))
+}
+
 fn read_coded(file: File, file_bytes: u64) -> Result<Photograph, Error> {
     let (picture, notes) = decode(file, file_bytes)?;
     let (light, encoding) = linearize(&picture)?;
@@ -105,7 +115,14 @@ fn read_coded(file: File, file_bytes: u64) -> Result<Photograph, Error> {
 }
 
 /// The code values, upright, and the camera's notes.
-pub(crate) fn decode(mut file: File, file_bytes: u64) -> Result<(DynamicImage, ExifNotes), Error> {
+pub(crate) fn decode(file: File, file_bytes: u64) -> Result<(DynamicImage, ExifNotes), Error> {
+    guarded(|| decode_unguarded(file, file_bytes)).unwrap_or_else(|| {
+        let message = "its pixels cannot be unpacked";
+        Err(Error::Damaged(message.to_owned()))
+    })
+}
+
+fn decode_unguarded(mut file: File, file_bytes: u64) -> Result<(DynamicImage, ExifNotes), Error> {
     let format = ImageReader::new(BufReader::new(&file))
         .with_guessed_format()?
         .format();
@@ -131,6 +148,8 @@ pub(crate) fn decode(mut file: File, file_bytes: u64) -> Result<(DynamicImage, E
     let mut decoder = reader.into_decoder().map_err(damaged)?;
     let (width, height) = decoder.dimensions();
     check_size(u64::from(width), u64::from(height), file_bytes)?;
+    let n_pixels = u128::from(width) * u128::from(height);
+    check_memory(2 * u128::from(decoder.total_bytes()) + LIGHT_BYTES * n_pixels)?;
     let orientation = decoder.orientation().map_err(damaged)?;
     let exif = decoder.exif_metadata().map_err(damaged)?;
     let mut picture = DynamicImage::from_decoder(decoder).map_err(damaged)?;

@@ -18,6 +18,7 @@ use exr::prelude::attribute::Chromaticities;
 use exr::prelude::read as read_file;
 use ndarray::Array2;
 use niji_exchange::ImageWindows;
+use niji_exchange::guarded;
 use niji_geometry::PixelRegion;
 use niji_radiometry::RgbPrimaries;
 
@@ -25,7 +26,9 @@ use crate::compositing::check_size as check_size_of_plane;
 use crate::depth_map::metres;
 use crate::error::Error;
 use crate::linear_picture::LinearPicture;
+use crate::linear_picture::check_memory;
 use crate::linear_picture::check_size;
+use crate::photograph::opened;
 use crate::picture_files::to_f32;
 
 /// Name of the attribute with the unit of a part, in the images of `niji render`.
@@ -34,6 +37,9 @@ const UNIT: &str = "niji:unit";
 const COLORS: [&str; 3] = ["R", "G", "B"];
 const ALPHA: &str = "A";
 const DEPTH: &str = "Z";
+
+/// Memory that a value takes while a file is read: as it stands there, as a float, and in the picture.
+const SAMPLE_BYTES: u128 = 12;
 
 /// A picture of another program that a bow is set into.
 #[derive(Clone, Debug, PartialEq)]
@@ -179,18 +185,30 @@ fn plane(layers: &[Layer], name: &str) -> Option<Array2<f32>> {
 }
 
 fn layers(path: &Path) -> Result<File, Error> {
-    let file_bytes = std::fs::metadata(path)?.len();
+    guarded(|| read_layers(path)).unwrap_or_else(|| {
+        let message = "its pixels cannot be unpacked";
+        Err(Error::Damaged(message.to_owned()))
+    })
+}
+
+fn read_layers(path: &Path) -> Result<File, Error> {
+    let file_bytes = opened(path)?.1;
     let header = MetaData::read_from_file(path, false).map_err(damaged)?;
+    let mut n_samples = 0;
     for part in &header.headers {
         let size = part.layer_size;
         check_size(size.width() as u64, size.height() as u64, file_bytes)?;
+        n_samples += size.area() as u128 * part.channels.list.len() as u128;
     }
+    check_memory(SAMPLE_BYTES * n_samples)?;
     let picture = read_file()
         .no_deep_data()
         .largest_resolution_level()
         .all_channels()
         .all_layers()
         .all_attributes()
+        // A panic of a codec in a thread of the crate would end the program.
+        .non_parallel()
         .from_file(path)
         .map_err(damaged)?;
     let shared = picture.attributes;
