@@ -64,7 +64,7 @@ pub(crate) fn execute(command: &InfoCommand, common: &Common) -> Result<(), Fail
         let file =
             VdbFile::read(path).map_err(|error| Failure::bad_input(path, with_causes(&error)))?;
         if let Some(to) = &command.preview {
-            preview::write(&file, path, to)?;
+            preview::write(&file, (path, to), common.verbosity())?;
         }
         vdb::report(&file)
     } else if command.preview.is_some() {

@@ -13,6 +13,7 @@ use plotters::style::colors::colormaps::ViridisRGB;
 
 use crate::failure::Failure;
 use crate::output;
+use crate::progress::Verbosity;
 
 /// Longest edge of a panel in pixels; larger ones are averaged down.
 const PANEL_PX: usize = 320;
@@ -26,9 +27,24 @@ type Panel = Array2<f64>;
 ///
 /// # Errors
 /// No grid of floats with an active voxel, or a file that cannot be written.
-pub(super) fn write(file: &VdbFile, source: &Path, to: &Path) -> Result<(), Failure> {
-    let trees = file.grids.iter().filter_map(|grid| grid.tree.as_float());
-    let rows: Vec<Vec<Panel>> = trees.filter_map(panels).collect();
+pub(super) fn write(
+    file: &VdbFile,
+    (source, to): (&Path, &Path),
+    verbosity: Verbosity,
+) -> Result<(), Failure> {
+    let mut rows: Vec<Vec<Panel>> = Vec::new();
+    for grid in &file.grids {
+        let Some(views) = grid.tree.as_float().and_then(views) else {
+            continue;
+        };
+        if views.n_not_finite > 0 {
+            verbosity.warn(format_args!(
+                "{}: {} active values are no finite numbers, and are drawn as 0",
+                grid.name, views.n_not_finite
+            ));
+        }
+        rows.push(views.panels);
+    }
     if rows.is_empty() {
         let none = "found no float grid with active voxels, expected one to draw";
         return Err(Failure::bad_input(source, none));
@@ -44,81 +60,157 @@ pub(super) fn write(file: &VdbFile, source: &Path, to: &Path) -> Result<(), Fail
     })
 }
 
-/// Projections along the three axes, then slices; `None` for an empty grid.
-fn panels(tree: &FloatTree) -> Option<Vec<Panel>> {
-    let (low, high) = tree.active_bounds()?;
-    let size = [0, 1, 2].map(|axis| (high[axis] - low[axis] + 1) as usize);
-    let middle = [0, 1, 2].map(|axis| i32::midpoint(low[axis], high[axis]));
-    let shape = |axis: usize| match axis {
-        0 => (size[1], size[2]),
-        1 => (size[2], size[0]),
-        _ => (size[1], size[0]),
-    };
-    // Row and column of a voxel in the view along an axis, up being up.
-    let place = |axis: usize, voxel: [i32; 3]| {
-        let from_low = |axis: usize| (voxel[axis] - low[axis]) as usize;
-        let from_high = |axis: usize| (high[axis] - voxel[axis]) as usize;
-        match axis {
-            0 => (from_high(1), from_high(2)),
-            1 => (from_low(2), from_low(0)),
-            _ => (from_high(1), from_low(0)),
-        }
-    };
-    let mut views: Vec<Panel> = (0..6).map(|view| Array2::zeros(shape(view % 3))).collect();
-    for_each_active(tree, |voxel, value| {
-        for axis in 0..3 {
-            let (row, column) = place(axis, voxel);
-            views[axis][[row, column]] += value / size[axis] as f64;
-            if voxel[axis] == middle[axis] {
-                views[3 + axis][[row, column]] = value;
-            }
-        }
-    });
-    Some(views.iter().map(reduced).collect())
+/// What a grid shows.
+struct Views {
+    /// Projections along the three axes, then slices.
+    panels: Vec<Panel>,
+    /// Active values that are no numbers, which are not drawn.
+    n_not_finite: u64,
 }
 
-fn for_each_active(tree: &FloatTree, mut visit: impl FnMut([i32; 3], f64)) {
+/// The views of a grid; `None` for an empty one.
+fn views(tree: &FloatTree) -> Option<Views> {
+    let bounds = tree.active_bounds()?;
+    let mut sums: Vec<Sum> = (0..3).map(|axis| Sum::new(bounds, axis)).collect();
+    let mut n_not_finite = 0;
+    let mut add = |origin: [i32; 3], dim: i64, value: f32| {
+        if value.is_finite() {
+            let origin = origin.map(i64::from);
+            for sum in &mut sums {
+                sum.add(origin, dim, f64::from(value));
+            }
+        } else {
+            n_not_finite += dim.pow(3) as u64;
+        }
+    };
     for leaf in tree.leaves() {
         for (index, value) in leaf.active() {
-            visit(leaf.voxel(index), f64::from(value));
+            add(leaf.voxel(index), 1, value);
         }
     }
     for tile in tree.tiles().iter().filter(|tile| tile.active) {
-        let dim = tile.level.dim();
-        for offset in 0..i64::from(dim).pow(3) {
-            let dim = i64::from(dim);
-            let within = [offset / (dim * dim), offset / dim % dim, offset % dim];
-            let voxel = [0, 1, 2].map(|axis| tile.origin[axis] + within[axis] as i32);
-            visit(voxel, f64::from(tile.value));
+        add(tile.origin, i64::from(tile.level.dim()), tile.value);
+    }
+    let projections = sums.iter().map(|sum| sum.panel(&sum.projection));
+    let slices = sums.iter().map(|sum| sum.panel(&sum.slice));
+    Some(Views {
+        panels: projections.chain(slices).collect(),
+        n_not_finite,
+    })
+}
+
+/// The view along an axis while voxels arrive: sums over blocks of voxels, so that the longest edge of a
+/// panel fits however far apart voxels lie.
+struct Sum {
+    axis: usize,
+    rows: Edge,
+    columns: Edge,
+    /// Voxels along the axis, and the middle one.
+    depth: i64,
+    middle: i64,
+    /// Voxels along the edge of a block.
+    block: i64,
+    projection: Panel,
+    slice: Panel,
+}
+
+/// An edge of a panel.
+struct Edge {
+    axis: usize,
+    low: i64,
+    high: i64,
+    /// Whether it runs from high to low.
+    is_turned: bool,
+}
+
+impl Sum {
+    fn new((low, high): ([i32; 3], [i32; 3]), axis: usize) -> Self {
+        let edge = |axis: usize, is_turned| Edge {
+            axis,
+            low: i64::from(low[axis]),
+            high: i64::from(high[axis]),
+            is_turned,
+        };
+        // Up is up; along y one sees +z down.
+        let (rows, columns) = match axis {
+            0 => (edge(1, true), edge(2, true)),
+            1 => (edge(2, false), edge(0, false)),
+            _ => (edge(1, true), edge(0, false)),
+        };
+        let depth = edge(axis, false);
+        let block = rows.len().max(columns.len()).unsigned_abs();
+        let block = block.div_ceil(PANEL_PX as u64) as i64;
+        let shape = [&rows, &columns].map(|edge| ((edge.len() - 1) / block + 1) as usize);
+        Self {
+            axis,
+            depth: depth.len(),
+            middle: (depth.low + depth.high).div_euclid(2),
+            block,
+            projection: Array2::zeros(shape),
+            slice: Array2::zeros(shape),
+            rows,
+            columns,
         }
+    }
+
+    /// Adds a cube of voxels of one value.
+    fn add(&mut self, origin: [i64; 3], dim: i64, value: f64) {
+        let along = origin[self.axis];
+        let is_in_slice = (along..along + dim).contains(&self.middle);
+        for (row, n_rows) in self.rows.parts(origin, dim, self.block) {
+            for (column, n_columns) in self.columns.parts(origin, dim, self.block) {
+                let sum = value * (n_rows * n_columns) as f64;
+                self.projection[[row, column]] += sum * dim as f64 / self.depth as f64;
+                if is_in_slice {
+                    self.slice[[row, column]] += sum;
+                }
+            }
+        }
+    }
+
+    /// Means over the blocks; small grids are enlarged.
+    fn panel(&self, sums: &Panel) -> Panel {
+        let (rows, columns) = sums.dim();
+        let enlarge = if self.block == 1 {
+            PANEL_PX / rows.max(columns)
+        } else {
+            1
+        };
+        let inside = |edge: &Edge, index: usize| {
+            let first = index as i64 * self.block;
+            (first + self.block).min(edge.len()) - first
+        };
+        Array2::from_shape_fn((rows * enlarge, columns * enlarge), |(row, column)| {
+            let (row, column) = (row / enlarge, column / enlarge);
+            let n = inside(&self.rows, row) * inside(&self.columns, column);
+            sums[[row, column]] / n as f64
+        })
     }
 }
 
-/// Means over blocks, so that the longest edge fits.
-fn reduced(panel: &Panel) -> Panel {
-    let (rows, columns) = panel.dim();
-    let block = rows.max(columns).div_ceil(PANEL_PX);
-    // Small grids are enlarged.
-    let enlarge = if block == 1 {
-        PANEL_PX / rows.max(columns)
-    } else {
-        1
-    };
-    let shape = (
-        rows.div_ceil(block) * enlarge,
-        columns.div_ceil(block) * enlarge,
-    );
-    Array2::from_shape_fn(shape, |(row, column)| {
-        let (first_row, first_column) = (row / enlarge * block, column / enlarge * block);
-        let (mut sum, mut n) = (0.0, 0.0);
-        for y in first_row..(first_row + block).min(rows) {
-            for x in first_column..(first_column + block).min(columns) {
-                sum += panel[[y, x]];
-                n += 1.0;
-            }
-        }
-        sum / n
-    })
+impl Edge {
+    fn len(&self) -> i64 {
+        self.high - self.low + 1
+    }
+
+    /// The blocks that a cube lies in, and how many of its voxels in each.
+    fn parts(
+        &self,
+        origin: [i64; 3],
+        dim: i64,
+        block: i64,
+    ) -> impl Iterator<Item = (usize, i64)> + use<> {
+        let first = if self.is_turned {
+            self.high - (origin[self.axis] + dim - 1)
+        } else {
+            origin[self.axis] - self.low
+        };
+        let end = first + dim;
+        (first / block..=(end - 1) / block).map(move |index| {
+            let inside = end.min((index + 1) * block) - first.max(index * block);
+            (index as usize, inside)
+        })
+    }
 }
 
 /// All panels on one sheet: width, height and RGB.
@@ -168,12 +260,32 @@ mod tests {
         leaf.set([0, 0, 0], 1.0);
         leaf.set([3, 1, 2], 4.0);
         let tree = FloatTree::from_leaves(0.0, vec![leaf]).unwrap();
-        let views = panels(&tree).unwrap();
+        let views = views(&tree).unwrap().panels;
         // The box is 4 x 2 x 3 voxels; along z the one at +x, +y is on top at the right.
         let front = &views[2];
         let (rows, columns) = front.dim();
         assert!(front[[0, columns - 1]] > 0.0 && front[[rows - 1, 0]] > 0.0);
         assert_eq!(front[[0, 0]], 0.0);
         assert_eq!(front[[0, columns - 1]], 4.0 / 3.0, "mean along z");
+    }
+    #[test]
+    fn voxels_that_are_no_numbers_or_far_apart_are_drawn_without_a_panic() {
+        let leaf = |origin: [i32; 3], value| {
+            let mut leaf = niji_vdb::Leaf::new(origin, 0.0);
+            leaf.set(origin, value);
+            leaf
+        };
+        let far = 1 << 30;
+        let leaves = [
+            leaf([0, 0, 0], f32::NAN),
+            leaf([8, 0, 0], f32::INFINITY),
+            leaf([-far, -far, -far], 1.0),
+            leaf([far, far, far], 2.0),
+        ];
+        let tree = FloatTree::from_leaves(0.0, leaves.to_vec()).unwrap();
+        let views = views(&tree).unwrap();
+        assert_eq!(views.n_not_finite, 2);
+        let (_, _, bytes) = sheet(&[views.panels]);
+        assert!(bytes.len() < 6 * 3 * (PANEL_PX + GAP_PX) * (PANEL_PX + 2 * GAP_PX) + 8000);
     }
 }

@@ -62,13 +62,17 @@ pub(super) fn report(file: &VdbFile) -> Report {
     Report { text, json, ranges }
 }
 
-/// Smallest, largest and mean active value of a grid of floats.
+/// Smallest, largest and mean active value of a grid of floats; NaN where one is no number, so that no condition
+/// on them holds.
 fn range(grid: &Grid) -> Option<[f64; 3]> {
     let tree = grid.tree.as_float()?;
     let (mut min, mut max, mut sum, mut n) = (f64::INFINITY, f64::NEG_INFINITY, 0.0, 0_u64);
     for (_, value) in tree.leaves().iter().flat_map(niji_vdb::Leaf::active) {
         let value = f64::from(value);
         (min, max, sum, n) = (min.min(value), max.max(value), sum + value, n + 1);
+    }
+    if sum.is_nan() {
+        return Some([f64::NAN; 3]);
     }
     (n > 0).then(|| [min, max, sum / n as f64])
 }
@@ -98,7 +102,11 @@ fn describe(grid: &Grid, range: Option<[f64; 3]>, text: &mut String) {
         voxel_m.z
     );
     if let Some([min, max, mean]) = range {
-        let _ = write!(text, "; {min:.6e} .. {max:.6e}, mean {mean:.6e}");
+        let _ = if mean.is_nan() {
+            write!(text, "; some values are no numbers (NaN)")
+        } else {
+            write!(text, "; {min:.6e} .. {max:.6e}, mean {mean:.6e}")
+        };
     }
     text.push('\n');
     describe_metadata(&grid.metadata, text);
