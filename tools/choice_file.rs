@@ -8,6 +8,7 @@ use niji_picture::Choice;
 use crate::failure::Failure;
 use crate::output;
 use crate::output::Existing;
+use crate::text_file;
 
 /// Its name in the folder of a run.
 pub(crate) const FILE: &str = "choice.toml";
@@ -21,7 +22,7 @@ const HEAD: &str = "# What niji decided for a picture, and what it measured for 
 /// # Errors
 /// A file that is missing or none of ours.
 pub(crate) fn read(path: &Path) -> Result<Choice, Failure> {
-    let text = fs::read_to_string(path).map_err(|error| Failure::bad_input(path, error))?;
+    let text = text_file::read(path)?;
     toml::from_str(&text).map_err(|error| {
         let cause = error.message();
         let text = format!("{cause}; expected a choice, as `niji plan SCENE -o FILE` writes it");
@@ -36,6 +37,7 @@ pub(crate) fn read(path: &Path) -> Result<Choice, Failure> {
 pub(crate) fn write(choice: &Choice, path: &Path, existing: Existing) -> Result<(), Failure> {
     let text = toml::to_string(choice).map_err(|error| Failure::Failed(error.to_string()))?;
     let text = HEAD.to_owned() + &text;
+    output::check_regular(path)?;
     if fs::read_to_string(path).is_ok_and(|found| found == text) {
         return Ok(());
     }

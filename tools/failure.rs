@@ -11,6 +11,7 @@ use niji_picture::without_path;
 use niji_scene::NoSuchMoment;
 
 use crate::shell_word::quoted;
+use crate::shell_word::word;
 
 /// A failure of the program: one message, one exit code.
 #[derive(Debug, thiserror::Error)]
@@ -89,10 +90,10 @@ fn how_to_make_drops(error: &niji_picture::Error) -> String {
         _ => "NAME",
     };
     format!(
-        "; to make drops of a density grid: niji drops from-vdb {} --grid {} --density-means \
+        "; to make drops of a density grid: niji drops from-vdb {} --grid={} --density-means \
          optical-depth --scale 1 --effective-radius-um 100 -o drops.vdb",
         quoted(path),
-        quoted(Path::new(choice))
+        word(choice.as_ref())
     )
 }
 

@@ -40,11 +40,14 @@ mod shell_word;
 mod stages;
 mod sun;
 mod sweep;
+mod text_file;
 mod theory_name;
 mod timed_run;
 mod water_flags;
 
 use std::ffi::OsString;
+use std::io::Write;
+use std::panic::Location;
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -56,20 +59,38 @@ use crate::failure::Failure;
 /// Runs the program with a command line (its own name first) and returns its exit code.
 pub fn main_with(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     output::remove_unfinished_on_interrupt();
+    hush_decoders();
     let arguments = match Arguments::try_parse_from(arguments) {
         Ok(arguments) => arguments,
         Err(error) => {
-            let _ = error.print();
+            let printed = error.print().and_then(|()| std::io::stdout().flush());
+            // Help is a result, a message about usage is not.
+            if let (Err(lost), false) = (output::printed(printed), error.use_stderr()) {
+                output::say(format_args!("error: {lost}"));
+                return lost.exit_code();
+            }
             return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
         }
     };
     match dispatch(&arguments) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            eprintln!("error: {failure}");
+            output::say(format_args!("error: {failure}"));
             failure.exit_code()
         }
     }
+}
+
+/// Says nothing where a foreign decoder panics: that is damage of its file, which is said by the reader.
+fn hush_decoders() {
+    const DECODERS: [&str; 5] = ["/exr-", "/image-", "/png-", "/zune-", "/half-"];
+    let usual = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |info| {
+        let file = info.location().map_or("", Location::file);
+        if !DECODERS.iter().any(|name| file.contains(name)) {
+            usual(info);
+        }
+    }));
 }
 
 fn dispatch(arguments: &Arguments) -> Result<(), Failure> {
@@ -101,10 +122,7 @@ fn dispatch(arguments: &Arguments) -> Result<(), Failure> {
         Command::Lee(command) => lee::execute(command, common),
         Command::Eval(command) => eval::execute(command, common),
         Command::Selftest(command) => selftest::execute(command, common),
-        Command::Completions(command) => {
-            shell::completions(command);
-            Ok(())
-        }
+        Command::Completions(command) => shell::completions(command),
         Command::Man(command) => shell::man(command),
         Command::Schema(command) => schema::execute(command),
     }

@@ -22,6 +22,7 @@ use tempfile::Builder;
 use tempfile::NamedTempFile;
 
 use crate::failure::Failure;
+use crate::run::files::hash;
 
 /// Temporary files of this process, removed when it is interrupted.
 static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
@@ -48,12 +49,7 @@ pub(crate) enum Existing {
 /// # Errors
 /// [`Failure::Usage`] if something is there and may not be replaced.
 pub(crate) fn check_free(path: &Path, existing: Existing) -> Result<(), Failure> {
-    if path.is_dir() {
-        return Err(Failure::Usage(format!(
-            "{} is a folder, expected the name of a file to write",
-            path.display()
-        )));
-    }
+    check_regular(path)?;
     if existing == Existing::Refuse && path.exists() {
         return Err(Failure::Usage(format!(
             "{} exists already: choose another name with -o, or replace it with --force",
@@ -61,6 +57,27 @@ pub(crate) fn check_free(path: &Path, existing: Existing) -> Result<(), Failure>
         )));
     }
     Ok(())
+}
+
+/// Refuses the name of something that no result replaces: a folder, a pipe, a device, a link.
+///
+/// # Errors
+/// [`Failure::Usage`] if there is something else than a file.
+pub(crate) fn check_regular(path: &Path) -> Result<(), Failure> {
+    let Ok(found) = fs::symlink_metadata(path) else {
+        return Ok(());
+    };
+    let kind = found.file_type();
+    let what = match (kind.is_file(), kind.is_dir(), kind.is_symlink()) {
+        (true, _, _) => return Ok(()),
+        (_, true, _) => "a folder",
+        (_, _, true) => "a link",
+        _ => "a pipe or a device",
+    };
+    Err(Failure::Usage(format!(
+        "{} is {what}, expected the name of a file to write",
+        path.display()
+    )))
 }
 
 /// Refuses a name for two outputs.
@@ -80,12 +97,13 @@ pub(crate) fn check_distinct(paths: &[&Path]) -> Result<(), Failure> {
 /// Writes a file as a whole or not at all.
 ///
 /// # Errors
-/// [`Failure::Failed`] if the folder cannot be made or the file cannot be written; whatever stood
-/// under that name before is untouched then.
+/// [`Failure::Failed`] if the folder cannot be made or the file cannot be written, [`Failure::Usage`] if
+/// something else than a file has its name; whatever stood under that name before is untouched then.
 pub(crate) fn write_file<E: std::fmt::Display>(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<File>) -> Result<(), E>,
 ) -> Result<(), Failure> {
+    check_regular(path)?;
     let failed = |error: &dyn std::fmt::Display| {
         Failure::Failed(format!("cannot write {}: {error}", path.display()))
     };
@@ -134,7 +152,15 @@ pub(crate) fn write_csv(path: &Path, rows: &[impl serde::Serialize]) -> Result<(
 pub(crate) fn print(text: &str) -> Result<(), Failure> {
     let mut stdout = io::stdout().lock();
     let written = stdout.write_all(text.as_bytes());
-    match written.and_then(|()| stdout.flush()) {
+    printed(written.and_then(|()| stdout.flush()))
+}
+
+/// What became of something printed.
+///
+/// # Errors
+/// [`Failure::Failed`] if it is lost, though somebody may wait for it.
+pub(crate) fn printed(outcome: io::Result<()>) -> Result<(), Failure> {
+    match outcome {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
             Err(Failure::Failed(format!("cannot print: {error}")))
         }
@@ -142,19 +168,40 @@ pub(crate) fn print(text: &str) -> Result<(), Failure> {
     }
 }
 
+/// Says something on standard error, where somebody may have stopped to listen.
+pub(crate) fn say(text: impl std::fmt::Display) {
+    // There is nobody to tell of a failure.
+    let _ = writeln!(io::stderr(), "{text}");
+}
+
 /// Removes temporary files that nobody writes any more.
 pub(crate) fn remove_abandoned(folder: &Path) {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
-    for path in entries.map(|entry| entry.path()) {
-        let name = path.file_name().and_then(|name| name.to_str());
-        let is_temporary =
-            name.is_some_and(|name| name.starts_with(PREFIX) && name.ends_with(SUFFIX));
+    for entry in entries {
+        let (path, is_file) = (entry.path(), entry.file_type().is_ok_and(|it| it.is_file()));
         let is_abandoned = || File::open(&path).is_ok_and(|file| file.try_lock().is_ok());
-        if is_temporary && is_abandoned() {
+        if is_file && is_temporary(&path) && is_abandoned() {
             // What cannot be removed does no harm.
             let _ = fs::remove_file(&path);
         }
     }
+}
+
+/// Start of the names of the temporary files of a process: a hash of its number tells them from what others call
+/// so.
+fn prefix(process: &str) -> String {
+    format!("{PREFIX}{process}-{}-", hash(format!("niji {process}")))
+}
+
+/// Is it the name of a temporary file of ours?
+fn is_temporary(path: &Path) -> bool {
+    let name = path.file_name().and_then(|name| name.to_str());
+    name.is_some_and(|name| {
+        let process = name
+            .strip_prefix(PREFIX)
+            .and_then(|it| it.split('-').next());
+        name.ends_with(SUFFIX) && process.is_some_and(|it| name.starts_with(&prefix(it)))
+    })
 }
 
 /// A temporary file that nobody takes for abandoned.
@@ -171,8 +218,9 @@ fn locked_file(folder: &Path) -> io::Result<NamedTempFile> {
 }
 
 fn temporary_file(folder: &Path) -> io::Result<NamedTempFile> {
+    let prefix = prefix(&std::process::id().to_string());
     let mut builder = Builder::new();
-    builder.prefix(PREFIX).suffix(SUFFIX);
+    builder.prefix(&prefix).suffix(SUFFIX);
     // The default of the crate is private to the user; results are for whoever the umask says.
     #[cfg(unix)]
     {
@@ -246,9 +294,14 @@ mod tests {
     #[test]
     fn only_abandoned_temporary_files_are_removed() {
         let folder = tempfile::tempdir().unwrap();
-        let abandoned = folder.path().join(".niji-killed.part");
-        let foreign = folder.path().join("notes.part");
-        for path in [&abandoned, &foreign] {
+        let abandoned = folder.path().join(prefix("17") + "killed.part");
+        let foreign = [
+            "notes.part",
+            ".niji-killed.part",
+            ".niji-17-00ff-killed.part",
+        ];
+        let foreign = foreign.map(|name| folder.path().join(name));
+        for path in [&abandoned].into_iter().chain(&foreign) {
             fs::write(path, "half").unwrap();
         }
         let written = locked_file(folder.path()).unwrap();
@@ -257,7 +310,7 @@ mod tests {
         })
         .unwrap();
         assert!(!abandoned.exists());
-        assert!(foreign.exists() && written.path().exists());
+        assert!(foreign.iter().all(|path| path.exists()) && written.path().exists());
     }
 
     #[test]
@@ -275,5 +328,23 @@ mod tests {
             check_free(folder.path(), Existing::Replace),
             Err(Failure::Usage(_))
         ));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn only_files_are_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let (link, target) = (folder.path().join("link"), folder.path().join("target"));
+        fs::write(&target, "old").unwrap();
+        std::os::unix::fs::symlink(&target, &link).unwrap();
+        for path in [&link, Path::new("/dev/null"), folder.path()] {
+            let outcome = write_text(path, "new");
+            assert!(
+                matches!(outcome, Err(Failure::Usage(_))),
+                "{}",
+                path.display()
+            );
+        }
+        assert_eq!(fs::read_to_string(&link).unwrap(), "old");
     }
 }

@@ -10,6 +10,8 @@ use indicatif::ProgressBar;
 use indicatif::ProgressDrawTarget;
 use indicatif::ProgressStyle;
 
+use crate::output;
+
 /// How much the program says on standard error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Verbosity {
@@ -25,7 +27,7 @@ impl Verbosity {
     /// Says something on standard error, unless it is to be quiet.
     pub(crate) fn say(self, text: impl Display) {
         if self > Self::Quiet {
-            eprintln!("{text}");
+            output::say(text);
         }
     }
 
@@ -87,7 +89,8 @@ impl Estimate {
         self.said.call_once(|| {
             let left_s = elapsed_s * (1.0 - part) / (part - first_part);
             if left_s > LONG_S {
-                bar.suspend(|| eprintln!("{:>11}  about {left_s:.0} s more", self.stage));
+                let text = format!("{:>11}  about {left_s:.0} s more", self.stage);
+                bar.suspend(|| output::say(text));
             }
         });
     }

@@ -1,6 +1,5 @@
 //! Scene files and their plans, as every command reads them.
 
-use std::fs;
 use std::path::Path;
 
 use niji_picture::Choice;
@@ -17,6 +16,7 @@ use crate::choice_file;
 use crate::failure::Failure;
 use crate::flags::Common;
 use crate::shell_word::quoted;
+use crate::text_file;
 
 /// Reads a scene and makes its plan, with levels for what is asked of the picture, or as a choice says.
 ///
@@ -78,7 +78,7 @@ fn planned_for(scene: Scene, path: &Path, request: PlanRequest) -> Result<Planne
 /// # Errors
 /// A scene that is missing or wrong.
 pub(crate) fn read(path: &Path, goal: Goal) -> Result<Scene, Failure> {
-    let text = fs::read_to_string(path).map_err(|error| Failure::bad_input(path, error))?;
+    let text = text_file::read(path)?;
     parsed(&text, path, goal)
 }
 

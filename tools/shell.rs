@@ -1,6 +1,5 @@
 //! `niji completions` and `niji man`: what a shell wants to know about the program.
 
-use std::io;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -32,13 +31,13 @@ pub(crate) struct ManCommand {
 }
 
 /// Prints completions.
-pub(crate) fn completions(command: &CompletionsCommand) {
-    clap_complete::generate(
-        command.shell,
-        &mut Arguments::command(),
-        "niji",
-        &mut io::stdout(),
-    );
+///
+/// # Errors
+/// As [`output::print`].
+pub(crate) fn completions(command: &CompletionsCommand) -> Result<(), Failure> {
+    let mut text = Vec::new();
+    clap_complete::generate(command.shell, &mut Arguments::command(), "niji", &mut text);
+    output::print(&String::from_utf8_lossy(&text))
 }
 
 /// Writes manual pages.

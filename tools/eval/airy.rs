@@ -1,6 +1,5 @@
 //! `niji eval airy`: f(z) and f'(z).
 
-use std::fs;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -9,6 +8,7 @@ use niji_airy::airy_integral_with_derivative;
 use super::csv::line;
 use crate::failure::Failure;
 use crate::flags::numbers;
+use crate::text_file;
 
 /// Airy's rainbow integral f(z) and its derivative.
 #[derive(Debug, Args)]
@@ -30,7 +30,7 @@ pub(super) struct AiryArguments {
 pub(super) fn csv(arguments: &AiryArguments) -> Result<String, Failure> {
     let z = match (&arguments.z, &arguments.z_file) {
         (_, Some(path)) => {
-            let text = fs::read_to_string(path).map_err(|e| Failure::bad_input(path, e))?;
+            let text = text_file::read(path)?;
             numbers(&text).map_err(|error| Failure::bad_input(path, error))?
         }
         (Some(text), None) => numbers(text).map_err(Failure::Usage)?,

@@ -2,7 +2,6 @@
 
 mod world;
 
-use std::fs;
 use std::path::Path;
 use std::path::PathBuf;
 
@@ -28,6 +27,7 @@ use crate::stages::Request;
 use crate::stages::StageOptions;
 use crate::stages::perform;
 use crate::stages::render::companions;
+use crate::text_file;
 use niji_picture::white_luminance_cd_m2;
 
 pub(crate) use world::World;
@@ -62,7 +62,7 @@ pub(crate) fn execute(command: &IceCommand, common: &Common) -> Result<(), Failu
 
 /// Reads a scene of ice, with the accuracy asked for on the command line.
 fn read(path: &Path, common: &Common) -> Result<IceScene, Failure> {
-    let text = fs::read_to_string(path).map_err(|error| Failure::bad_input(path, error))?;
+    let text = text_file::read(path)?;
     let mut scene = IceScene::from_toml(&text).map_err(|error| Failure::bad_input(path, error))?;
     if let Some(preset) = common.accuracy {
         scene.accuracy.transport = IceAccuracy::transport_of(preset);

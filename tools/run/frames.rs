@@ -1,7 +1,6 @@
 //! `niji run --frames`: the frames of a sequence, with tables that are made once.
 
 use std::collections::BTreeSet;
-use std::fs;
 use std::path::Path;
 use std::path::PathBuf;
 
@@ -23,6 +22,7 @@ use crate::scene_file;
 use crate::stages::Done;
 use crate::stages::accuracy;
 use crate::stages::given_table;
+use crate::text_file;
 
 /// Frames by number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -117,7 +117,7 @@ pub(super) fn execute(
 /// The sequence of a scene file.
 fn sequence(scene_file: &Path) -> Result<Sequence, Failure> {
     let bad = |error: &dyn std::fmt::Display| Failure::bad_input(scene_file, error);
-    let text = fs::read_to_string(scene_file).map_err(|error| bad(&error))?;
+    let text = text_file::read(scene_file)?;
     let sequence = Sequence::from_toml(&text).map_err(|error| bad(&error))?;
     sequence.ok_or_else(|| {
         Failure::Usage(format!(

@@ -149,6 +149,7 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
 
 /// The scene with its plan, decided as in a run before, whose choice is `kept`, where that was the same one.
 fn planned(command: &RunCommand, common: &Common, kept: &Path) -> Result<PlannedScene, Failure> {
+    output::check_regular(kept)?;
     let before = choice_file::read(kept).ok();
     if before.is_none() {
         // Of another request it is out of date, like a file of a stage that is made anew; this is none.

@@ -19,7 +19,7 @@ const FILE: &str = "report.json";
 pub(super) fn json(planned: &PlannedScene, done: &[Done], reached: Option<&Reached>) -> Value {
     json!({
         "version": env!("CARGO_PKG_VERSION"),
-        "command": std::env::args().collect::<Vec<_>>(),
+        "command": arguments(),
         "scene": planned.scene,
         "plan": planned.plan,
         "accuracy": reached,
@@ -33,10 +33,18 @@ pub(super) fn of_frames(frames: &[FrameDone]) -> Value {
     let stages = frames.iter().flat_map(|frame| &frame.stages);
     json!({
         "version": env!("CARGO_PKG_VERSION"),
-        "command": std::env::args().collect::<Vec<_>>(),
+        "command": arguments(),
         "frames": frames,
         "seconds": stages.map(|done| done.seconds).sum::<f64>(),
     })
+}
+
+/// The command line, as far as it is text.
+fn arguments() -> Vec<String> {
+    let arguments = std::env::args_os();
+    arguments
+        .map(|it| it.to_string_lossy().into_owned())
+        .collect()
 }
 
 /// Writes a report beside the results.

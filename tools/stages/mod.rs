@@ -83,6 +83,8 @@ pub(crate) fn perform(
     make: impl FnOnce(Provenance) -> Result<(), Failure>,
 ) -> Result<Done, Failure> {
     let start = Instant::now();
+    // Before they are opened: that alone would wait for the other end of a pipe.
+    (request.outputs.iter()).try_for_each(|path| output::check_regular(path))?;
     let provenance = provenance(request)?;
     let up_to_date = fits(request, &provenance);
     if !up_to_date {

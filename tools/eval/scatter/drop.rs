@@ -1,7 +1,6 @@
 //! The drop, or the law of drops, and the angles of `niji eval scatter`.
 
 use std::f64::consts::TAU;
-use std::fs;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -13,6 +12,7 @@ use niji_sizes::gamma_area_quadrature;
 
 use crate::failure::Failure;
 use crate::flags::numbers;
+use crate::text_file;
 use crate::water_flags::WaterFlags;
 
 /// Sizes of a law: resolves 6 periods of the fringes in a standard deviation to 1e-7.
@@ -122,7 +122,7 @@ impl DropArguments {
         match (&self.angles_deg, &self.angles_file) {
             (Some(text), _) => numbers(text).map_err(Failure::Usage),
             (None, Some(path)) => {
-                let text = fs::read_to_string(path).map_err(|e| Failure::bad_input(path, e))?;
+                let text = text_file::read(path)?;
                 numbers(&text).map_err(|error| Failure::bad_input(path, error))
             }
             (None, None) => Err(Failure::Usage(

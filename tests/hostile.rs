@@ -1,0 +1,189 @@
+//! Nothing breaks it: streams that end, names that are no text, files of others, results that are stale.
+
+#![cfg(unix)]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+mod support;
+
+use std::ffi::OsStr;
+use std::fs;
+use std::fs::File;
+use std::os::unix::ffi::OsStrExt;
+use std::os::unix::fs::symlink;
+use std::path::Path;
+use std::process::Command;
+use std::process::Output;
+use std::process::Stdio;
+
+use support::niji_ends_with;
+use support::text;
+
+/// A picture of a tenth of a second.
+const TINY: &str = r#"
+format = 1
+name = "tiny"
+[sun]
+elevation_deg = 20.0
+azimuth_deg = 180.0
+[camera]
+position_m = [0.0, 1.6, 0.0]
+azimuth_deg = 0.0
+elevation_deg = 10.0
+horizontal_fov_deg = 90.0
+width_px = 16
+height_px = 12
+[spectrum]
+first_nm = 450.0
+step_nm = 100.0
+n_wavelengths = 3
+[drops]
+shape = "uniform"
+box_min_m = [-600.0, 0.0, -1200.0]
+box_max_m = [600.0, 1000.0, -300.0]
+number_density_m3 = 300.0
+law = { monodisperse = { radius_um = 500.0 } }
+voxel_m = 100.0
+[effects]
+sky = "off"
+air_inscatter = "off"
+air_extinction = "off"
+sunlight_through_air = "off"
+drop_flattening = "off"
+[accuracy]
+preset = "draft"
+"#;
+
+fn program() -> Command {
+    Command::new(env!("CARGO_BIN_EXE_niji"))
+}
+
+/// Runs the program with arguments that need not be text, in a folder.
+fn in_folder(folder: &Path, arguments: &[&OsStr]) -> Output {
+    let output = program().current_dir(folder).args(arguments).output();
+    output.expect("the program starts")
+}
+
+fn scene_in(folder: &Path, name: &OsStr) {
+    fs::write(folder.join(name), TINY).unwrap();
+}
+
+#[test]
+fn readers_that_stop_and_disks_that_are_full_end_it_quietly() {
+    let folder = tempfile::tempdir().unwrap();
+    scene_in(folder.path(), OsStr::new("s.toml"));
+    let full = || File::options().write(true).open("/dev/full").unwrap();
+    let code = |arguments: &[&str], out: Stdio, err: Stdio| {
+        let mut command = program();
+        command.current_dir(folder.path()).args(arguments);
+        let status = command.stdout(out).stderr(err).status();
+        status.expect("the program starts").code()
+    };
+    for arguments in [
+        &["completions", "bash"][..],
+        &["plan", "s.toml"],
+        &["--help"],
+        &["run", "s.toml", "-o", "out", "-q"],
+    ] {
+        assert_eq!(
+            code(arguments, full().into(), Stdio::null()),
+            Some(1),
+            "{arguments:?}"
+        );
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        assert_eq!(
+            code(arguments, writer.into(), Stdio::null()),
+            Some(0),
+            "{arguments:?}"
+        );
+    }
+    for (arguments, expected) in [
+        (&["plan", "missing.toml"][..], 3),
+        (&["frobnicate"], 2),
+        (&["run", "s.toml", "-o", "out"], 0),
+    ] {
+        assert_eq!(
+            code(arguments, Stdio::null(), full().into()),
+            Some(expected),
+            "{arguments:?}"
+        );
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        assert_eq!(
+            code(arguments, Stdio::null(), writer.into()),
+            Some(expected),
+            "{arguments:?}"
+        );
+    }
+}
+
+#[test]
+fn pipes_devices_and_links_are_no_outputs_even_with_force() {
+    let folder = tempfile::tempdir().unwrap();
+    let (pipe, link) = (
+        folder.path().join("pipe.exr"),
+        folder.path().join("link.exr"),
+    );
+    let made = Command::new("mkfifo").arg(&pipe).status().unwrap();
+    assert!(made.success());
+    let target = folder.path().join("target");
+    fs::write(&target, "kept").unwrap();
+    symlink(&target, &link).unwrap();
+    scene_in(folder.path(), OsStr::new("s.toml"));
+    let scene = folder.path().join("s.toml");
+    for path in [&pipe, &link, Path::new("/dev/null")] {
+        for arguments in [&["airy"][..], &["plan", text(&scene)]] {
+            let arguments = [arguments, &["-o", text(path), "--force"]].concat();
+            niji_ends_with(2, &arguments);
+        }
+    }
+    for name in ["choice.toml", "report.json", "image.exr"] {
+        let out = folder.path().join("out");
+        fs::create_dir(&out).unwrap();
+        fs::rename(&pipe, out.join(name)).unwrap();
+        niji_ends_with(2, &["run", text(&scene), "-o", text(&out), "--force"]);
+        fs::rename(out.join(name), &pipe).unwrap();
+        fs::remove_dir_all(out).unwrap();
+    }
+    assert_eq!(fs::read_to_string(&link).unwrap(), "kept");
+}
+
+#[test]
+fn names_that_are_no_text_or_look_like_flags_are_names() {
+    for (scene, out) in [
+        (&b"s\xfe.toml"[..], &b"out\xfd"[..]),
+        (b"-s.toml", b"-out"),
+        (b"it's $HOME.toml", b"o"),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let (scene, out) = (OsStr::from_bytes(scene), OsStr::from_bytes(out));
+        scene_in(folder.path(), scene);
+        let to = [OsStr::new("--output="), out].map(OsStr::as_bytes).concat();
+        let [dashes, plan, script] = ["--", "plan", "--script"].map(OsStr::new);
+        let chain = [plan, script, OsStr::from_bytes(&to), dashes, scene];
+        let chain = in_folder(folder.path(), &chain).stdout;
+        let program = Path::new(env!("CARGO_BIN_EXE_niji")).parent().unwrap();
+        let shell = Command::new("sh")
+            .arg("-c")
+            .arg(OsStr::from_bytes(&chain))
+            .env("PATH", format!("{}:/usr/bin:/bin", program.display()))
+            .current_dir(folder.path())
+            .output()
+            .unwrap();
+        let said = String::from_utf8_lossy(&shell.stderr);
+        assert!(shell.status.success(), "{said}");
+        // A run over the chain's files finds them up to date, and writes its report.
+        let run = [OsStr::new("run"), OsStr::from_bytes(&to), dashes, scene];
+        let run = in_folder(folder.path(), &run);
+        let said = String::from_utf8_lossy(&run.stderr);
+        assert!(said.contains("everything is up to date"), "{said}");
+        assert!(folder.path().join(out).join("report.json").is_file());
+    }
+}
+
+#[test]
+fn a_scene_without_end_is_refused() {
+    let output = niji_ends_with(3, &["plan", "/dev/zero"]);
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(said.contains("16 MiB"), "{said}");
+}
