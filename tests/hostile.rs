@@ -187,3 +187,74 @@ fn a_scene_without_end_is_refused() {
     let said = String::from_utf8(output.stderr).unwrap();
     assert!(said.contains("16 MiB"), "{said}");
 }
+
+#[test]
+fn files_of_others_are_neither_replaced_nor_removed() {
+    let folder = tempfile::tempdir().unwrap();
+    scene_in(folder.path(), OsStr::new("s.toml"));
+    let (scene, out) = (folder.path().join("s.toml"), folder.path().join("out"));
+    let rows = out.join("image.exr.parts");
+    fs::create_dir_all(&rows).unwrap();
+    let others = [
+        out.join(".niji-abc123.part"),
+        rows.join("rows-mine.exr"),
+        rows.join(".niji-abc123.part"),
+        out.join("report.json"),
+    ];
+    for path in &others {
+        fs::write(path, r#"{"mine": 1}"#).unwrap();
+    }
+    let run = ["run", text(&scene), "-o", text(&out), "-q"];
+    niji_ends_with(2, &run);
+    assert!(
+        !out.join("image.exr").exists(),
+        "nothing is run before it is refused"
+    );
+    fs::remove_file(&others[3]).unwrap();
+    niji_ends_with(0, &run);
+    // Its own report is written anew.
+    niji_ends_with(0, &run);
+    for path in &others[..3] {
+        assert!(
+            fs::read_to_string(path).unwrap().contains("mine"),
+            "{}",
+            path.display()
+        );
+    }
+}
+
+#[test]
+fn a_picture_is_out_of_date_when_the_buffer_behind_its_mesh_changes() {
+    let folder = tempfile::tempdir().unwrap();
+    let corners = [[-5.0_f32, 0.0, -40.0], [5.0, 0.0, -40.0], [0.0, 9.0, -40.0]];
+    let corners = corners.iter().flatten().flat_map(|it| it.to_le_bytes());
+    let mut buffer: Vec<u8> = corners.collect();
+    let place = folder.path().join("a.bin");
+    fs::write(&place, &buffer).unwrap();
+    let mesh = r#"{"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}],
+        "buffers": [{"uri": "a.bin", "byteLength": 36}]}"#;
+    fs::write(folder.path().join("a.gltf"), mesh).unwrap();
+    let scene = folder.path().join("s.toml");
+    fs::write(
+        &scene,
+        format!("{TINY}\n[[occluders.meshes]]\nfile = \"a.gltf\"\n"),
+    )
+    .unwrap();
+    let out = folder.path().join("out");
+    let run = ["run", text(&scene), "-o", text(&out)];
+    niji_ends_with(0, &run);
+    let said = String::from_utf8(niji_ends_with(0, &run).stderr).unwrap();
+    assert!(said.contains("everything is up to date"), "{said}");
+    // The same length, at the same place, in the same second.
+    buffer[..4].copy_from_slice(&(-4.0_f32).to_le_bytes());
+    fs::write(&place, &buffer).unwrap();
+    niji_ends_with(2, &run);
+    let forced = niji_ends_with(0, &[&run[..], &["--force"]].concat());
+    let said = String::from_utf8(forced.stderr).unwrap();
+    assert!(!said.contains("image.exr is up to date"), "{said}");
+    fs::remove_file(place).unwrap();
+    niji_ends_with(3, &run);
+}

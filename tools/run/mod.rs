@@ -88,6 +88,7 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
         );
         return Err(Failure::Usage(message));
     }
+    report::check_own(folder, common.options().existing)?;
     if let Some(frames) = command.frames {
         if common.choice.is_some() {
             let message = "--choice is of one picture: leave it out with --frames";

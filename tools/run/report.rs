@@ -1,5 +1,6 @@
 //! `report.json`: what a run did and how long it took. Times stand here and in no other file.
 
+use std::fs;
 use std::path::Path;
 
 use serde_json::Value;
@@ -7,6 +8,7 @@ use serde_json::json;
 
 use crate::failure::Failure;
 use crate::output;
+use crate::output::Existing;
 use crate::run::frames::FrameDone;
 use crate::stages::Done;
 use crate::stages::accuracy::Reached;
@@ -45,6 +47,25 @@ fn arguments() -> Vec<String> {
     arguments
         .map(|it| it.to_string_lossy().into_owned())
         .collect()
+}
+
+/// Refuses a file that has the name of a report and is none, before anything is run.
+///
+/// # Errors
+/// [`Failure::Usage`] if it may not be replaced.
+pub(super) fn check_own(folder: &Path, existing: Existing) -> Result<(), Failure> {
+    let path = folder.join(FILE);
+    output::check_regular(&path)?;
+    let text = fs::read_to_string(&path).unwrap_or_default();
+    let found: Value = serde_json::from_str(&text).unwrap_or_default();
+    let is_own = ["version", "command", "seconds"]
+        .iter()
+        .all(|key| found.get(key).is_some());
+    if is_own {
+        Ok(())
+    } else {
+        output::check_free(&path, existing)
+    }
 }
 
 /// Writes a report beside the results.

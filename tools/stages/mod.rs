@@ -31,6 +31,7 @@ use std::time::SystemTime;
 use niji_exchange::Provenance;
 use niji_exchange::content_hash;
 use niji_exchange::read_provenance;
+use niji_geometry::mesh_buffers;
 use niji_vdb::VdbHeader;
 use serde::Deserialize;
 use serde::Serialize;
@@ -123,6 +124,11 @@ fn provenance(request: &Request) -> Result<Provenance, Failure> {
     for (role, path) in &request.inputs {
         let hash = hash_once(path).map_err(|error| Failure::bad_input(path, error))?;
         inputs.insert((*role).to_owned(), hash);
+        let buffers = mesh_buffers(path).map_err(|error| Failure::bad_input(path, error))?;
+        for (index, buffer) in buffers.iter().enumerate() {
+            let hash = hash_once(buffer).map_err(|error| Failure::bad_input(buffer, error))?;
+            inputs.insert(format!("{role}.buffer.{index}"), hash);
+        }
     }
     Ok(Provenance {
         tool: format!("niji {}", request.stage),

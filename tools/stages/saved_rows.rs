@@ -109,7 +109,13 @@ pub(crate) fn render(work: &Work, to: &Path, saving: Saving) -> Result<SpectralI
 /// Removes what was saved of an image that is there.
 pub(crate) fn clear(image: &Path) {
     let folder = folder(image);
-    for file in files(&folder) {
+    let is_own = |file: &PathBuf| {
+        stored_provenance(file)
+            .as_ref()
+            .and_then(Tile::of)
+            .is_some()
+    };
+    for file in files(&folder).into_iter().filter(is_own) {
         // What cannot be removed does no harm.
         let _ = fs::remove_file(file);
     }

@@ -95,7 +95,7 @@ pub(crate) fn execute(command: &SweepCommand, common: &Common) -> Result<(), Fai
     bar.finish_and_clear();
     mark_front(&mut points);
     write(&planned, &points, &runs, [&csv, &plot, &page])?;
-    runs.remove().map_err(cannot)?;
+    runs.remove();
     let written = [&page, &csv, &plot].map(|path| format!("{}\n", path.display()));
     output::print(&written.concat())
 }

@@ -1,7 +1,6 @@
 //! One choice of levels, run and compared; and the folder that keeps what an interrupted sweep did.
 
 use std::fs;
-use std::io;
 use std::path::Path;
 use std::path::PathBuf;
 
@@ -61,6 +60,8 @@ struct Cost {
 /// The runs of a sweep.
 pub(super) struct Runs {
     folder: PathBuf,
+    /// Names of those that were made or found.
+    names: Vec<String>,
     reference: SpectralImage,
     /// The best level of the decision at hand.
     best: SpectralImage,
@@ -69,9 +70,10 @@ pub(super) struct Runs {
 impl Runs {
     /// Keeps runs in a folder, and makes the reference.
     pub(super) fn new(folder: &Path, reference: &PlannedScene) -> Result<Self, Failure> {
-        let (_, _, image) = run(folder, reference)?;
+        let (name, _, image) = run(folder, reference)?;
         Ok(Self {
             folder: folder.to_owned(),
+            names: vec![name],
             best: image.clone(),
             reference: image,
         })
@@ -84,6 +86,7 @@ impl Runs {
         planned: &PlannedScene,
     ) -> Result<Point, Failure> {
         let (name, cost, image) = run(&self.folder, planned)?;
+        self.names.push(name.clone());
         let exposure_ev = planned.scene.picture.exposure_ev;
         let distance = picture_distance(&image, &self.reference, exposure_ev);
         let size = [image.radiance.dim().2, image.radiance.dim().1];
@@ -133,10 +136,28 @@ impl Runs {
         self.folder.join(format!("{run}.difference.png"))
     }
 
-    /// Removes what was kept in case of an interruption.
-    pub(super) fn remove(self) -> io::Result<()> {
-        fs::remove_dir_all(&self.folder)
+    /// Removes what was kept in case of an interruption, and the folder if nothing else is in it.
+    pub(super) fn remove(self) {
+        for name in &self.names {
+            let kept = [
+                image_file(&self.folder, name),
+                cost_file(&self.folder, name),
+            ];
+            for path in kept.into_iter().chain([self.map(name), self.picture(name)]) {
+                // What cannot be removed does no harm.
+                let _ = fs::remove_file(path);
+            }
+        }
+        let _ = fs::remove_dir(&self.folder);
     }
+}
+
+fn image_file(folder: &Path, run: &str) -> PathBuf {
+    folder.join(format!("{run}.exr"))
+}
+
+fn cost_file(folder: &Path, run: &str) -> PathBuf {
+    folder.join(format!("{run}.json"))
 }
 
 /// Name, cost and picture of a plan that is run from nothing, or was before.
@@ -144,8 +165,7 @@ fn run(folder: &Path, planned: &PlannedScene) -> Result<(String, Cost, SpectralI
     let scene = canonical_json(&planned.scene);
     let levels = canonical_json(&planned.plan.levels);
     let name = hash(format!("{} {scene} {levels}", env!("CARGO_PKG_VERSION")));
-    let image_path = folder.join(format!("{name}.exr"));
-    let cost_path = folder.join(format!("{name}.json"));
+    let (image_path, cost_path) = (image_file(folder, &name), cost_file(folder, &name));
     // The cost is written last.
     if let Ok(text) = fs::read_to_string(&cost_path)
         && let Ok(cost) = serde_json::from_str(&text)
