@@ -127,7 +127,8 @@ struct Place {
     buffer_view: Option<usize>,
     #[serde(default)]
     byte_offset: usize,
-    component_type: Option<u32>,
+    #[serde(default)]
+    component_type: u32,
 }
 
 /// Elements that replace some of those of an accessor.
@@ -421,10 +422,10 @@ impl Content<'_> {
 
     fn corners(&self, index: usize) -> Result<impl Iterator<Item = DVec3>, String> {
         let accessor = item(&self.document.accessors, index, "accessor")?;
-        let found = (&*accessor.kind, accessor.at.component_type);
-        if found != ("VEC3", Some(F32)) {
+        let (kind, of) = (&*accessor.kind, accessor.at.component_type);
+        if (kind, of) != ("VEC3", F32) {
             return Err(format!(
-                "found positions of {found:?}, expected VEC3 of {F32}: floats"
+                "found positions of {kind}, component type {of}, expected VEC3, component type {F32}"
             ));
         }
         let elements = self.elements::<12>(accessor)?.into_iter();
@@ -446,12 +447,12 @@ impl Content<'_> {
     /// Whole numbers.
     fn numbers(&self, accessor: &Accessor) -> Result<Vec<u32>, String> {
         Ok(match accessor.at.component_type {
-            Some(U8) => of_bytes(self.elements(accessor)?, |it: [u8; 1]| u32::from(it[0])),
-            Some(U16) => of_bytes(self.elements(accessor)?, |it| u16::from_le_bytes(it).into()),
-            Some(U32) => of_bytes(self.elements(accessor)?, u32::from_le_bytes),
+            U8 => of_bytes(self.elements(accessor)?, |it: [u8; 1]| u32::from(it[0])),
+            U16 => of_bytes(self.elements(accessor)?, |it| u16::from_le_bytes(it).into()),
+            U32 => of_bytes(self.elements(accessor)?, u32::from_le_bytes),
             found => {
                 return Err(format!(
-                    "found indices of component type {found:?}, expected {U8}, {U16} or {U32}"
+                    "found indices of component type {found}, expected {U8}, {U16} or {U32}"
                 ));
             }
         })
