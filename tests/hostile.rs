@@ -149,6 +149,31 @@ fn pipes_devices_and_links_are_no_outputs_even_with_force() {
 }
 
 #[test]
+fn pipes_are_no_inputs_that_are_waited_for() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["a.vdb", "a.exr", "a.png", "a.obj"] {
+        let pipe = folder.path().join(name);
+        assert!(
+            Command::new("mkfifo")
+                .arg(&pipe)
+                .status()
+                .unwrap()
+                .success()
+        );
+        let out = folder.path().join("out.exr");
+        let scene = folder.path().join("s.toml");
+        let mesh = format!("{TINY}\n[[occluders.meshes]]\nfile = \"{name}\"\n");
+        fs::write(&scene, mesh).unwrap();
+        niji_ends_with(3, &["info", text(&pipe)]);
+        niji_ends_with(
+            3,
+            &["depth", text(&pipe), "--fov-deg", "60", "-o", text(&out)],
+        );
+        niji_ends_with(3, &["run", text(&scene), "-o", text(folder.path()), "-q"]);
+    }
+}
+
+#[test]
 fn names_that_are_no_text_or_look_like_flags_are_names() {
     for (scene, out) in [
         (&b"s\xfe.toml"[..], &b"out\xfd"[..]),

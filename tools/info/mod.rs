@@ -8,6 +8,7 @@ mod vdb;
 use std::path::PathBuf;
 
 use clap::Args;
+use niji_exchange::open_file;
 use niji_picture::with_causes;
 use niji_vdb::VdbFile;
 use serde_json::Value;
@@ -60,6 +61,8 @@ pub(crate) fn execute(command: &InfoCommand, common: &Common) -> Result<(), Fail
     if let Some(preview) = &command.preview {
         output::check_free(preview, common.options().existing)?;
     }
+    // A pipe would be waited for.
+    open_file(path).map_err(|error| Failure::bad_input(path, error))?;
     let report = if is_vdb(path) {
         let file =
             VdbFile::read(path).map_err(|error| Failure::bad_input(path, with_causes(&error)))?;

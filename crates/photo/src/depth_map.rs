@@ -10,7 +10,6 @@
 //! is measured along the optical axis: distance = z/cos(angle from the axis). 0, infinity and NaN are
 //! the sky where v is in metres; where a v + b is not above 0, an inverse map shows the sky.
 
-use std::fs::File;
 use std::io::Seek;
 use std::io::Write;
 use std::path::Path;
@@ -79,11 +78,7 @@ pub fn read_depth_values(path: &Path) -> Result<Array2<f32>, Error> {
     if is_exr {
         return plate::read_depth(path);
     }
-    let file = File::open(path)?;
-    let file_bytes = file.metadata()?.len();
-    if file_bytes == 0 {
-        return Err(Error::Empty);
-    }
+    let (file, file_bytes) = photograph::opened(path)?;
     let (picture, _) = photograph::decode(file, file_bytes)?;
     let size = (picture.height() as usize, picture.width() as usize);
     let values = picture.to_luma16().into_raw().into_iter();
@@ -237,6 +232,8 @@ fn line(
 
 #[cfg(test)]
 mod tests {
+    use std::fs::File;
+
     use super::*;
     use niji_geometry::PinholeRequest;
     use niji_radiometry::Radians;

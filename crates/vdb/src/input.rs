@@ -3,7 +3,9 @@
 //! Two bounds hold whatever the bytes say: no piece is larger than what is left of the file, and
 //! what the decoder allocates is charged against [`MEMORY_FACTOR`] times the length of the file.
 
+use std::fs;
 use std::fs::File;
+use std::io;
 use std::io::Read;
 use std::io::Seek;
 use std::io::SeekFrom;
@@ -29,9 +31,13 @@ const CHUNK: usize = 1 << 18;
 /// Open a file; gives its length too.
 pub(crate) fn open(path: &Path) -> Result<(File, u64), Error> {
     let open = || {
-        let file = File::open(path)?;
-        let length = file.metadata()?.len();
-        Ok((file, length))
+        // Before it is opened: that alone would wait for the other end of a pipe.
+        let metadata = fs::metadata(path)?;
+        if !metadata.is_file() {
+            let message = "found a folder, a pipe or a device, expected a file";
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, message));
+        }
+        Ok((File::open(path)?, metadata.len()))
     };
     open().map_err(|reason| Error::Open {
         path: path.to_owned(),
