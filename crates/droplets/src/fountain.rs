@@ -48,6 +48,9 @@ const MARGIN: f64 = 0.01;
 /// Nodes along an edge of the box, at most: a flight takes as many steps.
 const LONGEST_EDGE: i32 = 1 << 14;
 
+/// Fastest jet, m/s: that of a cutter. Flights of faster drops take ever more steps.
+const FASTEST_M_S: f64 = 1000.0;
+
 /// A fountain: one nozzle, or a ring of them.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -59,7 +62,7 @@ pub struct Fountain {
     #[schemars(range(min = 0.0))]
     pub ring_radius_m: f64,
     /// Speed at which the drops leave (m/s).
-    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1000.0))]
     pub speed_m_s: f64,
     /// Elevation of the jets; those of a ring lean outwards (degrees).
     #[serde(default = "upright")]
@@ -115,6 +118,12 @@ impl Fountain {
         }
         require_not_negative("ring_radius_m", self.ring_radius_m)?;
         require_positive("speed_m_s", self.speed_m_s)?;
+        require_in(
+            0.0..=FASTEST_M_S,
+            "speed_m_s",
+            self.speed_m_s,
+            "at most 1000 m/s",
+        )?;
         let degrees = "an angle in 0..=90 degrees";
         require_in(0.0..=90.0, "elevation_deg", self.elevation_deg, degrees)?;
         require_in(0.0..=90.0, "spread_deg", self.spread_deg, degrees)?;

@@ -354,6 +354,11 @@ fn wrong_parameters_are_refused() {
             speed_m_s: 0.0,
             ..sound
         },
+        // Its flights took minutes.
+        Fountain {
+            speed_m_s: 4_294_967_295.0,
+            ..sound
+        },
         Fountain {
             elevation_deg: 91.0,
             ..sound
