@@ -35,17 +35,17 @@ pub(crate) fn turned_offsets(n: u32) -> impl Iterator<Item = (f64, f64)> + Clone
     })
 }
 
-/// The pixels within [`REACH_PX`] around a region: above, below, left and right of it. Corners are
-/// not looked at.
+/// The pixels within [`REACH_PX`] around a region: above and below it with the corners, left and right of it.
 pub(crate) fn apron(region: PixelRegion) -> [PixelRegion; 4] {
     let (x_px, y_px) = (region.x_px, region.y_px);
     // A region that was checked ends far below 2^31.
     let (right, bottom) = (region.right() as i32, region.bottom() as i32);
     let reach = REACH_PX as i32;
     let rows = |y_px| PixelRegion {
+        x_px: x_px - reach,
         y_px,
+        width_px: region.width_px + 2 * REACH_PX,
         height_px: REACH_PX,
-        ..region
     };
     let columns = |x_px| PixelRegion {
         x_px,

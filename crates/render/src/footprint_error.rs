@@ -11,6 +11,9 @@
 //! largest of three neighboring d2 stands for the one in the middle, whose sign may just change; a half
 //! is added for what d2 leaves out where luminance bends unevenly.
 //!
+//! The corner of a surface that hides a diagonal neighbor and none beside the pixel covers up to a quarter of it: half
+//! of the sum along a diagonal stands for it where that is more.
+//!
 //! A prefiltered pixel has the mean of the table's row, so that its light L = W t errs only by what
 //! the row knows nothing of: the light W that reaches drops, t d2(W)/24 and so on, the product of
 //! both slopes, W' t'/12, and a part of what the ray in the middle would miss: drops of other sizes
@@ -30,6 +33,9 @@ const SAFETY: f64 = 1.5;
 
 /// Makes half of a step out of d4² / (d2 + d4) = 9/4 of it.
 const STEP: f64 = 2.0 / 9.0;
+
+/// What a corner covers that hides a diagonal neighbor and none beside the pixel, over what a step does.
+const CORNER: f64 = 0.5;
 
 /// Part of a ray's error that prefiltering leaves: 0.02 to 0.08 on the scenes of the tests.
 const UNFILTERED: f64 = 0.1;
@@ -80,32 +86,45 @@ impl Bend {
     }
 }
 
-/// The five pixels across and the five down around a pixel; `lights_around` reach [`REACH_PX`] beyond the
-/// pixels that are counted.
-pub(crate) fn cross(
-    lights_around: &Array2<PixelLight>,
-    x: usize,
-    y: usize,
-) -> [[PixelLight; 5]; 2] {
+/// Lines of five pixels through one: across, down, and both diagonals.
+pub(crate) type Lines = [[PixelLight; 5]; 4];
+
+/// The lines through a pixel; `lights_around` reach [`REACH_PX`] beyond the pixels that are counted.
+pub(crate) fn lines_through(lights_around: &Array2<PixelLight>, x: usize, y: usize) -> Lines {
     let reach = REACH_PX as usize;
-    let across = std::array::from_fn(|step| lights_around[[y + reach, x + step]]);
-    let down = std::array::from_fn(|step| lights_around[[y + step, x + reach]]);
-    [across, down]
+    let line = |place: fn(usize, usize) -> [usize; 2]| {
+        std::array::from_fn(|step| {
+            let [down, across] = place(step, reach);
+            lights_around[[y + down, x + across]]
+        })
+    };
+    [
+        line(|step, reach| [reach, step]),
+        line(|step, reach| [step, reach]),
+        line(|step, _| [step, step]),
+        line(|step, reach| [step, 2 * reach - step]),
+    ]
 }
 
-/// Estimated error of a pixel's luminance [cd/m²], from five pixels across and five down, which are
-/// `width_rad` wide.
-pub(crate) fn footprint_error(
-    cross: &[[PixelLight; 5]; 2],
-    footprint: PixelFootprint,
-    width_rad: f64,
-) -> f64 {
-    let of_axis = |five: &[PixelLight; 5]| match footprint {
+/// Estimated error of a pixel's luminance [cd/m²], from lines of pixels through it, which are `width_rad` wide.
+pub(crate) fn footprint_error(lines: &Lines, footprint: PixelFootprint, width_rad: f64) -> f64 {
+    let of_line = |five: &[PixelLight; 5]| match footprint {
         PixelFootprint::Center => all(five).missed_by(1),
         PixelFootprint::Grid { n } => all(five).missed_by(n),
         PixelFootprint::Prefiltered => prefiltered(five, width_rad),
     };
-    cross.iter().map(of_axis).sum()
+    let [across, down, falling, rising] = lines.each_ref().map(of_line);
+    (across + down).max(CORNER * falling.max(rising))
+}
+
+/// Half of the largest difference of luminance between a pixel and its eight neighbors [cd/m²].
+pub(crate) fn half_step(lines: &Lines) -> f64 {
+    let near = lines.iter().flat_map(|five| &five[1..4]);
+    let luminances = near.map(|pixel| f64::from(pixel.bow + pixel.beside));
+    let (darkest, brightest) = luminances.fold((f64::INFINITY, 0.0_f64), |(low, high), value| {
+        (low.min(value), high.max(value))
+    });
+    0.5 * (brightest - darkest)
 }
 
 fn all(five: &[PixelLight; 5]) -> Bend {
@@ -174,12 +193,14 @@ mod tests {
             let (mut n, mut n_covered) = (0, 0);
             for (x, y) in (2..48).flat_map(|y| (2..78).map(move |x| (x, y))) {
                 let steps = [0_u32, 1, 2, 3, 4];
-                let cross = [
+                let lines = [
                     steps.map(|step| seen_light(x + step - 2, y)),
                     steps.map(|step| seen_light(x, y + step - 2)),
+                    steps.map(|step| seen_light(x + step - 2, y + step - 2)),
+                    steps.map(|step| seen_light(x + 2 - step, y + step - 2)),
                 ];
                 let missed =
-                    footprint_error(&cross, PixelFootprint::Prefiltered, camera.pixel_angle().0);
+                    footprint_error(&lines, PixelFootprint::Prefiltered, camera.pixel_angle().0);
                 let [x, y] = [x, y].map(f64::from);
                 let place = |step: i32| (f64::from(step) + 0.5) / 8.0;
                 let inside = (0..64).map(|step| angle(x + place(step / 8), y + place(step % 8)));

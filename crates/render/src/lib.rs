@@ -117,6 +117,7 @@ mod error_parts;
 mod exponential;
 mod flattening;
 mod footprint;
+mod footprint_cuts;
 mod footprint_error;
 mod frame;
 mod front_transmittance;

@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use crate::air_error::AirError;
 use crate::error::Error;
 use crate::footprint::REACH_PX;
-use crate::footprint_error::cross;
+use crate::footprint_error::lines_through;
 use crate::frame::frame;
 use crate::picture_layers::PictureLayer;
 use crate::picture_layers::Rendered;
@@ -112,7 +112,7 @@ pub fn render_in_steps(
             traced.saturating_sub(reach)
         };
         picture.add_missed(finished..known, &|x, y| {
-            tracer.missed(&cross(&lights_around, x, y), tracer.footprint)
+            tracer.missed(&lines_through(&lights_around, x, y), tracer.footprint)
         });
         if let Some(tolerance_cd_m2) = request.tolerance_cd_m2 {
             tracer.refine(

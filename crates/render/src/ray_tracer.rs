@@ -13,6 +13,7 @@ use crate::footprint::REACH_PX;
 use crate::footprint::apron;
 use crate::footprint::offsets;
 use crate::footprint::rays_along;
+use crate::footprint_error::Lines;
 use crate::footprint_error::PixelLight;
 use crate::footprint_error::footprint_error;
 use crate::frame::Frame;
@@ -156,8 +157,8 @@ impl RayTracer<'_> {
     }
 
     /// Estimated error of luminance [cd/m²] of a pixel because of its footprint.
-    pub(crate) fn missed(&self, cross: &[[PixelLight; 5]; 2], footprint: PixelFootprint) -> f64 {
-        footprint_error(cross, footprint, self.pixel_rad)
+    pub(crate) fn missed(&self, lines: &Lines, footprint: PixelFootprint) -> f64 {
+        footprint_error(lines, footprint, self.pixel_rad)
     }
 
     /// Where the ray through the middle of a pixel ends that was just traced (m). A single ray went

@@ -3,11 +3,12 @@
 //! A pixel is cut into 1, 2 x 2, 4 x 4, up to 16 x 16 parts, each seen along the ray through its middle
 //! with the table's row averaged over the part, until its estimate holds. The footprint's estimate of
 //! n x n rays is
-//! e_n = max(|L_n - L_(n/2)|, e_(n/2) / 4),  e_(n/2) / 16 for turned parts
+//! e_n = max(|L_n - L_(n/2)|, e_(n/2) / 4),  e_(n/2) / 16 for turned parts and for strips that are all cut once
 //! `L_n` luminance of the pixel: where luminance is smooth the difference is three times the error
-//! that is left, at a step it is about as large; agreement by chance is not believed. Where 4 x 4 do
-//! not suffice there is an edge: more parts are turned against the pixel, so that a horizon along a row
-//! is met as well as any other. Rays take a finer quadrature. What rays cannot better, the errors of the
+//! that is left, at a step it is about as large; agreement by chance is not believed. Where a lattice of
+//! sights finds an edge in the pixel, it is cut there (`footprint_cuts`), and e_1 is half of the step at least that
+//! its neighbors show. Where it finds none and 4 x 4 parts do not suffice there may be one all the same: more parts
+//! are turned against the pixel, so that an edge along a row is met as well as any other. Rays take a finer quadrature. What rays cannot better, the errors of the
 //! table and of the sun's depths, leaves them the rest of the tolerance, a quarter of it at least.
 //!
 //! Whether a pixel is refined depends on the pixel and its neighbors as they were before any was
@@ -22,8 +23,12 @@ use rayon::prelude::*;
 use crate::error_parts::together;
 use crate::footprint::offsets;
 use crate::footprint::turned_offsets;
+use crate::footprint_cuts::Met;
+use crate::footprint_cuts::Part;
+use crate::footprint_cuts::Strips;
 use crate::footprint_error::PixelLight;
-use crate::footprint_error::cross;
+use crate::footprint_error::half_step;
+use crate::footprint_error::lines_through;
 use crate::levels::Integration;
 use crate::levels::PixelFootprint;
 use crate::march::March;
@@ -41,6 +46,11 @@ const MOST_SIDE_BY_SIDE: u32 = 4;
 /// Most rays along a side of a pixel.
 const MOST_ALONG: u32 = 16;
 
+/// What twice as many places side by side leave of an estimate, and what is left where they stand 16 times as close
+/// as before, or an edge cuts every strip once.
+const SIDE_BY_SIDE: f64 = 1.0 / 4.0;
+const CLOSE: f64 = 1.0 / 16.0;
+
 /// Relative error of the quadrature of rays that are added.
 const FINE: f64 = 1e-6;
 
@@ -55,12 +65,13 @@ struct PixelOfTile<'a, 't> {
 }
 
 /// Parts of a pixel, each seen along the ray through its middle.
-struct Parts<'a, I> {
-    /// Their middles, in pixels from the pixel's corner.
-    places: I,
+struct Parts<'a> {
+    all: Vec<Part>,
     march: &'a March<'a>,
     /// Intervals along a side with the variance of a part.
     n_intervals: u32,
+    /// The least part of the estimate for half as many rays along a side that these leave of it.
+    least_left: f64,
 }
 
 /// How a pixel is refined.
@@ -69,6 +80,8 @@ struct Finer<'a> {
     tolerance_cd_m2: f64,
     /// What the footprint's error would be if the pixel were prefiltered.
     missed_cd_m2: f64,
+    /// What an edge in it may miss.
+    half_step_cd_m2: f64,
 }
 
 impl RayTracer<'_> {
@@ -90,11 +103,12 @@ impl RayTracer<'_> {
                 for ((y, x), error) in errors.indexed_iter() {
                     if f64::from(*error) > tolerance_cd_m2 {
                         let (column, row) = tile.in_region((x, y));
-                        let cross = cross(lights_around, column, row);
+                        let lines = lines_through(lights_around, column, row);
                         let finer = Finer {
                             march: &march,
                             tolerance_cd_m2,
-                            missed_cd_m2: self.missed(&cross, PixelFootprint::Prefiltered),
+                            missed_cd_m2: self.missed(&lines, PixelFootprint::Prefiltered),
+                            half_step_cd_m2: half_step(&lines),
                         };
                         let pixel = PixelOfTile {
                             tile: &mut tile,
@@ -119,19 +133,30 @@ impl RayTracer<'_> {
             // What errs here is nothing that rays can better.
             return;
         }
-        let mut missed = match self.footprint {
-            PixelFootprint::Center | PixelFootprint::Prefiltered => finer.missed_cd_m2,
-            PixelFootprint::Grid { .. } => *footprint,
+        let place = self.place(tile.in_region((x, y)));
+        let meets = |(dx, dy): (f64, f64)| {
+            let sight = self.eye.sight(place.0 + dx, place.1 + dy)?;
+            Some(Met::of(&sight, &self.frame))
+        };
+        let strips = Strips::across_edges(&meets);
+        let mut missed = match (strips, self.footprint) {
+            (Some(_), _) => finer.missed_cd_m2.max(finer.half_step_cd_m2),
+            (None, PixelFootprint::Grid { .. }) => *footprint,
+            (None, _) => finer.missed_cd_m2,
         };
         let mut before = tile.luminance((x, y), &self.xyz_weights);
         let mut is_refined = false;
-        let place = self.place(tile.in_region((x, y)));
-        for n in rays_to_try(self.footprint) {
-            self.trace_parts(place, (n, finer.march), room);
+        for n in rays_to_try(strips, self.footprint) {
+            let parts = match strips {
+                Some(strips) => Parts::cut(n, strips.parts(n, &meets), finer.march),
+                None => Parts::even(n, finer.march),
+            };
+            let least_left = parts.least_left;
+            self.trace_parts(place, parts, room);
             is_refined = true;
             let luminance = room.pixel.luminance();
             if n > 1 {
-                missed = estimate_after(missed, before, luminance, n);
+                missed = (luminance - before).abs().max(least_left * missed);
             }
             before = luminance;
             if missed <= allowance(finer.tolerance_cd_m2, room.pixel.errors.together()) {
@@ -147,51 +172,19 @@ impl RayTracer<'_> {
         }
     }
 
-    /// Gather n x n rays of a pixel, each with its part of the pixel's scattering angles. A few parts
-    /// cover the pixel side by side; what these do not show is an edge.
-    fn trace_parts(&self, place: (f64, f64), (n, march): (u32, &March), room: &mut Room) {
-        if n <= MOST_SIDE_BY_SIDE {
-            let parts = Parts {
-                places: offsets(n),
-                march,
-                n_intervals: n,
-            };
-            self.trace_places(place, parts, room);
-        } else {
-            // Intervals between n² places along any side: the whole has the pixel's variance.
-            let parts = Parts {
-                places: turned_offsets(n),
-                march,
-                n_intervals: n * n,
-            };
-            self.trace_places(place, parts, room);
-        }
-    }
-
-    /// Gather rays of a pixel.
-    fn trace_places(
-        &self,
-        (x, y): (f64, f64),
-        parts: Parts<'_, impl Iterator<Item = (f64, f64)> + Clone>,
-        room: &mut Room,
-    ) {
-        let Parts {
-            places,
-            march,
-            n_intervals,
-        } = parts;
-        let share = 1.0 / places.clone().count() as f64;
+    /// Gather a ray for each part of a pixel, with its part of the pixel's scattering angles.
+    fn trace_parts(&self, (x, y): (f64, f64), parts: Parts, room: &mut Room) {
         let middle = self.eye.camera.ray(x + 0.5, y + 0.5);
         let width_rad = middle.map_or(0.0, |ray| self.width_rad(ray.direction, (x, y)));
-        let width_rad = width_rad / f64::from(n_intervals);
+        let width_rad = width_rad / f64::from(parts.n_intervals);
         room.pixel.clear();
-        for (dx, dy) in places {
-            match self.eye.sight(x + dx, y + dy) {
+        for Part { place, share } in parts.all {
+            match self.eye.sight(x + place.0, y + place.1) {
                 None => room.pixel.transmittance += share,
                 Some(sight) => {
                     let sight = (&sight, self.frame.range_m(&sight));
                     let settings = RaySettings {
-                        march,
+                        march: parts.march,
                         ..self.frame.settings(width_rad)
                     };
                     self.frame.trace(sight, settings, &mut room.light);
@@ -200,6 +193,46 @@ impl RayTracer<'_> {
             }
         }
         room.pixel.add_air_error(&self.air_error, (x, y));
+    }
+}
+
+impl<'a> Parts<'a> {
+    /// n x n parts of a pixel without a cut. A few cover it side by side; what these do not show is an edge.
+    fn even(n: u32, march: &'a March<'a>) -> Self {
+        let share = 1.0 / f64::from(n * n);
+        let part = |place| Part { place, share };
+        if n <= MOST_SIDE_BY_SIDE {
+            Self {
+                all: offsets(n).map(part).collect(),
+                march,
+                n_intervals: n,
+                least_left: SIDE_BY_SIDE,
+            }
+        } else {
+            // Intervals between n² places along any side: the whole has the pixel's variance.
+            Self {
+                all: turned_offsets(n).map(part).collect(),
+                march,
+                n_intervals: n * n,
+                least_left: CLOSE,
+            }
+        }
+    }
+
+    /// The parts of n strips that edges cut.
+    fn cut(n: u32, strips: Vec<Vec<Part>>, march: &'a March<'a>) -> Self {
+        let one_edge = |strip: &Vec<Part>| strip.len() == n as usize + 1;
+        let least_left = if strips.iter().all(one_edge) {
+            CLOSE
+        } else {
+            SIDE_BY_SIDE
+        };
+        Self {
+            all: strips.into_iter().flatten().collect(),
+            march,
+            n_intervals: n,
+            least_left,
+        }
     }
 }
 
@@ -215,26 +248,15 @@ fn fine_march<'a>(march: &March<'a>) -> March<'a> {
     }
 }
 
-/// Numbers of rays along a side to try after those of a level. The first rays of a pixel that was seen
-/// along one ray are one with the mean of the row.
-fn rays_to_try(level: PixelFootprint) -> impl Iterator<Item = u32> {
-    let first = match level {
-        PixelFootprint::Center => 1,
-        PixelFootprint::Prefiltered => 2,
-        PixelFootprint::Grid { n } => 2 * n,
+/// Numbers of rays along a side to try after those of a level. A pixel that is cut starts anew; the first rays of
+/// one that was seen along one ray are one with the mean of the row.
+fn rays_to_try(strips: Option<Strips>, level: PixelFootprint) -> impl Iterator<Item = u32> {
+    let first = match (strips, level) {
+        (Some(_), _) | (None, PixelFootprint::Center) => 1,
+        (None, PixelFootprint::Prefiltered) => 2,
+        (None, PixelFootprint::Grid { n }) => 2 * n,
     };
     std::iter::successors(Some(first), |n| Some(2 * n)).take_while(|n| *n <= MOST_ALONG)
-}
-
-/// The estimate of a footprint with n x n rays, twice as many along a side as that before. Turned places
-/// stand 16 times as close as those side by side before them.
-fn estimate_after(before: f64, luminance_before: f64, luminance: f64, n: u32) -> f64 {
-    let least = if n <= MOST_SIDE_BY_SIDE {
-        1.0 / 4.0
-    } else {
-        1.0 / 16.0
-    };
-    (luminance - luminance_before).abs().max(least * before)
 }
 
 /// What rays may err, where the rest errs by `fixed`.
