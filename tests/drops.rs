@@ -405,7 +405,7 @@ fn smoke_of_another_program_becomes_a_bow() {
         let found = message(3, &[command, &[text(&as_drops)]].concat());
         assert_eq!(found.trim_end().lines().count(), 1, "{found}");
         assert!(
-            found.contains("niji drops from-vdb") && found.contains("--grid smoke"),
+            found.contains("niji drops from-vdb") && found.contains("--grid=smoke"),
             "{found}"
         );
     }

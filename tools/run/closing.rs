@@ -3,6 +3,7 @@
 use niji_scene::Effect;
 use niji_scene::EffectDecision;
 use niji_scene::Plan;
+use niji_scene::Switch;
 
 use crate::stages::Done;
 use crate::stages::accuracy::Reached;
@@ -30,7 +31,7 @@ fn left_out(plan: &Plan) -> Vec<String> {
     let (orders, others): (Vec<_>, Vec<_>) = plan
         .missed()
         .partition(|it| it.effect == Effect::MultipleScattering);
-    let mut lines: Vec<String> = orders.iter().map(|it| further_orders(it)).collect();
+    let mut lines: Vec<String> = orders.iter().map(|it| further_orders(plan, it)).collect();
     let others = others.iter();
     let others = others.map(|it| format!("{} {}", it.effect, of_white(it.bound.value)));
     let others: Vec<String> = others.collect();
@@ -41,10 +42,18 @@ fn left_out(plan: &Plan) -> Vec<String> {
     lines
 }
 
-fn further_orders(decision: &EffectDecision) -> String {
+fn further_orders(plan: &Plan, decision: &EffectDecision) -> String {
+    let is_refused = |it: &&EffectDecision| {
+        it.asked == Switch::Off && decision.effect.needs().contains(&it.effect)
+    };
+    let off = plan.effects.iter().filter(is_refused).chain([decision]);
+    let keys: Vec<String> = off
+        .map(|it| format!("effects.{} = \"on\"", it.effect))
+        .collect();
     format!(
-        "left out: light that drops scatter more than once ({} of display white at most, on average); \
-         effects.multiple_scattering = \"on\" adds it",
-        of_white(decision.bound.rms)
+        "left out: light that drops scatter more than once ({} of display white at most, on average); {} {} it",
+        of_white(decision.bound.rms),
+        keys.join(", "),
+        if keys.len() > 1 { "add" } else { "adds" }
     )
 }
