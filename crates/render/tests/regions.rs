@@ -55,7 +55,7 @@ struct World {
 impl World {
     fn new() -> Self {
         let grid = niji_dropfield::GridBox {
-            min: DVec3::new(-30.0, -5.0, -90.0),
+            min: DVec3::new(-40.0, -5.0, -90.0),
             max: DVec3::new(30.0, 35.0, -40.0),
             voxel_m: 2.5,
         };
