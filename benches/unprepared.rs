@@ -21,12 +21,11 @@ use std::process::Command;
 use std::time::Instant;
 
 use ndarray::Array2;
-use ndarray::ArrayView1;
-use ndarray::Axis;
 use ndarray::s;
 use niji_exchange::Channel;
 use niji_exchange::PlainPart;
 use niji_exchange::SpectralImage;
+use niji_exchange::luminance;
 use niji_exchange::read_plain;
 use niji_exchange::write_plain;
 use niji_picture::PlanRequest;
@@ -34,7 +33,6 @@ use niji_picture::PlannedScene;
 use niji_picture::Scene;
 use niji_picture::scene_from_toml;
 use niji_picture::unwatched;
-use niji_radiometry::Colorimetry;
 use niji_render::Integration;
 use niji_render::SunPath;
 use niji_scatter::Theory;
@@ -158,7 +156,7 @@ fn make_truth(name: &str) -> Result<()> {
     let planned = truth(name)?;
     let image = planned.picture(&unwatched)?;
     let white = planned.plan.display_white_cd_m2;
-    let fine = luminance(&image) / white;
+    let fine = luminance(&image.radiance, &image.wavelengths) / white;
     let (height, width) = (fine.nrows() / FINER, fine.ncols() / FINER);
     let mean = Array2::from_shape_fn((height, width), |(y, x)| {
         let (top, left) = (FINER * y, FINER * x);
@@ -185,18 +183,6 @@ fn make_truth(name: &str) -> Result<()> {
         on.join(" ")
     );
     Ok(())
-}
-
-/// Luminance of every pixel, cd/m².
-fn luminance(image: &SpectralImage) -> Array2<f64> {
-    let observer = Colorimetry::new(&image.wavelengths);
-    let weights: Vec<f64> = observer.weights().iter().map(|[_, y, _]| *y).collect();
-    image
-        .radiance
-        .map_axis(Axis(0), |spectrum: ArrayView1<f32>| {
-            let spectrum = spectrum.into_iter().zip(&weights);
-            spectrum.map(|(value, y)| f64::from(*value) * y).sum()
-        })
 }
 
 fn measure(names: &[String], flags: &[String]) -> Result<()> {
@@ -229,7 +215,7 @@ fn measure(names: &[String], flags: &[String]) -> Result<()> {
         let white = report["plan"]["display_white_cd_m2"].as_f64();
         let white = white.ok_or("a report without its white")?;
         let image = SpectralImage::read_spectral(&out.path().join("image.exr"))?;
-        let found = luminance(&image) / white;
+        let found = luminance(&image.radiance, &image.wavelengths) / white;
         let truth = read_plain(&truth_file(name))?;
         let truth = truth[0].channels[0].values.mapv(f64::from);
         let off = found - &truth;

@@ -5,7 +5,6 @@
 use std::path::Path;
 
 use ndarray::Array2;
-use ndarray::Axis;
 use niji_exchange::SpectralImage;
 use niji_picture::DROP_SPACING;
 use niji_picture::PictureParts;
@@ -17,7 +16,6 @@ use niji_picture::SKY;
 use niji_picture::air;
 use niji_picture::scene_from_toml;
 use niji_picture::unwatched;
-use niji_radiometry::Colorimetry;
 use niji_scene::SkyLevel;
 
 /// A wall of drops on the ground before a low sun's sky, at few wavelengths; lines of its sections may be added.
@@ -69,11 +67,7 @@ fn picture(planned: &PlannedScene, sky: SkyLevel) -> SpectralImage {
 
 /// Luminance of every pixel over display white.
 fn luminance(planned: &PlannedScene, image: &SpectralImage) -> Array2<f64> {
-    let observer = Colorimetry::new(&image.wavelengths);
-    image.radiance.map_axis(Axis(0), |spectrum| {
-        let spectrum: Vec<f64> = spectrum.iter().map(|it| f64::from(*it)).collect();
-        observer.xyz(&spectrum)[1] / planned.plan.display_white_cd_m2
-    })
+    niji_exchange::luminance(&image.radiance, &image.wavelengths) / planned.plan.display_white_cd_m2
 }
 
 fn rms(values: &Array2<f64>) -> f64 {

@@ -12,6 +12,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
+use niji_exchange::luminance;
 use niji_render::PixelFootprint;
 use niji_scene::Bound;
 use niji_scene::Effect;
@@ -28,7 +29,6 @@ use crate::progress;
 use crate::progress::Verbosity;
 use crate::stages;
 use crate::stages::Done;
-use crate::timed_run::luminance;
 use crate::timed_run::rounded;
 use crate::timed_run::run_once;
 use crate::timed_run::temporary_folder;
@@ -219,7 +219,9 @@ impl<'a> Run<'a> {
         Ok(Self {
             folder,
             done,
-            luminance: luminance(&image),
+            luminance: luminance(&image.radiance, &image.wavelengths)
+                .into_iter()
+                .collect(),
         })
     }
 

@@ -4,10 +4,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use ndarray::Array3;
-use ndarray::ArrayView1;
-use ndarray::Axis;
 use niji_exchange::SpectralImage;
-use niji_radiometry::Colorimetry;
 use tempfile::TempDir;
 
 use crate::failure::Failure;
@@ -88,18 +85,6 @@ pub(crate) fn relative_rmse(radiance: &Array3<f32>, reference: &Array3<f32>) -> 
     } else {
         0.0
     }
-}
-
-/// Luminance of every pixel by rows, cd/m².
-pub(crate) fn luminance(image: &SpectralImage) -> Vec<f64> {
-    let observer = Colorimetry::new(&image.wavelengths);
-    let weights: Vec<f64> = observer.weights().iter().map(|[_, y, _]| *y).collect();
-    let of_pixel = |spectrum: ArrayView1<f32>| {
-        let spectrum = spectrum.into_iter().zip(&weights);
-        spectrum.map(|(value, y)| f64::from(*value) * y).sum()
-    };
-    let pixels = image.radiance.lanes(Axis(0)).into_iter();
-    pixels.map(of_pixel).collect()
 }
 
 /// Three digits: more would be noise.

@@ -8,8 +8,8 @@ mod vdb;
 use std::path::PathBuf;
 
 use clap::Args;
-use niji_exchange::open_file;
 use niji_picture::with_causes;
+use niji_radiometry::open_file;
 use niji_vdb::VdbFile;
 use serde_json::Value;
 

@@ -29,6 +29,7 @@ use niji_geometry::PixelRegion;
 use niji_radiometry::Bytes;
 use niji_radiometry::RgbPrimaries;
 use niji_radiometry::memory_limit;
+use niji_radiometry::open_file;
 use rayon::prelude::*;
 
 use crate::attributes::AttributeValue;
@@ -37,7 +38,6 @@ use crate::checksum;
 use crate::error::Error;
 use crate::guarded::guarded;
 use crate::image_windows::ImageWindows;
-use crate::open_file::open_file;
 use crate::part::Part;
 
 /// Best that a codec can do: deflate packs at most 1032 bytes into one, the others less.
@@ -55,7 +55,9 @@ const BATCH_BYTES: usize = 32 << 20;
 /// that does not fit its checksum, or a value that is not finite.
 pub(crate) fn read_parts(path: &Path) -> Result<Vec<Part<'static>>, Error> {
     let (file, file_bytes) = open_file(path)?;
-    sound(|| read_from(BufReader::with_capacity(1 << 18, file), file_bytes))
+    guarded(Error::Damaged, || {
+        read_from(BufReader::with_capacity(1 << 18, file), file_bytes)
+    })
 }
 
 /// Reads the attributes of the first part, and of pixels no more than tells that none were cut off.
@@ -64,7 +66,9 @@ pub(crate) fn read_parts(path: &Path) -> Result<Vec<Part<'static>>, Error> {
 /// As for [`read_parts`], as far as headers and the end of each part show it.
 pub(crate) fn read_first_attributes(path: &Path) -> Result<Attributes, Error> {
     let (file, file_bytes) = open_file(path)?;
-    sound(|| first_attributes(BufReader::new(file), file_bytes))
+    guarded(Error::Damaged, || {
+        first_attributes(BufReader::new(file), file_bytes)
+    })
 }
 
 fn first_attributes(mut source: impl Read + Seek, file_bytes: u64) -> Result<Attributes, Error> {
@@ -79,12 +83,6 @@ fn first_attributes(mut source: impl Read + Seek, file_bytes: u64) -> Result<Att
         .first()
         .map(attributes)
         .unwrap_or_default())
-}
-
-/// What is read, or damage where a codec panics.
-fn sound<T>(read: impl FnOnce() -> Result<T, Error>) -> Result<T, Error> {
-    let gave_up = || Error::Damaged("its pixels cannot be unpacked".to_owned());
-    guarded(read).unwrap_or_else(|| Err(gave_up()))
 }
 
 /// Reads all parts from a source of `file_bytes` bytes.

@@ -6,8 +6,15 @@
 use std::panic::AssertUnwindSafe;
 use std::panic::catch_unwind;
 
-/// What `read` returns; `None` where a decoder panics.
-pub fn guarded<T>(read: impl FnOnce() -> T) -> Option<T> {
+/// What `read` returns, or damage, as errors of the caller call it, where a decoder panics.
+///
+/// # Errors
+/// As `read`, and `damaged`.
+pub fn guarded<T, E>(
+    damaged: fn(String) -> E,
+    read: impl FnOnce() -> Result<T, E>,
+) -> Result<T, E> {
     // What was half read is dropped, so nobody sees it.
-    catch_unwind(AssertUnwindSafe(read)).ok()
+    let outcome = catch_unwind(AssertUnwindSafe(read));
+    outcome.unwrap_or_else(|_| Err(damaged("its pixels cannot be unpacked".to_owned())))
 }

@@ -8,6 +8,7 @@ use std::io;
 use std::io::Read;
 use std::path::Path;
 
+use niji_radiometry::open_file;
 use sha2::Digest;
 use sha2::Sha256;
 
@@ -15,7 +16,6 @@ use crate::attributes;
 use crate::checksum::hexadecimal;
 use crate::error::Error;
 use crate::exr_read;
-use crate::open_file::open_file;
 
 /// Name of the item that holds the tool.
 const TOOL: &str = "niji:tool";

@@ -12,6 +12,7 @@ use glam::DVec3;
 use glam::Vec3;
 use niji_radiometry::Bytes;
 use niji_radiometry::memory_limit;
+use niji_radiometry::open_file;
 
 use crate::error::Error;
 use crate::mesh::TriangleMesh;
@@ -94,18 +95,14 @@ fn unreadable(path: &Path, format: &str, message: &str) -> Error {
 /// A file that ends, and whose bytes fit into memory.
 fn opened(path: &Path) -> Result<File, Error> {
     let failed = |error: std::io::Error| damaged(path, error.to_string());
-    let metadata = std::fs::metadata(path).map_err(failed)?;
-    if !metadata.is_file() {
-        let message = "found a folder, a pipe or a device, expected a file";
-        return Err(damaged(path, message.to_owned()));
-    }
-    let found = Bytes(metadata.len().into());
+    let (file, file_bytes) = open_file(path).map_err(failed)?;
+    let found = Bytes(file_bytes.into());
     let limit = Bytes(memory_limit().0 / CORNER_EXPANSION);
     if found > limit {
         let message = format!("found a file of {found}, expected at most {limit}");
         return Err(damaged(path, message));
     }
-    File::open(path).map_err(failed)
+    Ok(file)
 }
 
 /// Triangles as they come from a file, before their equal corners are found.

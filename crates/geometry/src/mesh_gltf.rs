@@ -161,10 +161,8 @@ fn triangles() -> u32 {
 }
 
 /// Reads the triangles of a file, opened from `path`.
-pub(crate) fn read_gltf(mut file: File, path: &Path) -> Result<Soup, String> {
-    let mut bytes = Vec::new();
-    file.read_to_end(&mut bytes)
-        .map_err(|error| error.to_string())?;
+pub(crate) fn read_gltf(file: File, path: &Path) -> Result<Soup, String> {
+    let bytes = all_bytes(file)?;
     let (document, binary) = parsed(&bytes)?;
     let shapes = document.shapes()?;
     document.check_memory(&shapes)?;
@@ -180,14 +178,19 @@ pub(crate) fn read_gltf(mut file: File, path: &Path) -> Result<Soup, String> {
 }
 
 /// The files beside a file of this name that hold its corners, in the order of its buffers.
-pub(crate) fn buffer_files(mut file: File, path: &Path) -> Result<Vec<PathBuf>, String> {
-    let mut bytes = Vec::new();
-    file.read_to_end(&mut bytes)
-        .map_err(|error| error.to_string())?;
+pub(crate) fn buffer_files(file: File, path: &Path) -> Result<Vec<PathBuf>, String> {
+    let bytes = all_bytes(file)?;
     let (document, _) = parsed(&bytes)?;
     let uris = document.buffers.iter().filter_map(|it| it.uri.as_ref());
     let outside = uris.filter(|uri| !uri.starts_with("data:"));
     outside.map(|uri| beside(path, uri)).collect()
+}
+
+fn all_bytes(mut file: File) -> Result<Vec<u8>, String> {
+    let mut bytes = Vec::new();
+    let read = file.read_to_end(&mut bytes);
+    read.map_err(|error| error.to_string())?;
+    Ok(bytes)
 }
 
 /// The description in a file, and the buffer that stands behind it in a GLB.

@@ -19,7 +19,7 @@ use image::ImageReader;
 use image::Limits;
 use ndarray::Array2;
 use niji_exchange::guarded;
-use niji_exchange::open_file;
+use niji_radiometry::open_file;
 use niji_radiometry::srgb_decode;
 use rayon::prelude::*;
 
@@ -116,10 +116,7 @@ fn read_coded(file: File, file_bytes: u64) -> Result<Photograph, Error> {
 
 /// The code values, upright, and the camera's notes.
 pub(crate) fn decode(file: File, file_bytes: u64) -> Result<(DynamicImage, ExifNotes), Error> {
-    guarded(|| decode_unguarded(file, file_bytes)).unwrap_or_else(|| {
-        let message = "its pixels cannot be unpacked";
-        Err(Error::Damaged(message.to_owned()))
-    })
+    guarded(Error::Damaged, || decode_unguarded(file, file_bytes))
 }
 
 fn decode_unguarded(mut file: File, file_bytes: u64) -> Result<(DynamicImage, ExifNotes), Error> {

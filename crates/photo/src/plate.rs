@@ -185,10 +185,7 @@ fn plane(layers: &[Layer], name: &str) -> Option<Array2<f32>> {
 }
 
 fn layers(path: &Path) -> Result<File, Error> {
-    guarded(|| read_layers(path)).unwrap_or_else(|| {
-        let message = "its pixels cannot be unpacked";
-        Err(Error::Damaged(message.to_owned()))
-    })
+    guarded(Error::Damaged, || read_layers(path))
 }
 
 fn read_layers(path: &Path) -> Result<File, Error> {

@@ -14,7 +14,6 @@ use niji_render::PictureLayer;
 use niji_render::RenderEffects;
 use niji_render::RenderRequest;
 use niji_render::Rendered;
-use niji_render::SkyModel;
 use niji_render::SunPath;
 use niji_render::Surfaces;
 use niji_render::Toggle;
@@ -126,16 +125,11 @@ impl PictureSettings {
             picture: scene.picture,
             water_surface: mirrored_water.map(|(surface, _)| surface),
             mirrored_water,
-            foreseen_errors: planned.foreseen_errors.clone(),
+            foreseen_errors: ForeseenErrors::of(plan, &planned.choice.seen),
             render_effects,
             display_white_cd_m2: plan.display_white_cd_m2,
             scattering: plan.scattering.clone(),
         }
-    }
-
-    /// Whether the ground is seen, and hides what lies below it.
-    fn shows_ground(&self) -> bool {
-        self.render_effects.sky.is_on() && self.levels.sky != SkyModel::None
     }
 
     /// All pixels of the picture, overscan included.
@@ -267,7 +261,8 @@ fn lit(settings: &PictureSettings, volume: DropVolume, watch: Watch) -> Result<L
     // A mode is given back as soon as its bricks stand.
     let bricks = volume.modes.into_iter();
     let interpolation = settings.levels.interpolation;
-    let has_ground = settings.shows_ground();
+    let has_ground = (settings.render_effects)
+        .ground_hides(settings.levels.sky, settings.camera.position_m.into());
     let bricks = bricks.map(|mode| {
         let mode = if has_ground {
             mode.down_to_ground()

@@ -32,7 +32,6 @@ use crate::composite::CompositeRequest;
 use crate::drop_volume::VolumePart;
 use crate::drop_volume::VolumeSource;
 use crate::error::Error;
-use crate::foreseen_errors::ForeseenErrors;
 use crate::photo_depth::DepthMap;
 use crate::photo_depth::Distances;
 use crate::photo_depth::EYE_HEIGHT;
@@ -68,8 +67,6 @@ pub struct PlannedScene {
     pub drop_file: Option<PathBuf>,
     /// What its drop volume is made from, where it names none.
     pub drop_source: Option<VolumeSource>,
-    /// What its picture errs by beside what is estimated with it.
-    pub foreseen_errors: ForeseenErrors,
     /// What was decided, and from what.
     pub choice: Choice,
 }
@@ -120,7 +117,7 @@ impl PlannedScene {
     /// A drop volume that is missing or wrong, or a scene that cannot be planned.
     pub fn new(scene: Scene, request: PlanRequest) -> Result<Self, Error> {
         let drops = drops_of(&scene, request)?;
-        Self::with_drops(scene, request, (drops, true))
+        Self::with_drops(scene, request, drops, true)
     }
 
     /// The same without measuring anything, for its own drops and the `others`.
@@ -136,13 +133,14 @@ impl PlannedScene {
         let own = drops_of(&scene, request)?;
         let others = others.map(|it| it.summary(|drops| drops)).transpose()?;
         let drops = DropSummary::joined(own.into_iter().chain(others.flatten()));
-        Self::with_drops(scene, request, (drops, false))
+        Self::with_drops(scene, request, drops, false)
     }
 
     fn with_drops(
         scene: Scene,
         request: PlanRequest,
-        (drops, measures): (Option<DropSummary>, bool),
+        drops: Option<DropSummary>,
+        measures: bool,
     ) -> Result<Self, Error> {
         let folder = request.folder;
         let drop_file = scene.drops.file().map(|file| folder.join(file));
@@ -173,7 +171,6 @@ impl PlannedScene {
         }
         Ok(Self {
             folder: folder.to_owned(),
-            foreseen_errors: ForeseenErrors::of(&plan, &seen),
             choice: Choice::of(&plan, key, seen),
             scene,
             plan,

@@ -1,7 +1,8 @@
 //! Units, wavelength grids, spectra, CIE color, solar irradiance and refractive indices.
 //!
 //! The bottom of the workspace: every stage speaks in these units and on these wavelength grids.
-//! Its tables are embedded; nothing is read from disk but how much memory the system has.
+//! Its tables are embedded; nothing is read from disk but how much memory the system has. How much of that a file
+//! may take, and that it is a file at all, every reader asks here.
 //!
 //! ```
 //! use niji_radiometry::{Colorimetry, WavelengthGrid, solar_irradiance, xy_chromaticity};
@@ -21,6 +22,7 @@ mod gauss_legendre;
 mod iapws_r9_97;
 mod memory_limit;
 mod moonlight;
+mod open_file;
 mod piecewise_linear;
 mod quan_fry;
 mod rgb_primaries;
@@ -47,6 +49,7 @@ pub use crate::gauss_legendre::gauss_legendre;
 pub use crate::iapws_r9_97::water_refractive_index;
 pub use crate::memory_limit::memory_limit;
 pub use crate::moonlight::moon_over_sun;
+pub use crate::open_file::open_file;
 pub use crate::quan_fry::sea_water_refractive_index;
 pub use crate::rgb_primaries::RgbPrimaries;
 pub use crate::size_parameter::size_parameter;

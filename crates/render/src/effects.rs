@@ -1,5 +1,9 @@
 //! Which effects take part in a picture. What is off is decided once, before the first ray.
 
+use glam::DVec3;
+
+use crate::levels::SkyModel;
+
 /// Whether an effect takes part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Toggle {
@@ -47,6 +51,17 @@ pub struct RenderEffects {
 }
 
 impl RenderEffects {
+    /// Whether sky and ground stand behind the drops.
+    pub(crate) fn shows_sky(&self, model: SkyModel) -> bool {
+        self.sky.is_on() && model != SkyModel::None
+    }
+
+    /// Whether the ground, at y = 0, hides drops below it: where it is seen, but from an eye that is below itself.
+    #[must_use]
+    pub fn ground_hides(&self, model: SkyModel, eye: DVec3) -> bool {
+        self.shows_sky(model) && eye.y >= 0.0
+    }
+
     /// The bows alone: drops in a vacuum that neither dim nor shadow each other, the published form.
     pub const BOWS_ONLY: Self = Self {
         primary_bow: Toggle::On,

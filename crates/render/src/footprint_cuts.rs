@@ -98,18 +98,19 @@ pub(crate) enum Strips {
 impl Strips {
     /// Strips across most edges of a pixel; `None` where none is found.
     pub(crate) fn across_edges(meets: &Meets) -> Option<Self> {
-        let n_changes = |strips: Self| -> usize {
-            let lines = (0..=N_LOOKED_AT).map(|line| {
-                let at = |node| strips.place(share(line, N_LOOKED_AT), share(node, N_LOOKED_AT));
-                let met = (0..=N_LOOKED_AT).map(|node| meets(at(node)));
-                let met: Vec<_> = met.collect();
-                met.windows(2)
-                    .filter(|ends| !alike(ends[0], ends[1]))
-                    .count()
-            });
-            lines.sum()
-        };
-        let (across, down) = (n_changes(Self::Across), n_changes(Self::Down));
+        let along = |index| share(index, N_LOOKED_AT);
+        let row = |y| (0..=N_LOOKED_AT).map(move |x| Self::Across.place(along(y), along(x)));
+        let met: Vec<Vec<_>> = (0..=N_LOOKED_AT)
+            .map(|y| row(y).map(meets).collect())
+            .collect();
+        let is_change = |a: (usize, usize), b: (usize, usize)| !alike(met[a.0][a.1], met[b.0][b.1]);
+        let (mut across, mut down) = (0, 0);
+        for line in 0..met.len() {
+            for node in 1..met.len() {
+                across += usize::from(is_change((line, node - 1), (line, node)));
+                down += usize::from(is_change((node - 1, line), (node, line)));
+            }
+        }
         match (across, down) {
             (0, 0) => None,
             _ if across > down => Some(Self::Across),

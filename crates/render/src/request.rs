@@ -98,18 +98,14 @@ impl RenderRequest<'_> {
 
     /// Whether sky and ground stand behind the drops.
     pub(crate) fn wants_sky(&self) -> bool {
-        let model = match self.levels.sky_model {
-            SkyModel::None => false,
-            SkyModel::SingleScattering | SkyModel::MultipleScattering => true,
-        };
-        self.effects.sky.is_on() && model
+        self.effects.shows_sky(self.levels.sky_model)
     }
 
-    /// The box outside of which no drops are seen: where the ground is seen, at y = 0, it hides those below, but from
-    /// an eye that is below itself.
+    /// The box outside of which no drops are seen: the ground hides those below it.
     pub(crate) fn drops_seen(&self) -> Option<Aabb> {
         let bounds = self.drops.bounds()?;
-        if !self.wants_sky() || self.camera.position().y < 0.0 {
+        let eye = self.camera.position();
+        if !self.effects.ground_hides(self.levels.sky_model, eye) {
             return Some(bounds);
         }
         let min = bounds.min.with_y(bounds.min.y.max(0.0));

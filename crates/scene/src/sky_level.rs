@@ -29,15 +29,4 @@ impl SkyLevel {
             Self::Fine => ScatteringOrders::FINE,
         }
     }
-
-    /// The next finer one; `None` of the finest.
-    #[must_use]
-    pub fn finer(self) -> Option<Self> {
-        match self {
-            Self::Draft => Some(Self::Quick),
-            Self::Quick => Some(Self::Standard),
-            Self::Standard => Some(Self::Fine),
-            Self::Fine => None,
-        }
-    }
 }

@@ -7,10 +7,10 @@
 
 use ndarray::Array2;
 use niji_dropfield::DropVolume;
+use niji_exchange::luminance;
 use niji_render::DropOrders;
 
 use super::SmallPicture;
-use super::small_picture::luminance;
 use super::small_scene::SmallScene;
 use crate::error::Error;
 

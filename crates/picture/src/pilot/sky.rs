@@ -27,7 +27,6 @@ use serde::Deserialize;
 use serde::Serialize;
 
 use super::SmallPicture;
-use super::small_picture;
 use super::small_picture::smaller;
 use crate::air;
 use crate::error::Error;
@@ -72,33 +71,31 @@ pub(crate) fn sky(scene: &Scene, plan: &Plan) -> Result<Option<SkySeen>, Error> 
         ..plan.levels.render_levels()
     };
     let seen = |level| luminance(&small, levels, level);
-    let error = |(coarse, fine): (&Array2<f64>, &Array2<f64>), part: f64| {
+    // By how many levels it is finer than the coarser of the two that were compared.
+    let error = |difference: &Array2<f64>, n_finer: i32| {
+        let part = if n_finer == 0 {
+            MARGIN
+        } else {
+            HALF.powi(n_finer)
+        };
         let part = part / plan.display_white_cd_m2;
-        let error = (fine - coarse).mapv(|it| part * it.abs());
-        SmallPicture::new(&small.camera, &error)
+        SmallPicture::new(&small.camera, &difference.mapv(|it| part * it.abs()))
     };
-    let (draft, quick) = (seen(SkyLevel::Draft)?, seen(SkyLevel::Quick)?);
-    let pair = (&draft, &quick);
-    let of_first = match first {
-        SkyLevel::Draft => error(pair, MARGIN),
-        level => error(pair, HALF.powi(level as i32)),
-    };
+    let quick = seen(SkyLevel::Quick)?;
+    let to_quick = &quick - &seen(SkyLevel::Draft)?;
+    let of_first = error(&to_quick, first as i32 - SkyLevel::Draft as i32);
     let found = |(level, error)| Ok(Some(SkySeen { level, error }));
     if !is_chosen || of_first.bound().rms <= allowed {
         return found((first, of_first));
     }
-    let standard = seen(SkyLevel::Standard)?;
-    let pair = (&quick, &standard);
-    let levels = [
-        (SkyLevel::Quick, MARGIN),
-        (SkyLevel::Standard, HALF),
-        (SkyLevel::Fine, HALF * HALF),
-    ];
-    let mut levels = levels
-        .map(|(level, part)| (level, error(pair, part)))
-        .into_iter();
-    let kept = levels.find(|(_, error)| error.bound().rms <= allowed);
-    found(kept.unwrap_or_else(|| (SkyLevel::Fine, error(pair, HALF * HALF))))
+    let to_standard = seen(SkyLevel::Standard)? - &quick;
+    for (level, n_finer) in [(SkyLevel::Quick, 0), (SkyLevel::Standard, 1)] {
+        let error = error(&to_standard, n_finer);
+        if error.bound().rms <= allowed {
+            return found((level, error));
+        }
+    }
+    found((SkyLevel::Fine, error(&to_standard, 2)))
 }
 
 /// Luminance of every pixel of a scene without drops [cd/m²].
@@ -123,5 +120,5 @@ fn luminance(scene: &Scene, levels: RenderLevels, level: SkyLevel) -> Result<Arr
         },
         &|_| {},
     )?;
-    Ok(small_picture::luminance(&picture.radiance, &scene.spectrum))
+    Ok(niji_exchange::luminance(&picture.radiance, &scene.spectrum))
 }

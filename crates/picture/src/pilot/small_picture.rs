@@ -1,11 +1,7 @@
 //! What was seen in a picture of few pixels and wavelengths, and where in the frame.
 
 use ndarray::Array2;
-use ndarray::Array3;
 use ndarray::ArrayView1;
-use ndarray::Axis;
-use niji_radiometry::Colorimetry;
-use niji_radiometry::WavelengthGrid;
 use niji_scene::Bound;
 use niji_scene::BoundKind;
 use niji_scene::Camera;
@@ -23,15 +19,6 @@ pub(crate) fn smaller(scene: &Scene) -> Scene {
     scene.camera = scene.camera.no_wider_than(WIDTH_PX);
     scene.spectrum = scene.spectrum.in_wider_bins(N_WAVELENGTHS);
     scene
-}
-
-/// Luminance of every pixel of a picture's radiance by wavelength, row and column [cd/m²].
-pub(crate) fn luminance(radiance: &Array3<f32>, wavelengths: &WavelengthGrid) -> Array2<f64> {
-    let observer = Colorimetry::new(wavelengths);
-    radiance.map_axis(Axis(0), |spectrum| {
-        let spectrum: Vec<f64> = spectrum.iter().map(|it| f64::from(*it)).collect();
-        observer.xyz(&spectrum)[1]
-    })
 }
 
 /// Luminance of a small picture, over display white.
