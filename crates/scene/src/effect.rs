@@ -468,6 +468,11 @@ impl Effect {
         self.row().role == Role::OfTheory
     }
 
+    /// Whether it smooths what a table holds, so that leaving it out takes more angles and saves nothing.
+    pub(crate) fn smooths_bows(self) -> bool {
+        matches!(self, Self::SunDisc | Self::SizeSpread)
+    }
+
     /// What it cannot do without.
     pub fn needs(self) -> &'static [Self] {
         self.row().needs

@@ -6,6 +6,8 @@
 //! effect that may shape them. Where one of those is left out itself, the bows change a little, so
 //! the sum is checked again with the final bounds, and the largest comes back until it fits.
 //!
+//! What makes the bows smoother is on wherever it is seen at all: a table without it needs more angles.
+//!
 //! Light that drops scatter more than once is smooth, and its bound an estimate: the RMS of it counts. An effect
 //! that is on brings those that it cannot do without.
 
@@ -76,6 +78,8 @@ pub(super) fn decide(
         .into_iter()
         .map(|effect| (counted(effect, bound(effect, &assumed)), effect))
         .collect();
+    let is_free = |(value, effect): &(f64, Effect)| effect.smooths_bows() && *value > 0.0;
+    on.extend(sized.extract_if(.., |it| is_free(it)).map(|(_, it)| it));
     sized.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let budget = SHARE_FOR_EFFECTS * tolerance;
     let mut sum = 0.0;
@@ -168,17 +172,32 @@ mod tests {
     #[test]
     fn the_sum_of_what_is_left_out_stays_within_half_of_the_tolerance() {
         let bounds = [
-            (Effect::SunDisc, 0.002),
+            (Effect::SunlightThroughAir, 0.002),
             (Effect::DropShadow, 0.0025),
             (Effect::DropExtinction, 0.003),
             (Effect::SecondaryBow, 0.0),
         ];
         let on = decide_with(&bounds, &EffectSwitches::default());
         // 0 + 0.002 + 0.0025 fit into 0.005; the next would not.
-        for effect in [Effect::SunDisc, Effect::DropShadow, Effect::SecondaryBow] {
+        for effect in [
+            Effect::SunlightThroughAir,
+            Effect::DropShadow,
+            Effect::SecondaryBow,
+        ] {
             assert!(!on.contains(&effect), "{effect}");
         }
         assert!(on.contains(&Effect::DropExtinction) && on.contains(&Effect::PrimaryBow));
+    }
+
+    #[test]
+    fn what_makes_bows_smoother_is_never_left_out_to_save_time() {
+        let bounds = [(Effect::SunDisc, 1e-4), (Effect::SizeSpread, 0.0)];
+        let on = decide_with(&bounds, &EffectSwitches::default());
+        assert!(on.contains(&Effect::SunDisc), "it is free");
+        assert!(!on.contains(&Effect::SizeSpread), "it adds nothing");
+        let no_bows = [(Effect::PrimaryBow, 0.0), (Effect::SecondaryBow, 0.0)];
+        let on = decide_with(&no_bows, &EffectSwitches::default());
+        assert!(!on.contains(&Effect::SunDisc));
     }
 
     #[test]
