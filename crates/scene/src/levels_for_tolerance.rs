@@ -7,7 +7,7 @@
 //! may be off by a_rays.
 //!
 //! The preset `standard` is its tolerance. A level whose setting is an error gets its part: the table's
-//! relative error, but no more than 0.005, that of an adaptive integral, the noise of light of further orders
+//! relative error, but no more than half of the tolerance within 0.005 and 0.02, that of an adaptive integral, the noise of light of further orders
 //! below which no more paths are followed, and the error of a pixel for which the renderer adds rays. Relative errors are of the light of drops: pictures are exposed
 //! so that it is seldom brighter than a gray card, 0.18 of display white. Of theories drops of each size take
 //! the cheapest that keeps the table's error. All other levels are those of `standard` and `reference`
@@ -126,7 +126,9 @@ impl Scene {
 
     fn levels_for_tolerance(&self, voxel_m: f64) -> Levels {
         let allowed = self.relative_error();
-        let most = Preset::Standard.levels(voxel_m).table_relative_error;
+        let [least, most] = [Preset::Standard, Preset::Draft]
+            .map(|preset| preset.levels(voxel_m).table_relative_error);
+        let most = (0.5 * self.accuracy.tolerance()).clamp(least, most);
         Levels {
             theory: Theory::BySize,
             table_relative_error: (OF_TABLE * allowed).clamp(LEAST_TABLE_ERROR, most),
