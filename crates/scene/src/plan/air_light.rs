@@ -19,6 +19,7 @@ use niji_exchange::AtmosphereTable;
 use niji_geometry::Aabb;
 use niji_geometry::Planet;
 
+use super::cache::Cache;
 use super::luminance::Line;
 use super::view::Block;
 
@@ -126,6 +127,8 @@ struct Sky<'a> {
     /// Where the level of the sky asks for it.
     diffuse: Option<DiffuseSky<'a>>,
     planet: Planet,
+    /// Its luminance by the bits of a direction from the eye: blocks share their corners.
+    of_direction: Cache<[u64; 3], f64>,
 }
 
 impl<'a> Sky<'a> {
@@ -139,6 +142,7 @@ impl<'a> Sky<'a> {
             solver: SingleScattering::new(request.table, method),
             diffuse: DiffuseSky::new(request.table).ok(),
             planet,
+            of_direction: Cache::new(),
         }
     }
 
@@ -188,8 +192,11 @@ impl<'a> Sky<'a> {
     fn whole(&self, block: &Block) -> f64 {
         let eye = self.request.eye;
         let light = |direction: DVec3| {
-            let ray = self.ray(eye, direction, f64::INFINITY);
-            self.luminance(&self.solver.sky_radiance(&ray)) + self.diffuse_luminance(&ray)
+            let bits = direction.to_array().map(f64::to_bits);
+            *self.of_direction.of(&bits, || {
+                let ray = self.ray(eye, direction, f64::INFINITY);
+                self.luminance(&self.solver.sky_radiance(&ray)) + self.diffuse_luminance(&ray)
+            })
         };
         let horizon = -self.planet.horizon_dip(self.planet.height_m(eye)).0.sin();
         let zenith = self.planet.zenith(eye);

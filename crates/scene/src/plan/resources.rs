@@ -34,7 +34,7 @@ const MIB: f64 = 1_048_576.0;
 const PROGRAM_BYTES: f64 = 13.5 * MIB;
 
 /// Wavelengths that are asked which angles a table needs, at most.
-const N_JUDGED: usize = 9;
+const N_JUDGED: usize = 3;
 
 /// Bytes of a number in a file.
 const NUMBER_BYTES: f64 = 4.0;
