@@ -293,6 +293,7 @@ impl Scene {
             },
             tolerance_cd_m2: None,
             orders_noise_cd_m2: None,
+            coarser_rays: 1.0,
             levels: RenderLevels {
                 integration: level.integration,
                 drop_extinction_model: DropExtinctionModel::WithoutDiffraction,

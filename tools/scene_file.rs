@@ -23,12 +23,17 @@ use crate::text_file;
 /// # Errors
 /// A scene, a drop volume or a choice that is missing or wrong; a choice for something else.
 pub(crate) fn load(path: &Path, common: &Common) -> Result<PlannedScene, Failure> {
-    let scene = read(path, common.goal())?;
     let Some(file) = &common.choice else {
-        return planned(scene, path, None);
+        return planned(read(path, common.goal())?, path, None);
     };
     let choice = choice_file::read(file)?;
-    let planned = planned(scene, path, Some(&choice))?;
+    let goal = common.goal();
+    let of_budget = choice.afforded.map(|it| it.tolerance);
+    let goal = Goal {
+        tolerance: goal.tolerance.or(of_budget),
+        ..goal
+    };
+    let planned = planned(read(path, goal)?, path, Some(&choice))?;
     if planned.choice == choice {
         return Ok(planned);
     }
@@ -53,6 +58,22 @@ pub(crate) fn planned(
 ) -> Result<PlannedScene, Failure> {
     let request = PlanRequest {
         choice,
+        ..beside(path)
+    };
+    planned_for(scene, path, request)
+}
+
+/// Makes the plan of a scene for another tolerance than that of `other`, whose measurements hold for both.
+///
+/// # Errors
+/// As [`planned`].
+pub(crate) fn planned_beside(
+    scene: Scene,
+    path: &Path,
+    other: Option<&PlannedScene>,
+) -> Result<PlannedScene, Failure> {
+    let request = PlanRequest {
+        measured: other.map(|it| &it.choice),
         ..beside(path)
     };
     planned_for(scene, path, request)

@@ -5,12 +5,17 @@ use niji_scene::EffectDecision;
 use niji_scene::Plan;
 use niji_scene::Switch;
 
+use crate::run::budget::Budget;
 use crate::stages::Done;
 use crate::stages::accuracy::Reached;
 use crate::stages::accuracy::of_white;
 
 /// The times of stages after an empty line, the effects that are left out, and the verdict.
-pub(super) fn text(plan: &Plan, done: &[Done], reached: Option<&Reached>) -> String {
+pub(super) fn text(
+    plan: &Plan,
+    (done, reached): (&[Done], Option<&Reached>),
+    budget: Option<&Budget>,
+) -> String {
     let mut lines = vec![String::new()];
     for stage in done {
         let note = if stage.up_to_date { "  up to date" } else { "" };
@@ -21,7 +26,10 @@ pub(super) fn text(plan: &Plan, done: &[Done], reached: Option<&Reached>) -> Str
     }
     lines.extend(left_out(plan));
     let seconds: f64 = done.iter().map(|done| done.seconds).sum();
-    lines.extend(reached.map(|reached| format!("{}; {seconds:.1} s", reached.text())));
+    lines.extend(reached.map(|reached| match budget {
+        Some(budget) => format!("{}; {}", reached.text_of_error(), budget.text(done)),
+        None => format!("{}; {seconds:.1} s", reached.text()),
+    }));
     lines.join("\n")
 }
 

@@ -97,7 +97,7 @@ pub(super) fn execute(
         }
         let given = given_table::given(&planned, command.table.as_deref(), verbosity);
         let files = Files::of_frame(&planned, folder, number).with_table(given.map_err(in_frame)?);
-        let outcome = run_stages_to(&planned, &files, common.options());
+        let outcome = run_stages_to((&planned, None), &files, common.options());
         let Outcome { done, .. } = outcome.map_err(in_frame)?;
         if accuracy.is_ok() {
             accuracy = accuracy::check(&planned, &files.image, common.goal()).map_err(in_frame);

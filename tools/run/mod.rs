@@ -1,5 +1,6 @@
 //! `niji run`: a whole scene, stage by stage, with every intermediate file left in a folder.
 
+mod budget;
 mod closing;
 pub(crate) mod files;
 mod frames;
@@ -10,6 +11,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use niji_photo::Finding;
+use niji_picture::Afforded;
 use niji_picture::PictureSettings;
 use niji_scene::Stage;
 
@@ -19,6 +21,8 @@ use crate::failure::Failure;
 use crate::flags::Common;
 use crate::output;
 use crate::output::Existing;
+use crate::run::budget::Budget;
+use crate::run::budget::parse_seconds;
 use crate::run::files::Files;
 use crate::run::frames::FrameRange;
 use crate::run::frames::parse_frames;
@@ -63,6 +67,12 @@ pub(crate) struct RunCommand {
     /// with at least the sizes, angles and orders that the plan asks for (see `niji scatter --radii-um`).
     #[arg(long, value_name = "EXR")]
     table: Option<PathBuf>,
+    /// Make the best picture in a time, as 10s or 2min: the tolerance of its tables, rays and paths follow from the
+    /// time they take on this machine. What was settled goes into choice.toml; with it as --choice any machine makes
+    /// the same picture.
+    #[arg(long, value_name = "TIME", value_parser = parse_seconds)]
+    #[arg(conflicts_with_all = ["tolerance", "accuracy", "choice", "frames"])]
+    budget: Option<f64>,
     /// The frames of a sequence to make: A, or A-B; what changes from frame to frame stands in the
     /// scene's section [sequence] and in file names with ####. Values lie between those given as numbers
     /// do, angles too: a turn over north is from 350 to 370 degrees.
@@ -97,7 +107,8 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
         return frames::execute(command, frames, common);
     }
     let kept = folder.join(choice_file::FILE);
-    let planned = planned(command, common, &kept)?;
+    let budget = command.budget.map(Budget::new);
+    let mut planned = planned(command, (common, budget.as_ref()), &kept)?;
     if planned.scene.sequence.is_some() {
         return Err(Failure::Usage(format!(
             "{} is a sequence: say which frames with --frames, as 1-240 or 12",
@@ -108,7 +119,12 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
     let options = common.options();
     let given = given_table::given(&planned, command.table.as_deref(), options.verbosity)?;
     let files = Files::of_scene(&planned, folder).with_table(given);
-    let Outcome { done, findings } = run_stages_to(&planned, &files, options)?;
+    let Outcome {
+        done,
+        findings,
+        afforded,
+    } = run_stages_to((&planned, budget.as_ref()), &files, options)?;
+    planned.choice.afforded = afforded;
     let image = folder.join(stages::render::FILE);
     let reached = accuracy::reached(&planned, &image)?;
     choice_file::write(&planned.choice, &kept, Existing::Replace)?;
@@ -121,10 +137,14 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
     for finding in findings.iter().map(FindingText::from) {
         verbosity.say(finding.text().trim_end());
     }
-    verbosity.say(closing::text(&planned.plan, &done, reached.as_ref()));
+    verbosity.say(closing::text(
+        &planned.plan,
+        (&done, reached.as_ref()),
+        budget.as_ref(),
+    ));
     let too_much = reached.as_ref().and_then(Reached::too_much);
     // Of a tolerance on the command line it is an error, which names its cause.
-    if let (Some(cause), None) = (too_much, common.tolerance) {
+    if let (Some(cause), None, None) = (too_much, common.tolerance, &budget) {
         verbosity.say(format_args!("most of it from {cause}"));
     }
     if done.iter().all(|done| done.up_to_date) {
@@ -149,15 +169,26 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
 }
 
 /// The scene with its plan, decided as in a run before, whose choice is `kept`, where that was the same one.
-fn planned(command: &RunCommand, common: &Common, kept: &Path) -> Result<PlannedScene, Failure> {
+fn planned(
+    command: &RunCommand,
+    (common, budget): (&Common, Option<&Budget>),
+    kept: &Path,
+) -> Result<PlannedScene, Failure> {
     output::check_regular(kept)?;
-    let before = choice_file::read(kept).ok();
+    let mut before = choice_file::read(kept).ok();
     if before.is_none() {
         // Of another request it is out of date, like a file of a stage that is made anew; this is none.
         output::check_free(kept, common.options().existing)?;
     }
     if common.choice.is_some() {
         return scene_file::load(&command.scene, common);
+    }
+    if let Some(budget) = budget {
+        return budget.planned(command, before.as_ref());
+    }
+    // Without a budget nothing is left out for one.
+    if let Some(before) = &mut before {
+        before.afforded = None;
     }
     let scene = scene_file::read(&command.scene, common.goal())?;
     scene_file::planned(scene, &command.scene, before.as_ref())
@@ -169,6 +200,8 @@ pub(crate) struct Outcome {
     pub(crate) done: Vec<Done>,
     /// What nature would not do in a photograph.
     pub(crate) findings: Vec<Finding>,
+    /// What there was time for, where there was a budget.
+    afforded: Option<Afforded>,
 }
 
 /// Runs the stages of a plan in order.
@@ -180,18 +213,19 @@ pub(crate) fn run_stages(
     folder: &Path,
     options: StageOptions,
 ) -> Result<Outcome, Failure> {
-    run_stages_to(planned, &Files::of_scene(planned, folder), options)
+    run_stages_to((planned, None), &Files::of_scene(planned, folder), options)
 }
 
-/// As [`run_stages`], with a name for each file.
+/// As [`run_stages`], with a name for each file and the time there is.
 ///
 /// # Errors
 /// As [`run_stages`].
 fn run_stages_to(
-    planned: &PlannedScene,
+    (planned, budget): (&PlannedScene, Option<&Budget>),
     files: &Files,
     options: StageOptions,
 ) -> Result<Outcome, Failure> {
+    let mut afforded = planned.choice.afforded;
     let (scene, plan) = (&planned.scene, &planned.plan);
     let Files {
         folder,
@@ -253,10 +287,24 @@ fn run_stages_to(
                     inputs,
                     target,
                 };
-                stages::render::make(stage, options)
+                match budget.filter(|_| afforded.is_none()) {
+                    None => stages::render::make(stage, options),
+                    Some(budget) => {
+                        let clock = || budget.elapsed_s();
+                        let deadline = budget.deadline(planned, &clock);
+                        let (done, rendered) =
+                            stages::render::make_until(stage, deadline, options)?;
+                        afforded = Some(budget.afforded(planned, rendered));
+                        Ok(done)
+                    }
+                }
             }
         };
         done.push(outcome?);
     }
-    Ok(Outcome { done, findings })
+    Ok(Outcome {
+        done,
+        findings,
+        afforded,
+    })
 }

@@ -87,8 +87,8 @@ impl Reached {
     /// The error in words.
     pub(crate) fn text(&self) -> String {
         format!(
-            "error {} of display white, {} {} (tolerance {})",
-            of_white(self.error),
+            "{}, {} {} (tolerance {})",
+            self.text_of_error(),
             if self.is_kept() {
                 "within"
             } else {
@@ -97,6 +97,11 @@ impl Reached {
             of_white(self.tolerance),
             self.tolerance
         )
+    }
+
+    /// The error alone.
+    pub(crate) fn text_of_error(&self) -> String {
+        format!("error {} of display white", of_white(self.error))
     }
 
     /// What causes most of an error that is larger than the tolerance, and what to do.

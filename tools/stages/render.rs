@@ -15,7 +15,10 @@ use niji_picture::SurfaceFiles;
 use niji_picture::read_drops;
 use niji_picture::scattering::as_needed;
 use niji_picture::unwatched;
+use niji_render::Afforded;
+use niji_render::Deadline;
 use niji_render::Input;
+use niji_render::render_until;
 use niji_scene::Picture;
 
 use crate::failure::Failure;
@@ -81,32 +84,78 @@ pub(crate) struct RenderStage<'a> {
 /// Inputs that are missing, damaged or contradict each other, an output that exists, or a file that
 /// cannot be written.
 pub(crate) fn make(stage: RenderStage, options: StageOptions) -> Result<Done, Failure> {
+    let done = perform(
+        &request(&stage, &companions(stage.target.path))?,
+        options,
+        |provenance| {
+            let image = picture(stage, provenance, options.verbosity)?;
+            write(&image, &stage.settings.picture, stage.target.path)
+        },
+    )?;
+    saved_rows::clear(stage.target.path);
+    Ok(done)
+}
+
+/// Renders a picture in the time there is, and says what there was time for.
+///
+/// # Errors
+/// As [`make`].
+pub(crate) fn make_until(
+    stage: RenderStage,
+    deadline: Deadline,
+    options: StageOptions,
+) -> Result<(Done, Afforded), Failure> {
+    let start_s = (deadline.now_s)();
+    let region = stage.target.region;
+    let work = work(stage)?;
+    let bar = progress::bar("render", region.n_pixels(), options.verbosity);
+    let progress = |n_pixels| {
+        bar.inc(n_pixels);
+        ControlFlow::Continue(())
+    };
+    let rendered = render_until(&work.request(region), &progress, deadline);
+    bar.finish_and_clear();
+    let (rendered, afforded) = rendered.map_err(|error| refusal(&error, stage.inputs))?;
+    let settings = stage.settings.clone().with(afforded);
+    let as_afforded = RenderStage {
+        settings: &settings,
+        ..stage
+    };
+    let done = perform(
+        &request(&as_afforded, &companions(stage.target.path))?,
+        options,
+        |provenance| {
+            let image = work.image(rendered, region, provenance);
+            write(&image, &settings.picture, stage.target.path)
+        },
+    )?;
+    let seconds = (deadline.now_s)() - start_s;
+    Ok((Done { seconds, ..done }, afforded))
+}
+
+/// What the files of a picture are asked for with.
+fn request<'a>(
+    stage: &RenderStage<'a>,
+    [plain, preview]: &'a [PathBuf; 2],
+) -> Result<Request<'a>, Failure> {
     let RenderStage {
         settings,
         inputs,
         target,
-    } = stage;
+    } = *stage;
     let mut files = vec![("drops", inputs.drops)];
     files.extend(inputs.table.map(|path| ("table", path)));
     files.extend(inputs.air.map(|path| ("air", path)));
     files.extend(inputs.surfaces.inputs());
-    let [plain, preview] = companions(target.path);
-    let outputs = vec![target.path, &plain, &preview];
     let region = target.region;
     let whole = settings.whole()?;
     let text = inputs.surfaces.settings(settings);
-    let request = Request {
+    Ok(Request {
         stage: "render",
         settings: Tile { region, whole }.settings(&text),
         inputs: files,
-        outputs,
-    };
-    let done = perform(&request, options, |provenance| {
-        let image = picture(stage, provenance, options.verbosity)?;
-        write(&image, &settings.picture, target.path)
-    })?;
-    saved_rows::clear(target.path);
-    Ok(done)
+        outputs: vec![target.path, plain, preview],
+    })
 }
 
 /// Writes an image, the plain one and the preview.
@@ -124,15 +173,10 @@ pub(crate) fn write(image: &SpectralImage, shown: &Picture, to: &Path) -> Result
     output::write_file(to, |writer| image.write_spectral(writer))
 }
 
-fn picture(
-    stage: RenderStage,
-    provenance: Provenance,
-    verbosity: Verbosity,
-) -> Result<SpectralImage, Failure> {
+/// The files of a picture, read, and its drops in the light of the sun.
+fn work(stage: RenderStage) -> Result<PictureWork, Failure> {
     let RenderStage {
-        settings,
-        inputs,
-        target,
+        settings, inputs, ..
     } = stage;
     let table = inputs
         .table
@@ -147,11 +191,19 @@ fn picture(
         air: inputs.air.map(stages::atmosphere::read).transpose()?,
         surfaces: inputs.surfaces.read(settings.camera)?,
     };
-    let work =
-        PictureWork::new(settings.clone(), parts, &unwatched).map_err(|error| match error {
-            Error::Volume(_) | Error::Light(_) => Failure::bad_input(inputs.drops, error),
-            error => error.into(),
-        })?;
+    PictureWork::new(settings.clone(), parts, &unwatched).map_err(|error| match error {
+        Error::Volume(_) | Error::Light(_) => Failure::bad_input(inputs.drops, error),
+        error => error.into(),
+    })
+}
+
+fn picture(
+    stage: RenderStage,
+    provenance: Provenance,
+    verbosity: Verbosity,
+) -> Result<SpectralImage, Failure> {
+    let RenderStage { inputs, target, .. } = stage;
+    let work = work(stage)?;
     let bar = progress::bar("render", target.region.n_pixels(), verbosity);
     let work = Work {
         request: work.request(target.region),

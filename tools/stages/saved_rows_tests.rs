@@ -138,6 +138,7 @@ impl World {
                 },
                 tolerance_cd_m2: None,
                 orders_noise_cd_m2: None,
+                coarser_rays: 1.0,
             },
             provenance: Provenance {
                 tool: "niji render".to_owned(),

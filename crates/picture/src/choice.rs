@@ -9,6 +9,7 @@ use serde::Deserialize;
 use serde::Serialize;
 use serde_json::Value;
 
+use crate::budget::Afforded;
 use crate::pilot::Seen;
 
 /// What a plan decided, and what it was decided from.
@@ -21,6 +22,9 @@ pub struct Choice {
     pub effects: Vec<String>,
     /// The level of every stage.
     pub levels: Value,
+    /// What there was time for, where a picture had to be there at a time.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub afforded: Option<Afforded>,
     /// What was measured for it.
     pub(crate) seen: Seen,
 }
@@ -33,6 +37,7 @@ impl Choice {
             request,
             effects: on.collect(),
             levels: serde_json::to_value(plan.levels).unwrap_or_default(),
+            afforded: None,
             seen,
         }
     }

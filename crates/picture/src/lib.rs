@@ -27,6 +27,7 @@
 pub mod air;
 mod background;
 mod bow_edge;
+mod budget;
 mod choice;
 mod composite;
 mod drop_volume;
@@ -47,6 +48,10 @@ pub use background::Background;
 pub use background::DEPTH_MAP;
 pub use bow_edge::BowEdge;
 pub use bow_edge::EDGE_ERROR;
+pub use budget::Afforded;
+pub use budget::Clock;
+pub use budget::TOLERANCES;
+pub use budget::table_seconds;
 pub use choice::Choice;
 pub use composite::CardExposure;
 pub use composite::Composite;

@@ -8,6 +8,8 @@ use niji_exchange::ScatteringTable;
 use niji_exchange::SpectralImage;
 use niji_geometry::PixelRegion;
 use niji_radiometry::WavelengthGrid;
+use niji_render::Afforded;
+use niji_render::DropOrders;
 use niji_render::LitDrops;
 use niji_render::MirroredLight;
 use niji_render::PictureLayer;
@@ -72,6 +74,9 @@ pub struct PictureSettings {
     /// the scene names its level.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub orders_noise: Option<f64>,
+    /// How many times larger the error of a pixel may be before it gets more rays, where a budget left that.
+    #[serde(skip_serializing_if = "is_one")]
+    pub coarser_rays: f64,
     /// How the preview is shown.
     pub picture: Picture,
     /// Water that lights the drops too, where it does.
@@ -110,7 +115,8 @@ impl PictureSettings {
             render_effects.drop_shadow = Toggle::Off;
         }
         let mirrored_water = scene.water_surface.zip(plan.mirrored_light());
-        Self {
+        let settings = Self {
+            coarser_rays: 1.0,
             camera: scene.camera,
             sun: scene.sun,
             spectrum: scene.spectrum,
@@ -129,7 +135,25 @@ impl PictureSettings {
             render_effects,
             display_white_cd_m2: plan.display_white_cd_m2,
             scattering: plan.scattering.clone(),
+        };
+        match planned.choice.afforded {
+            Some(afforded) => settings.with(afforded.into()),
+            None => settings,
         }
+    }
+
+    /// With no more than there was time for.
+    #[must_use]
+    pub fn with(mut self, afforded: Afforded) -> Self {
+        self.coarser_rays = afforded.coarser_rays;
+        if let (Some(n_paths), DropOrders::MultipleScattering { paths_per_node, .. }) =
+            (afforded.paths_per_node, &mut self.levels.drop_orders)
+        {
+            *paths_per_node = n_paths;
+            // All of them, in the same rounds.
+            self.orders_noise = self.orders_noise.map(|_| 0.0);
+        }
+        self
     }
 
     /// All pixels of the picture, overscan included.
@@ -211,6 +235,7 @@ impl PictureWork {
             orders_noise_cd_m2: settings
                 .orders_noise
                 .map(|noise| noise * settings.display_white_cd_m2),
+            coarser_rays: settings.coarser_rays,
         }
     }
 
@@ -247,6 +272,12 @@ impl PictureWork {
         let rendered = render_in_steps(&self.request(region), &|n| watched.add(n), next)?;
         Ok(self.image(rendered, region, Provenance::default()))
     }
+}
+
+/// Whether nothing is to be said of it.
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde hands it over so")]
+fn is_one(factor: &f64) -> bool {
+    *factor == 1.0
 }
 
 /// Rows of a step of a picture: threads wait for each other at the end of each.

@@ -11,15 +11,19 @@ mod sky;
 mod small_picture;
 mod small_scene;
 
+use std::path::Path;
+
+use niji_scene::Foretold;
+use niji_scene::Scene;
 use serde::Deserialize;
 use serde::Serialize;
 
-pub(crate) use drop_spacing::drop_spacing;
-pub(crate) use further_orders::further_orders;
+use crate::error::Error;
+
 pub(crate) use sky::SkySeen;
 pub(crate) use sky::sky;
 pub(crate) use small_picture::SmallPicture;
-pub(crate) use small_scene::SmallScene;
+use small_scene::SmallScene;
 
 /// All that was measured for a scene.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -34,4 +38,29 @@ pub(crate) struct Seen {
     /// What the spacing of the drops' nodes errs by, where they are laid out from a shape.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) drop_spacing: Option<SmallPicture>,
+}
+
+/// What is to be seen of the drops of a scene, but for what was seen `before`, at another tolerance.
+///
+/// # Errors
+/// As those of a picture.
+pub(crate) fn seen_of_drops(
+    scene: &Scene,
+    (foretold, folder): (&Foretold, &Path),
+    before: Seen,
+) -> Result<Seen, Error> {
+    let open = small_scene::open(scene, (foretold, folder));
+    let mut seen = Seen {
+        further_orders: before.further_orders.filter(|_| open.further_orders),
+        drop_spacing: before.drop_spacing,
+        sky: None,
+    };
+    let open = open.but_for(&seen);
+    if let Some(small) = SmallScene::new(scene, (foretold, folder), open)? {
+        seen.further_orders = seen
+            .further_orders
+            .or(further_orders::further_orders(&small)?);
+        seen.drop_spacing = seen.drop_spacing.or(drop_spacing::drop_spacing(&small)?);
+    }
+    Ok(seen)
 }

@@ -46,7 +46,6 @@ use crate::picture::PictureWork;
 use crate::pilot;
 use crate::pilot::Seen;
 use crate::pilot::SmallPicture;
-use crate::pilot::SmallScene;
 use crate::scattering;
 use crate::surfaces::SurfaceFiles;
 use crate::watch::Watch;
@@ -80,6 +79,8 @@ pub struct PlanRequest<'a> {
     pub is_frame: bool,
     /// What was decided before: taken where it is of this very request, so that nothing is measured.
     pub choice: Option<&'a Choice>,
+    /// What was decided for the same scene at another tolerance: what was measured for it is not measured again.
+    pub measured: Option<&'a Choice>,
 }
 
 impl Default for PlanRequest<'_> {
@@ -89,6 +90,7 @@ impl Default for PlanRequest<'_> {
             folder: Path::new(""),
             is_frame: false,
             choice: None,
+            measured: None,
         }
     }
 }
@@ -146,15 +148,18 @@ impl PlannedScene {
         let drop_file = scene.drops.file().map(|file| folder.join(file));
         let drop_source = VolumeSource::of(&scene.drops, folder);
         let (mut seen, mut key) = (Seen::default(), String::new());
+        let mut afforded = None;
         let mut is_known = !measures;
         let of_drops = format!("{drops:?}");
         let look = |foretold: &Foretold| {
             key = choice::request(&scene, &of_drops, foretold);
             if let Some(choice) = request.choice.filter(|choice| choice.request == key) {
                 (seen, is_known) = (choice.seen.clone(), true);
-            } else if measures && let Some(small) = SmallScene::new(&scene, foretold, folder)? {
-                seen.further_orders = pilot::further_orders(&small)?;
-                seen.drop_spacing = pilot::drop_spacing(&small)?;
+                afforded = choice.afforded;
+            } else if measures {
+                let before = request.measured.map(|it| it.seen.clone());
+                seen =
+                    pilot::seen_of_drops(&scene, (foretold, folder), before.unwrap_or_default())?;
             }
             Ok::<_, Error>(seen.further_orders.as_ref().map(SmallPicture::bound))
         };
@@ -171,7 +176,10 @@ impl PlannedScene {
         }
         Ok(Self {
             folder: folder.to_owned(),
-            choice: Choice::of(&plan, key, seen),
+            choice: Choice {
+                afforded,
+                ..Choice::of(&plan, key, seen)
+            },
             scene,
             plan,
             drop_file,

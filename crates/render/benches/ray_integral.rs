@@ -188,6 +188,7 @@ fn picture(drops: &LitDrops, table: &ScatteringTable, integration: Integration) 
         effects: effects(),
         tolerance_cd_m2: None,
         orders_noise_cd_m2: None,
+        coarser_rays: 1.0,
         levels: RenderLevels {
             integration,
             drop_extinction_model: DropExtinctionModel::WithoutDiffraction,

@@ -82,6 +82,8 @@ pub(crate) struct MultipleLight {
     replicates_cd_m2: Vec<Replicates>,
     /// What interpolation between directions errs by [cd/m²].
     interpolation_cd_m2: Vec<f32>,
+    /// Paths of each direction of the coarse lattice and stratum.
+    pub(crate) n_paths: usize,
 }
 
 impl MultipleLight {
@@ -115,6 +117,7 @@ impl MultipleLight {
             replicates_cd_m2: means().map(|mean| mean.replicates_cd_m2).collect(),
             grid: fine.grid,
             interpolation_cd_m2: fine.interpolation_cd_m2,
+            n_paths: fine.n_paths,
         }))
     }
 

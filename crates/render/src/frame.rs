@@ -13,6 +13,7 @@ use rayon::prelude::*;
 use crate::air::Air;
 use crate::air_glow::AirGlow;
 use crate::air_slabs::DimmedBy;
+use crate::deadline::Deadline;
 use crate::drop_orders::Diffraction;
 use crate::drop_orders::MultipleLight;
 use crate::drop_orders::OrdersRequest;
@@ -166,7 +167,7 @@ impl<'a> FrameBasis<'a> {
 pub(crate) fn frame<'a>(
     request: &RenderRequest<'a>,
     colorimetry: &Colorimetry,
-    progress: Progress,
+    (progress, deadline): (Progress, Option<Deadline>),
 ) -> Result<Frame<'a>, Error> {
     let basis = FrameBasis::new(request, colorimetry);
     let drops = request.drops;
@@ -192,7 +193,7 @@ pub(crate) fn frame<'a>(
         let nodes = SizeNodes::of_drops(table, drops.size_range());
         MovedRows::new(table, &nodes, &basis.luminance_weights)
     });
-    let multiple = multiple(request, &basis, progress)?;
+    let multiple = multiple(request, &basis, (progress, deadline))?;
     let of_diffraction = rows.as_ref().filter(|_| multiple.is_some());
     Ok(Frame {
         diffraction: of_diffraction.and_then(|rows| diffraction(request, &basis, rows)),
@@ -331,7 +332,7 @@ fn diffraction<'a>(
 fn multiple(
     request: &RenderRequest,
     basis: &FrameBasis,
-    progress: Progress,
+    (progress, deadline): (Progress, Option<Deadline>),
 ) -> Result<Option<MultipleLight>, Error> {
     let (Some((nodes_across, paths_per_node)), Some(table), Some(bounds)) =
         (request.wanted_orders(), request.table, basis.bounds)
@@ -367,6 +368,7 @@ fn multiple(
         nodes_across,
         paths_per_node,
         noise_cd_m2: request.orders_noise_cd_m2,
+        deadline,
         progress,
     })
 }

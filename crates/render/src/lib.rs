@@ -90,6 +90,7 @@
 //!         },
 //!         tolerance_cd_m2: None,
 //!         orders_noise_cd_m2: None,
+//!         coarser_rays: 1.0,
 //!     },
 //!     &|_| (),
 //! )?;
@@ -107,6 +108,7 @@ mod air_glow;
 mod air_slabs;
 mod angle_axis;
 mod cell_cubics;
+mod deadline;
 mod deep_air;
 mod deposits;
 mod diffracted_light;
@@ -164,6 +166,8 @@ mod turned;
 mod water_reflectance;
 mod water_surface;
 
+pub use deadline::Afforded;
+pub use deadline::Deadline;
 pub use drop_orders::STANDARD_ERRORS;
 pub use effects::RenderEffects;
 pub use effects::Toggle;
@@ -181,6 +185,7 @@ pub use levels::SunPath;
 pub use lit_drops::LitDrops;
 pub use picture::render;
 pub use picture::render_in_steps;
+pub use picture::render_until;
 pub use picture_layers::PictureLayer;
 pub use picture_layers::Rendered;
 pub use progress::Progress;

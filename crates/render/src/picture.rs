@@ -13,6 +13,8 @@ use niji_radiometry::Colorimetry;
 use rayon::prelude::*;
 
 use crate::air_error::AirError;
+use crate::deadline::Afforded;
+use crate::deadline::Deadline;
 use crate::error::Error;
 use crate::footprint::REACH_PX;
 use crate::footprint_error::lines_through;
@@ -24,6 +26,7 @@ use crate::progress::Progress;
 use crate::progress::tell;
 use crate::ray_tracer::RayTracer;
 use crate::ray_tracer::Room;
+use crate::refinement::Refining;
 use crate::request::RenderRequest;
 
 /// Render a region of a picture; `progress` gets the number of pixels just finished, from any thread.
@@ -51,10 +54,33 @@ pub fn render_in_steps(
     progress: Progress,
     next_rows: &mut dyn FnMut(&Rendered, u32) -> u32,
 ) -> Result<Rendered, Error> {
+    let rendered = in_steps(request, (progress, None), next_rows);
+    rendered.map(|(picture, _)| picture)
+}
+
+/// Render a region of a picture in the time there is, with what there was time for. The same request with that in
+/// it, and [`RenderRequest::orders_noise_cd_m2`] 0, gives the same picture.
+///
+/// # Errors
+/// As [`render_in_steps`].
+pub fn render_until(
+    request: &RenderRequest,
+    progress: Progress,
+    deadline: Deadline,
+) -> Result<(Rendered, Afforded), Error> {
+    let whole = &mut |_: &Rendered, _| u32::MAX;
+    in_steps(request, (progress, Some(deadline)), whole)
+}
+
+fn in_steps(
+    request: &RenderRequest,
+    (progress, deadline): (Progress, Option<Deadline>),
+    next_rows: &mut dyn FnMut(&Rendered, u32) -> u32,
+) -> Result<(Rendered, Afforded), Error> {
     request.check()?;
     request.check_memory()?;
     let colorimetry = Colorimetry::new(&request.wavelengths);
-    let frame = frame(request, &colorimetry, progress)?;
+    let frame = frame(request, &colorimetry, (progress, deadline))?;
     let to_vector = |[x, y, z]: &[f64; 3]| Vec4::new(*x as f32, *y as f32, *z as f32, 0.0);
     let mut tracer = RayTracer {
         frame,
@@ -86,6 +112,7 @@ pub fn render_in_steps(
     let mut lights_around = Array2::default((height + 2 * reach, width + 2 * reach));
     tracer.trace_around(&mut lights_around);
     let (mut traced, mut finished) = (0, 0);
+    let mut coarser_rays = request.coarser_rays;
     while traced < height {
         let n_rows = next_rows(&picture, finished as u32).max(1) as usize;
         let step = traced..traced.saturating_add(n_rows).min(height);
@@ -115,15 +142,22 @@ pub fn render_in_steps(
             tracer.missed(&lines_through(&lights_around, x, y), tracer.footprint)
         });
         if let Some(tolerance_cd_m2) = request.tolerance_cd_m2 {
-            tracer.refine(
-                &mut picture,
-                finished..known,
-                &lights_around,
-                tolerance_cd_m2,
-            );
+            let refining = Refining {
+                rows: finished..known,
+                lights_around: &lights_around,
+            };
+            if let Some(deadline) = deadline {
+                coarser_rays =
+                    tracer.affordable(&mut picture, &refining, (tolerance_cd_m2, deadline));
+            }
+            tracer.refine(&mut picture, &refining, coarser_rays * tolerance_cd_m2);
         }
         tracer.frame.check_rows()?;
         finished = known;
     }
-    Ok(picture)
+    let afforded = Afforded {
+        coarser_rays,
+        paths_per_node: tracer.frame.multiple.as_ref().map(|it| it.n_paths),
+    };
+    Ok((picture, afforded))
 }

@@ -38,6 +38,16 @@ pub(crate) struct TileMut<'a> {
 }
 
 impl Rendered {
+    /// What the pixels of some rows err by [cd/m²].
+    pub(crate) fn errors_of(&self, rows: &Range<usize>) -> Vec<f64> {
+        let errors = self.layers.iter().filter(|(layer, _)| *layer == Error);
+        let of_rows = errors.flat_map(|(_, values)| {
+            let total = values.index_axis(Axis(0), TOTAL);
+            total.slice_move(s![rows.clone(), ..]).into_iter()
+        });
+        of_rows.map(|error| f64::from(*error)).collect()
+    }
+
     /// Rows of pixels by tiles, from left to right and top to bottom.
     pub(crate) fn tiles_mut(&mut self, rows: &Range<usize>) -> Vec<TileMut<'_>> {
         let width = self.radiance.dim().2;

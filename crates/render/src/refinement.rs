@@ -15,11 +15,14 @@
 //! refined, so not on tiles or threads.
 
 use std::ops::Range;
+use std::sync::atomic::AtomicUsize;
+use std::sync::atomic::Ordering;
 
 use ndarray::Array2;
 use ndarray::Axis;
 use rayon::prelude::*;
 
+use crate::deadline::Deadline;
 use crate::error_parts::together;
 use crate::footprint::offsets;
 use crate::footprint::turned_offsets;
@@ -57,6 +60,11 @@ const FINE: f64 = 1e-6;
 /// Part of the tolerance that is left to the rays whatever else errs.
 const LEAST_SHARE: f64 = 0.25;
 
+/// Pixels that get more rays as a trial, about, and the part of the time left that a trial is trusted with: it is
+/// of few pixels, and the picture is written afterwards.
+const N_TRIED: usize = 24;
+const TRUSTED: f64 = 0.7;
+
 /// A pixel by column and row of its tile.
 struct PixelOfTile<'a, 't> {
     tile: &'a mut TileMut<'t>,
@@ -74,6 +82,22 @@ struct Parts<'a> {
     least_left: f64,
 }
 
+/// Rows of a picture whose pixels may get more rays.
+pub(crate) struct Refining<'a> {
+    pub(crate) rows: Range<usize>,
+    /// Light of their pixels and the neighbors of these.
+    pub(crate) lights_around: &'a Array2<PixelLight>,
+}
+
+/// Which of the pixels that ask for it get more rays, and whether they keep them.
+#[derive(Clone, Copy)]
+enum Chosen {
+    /// All of them.
+    All,
+    /// One in so many, as a trial of the time it takes.
+    Trial { one_in: usize },
+}
+
 /// How a pixel is refined.
 struct Finer<'a> {
     march: &'a March<'a>,
@@ -86,22 +110,65 @@ struct Finer<'a> {
 
 impl RayTracer<'_> {
     /// Give the pixels of rows whose estimate exceeds a tolerance more rays.
-    pub(crate) fn refine(
+    pub(crate) fn refine(&self, picture: &mut Rendered, refining: &Refining, tolerance_cd_m2: f64) {
+        self.refine_some(picture, refining, (tolerance_cd_m2, Chosen::All));
+    }
+
+    /// How many times the tolerance pixels may err by before they get more rays, so that there is time for those.
+    pub(crate) fn affordable(
         &self,
         picture: &mut Rendered,
-        rows: Range<usize>,
-        lights_around: &Array2<PixelLight>,
-        tolerance_cd_m2: f64,
+        refining: &Refining,
+        (tolerance_cd_m2, deadline): (f64, Deadline),
+    ) -> f64 {
+        let errors = picture.errors_of(&refining.rows);
+        let largest = errors.iter().copied().fold(0.0, f64::max);
+        let n_halvings = (largest / tolerance_cd_m2).log2().ceil();
+        let n_halvings = if n_halvings.is_finite() {
+            n_halvings.max(0.0) as i32
+        } else {
+            0
+        };
+        let mut affordable = f64::from(n_halvings).exp2();
+        for halvings in (0..n_halvings).rev() {
+            let coarser = f64::from(halvings).exp2();
+            let allowed_cd_m2 = coarser * tolerance_cd_m2;
+            let n_pixels = errors.iter().filter(|it| **it > allowed_cd_m2).count();
+            let one_in = (n_pixels / N_TRIED).max(1);
+            let before_s = deadline.left_s();
+            self.refine_some(picture, refining, (allowed_cd_m2, Chosen::Trial { one_in }));
+            let left_s = deadline.left_s();
+            if one_in as f64 * (before_s - left_s) > TRUSTED * left_s {
+                break;
+            }
+            affordable = coarser;
+        }
+        affordable
+    }
+
+    fn refine_some(
+        &self,
+        picture: &mut Rendered,
+        refining: &Refining,
+        (tolerance_cd_m2, chosen): (f64, Chosen),
     ) {
+        let lights_around = refining.lights_around;
         let march = fine_march(&self.frame.march);
-        let tiles = picture.tiles_mut(&rows).into_par_iter();
+        let n_asking = AtomicUsize::new(0);
+        let is_chosen = || match chosen {
+            Chosen::All => true,
+            Chosen::Trial { one_in } => n_asking
+                .fetch_add(1, Ordering::Relaxed)
+                .is_multiple_of(one_in),
+        };
+        let tiles = picture.tiles_mut(&refining.rows).into_par_iter();
         tiles.with_max_len(1).for_each_init(
             || Room::new(self),
             |room, mut tile| {
                 // A copy: pixels are put on the way.
                 let errors = tile.errors().index_axis(Axis(0), TOTAL).to_owned();
                 for ((y, x), error) in errors.indexed_iter() {
-                    if f64::from(*error) > tolerance_cd_m2 {
+                    if f64::from(*error) > tolerance_cd_m2 && is_chosen() {
                         let (column, row) = tile.in_region((x, y));
                         let lines = lines_through(lights_around, column, row);
                         let finer = Finer {
@@ -110,20 +177,25 @@ impl RayTracer<'_> {
                             missed_cd_m2: self.missed(&lines, PixelFootprint::Prefiltered),
                             half_step_cd_m2: half_step(&lines),
                         };
-                        let pixel = PixelOfTile {
+                        let mut pixel = PixelOfTile {
                             tile: &mut tile,
                             x,
                             y,
                         };
-                        self.refine_pixel(pixel, &finer, room);
+                        let missed = self.finer_pixel(&mut pixel, &finer, room);
+                        if let (Some(missed), Chosen::All) = (missed, chosen) {
+                            pixel.keep(room, missed);
+                        }
                     }
                 }
             },
         );
     }
 
-    fn refine_pixel(&self, pixel: PixelOfTile, finer: &Finer, room: &mut Room) {
-        let PixelOfTile { tile, x, y } = pixel;
+    /// Leaves a pixel with more rays in the room, and returns what it still misses; `None` where no rays better it.
+    fn finer_pixel(&self, pixel: &mut PixelOfTile, finer: &Finer, room: &mut Room) -> Option<f64> {
+        let (x, y) = (pixel.x, pixel.y);
+        let tile = &mut *pixel.tile;
         let errors = tile.errors();
         let parts: [f64; N_CAUSES] =
             std::array::from_fn(|cause| f64::from(errors[[1 + cause, y, x]]));
@@ -131,7 +203,7 @@ impl RayTracer<'_> {
         let of_rays = together(&[*quadrature, *footprint]);
         if of_rays <= allowance(finer.tolerance_cd_m2, together(fixed)) {
             // What errs here is nothing that rays can better.
-            return;
+            return None;
         }
         let place = self.place(tile.in_region((x, y)));
         let meets = |(dx, dy): (f64, f64)| {
@@ -163,13 +235,7 @@ impl RayTracer<'_> {
                 break;
             }
         }
-        if is_refined {
-            tile.put((x, y), &room.pixel);
-            tile.put_missed((x, y), missed);
-            for (mut plane, value) in tile.radiance.outer_iter_mut().zip(&room.pixel.radiance) {
-                plane[[y, x]] = *value;
-            }
-        }
+        is_refined.then_some(missed)
     }
 
     /// Gather a ray for each part of a pixel, with its part of the pixel's scattering angles.
@@ -193,6 +259,18 @@ impl RayTracer<'_> {
             }
         }
         room.pixel.add_air_error(&self.air_error, (x, y));
+    }
+}
+
+impl PixelOfTile<'_, '_> {
+    /// Puts what a room holds of it, and what that misses.
+    fn keep(self, room: &Room, missed: f64) {
+        let Self { tile, x, y } = self;
+        tile.put((x, y), &room.pixel);
+        tile.put_missed((x, y), missed);
+        for (mut plane, value) in tile.radiance.outer_iter_mut().zip(&room.pixel.radiance) {
+            plane[[y, x]] = *value;
+        }
     }
 }
 

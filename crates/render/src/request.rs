@@ -65,6 +65,9 @@ pub struct RenderRequest<'a> {
     /// RMS noise of the light of further orders below which no more paths are followed, up to those of the level;
     /// `None` follows them all.
     pub orders_noise_cd_m2: Option<f64>,
+    /// How many times larger the error of a pixel may be before it gets more rays: 1, or what a
+    /// [`Deadline`](crate::Deadline) left.
+    pub coarser_rays: f64,
 }
 
 impl RenderRequest<'_> {
@@ -288,6 +291,9 @@ impl RenderRequest<'_> {
             let sound = tolerance.is_finite() && tolerance > 0.0;
             check(sound, "tolerance", tolerance, "above 0 cd/m²")?;
         }
+        let coarser = self.coarser_rays;
+        let sound = coarser.is_finite() && coarser >= 1.0;
+        check(sound, "coarser_rays", coarser, "a factor from 1 on")?;
         match self.levels.integration {
             Integration::FixedStep { step_m } => {
                 let longest_m = self

@@ -4,6 +4,9 @@
 
 mod common;
 
+use std::sync::atomic::AtomicU32;
+use std::sync::atomic::Ordering;
+
 use glam::DVec3;
 use ndarray::Array2;
 use ndarray::Array3;
@@ -11,6 +14,8 @@ use ndarray::s;
 use niji_exchange::AtmosphereTable;
 use niji_geometry::Camera;
 use niji_geometry::PixelRegion;
+use niji_render::Afforded;
+use niji_render::Deadline;
 use niji_render::DropOrders;
 use niji_render::Error;
 use niji_render::Integration;
@@ -26,6 +31,7 @@ use niji_render::Surfaces;
 use niji_render::Toggle;
 use niji_render::render;
 use niji_render::render_in_steps;
+use niji_render::render_until;
 use niji_render::unwatched;
 
 use common::air;
@@ -187,6 +193,62 @@ fn any_region_has_the_bits_of_the_whole_picture() {
         }
         let middle = region(0, 4, WIDTH as u32, 9);
         assert_cut_out(&picture, (0, 0), &picture.rows(4..13), middle);
+    });
+}
+
+/// A picture in so much time on a clock that goes on by a second whenever somebody looks at it.
+fn in_time(request: &RenderRequest, seconds: f64) -> (Rendered, Afforded) {
+    let looks = AtomicU32::new(0);
+    let deadline = Deadline {
+        now_s: &|| f64::from(looks.fetch_add(1, Ordering::Relaxed)),
+        end_s: seconds,
+    };
+    render_until(request, &unwatched, deadline).unwrap()
+}
+
+#[test]
+fn what_there_was_time_for_is_the_same_picture_without_a_clock() {
+    let world = World::new();
+    with_each_request(&world, |request| {
+        let (Some(_), PixelFootprint::Center) =
+            (request.tolerance_cd_m2, request.levels.pixel_footprint)
+        else {
+            return;
+        };
+        let of_paths = |paths_per_node| {
+            let mut request = *request;
+            request.levels.drop_orders = DropOrders::MultipleScattering {
+                nodes_across: 2,
+                paths_per_node,
+            };
+            // None is small enough.
+            request.orders_noise_cd_m2 = Some(0.0);
+            request
+        };
+        let most = 2048;
+        let all = rendered(&of_paths(most));
+        let mut coarser = Vec::new();
+        for seconds in [-1.0, 12.0, 1e6] {
+            let (picture, afforded) = in_time(&of_paths(most), seconds);
+            let again = rendered(&RenderRequest {
+                coarser_rays: afforded.coarser_rays,
+                ..of_paths(afforded.paths_per_node.unwrap())
+            });
+            assert!(planes(&picture) == planes(&again), "{afforded:?}");
+            let is_all = planes(&picture) == planes(&all);
+            assert_eq!(is_all, seconds > 1e5, "{afforded:?}");
+            coarser.push(afforded);
+        }
+        assert!(coarser[0].coarser_rays > coarser[1].coarser_rays);
+        assert!(coarser[1].coarser_rays > 1.0, "{coarser:?}");
+        assert_eq!(coarser[0].paths_per_node, Some(512), "the first round");
+        assert_eq!(
+            coarser[2],
+            Afforded {
+                coarser_rays: 1.0,
+                paths_per_node: Some(most)
+            }
+        );
     });
 }
 

@@ -178,6 +178,7 @@ impl Studio {
             effects: plan.render_effects(),
             tolerance_cd_m2: None,
             orders_noise_cd_m2: None,
+            coarser_rays: 1.0,
             levels: plan.levels.render_levels(),
         };
         let rendered = render(&request, &|_| ()).unwrap();

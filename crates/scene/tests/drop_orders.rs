@@ -193,6 +193,7 @@ fn excess(
         },
         tolerance_cd_m2: None,
         orders_noise_cd_m2: None,
+        coarser_rays: 1.0,
         levels,
     };
     let picture = render(&request, &|_| ()).unwrap();

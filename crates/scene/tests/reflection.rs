@@ -248,6 +248,7 @@ impl Spheres {
             effects: self.plan.render_effects(),
             tolerance_cd_m2: None,
             orders_noise_cd_m2: None,
+            coarser_rays: 1.0,
             levels: self.plan.levels.render_levels(),
         };
         let rendered = render(&request, &|_| ()).unwrap();

@@ -117,6 +117,7 @@ fn luminance(scene: &Scene, levels: RenderLevels, level: SkyLevel) -> Result<Arr
             levels,
             tolerance_cd_m2: None,
             orders_noise_cd_m2: None,
+            coarser_rays: 1.0,
         },
         &|_| {},
     )?;

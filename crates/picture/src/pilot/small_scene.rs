@@ -19,6 +19,7 @@ use niji_scene::SHARE_FOR_EFFECTS;
 use niji_scene::Scene;
 use niji_scene::Switch;
 
+use super::Seen;
 use super::small_picture::smaller;
 use crate::drop_volume::VolumeSource;
 use crate::error::Error;
@@ -61,23 +62,51 @@ pub(crate) struct SmallScene {
     pub(super) display_white_cd_m2: f64,
 }
 
+/// What bounds leave open.
+pub(super) struct Open {
+    /// Whether light of further orders is on.
+    pub(super) further_orders: bool,
+    /// What lies between the nodes of drops that are laid out from a shape and send light: those so much farther
+    /// apart.
+    drop_spacing: Option<VolumeSource>,
+}
+
+impl Open {
+    /// What is still open once something was seen.
+    pub(super) fn but_for(self, seen: &Seen) -> Self {
+        Self {
+            further_orders: self.further_orders && seen.further_orders.is_none(),
+            drop_spacing: self.drop_spacing.filter(|_| seen.drop_spacing.is_none()),
+        }
+    }
+}
+
+/// What bounds leave open of a scene.
+pub(super) fn open(scene: &Scene, (foretold, folder): (&Foretold, &Path)) -> Open {
+    let allowed = SHARE_FOR_EFFECTS * scene.accuracy.tolerance();
+    let is_open = |estimate: Bound| estimate.rms > SURE * allowed;
+    let is_lit = BOWS.iter().any(|bow| foretold.on.contains(bow));
+    let source = VolumeSource::of(&scene.drops, folder);
+    Open {
+        further_orders: foretold.further_orders.is_some_and(is_open),
+        drop_spacing: source.and_then(|it| it.with_nodes_apart(TIMES).filter(|_| is_lit)),
+    }
+}
+
 impl SmallScene {
-    /// With the effects that are on, and light of further orders where bounds leave open whether it is; `None` where
-    /// they do not, and drops have no shape or send no light.
+    /// With the effects that are on, and light of further orders where it is open; `None` where nothing is.
     ///
     /// # Errors
     /// A scene that cannot be planned.
-    pub(crate) fn new(
+    pub(super) fn new(
         scene: &Scene,
-        foretold: &Foretold,
-        folder: &Path,
+        (foretold, folder): (&Foretold, &Path),
+        open: Open,
     ) -> Result<Option<Self>, Error> {
-        let allowed = SHARE_FOR_EFFECTS * scene.accuracy.tolerance();
-        let is_open = |estimate: Bound| estimate.rms > SURE * allowed;
-        let is_open = foretold.further_orders.is_some_and(is_open);
-        let is_lit = BOWS.iter().any(|bow| foretold.on.contains(bow));
-        let source = VolumeSource::of(&scene.drops, folder);
-        let apart = source.and_then(|it| it.with_nodes_apart(TIMES).filter(|_| is_lit));
+        let Open {
+            further_orders: is_open,
+            drop_spacing: apart,
+        } = open;
         if !is_open && apart.is_none() {
             return Ok(None);
         }

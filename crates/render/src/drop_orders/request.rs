@@ -4,6 +4,7 @@ use glam::DVec3;
 use niji_exchange::ScatteringTable;
 
 use crate::air::Air;
+use crate::deadline::Deadline;
 use crate::lit_drops::LitDrops;
 use crate::progress::Progress;
 
@@ -33,6 +34,8 @@ pub(crate) struct OrdersRequest<'a> {
     pub(crate) paths_per_node: usize,
     /// RMS noise at which they are enough; `None` follows all.
     pub(crate) noise_cd_m2: Option<f64>,
+    /// When they are enough whatever their noise is.
+    pub(crate) deadline: Option<Deadline<'a>>,
     /// Whoever waits for it.
     pub(crate) progress: Progress<'a>,
 }

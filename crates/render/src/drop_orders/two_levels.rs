@@ -36,6 +36,10 @@ const FIRST_PATHS: usize = 512;
 /// Below that, the noise of paths is not known well enough to be left out.
 const LEAST_PATHS: usize = 32;
 
+/// How many times as long as the rounds so far it takes to double the paths of the coarse lattice and to follow those
+/// of the fine one.
+const TIMES_OF_ROUNDS: f64 = 3.0;
+
 /// Paths that are followed on both lattices, for each stratum.
 pub(crate) fn n_paths(nodes_across: usize, paths_per_node: usize) -> usize {
     let few = few_of(paths_per_node);
@@ -77,6 +81,7 @@ pub(super) fn means(paths: &Paths, coarse: &Lattice, fine: Lattice) -> Result<Fi
     let both = between.iter().zip(&left_out_cd_m2);
     let interpolation_cd_m2 = both.map(|(a, b)| a.hypot(*b)).collect();
     Ok(FineMeans {
+        n_paths: n_many,
         grid: fine.grid,
         means,
         interpolation_cd_m2,
@@ -94,8 +99,19 @@ fn enough(paths: &Paths, coarse: &Lattice) -> Result<(Vec<Mean>, usize), Error> 
     let most = coarse.request.paths_per_node;
     let noise_cd_m2 = coarse.request.noise_cd_m2;
     let mut n_paths = noise_cd_m2.map_or(most, |_| FIRST_PATHS.min(most));
+    let deadline = coarse.request.deadline;
+    let left_s = || deadline.map(|it| it.left_s());
+    let at_start_s = left_s();
     let mut means = coarse.means(paths, 0..of_each(n_paths))?;
-    while n_paths < most && noise_cd_m2.is_some_and(|enough| coarse.noise_cd_m2(&means) > enough) {
+    // Both lattices take as long, and another round as all rounds before it.
+    let is_time_for_more = || {
+        let lasted = at_start_s.zip(left_s());
+        lasted.is_none_or(|(before, left)| TIMES_OF_ROUNDS * (before - left) < 0.5 * left)
+    };
+    while n_paths < most
+        && noise_cd_m2.is_some_and(|enough| coarse.noise_cd_m2(&means) > enough)
+        && is_time_for_more()
+    {
         let n_all = (2 * n_paths).min(most);
         let further = coarse.means(paths, of_each(n_paths)..of_each(n_all))?;
         let share = of_each(n_paths) as f32 / of_each(n_all) as f32;
@@ -114,6 +130,8 @@ pub(super) struct FineMeans {
     pub(super) means: Vec<Mean>,
     /// What interpolation errs by, between them and where it is kept of the coarse lattice [cd/m²].
     pub(super) interpolation_cd_m2: Vec<f32>,
+    /// Paths of each node of the coarse lattice.
+    pub(super) n_paths: usize,
 }
 
 /// k.

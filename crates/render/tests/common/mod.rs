@@ -305,6 +305,7 @@ pub(crate) fn request<'a>(
         effects: RenderEffects::BOWS_ONLY,
         tolerance_cd_m2: None,
         orders_noise_cd_m2: None,
+        coarser_rays: 1.0,
         levels: levels(),
     }
 }

@@ -1,0 +1,32 @@
+//! A picture that is to be there at a time: less is done where that costs least.
+//!
+//! Paths of light of further orders are followed in rounds of twice as many; another round takes as long as all
+//! before it, and is begun where that leaves half of the time. Then all pixels are followed once. A few of those that
+//! would get more rays get them as a trial, for one tolerance after the other from the coarsest on: the finest for
+//! which there is time holds for the picture. What was settled is told, so that the same picture can be made again
+//! without a clock.
+
+/// When a picture is to be there.
+#[derive(Clone, Copy)]
+pub struct Deadline<'a> {
+    /// Seconds on some clock.
+    pub now_s: &'a (dyn Fn() -> f64 + Sync),
+    /// When there is no more time, on that clock.
+    pub end_s: f64,
+}
+
+impl Deadline<'_> {
+    /// Seconds that are left.
+    pub(crate) fn left_s(&self) -> f64 {
+        self.end_s - (self.now_s)()
+    }
+}
+
+/// What there was time for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Afforded {
+    /// [`RenderRequest::coarser_rays`](crate::RenderRequest::coarser_rays).
+    pub coarser_rays: f64,
+    /// Paths of light of further orders for each direction; `None` where there is no such light.
+    pub paths_per_node: Option<usize>,
+}

@@ -1,0 +1,159 @@
+//! A picture in the time that there is: which tolerance its tables have, and what was left out for the time.
+
+use std::time::Instant;
+
+use niji_picture::Afforded;
+use niji_picture::Choice;
+use niji_picture::PlannedScene;
+use niji_picture::TOLERANCES;
+use niji_picture::table_seconds;
+use niji_render::Deadline;
+use niji_scene::Goal;
+use niji_scene::Stage;
+
+use crate::failure::Failure;
+use crate::run::RunCommand;
+use crate::scene_file;
+use crate::stages::Done;
+
+/// Part of the time left that tables may take.
+const FOR_TABLES: f64 = 0.5;
+
+/// A budget below has its search begin at the coarsest tolerance, seconds; above, at the third.
+const SHORT_S: f64 = 5.0;
+const FIRST: usize = 2;
+
+/// Tables of the next finer tolerance take at least so many times as long.
+const LIKELY_TIMES: f64 = 1.5;
+
+/// Bytes of a picture that are written in a second, and what else comes after the rays, seconds.
+const WRITTEN_BYTES_PER_S: f64 = 1e8;
+const LAST_S: f64 = 0.05;
+
+/// A time to keep, from now on.
+pub(crate) struct Budget {
+    pub(super) seconds: f64,
+    start: Instant,
+}
+
+impl Budget {
+    /// The clock starts.
+    pub(super) fn new(seconds: f64) -> Self {
+        Self {
+            seconds,
+            start: Instant::now(),
+        }
+    }
+
+    /// Seconds since the start.
+    pub(super) fn elapsed_s(&self) -> f64 {
+        self.start.elapsed().as_secs_f64()
+    }
+
+    /// The scene with the finest tables that there is time for, or as in a run before with the same budget.
+    pub(super) fn planned(
+        &self,
+        command: &RunCommand,
+        before: Option<&Choice>,
+    ) -> Result<PlannedScene, Failure> {
+        let path = &command.scene;
+        let scene = |tolerance: f64| {
+            let goal = Goal {
+                preset: None,
+                tolerance: Some(tolerance),
+            };
+            scene_file::read(path, goal)
+        };
+        let is_same = |it: &Afforded| it.budget_s == self.seconds;
+        let same = before.and_then(|it| it.afforded).filter(is_same);
+        if let Some(afforded) = same {
+            let planned = scene_file::planned(scene(afforded.tolerance)?, path, before)?;
+            if planned.choice.afforded.is_some() {
+                return Ok(planned);
+            }
+        }
+        let clock = || self.elapsed_s();
+        let allowed_s = || FOR_TABLES * (self.seconds - clock());
+        let tried = |index: usize, other: Option<&PlannedScene>| {
+            let scene = scene(TOLERANCES[index])?;
+            let planned = scene_file::planned_beside(scene, path, other)?;
+            let tables_s = table_seconds(&planned, &clock)?;
+            Ok::<_, Failure>((planned, tables_s))
+        };
+        let mut index = if self.seconds < SHORT_S { 0 } else { FIRST };
+        let (mut best, mut tables_s) = tried(index, None)?;
+        if tables_s > allowed_s() {
+            while index > 0 && tables_s > allowed_s() {
+                index -= 1;
+                (best, tables_s) = tried(index, Some(&best))?;
+            }
+            return Ok(best);
+        }
+        while index + 1 < TOLERANCES.len() && LIKELY_TIMES * tables_s < allowed_s() {
+            index += 1;
+            let (finer, finer_s) = tried(index, Some(&best))?;
+            if finer_s > allowed_s() {
+                break;
+            }
+            (best, tables_s) = (finer, finer_s);
+        }
+        Ok(best)
+    }
+
+    /// When the rays of a picture have to end.
+    pub(super) fn deadline<'a>(
+        &self,
+        planned: &PlannedScene,
+        now_s: &'a (dyn Fn() -> f64 + Sync),
+    ) -> Deadline<'a> {
+        let mut stages = planned.plan.stages.iter();
+        let picture = stages.find(|it| it.stage == Stage::Render);
+        let bytes = picture.and_then(|it| it.estimate.file_bytes).unwrap_or(0);
+        Deadline {
+            now_s,
+            end_s: self.seconds - LAST_S - bytes as f64 / WRITTEN_BYTES_PER_S,
+        }
+    }
+
+    /// What a render afforded, with what the plan did.
+    pub(super) fn afforded(
+        &self,
+        planned: &PlannedScene,
+        rendered: niji_render::Afforded,
+    ) -> Afforded {
+        Afforded {
+            budget_s: self.seconds,
+            tolerance: planned.plan.tolerance,
+            coarser_rays: rendered.coarser_rays,
+            paths_per_node: rendered.paths_per_node,
+        }
+    }
+
+    /// The time in words, with what took most of it where it was not enough.
+    pub(super) fn text(&self, done: &[Done]) -> String {
+        let (elapsed_s, asked_s) = (self.elapsed_s(), self.seconds);
+        if elapsed_s <= asked_s {
+            return format!("{elapsed_s:.1} s of {asked_s} s");
+        }
+        let longest = done.iter().max_by(|a, b| a.seconds.total_cmp(&b.seconds));
+        let longest = longest.map_or(String::new(), |it| {
+            format!(": {} alone takes {:.1} s", it.stage, it.seconds)
+        });
+        format!("{elapsed_s:.1} s, more than the {asked_s} s asked for{longest}")
+    }
+}
+
+/// Seconds as people type them: `10s`, `2min`, `1.5`.
+///
+/// # Errors
+/// What is no time above 0.
+pub(super) fn parse_seconds(text: &str) -> Result<f64, String> {
+    let units = [("min", 60.0), ("m", 60.0), ("s", 1.0), ("", 1.0)];
+    let found = units
+        .iter()
+        .find_map(|(unit, seconds)| Some((text.strip_suffix(unit)?, seconds)));
+    let number = found.and_then(|(number, unit)| Some(number.trim().parse::<f64>().ok()? * unit));
+    number
+        .filter(|it| it.is_finite() && *it > 0.0)
+        .ok_or_else(|| format!("found {text}, expected a time above 0, say 10s or 2min"))
+}
