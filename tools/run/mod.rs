@@ -128,7 +128,11 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
     let image = folder.join(stages::render::FILE);
     let reached = accuracy::reached(&planned, &image)?;
     choice_file::write(&planned.choice, &kept, Existing::Replace)?;
-    let report = report::json(&planned, &done, reached.as_ref());
+    let cheaper = match &reached {
+        Some(reached) => accuracy::cheaper(&planned, (&done, reached), &image)?,
+        None => Vec::new(),
+    };
+    let report = report::json(&planned, &done, (reached.as_ref(), &cheaper));
     report::write(&report, folder)?;
     let verbosity = options.verbosity;
     for warning in &planned.plan.warnings {
@@ -142,6 +146,9 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
         (&done, reached.as_ref()),
         budget.as_ref(),
     ));
+    for line in &cheaper {
+        verbosity.say(line.text());
+    }
     let too_much = reached.as_ref().and_then(Reached::too_much);
     // Of a tolerance on the command line it is an error, which names its cause.
     if let (Some(cause), None, None) = (too_much, common.tolerance, &budget) {

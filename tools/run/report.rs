@@ -11,6 +11,7 @@ use crate::output;
 use crate::output::Existing;
 use crate::run::frames::FrameDone;
 use crate::stages::Done;
+use crate::stages::accuracy::Cheaper;
 use crate::stages::accuracy::Reached;
 use niji_picture::PlannedScene;
 
@@ -18,13 +19,18 @@ use niji_picture::PlannedScene;
 const FILE: &str = "report.json";
 
 /// The report of a run.
-pub(super) fn json(planned: &PlannedScene, done: &[Done], reached: Option<&Reached>) -> Value {
+pub(super) fn json(
+    planned: &PlannedScene,
+    done: &[Done],
+    (reached, cheaper): (Option<&Reached>, &[Cheaper]),
+) -> Value {
     json!({
         "version": env!("CARGO_PKG_VERSION"),
         "command": arguments(),
         "scene": planned.scene,
         "plan": planned.plan,
         "accuracy": reached,
+        "cheaper": cheaper,
         "stages": done,
         "seconds": done.iter().map(|done| done.seconds).sum::<f64>(),
     })

@@ -16,6 +16,7 @@ use niji_scene::Goal;
 use serde::Serialize;
 
 use crate::failure::Failure;
+use crate::stages::Done;
 use niji_picture::DROP_SPACING;
 use niji_picture::LEFT_OUT;
 use niji_picture::PlannedScene;
@@ -186,6 +187,77 @@ pub(crate) fn reached(planned: &PlannedScene, image: &Path) -> Result<Option<Rea
         causes: REMEDIES.map(|(cause, _)| (cause, part(cause))).into(),
     }))
 }
+
+/// What would have taken less time.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Cheaper {
+    /// The key and its value.
+    change: &'static str,
+    /// Seconds less.
+    seconds: f64,
+    /// What the picture would err by, over display white.
+    error: f64,
+}
+
+impl Cheaper {
+    /// A line for people.
+    pub(crate) fn text(&self) -> String {
+        let Self {
+            change,
+            seconds,
+            error,
+        } = self;
+        format!(
+            "cheaper: {change}: {seconds:.1} s less, error {}",
+            of_white(*error)
+        )
+    }
+}
+
+/// What would have taken a tenth less, as the stages that ran measured it: pixels without more rays, no light of
+/// further orders. Nothing where the picture was there already or was made in parts.
+///
+/// e_rays = sqrt(e^2 - <after^2> + <before^2>),   e_orders = e + rms of their light
+/// `e` error of the picture; `before`, `after` what its pixels err by with one ray each and in the end.
+///
+/// # Errors
+/// A file that cannot be read.
+pub(crate) fn cheaper(
+    planned: &PlannedScene,
+    (done, reached): (&[Done], &Reached),
+    image: &Path,
+) -> Result<Vec<Cheaper>, Failure> {
+    let Some(spent) = done.iter().find_map(|it| it.spent) else {
+        return Ok(Vec::new());
+    };
+    let white = planned.plan.display_white_cd_m2;
+    let picture = SpectralImage::read_spectral(image).map_err(|e| Failure::bad_input(image, e))?;
+    let n_pixels = picture.radiance.len() / picture.wavelengths.len().max(1);
+    let [before, after] = spent
+        .squares
+        .map(|it| it / (n_pixels as f64 * white * white));
+    let of_rays = Cheaper {
+        change: "accuracy.pixel_footprint = \"prefiltered\"",
+        seconds: spent.more_rays_s,
+        error: (reached.estimated.powi(2) - after + before).max(0.0).sqrt() + reached.left_out,
+    };
+    let multiple = PictureLayer::BowMultiple.name();
+    let multiple = picture.aovs.iter().find(|aov| aov.name == multiple);
+    let of_orders = Cheaper {
+        change: "effects.multiple_scattering = \"off\"",
+        seconds: spent.paths_s + done.iter().map(|it| it.further_orders_s).sum::<f64>(),
+        error: reached.error + multiple.map_or(0.0, |aov| rms(aov, "Y")) / white,
+    };
+    let total_s: f64 = done.iter().map(|it| it.seconds).sum();
+    let mut found = vec![of_rays, of_orders];
+    found.retain(|it| it.seconds > WORTH_SAYING * total_s && it.seconds > LEAST_S);
+    found.sort_by(|a, b| b.seconds.total_cmp(&a.seconds));
+    Ok(found)
+}
+
+/// Part of the time and seconds below which less time is not worth a line.
+const WORTH_SAYING: f64 = 0.1;
+const LEAST_S: f64 = 0.1;
 
 /// Refuses a picture that misses the tolerance on the command line; without one nothing is asked.
 ///

@@ -32,6 +32,7 @@ use niji_exchange::Provenance;
 use niji_exchange::content_hash;
 use niji_exchange::read_provenance;
 use niji_geometry::mesh_buffers;
+use niji_render::Spent;
 use niji_vdb::VdbHeader;
 use serde::Deserialize;
 use serde::Serialize;
@@ -61,6 +62,12 @@ pub(crate) struct Done {
     pub up_to_date: bool,
     /// Time it took in seconds.
     pub seconds: f64,
+    /// Of these, those for the light that drops scatter more than once, where it is no picture.
+    #[serde(skip)]
+    pub further_orders_s: f64,
+    /// What went into a picture that was made in one go.
+    #[serde(skip)]
+    pub spent: Option<Spent>,
 }
 
 /// What a stage is asked for.
@@ -116,6 +123,8 @@ pub(crate) fn perform(
         files,
         up_to_date,
         seconds,
+        further_orders_s: 0.0,
+        spent: None,
     })
 }
 

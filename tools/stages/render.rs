@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::path::PathBuf;
+use std::time::Instant;
 
 use niji_exchange::Provenance;
 use niji_exchange::SpectralImage;
@@ -18,7 +19,9 @@ use niji_picture::unwatched;
 use niji_render::Afforded;
 use niji_render::Deadline;
 use niji_render::Input;
-use niji_render::render_until;
+use niji_render::Rendered;
+use niji_render::Spent;
+use niji_render::render_in_steps;
 use niji_scene::Picture;
 
 use crate::failure::Failure;
@@ -84,19 +87,18 @@ pub(crate) struct RenderStage<'a> {
 /// Inputs that are missing, damaged or contradict each other, an output that exists, or a file that
 /// cannot be written.
 pub(crate) fn make(stage: RenderStage, options: StageOptions) -> Result<Done, Failure> {
-    let done = perform(
-        &request(&stage, &companions(stage.target.path))?,
-        options,
-        |provenance| {
-            let image = picture(stage, provenance, options.verbosity)?;
-            write(&image, &stage.settings.picture, stage.target.path)
-        },
-    )?;
+    let companions = companions(stage.target.path);
+    let mut spent = None;
+    let done = perform(&request(&stage, &companions)?, options, |provenance| {
+        let image = picture(stage, provenance, options.verbosity)?;
+        spent = image.1;
+        write(&image.0, &stage.settings.picture, stage.target.path)
+    })?;
     saved_rows::clear(stage.target.path);
-    Ok(done)
+    Ok(Done { spent, ..done })
 }
 
-/// Renders a picture in the time there is, and says what there was time for.
+/// Renders a picture in the time there is.
 ///
 /// # Errors
 /// As [`make`].
@@ -113,24 +115,27 @@ pub(crate) fn make_until(
         bar.inc(n_pixels);
         ControlFlow::Continue(())
     };
-    let rendered = render_until(&work.request(region), &progress, deadline);
+    let whole = &mut |_: &Rendered, _| region.height_px;
+    let rendered = render_in_steps(&work.request(region), (&progress, deadline), whole);
     bar.finish_and_clear();
-    let (rendered, afforded) = rendered.map_err(|error| refusal(&error, stage.inputs))?;
-    let settings = stage.settings.clone().with(afforded);
+    let (rendered, spent) = rendered.map_err(|error| refusal(&error, stage.inputs))?;
+    let settings = stage.settings.clone().with(spent.afforded);
     let as_afforded = RenderStage {
         settings: &settings,
         ..stage
     };
-    let done = perform(
-        &request(&as_afforded, &companions(stage.target.path))?,
-        options,
-        |provenance| {
-            let image = work.image(rendered, region, provenance);
-            write(&image, &settings.picture, stage.target.path)
-        },
-    )?;
-    let seconds = (deadline.now_s)() - start_s;
-    Ok((Done { seconds, ..done }, afforded))
+    let companions = companions(stage.target.path);
+    let request = request(&as_afforded, &companions)?;
+    let done = perform(&request, options, |provenance| {
+        let image = work.image(rendered, region, provenance);
+        write(&image, &settings.picture, stage.target.path)
+    })?;
+    let done = Done {
+        seconds: (deadline.now_s)() - start_s,
+        spent: Some(spent),
+        ..done
+    };
+    Ok((done, spent.afforded))
 }
 
 /// What the files of a picture are asked for with.
@@ -201,10 +206,11 @@ fn picture(
     stage: RenderStage,
     provenance: Provenance,
     verbosity: Verbosity,
-) -> Result<SpectralImage, Failure> {
+) -> Result<(SpectralImage, Option<Spent>), Failure> {
     let RenderStage { inputs, target, .. } = stage;
     let work = work(stage)?;
     let bar = progress::bar("render", target.region.n_pixels(), verbosity);
+    let start = Instant::now();
     let work = Work {
         request: work.request(target.region),
         provenance,
@@ -212,6 +218,10 @@ fn picture(
         progress: &|n_pixels| {
             bar.inc(n_pixels);
             ControlFlow::Continue(())
+        },
+        deadline: Deadline {
+            now_s: &|| start.elapsed().as_secs_f64(),
+            ..Deadline::NEVER
         },
     };
     let image = saved_rows::render(&work, target.path, Saving::STANDARD);

@@ -18,10 +18,12 @@ use niji_exchange::Provenance;
 use niji_exchange::SpectralImage;
 use niji_geometry::PixelRegion;
 use niji_picture::rows_of_step;
+use niji_render::Deadline;
 use niji_render::Error;
 use niji_render::Progress;
 use niji_render::RenderRequest;
 use niji_render::Rendered;
+use niji_render::Spent;
 use niji_render::render_in_steps;
 
 use crate::failure::Failure;
@@ -62,13 +64,20 @@ pub(crate) struct Work<'a> {
     pub(crate) image: &'a (dyn Fn(Rendered, PixelRegion, Provenance) -> SpectralImage + Sync),
     /// Hears how many pixels were done.
     pub(crate) progress: Progress<'a>,
+    /// When it has to be there.
+    pub(crate) deadline: Deadline<'a>,
 }
 
-/// Renders a picture that becomes the image `to`, and goes on where it was interrupted.
+/// Renders a picture that becomes the image `to`, and goes on where it was interrupted; and what went into it where
+/// it was not.
 ///
 /// # Errors
 /// As [`render_in_steps`].
-pub(crate) fn render(work: &Work, to: &Path, saving: Saving) -> Result<SpectralImage, Error> {
+pub(crate) fn render(
+    work: &Work,
+    to: &Path,
+    saving: Saving,
+) -> Result<(SpectralImage, Option<Spent>), Error> {
     let region = work.request.region;
     let folder = folder(to);
     let (mut assembly, n_found) = found(&folder, work);
@@ -90,10 +99,11 @@ pub(crate) fn render(work: &Work, to: &Path, saving: Saving) -> Result<SpectralI
             saver.save_if_due(rendered, n_finished);
             n_rows
         };
-        let rendered = render_in_steps(&request, work.progress, &mut next)?;
+        let watch = (work.progress, work.deadline);
+        let (rendered, spent) = render_in_steps(&request, watch, &mut next)?;
         let image = (work.image)(rendered, below, work.provenance.clone());
         let Some(assembly) = &mut assembly else {
-            return Ok(image);
+            return Ok((image, Some(spent)));
         };
         if assembly.add(&image).is_err() {
             // Another build of this version saved other layers.
@@ -101,9 +111,8 @@ pub(crate) fn render(work: &Work, to: &Path, saving: Saving) -> Result<SpectralI
             return render(work, to, saving);
         }
     }
-    Ok(assembly
-        .expect("rows that need no rendering were found")
-        .finish())
+    let assembly = assembly.expect("rows that need no rendering were found");
+    Ok((assembly.finish(), None))
 }
 
 /// Removes what was saved of an image that is there.

@@ -24,6 +24,7 @@ use niji_radiometry::Radians;
 use niji_radiometry::Water;
 use niji_radiometry::WavelengthGrid;
 use niji_render::AirPath;
+use niji_render::Deadline;
 use niji_render::DropExtinctionModel;
 use niji_render::DropOrders;
 use niji_render::Integration;
@@ -150,6 +151,7 @@ impl World {
                 done.lock().unwrap().push(n_pixels);
                 ControlFlow::Continue(())
             },
+            deadline: Deadline::NEVER,
         };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
         let picture = pool
@@ -157,7 +159,8 @@ impl World {
             .install(|| render(&work, &self.path(), saving));
         let done = done.into_inner().unwrap();
         assert_eq!(done.iter().sum::<u64>(), u64::from(WIDTH * HEIGHT));
-        let picture = picture.unwrap();
+        let (picture, spent) = picture.unwrap();
+        assert_eq!(spent.is_some(), done[0] == 0, "nothing was found");
         assert!(picture.radiance.iter().all(|value| *value > 0.0));
         let mut bytes = Cursor::new(Vec::new());
         picture.write_spectral(&mut bytes).unwrap();

@@ -2,8 +2,10 @@
 
 use std::ops::ControlFlow;
 use std::path::Path;
+use std::sync::OnceLock;
 use std::sync::atomic::AtomicU64;
 use std::sync::atomic::Ordering;
+use std::time::Instant;
 
 use niji_airy::AIRY_SMALLEST_RADIUS;
 use niji_exchange::ScatteringTable;
@@ -64,10 +66,16 @@ pub(crate) fn make(
         inputs,
         outputs: vec![to],
     };
-    perform(&request, options, |provenance| {
-        let table = computed(need, wavelengths, airy, options.verbosity)?;
+    let mut further_orders_s = 0.0;
+    let done = perform(&request, options, |provenance| {
+        let (table, seconds) = timed(need, wavelengths, airy, options.verbosity)?;
+        further_orders_s = seconds;
         let file = table.to_file(provenance);
         output::write_file(to, |writer| file.write(writer))
+    })?;
+    Ok(Done {
+        further_orders_s,
+        ..done
     })
 }
 
@@ -81,13 +89,28 @@ pub(crate) fn computed(
     airy: Option<&Path>,
     verbosity: Verbosity,
 ) -> Result<ScatteringTable, Failure> {
+    timed(need, wavelengths, airy, verbosity).map(|(table, _)| table)
+}
+
+/// The same, and the seconds that went into its phase functions.
+fn timed(
+    need: &ScatteringNeed,
+    wavelengths: WavelengthGrid,
+    airy: Option<&Path>,
+    verbosity: Verbosity,
+) -> Result<(ScatteringTable, f64), Failure> {
     warn_of_small_drops(need, verbosity);
     let airy = airy.filter(|_| need.theory.uses_airy_table());
     let airy = airy.map(stages::airy::read).transpose()?;
     let bar = progress::bar("scatter", N_PROGRESS_STEPS as u64, verbosity);
     let shown = AtomicU64::new(0);
     let estimate = Estimate::new("scatter", verbosity);
+    let start = Instant::now();
+    let seen = OnceLock::new();
     let table = scattering::table(need, wavelengths, airy.as_ref(), &|_, part| {
+        if need.phase_functions && part >= scattering::SHARE_OF_SEEN {
+            seen.get_or_init(|| start.elapsed());
+        }
         let step = (part * N_PROGRESS_STEPS) as u64;
         if shown.fetch_max(step, Ordering::Relaxed) < step {
             bar.set_position(step);
@@ -96,7 +119,8 @@ pub(crate) fn computed(
         ControlFlow::Continue(())
     });
     bar.finish_and_clear();
-    Ok(table?)
+    let of_phases = seen.get().map(|seen| start.elapsed() - *seen);
+    Ok((table?, of_phases.unwrap_or_default().as_secs_f64()))
 }
 
 /// How far linear interpolation along each axis is from the theory, where that is known.

@@ -9,6 +9,7 @@ use niji_exchange::SpectralImage;
 use niji_geometry::PixelRegion;
 use niji_radiometry::WavelengthGrid;
 use niji_render::Afforded;
+use niji_render::Deadline;
 use niji_render::DropOrders;
 use niji_render::LitDrops;
 use niji_render::MirroredLight;
@@ -269,7 +270,9 @@ impl PictureWork {
     pub fn render(&self, region: PixelRegion, watch: Watch) -> Result<SpectralImage, Error> {
         let watched = Watched::new(Stage::Render, region.n_pixels(), watch);
         let next = &mut |_: &Rendered, _| rows_of_step(region);
-        let rendered = render_in_steps(&self.request(region), &|n| watched.add(n), next)?;
+        let watch = |n| watched.add(n);
+        let (rendered, _) =
+            render_in_steps(&self.request(region), (&watch, Deadline::NEVER), next)?;
         Ok(self.image(rendered, region, Provenance::default()))
     }
 }

@@ -37,8 +37,8 @@ pub fn table(
     Ok(table)
 }
 
-/// Part of the time of a table with phase functions that goes into what is seen, about.
-const SHARE_OF_SEEN: f64 = 0.8;
+/// What is told of the part done of a table with phase functions when all of what is seen is.
+pub const SHARE_OF_SEEN: f64 = 0.8;
 
 /// What a table depends on besides Airy's integral, as JSON.
 pub fn settings(need: &ScatteringNeed, wavelengths: WavelengthGrid) -> String {

@@ -16,10 +16,29 @@ pub struct Deadline<'a> {
 }
 
 impl Deadline<'_> {
+    /// Time without end, on a clock that stands.
+    pub const NEVER: Self = Self {
+        now_s: &|| 0.0,
+        end_s: f64::INFINITY,
+    };
+
     /// Seconds that are left.
     pub(crate) fn left_s(&self) -> f64 {
         self.end_s - (self.now_s)()
     }
+}
+
+/// What went into a picture: what there was time for, and what that took.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spent {
+    /// What there was time for.
+    pub afforded: Afforded,
+    /// Seconds in which paths of light of further orders were followed.
+    pub paths_s: f64,
+    /// Seconds in which pixels got more rays.
+    pub more_rays_s: f64,
+    /// Sum over the pixels of the square of their error [cd²/m⁴], with one ray each and in the end.
+    pub squares: [f64; 2],
 }
 
 /// What there was time for.

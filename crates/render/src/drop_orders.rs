@@ -84,6 +84,8 @@ pub(crate) struct MultipleLight {
     interpolation_cd_m2: Vec<f32>,
     /// Paths of each direction of the coarse lattice and stratum.
     pub(crate) n_paths: usize,
+    /// Seconds it took to follow them.
+    pub(crate) seconds: f64,
 }
 
 impl MultipleLight {
@@ -108,6 +110,7 @@ impl MultipleLight {
             luminance_weights: request.luminance_weights,
         };
         let lattice = |grid| Lattice::new(grid, bounds, request);
+        let start_s = (request.deadline.now_s)();
         let fine = two_levels::means(&paths, &lattice(coarse), lattice(fine))?;
         let means = || fine.means.iter();
         let spectra = means().flat_map(|mean| &mean.source_sr1);
@@ -118,6 +121,7 @@ impl MultipleLight {
             grid: fine.grid,
             interpolation_cd_m2: fine.interpolation_cd_m2,
             n_paths: fine.n_paths,
+            seconds: (request.deadline.now_s)() - start_s,
         }))
     }
 

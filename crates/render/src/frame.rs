@@ -167,7 +167,7 @@ impl<'a> FrameBasis<'a> {
 pub(crate) fn frame<'a>(
     request: &RenderRequest<'a>,
     colorimetry: &Colorimetry,
-    (progress, deadline): (Progress, Option<Deadline>),
+    (progress, deadline): (Progress, Deadline),
 ) -> Result<Frame<'a>, Error> {
     let basis = FrameBasis::new(request, colorimetry);
     let drops = request.drops;
@@ -332,7 +332,7 @@ fn diffraction<'a>(
 fn multiple(
     request: &RenderRequest,
     basis: &FrameBasis,
-    (progress, deadline): (Progress, Option<Deadline>),
+    (progress, deadline): (Progress, Deadline),
 ) -> Result<Option<MultipleLight>, Error> {
     let (Some((nodes_across, paths_per_node)), Some(table), Some(bounds)) =
         (request.wanted_orders(), request.table, basis.bounds)

@@ -168,6 +168,7 @@ mod water_surface;
 
 pub use deadline::Afforded;
 pub use deadline::Deadline;
+pub use deadline::Spent;
 pub use drop_orders::STANDARD_ERRORS;
 pub use effects::RenderEffects;
 pub use effects::Toggle;
@@ -185,7 +186,6 @@ pub use levels::SunPath;
 pub use lit_drops::LitDrops;
 pub use picture::render;
 pub use picture::render_in_steps;
-pub use picture::render_until;
 pub use picture_layers::PictureLayer;
 pub use picture_layers::Rendered;
 pub use progress::Progress;

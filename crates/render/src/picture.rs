@@ -15,6 +15,7 @@ use rayon::prelude::*;
 use crate::air_error::AirError;
 use crate::deadline::Afforded;
 use crate::deadline::Deadline;
+use crate::deadline::Spent;
 use crate::error::Error;
 use crate::footprint::REACH_PX;
 use crate::footprint_error::lines_through;
@@ -39,44 +40,28 @@ pub fn render(request: &RenderRequest, progress: &(dyn Fn(u64) + Sync)) -> Resul
         progress(n_pixels);
         ControlFlow::Continue(())
     };
-    render_in_steps(request, progress, &mut |_: &Rendered, _| u32::MAX)
+    let whole = &mut |_: &Rendered, _| u32::MAX;
+    let rendered = render_in_steps(request, (progress, Deadline::NEVER), whole);
+    rendered.map(|(picture, _)| picture)
 }
 
 /// Render a region of a picture from top to bottom, in steps of whole rows.
 ///
 /// `next_rows` is asked before every step how many rows it takes (at least one is taken), and gets the picture
-/// and the number of rows that are finished: what it keeps of them needs not be rendered again. The picture does not depend on the steps; at the end of each, threads wait for each other.
+/// and the number of rows that are finished: what it keeps of them needs not be rendered again. The picture does not
+/// depend on the steps; at the end of each, threads wait for each other.
+///
+/// A picture with a deadline is one step. The same request with what there was time for in it, and
+/// [`RenderRequest::orders_noise_cd_m2`] 0, gives the same picture without one.
 ///
 /// # Errors
 /// As [`render`]; [`Error::Stopped`].
 pub fn render_in_steps(
     request: &RenderRequest,
-    progress: Progress,
+    (progress, deadline): (Progress, Deadline),
     next_rows: &mut dyn FnMut(&Rendered, u32) -> u32,
-) -> Result<Rendered, Error> {
-    let rendered = in_steps(request, (progress, None), next_rows);
-    rendered.map(|(picture, _)| picture)
-}
-
-/// Render a region of a picture in the time there is, with what there was time for. The same request with that in
-/// it, and [`RenderRequest::orders_noise_cd_m2`] 0, gives the same picture.
-///
-/// # Errors
-/// As [`render_in_steps`].
-pub fn render_until(
-    request: &RenderRequest,
-    progress: Progress,
-    deadline: Deadline,
-) -> Result<(Rendered, Afforded), Error> {
-    let whole = &mut |_: &Rendered, _| u32::MAX;
-    in_steps(request, (progress, Some(deadline)), whole)
-}
-
-fn in_steps(
-    request: &RenderRequest,
-    (progress, deadline): (Progress, Option<Deadline>),
-    next_rows: &mut dyn FnMut(&Rendered, u32) -> u32,
-) -> Result<(Rendered, Afforded), Error> {
+) -> Result<(Rendered, Spent), Error> {
+    let has_end = deadline.end_s.is_finite();
     request.check()?;
     request.check_memory()?;
     let colorimetry = Colorimetry::new(&request.wavelengths);
@@ -113,8 +98,13 @@ fn in_steps(
     tracer.trace_around(&mut lights_around);
     let (mut traced, mut finished) = (0, 0);
     let mut coarser_rays = request.coarser_rays;
+    let (mut more_rays_s, mut squares) = (0.0, [0.0; 2]);
     while traced < height {
-        let n_rows = next_rows(&picture, finished as u32).max(1) as usize;
+        let n_rows = if has_end {
+            height
+        } else {
+            next_rows(&picture, finished as u32).max(1) as usize
+        };
         let step = traced..traced.saturating_add(n_rows).min(height);
         let inner = lights_around.slice_mut(s![reach..reach + height, reach..reach + width]);
         let pictured = picture.tiles_mut(&step).into_iter();
@@ -146,18 +136,28 @@ fn in_steps(
                 rows: finished..known,
                 lights_around: &lights_around,
             };
-            if let Some(deadline) = deadline {
+            if has_end {
                 coarser_rays =
                     tracer.affordable(&mut picture, &refining, (tolerance_cd_m2, deadline));
             }
+            let start_s = (deadline.now_s)();
+            squares[0] += picture.sum_of_squares(&refining.rows);
             tracer.refine(&mut picture, &refining, coarser_rays * tolerance_cd_m2);
+            squares[1] += picture.sum_of_squares(&refining.rows);
+            more_rays_s += (deadline.now_s)() - start_s;
         }
         tracer.frame.check_rows()?;
         finished = known;
     }
-    let afforded = Afforded {
-        coarser_rays,
-        paths_per_node: tracer.frame.multiple.as_ref().map(|it| it.n_paths),
+    let multiple = tracer.frame.multiple.as_ref();
+    let spent = Spent {
+        afforded: Afforded {
+            coarser_rays,
+            paths_per_node: multiple.map(|it| it.n_paths),
+        },
+        paths_s: multiple.map_or(0.0, |it| it.seconds),
+        more_rays_s,
+        squares,
     };
-    Ok((picture, afforded))
+    Ok((picture, spent))
 }

@@ -48,6 +48,11 @@ impl Rendered {
         of_rows.map(|error| f64::from(*error)).collect()
     }
 
+    /// The sum of their squares.
+    pub(crate) fn sum_of_squares(&self, rows: &Range<usize>) -> f64 {
+        self.errors_of(rows).iter().map(|error| error * error).sum()
+    }
+
     /// Rows of pixels by tiles, from left to right and top to bottom.
     pub(crate) fn tiles_mut(&mut self, rows: &Range<usize>) -> Vec<TileMut<'_>> {
         let width = self.radiance.dim().2;

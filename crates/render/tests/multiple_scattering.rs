@@ -19,6 +19,7 @@ use niji_dropfield::GridBox;
 use niji_exchange::ScatteringTable;
 use niji_geometry::Camera;
 use niji_geometry::PixelRegion;
+use niji_render::Deadline;
 use niji_render::DropExtinctionModel;
 use niji_render::DropOrders;
 use niji_render::Error;
@@ -540,7 +541,9 @@ fn whoever_waits_stops_the_paths_before_the_first_pixel() {
             _ => ControlFlow::Break(()),
         }
     };
-    let stopped = render_in_steps(&request, &stop_soon, &mut |_, _| panic!("no row is due"));
+    let stopped = render_in_steps(&request, (&stop_soon, Deadline::NEVER), &mut |_, _| {
+        panic!("no row is due")
+    });
     assert_eq!(stopped, Err(Error::Stopped));
     // Paths that other threads were at.
     let n_heard = n_heard.into_inner();

@@ -14,6 +14,7 @@ use niji_dropfield::GridBox;
 use niji_geometry::Aabb;
 use niji_radiometry::WavelengthGrid;
 use niji_render::AirPath;
+use niji_render::Deadline;
 use niji_render::Error;
 use niji_render::Input;
 use niji_render::Integration;
@@ -103,7 +104,7 @@ fn values_that_no_drop_scatters_are_refused_before_a_row_of_them_is_handed_over(
         table.values.fill(bad);
         let request = request(&camera, sun_in_the_south(30.0), &drops, &table);
         let mut n_steps = 0;
-        let rendered = render_in_steps(&request, &unwatched, &mut |_, _| {
+        let rendered = render_in_steps(&request, (&unwatched, Deadline::NEVER), &mut |_, _| {
             n_steps += 1;
             1
         });

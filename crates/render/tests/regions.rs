@@ -22,6 +22,7 @@ use niji_render::Integration;
 use niji_render::LitDrops;
 use niji_render::PictureLayer;
 use niji_render::PixelFootprint;
+use niji_render::Progress;
 use niji_render::RenderEffects;
 use niji_render::RenderLevels;
 use niji_render::RenderRequest;
@@ -31,7 +32,6 @@ use niji_render::Surfaces;
 use niji_render::Toggle;
 use niji_render::render;
 use niji_render::render_in_steps;
-use niji_render::render_until;
 use niji_render::unwatched;
 
 use common::air;
@@ -203,7 +203,11 @@ fn in_time(request: &RenderRequest, seconds: f64) -> (Rendered, Afforded) {
         now_s: &|| f64::from(looks.fetch_add(1, Ordering::Relaxed)),
         end_s: seconds,
     };
-    render_until(request, &unwatched, deadline).unwrap()
+    let mut next = |_: &Rendered, _| panic!("it is one step");
+    let (picture, spent) = render_in_steps(request, (&unwatched, deadline), &mut next).unwrap();
+    let [before, after] = spent.squares;
+    assert!(after < before || spent.afforded.coarser_rays > 1.0);
+    (picture, spent.afforded)
 }
 
 #[test]
@@ -366,7 +370,8 @@ fn steps_do_not_change_a_bit_and_their_finished_rows_stay() {
                 }
                 n_rows
             };
-            let stepped = render_in_steps(whole, &unwatched, &mut check).unwrap();
+            let watch = (&unwatched as Progress, Deadline::NEVER);
+            let (stepped, _) = render_in_steps(whole, watch, &mut check).unwrap();
             assert!(stepped == picture, "steps of {n_rows} rows");
         }
     });

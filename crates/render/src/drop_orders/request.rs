@@ -35,7 +35,7 @@ pub(crate) struct OrdersRequest<'a> {
     /// RMS noise at which they are enough; `None` follows all.
     pub(crate) noise_cd_m2: Option<f64>,
     /// When they are enough whatever their noise is.
-    pub(crate) deadline: Option<Deadline<'a>>,
+    pub(crate) deadline: Deadline<'a>,
     /// Whoever waits for it.
     pub(crate) progress: Progress<'a>,
 }

@@ -100,13 +100,12 @@ fn enough(paths: &Paths, coarse: &Lattice) -> Result<(Vec<Mean>, usize), Error> 
     let noise_cd_m2 = coarse.request.noise_cd_m2;
     let mut n_paths = noise_cd_m2.map_or(most, |_| FIRST_PATHS.min(most));
     let deadline = coarse.request.deadline;
-    let left_s = || deadline.map(|it| it.left_s());
-    let at_start_s = left_s();
+    let start_s = (deadline.now_s)();
     let mut means = coarse.means(paths, 0..of_each(n_paths))?;
     // Both lattices take as long, and another round as all rounds before it.
     let is_time_for_more = || {
-        let lasted = at_start_s.zip(left_s());
-        lasted.is_none_or(|(before, left)| TIMES_OF_ROUNDS * (before - left) < 0.5 * left)
+        let lasted_s = (deadline.now_s)() - start_s;
+        TIMES_OF_ROUNDS * lasted_s < 0.5 * deadline.left_s()
     };
     while n_paths < most
         && noise_cd_m2.is_some_and(|enough| coarse.noise_cd_m2(&means) > enough)
