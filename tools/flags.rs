@@ -3,9 +3,11 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use niji_picture::Sandbox;
 use niji_scene::Goal;
 use niji_scene::Preset;
 
+use crate::failure::Failure;
 use crate::output::Existing;
 use crate::progress::Verbosity;
 use crate::schema_flags::names;
@@ -19,6 +21,10 @@ pub(crate) struct Common {
     /// Replace files that exist.
     #[arg(long, global = true)]
     pub force: bool,
+    /// Read files that a scene names in this folder only, for scenes of strangers; may be given several times.
+    /// Links and `..` do not lead out of it, and what the command line names is not meant.
+    #[arg(long, global = true, value_name = "DIR")]
+    pub sandbox: Vec<PathBuf>,
     /// Threads to use [default: all cores]; the result does not depend on it.
     #[arg(long, global = true, value_name = "N", value_parser = thread_count)]
     pub threads: Option<usize>,
@@ -63,6 +69,14 @@ impl Common {
             preset: self.accuracy,
             tolerance: self.tolerance,
         }
+    }
+
+    /// Where files may lie that a scene names.
+    ///
+    /// # Errors
+    /// A folder that is missing.
+    pub(crate) fn sandbox(&self) -> Result<Sandbox, Failure> {
+        Ok(Sandbox::new(&self.sandbox)?)
     }
 
     /// How stages are run.

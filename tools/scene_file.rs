@@ -6,7 +6,6 @@ use niji_picture::Choice;
 use niji_picture::Error;
 use niji_picture::PlanRequest;
 use niji_picture::PlannedScene;
-use niji_picture::scene_from_toml;
 use niji_scene::Goal;
 use niji_scene::LEAST_TOLERANCE;
 use niji_scene::Scene;
@@ -23,7 +22,7 @@ use crate::text_file;
 /// # Errors
 /// A scene, a drop volume or a choice that is missing or wrong; a choice for something else.
 pub(crate) fn load(path: &Path, common: &Common) -> Result<PlannedScene, Failure> {
-    let scene = read(path, common.goal())?;
+    let scene = read(path, common)?;
     let Some(file) = &common.choice else {
         return planned(scene, path, None);
     };
@@ -77,17 +76,17 @@ fn planned_for(scene: Scene, path: &Path, request: PlanRequest) -> Result<Planne
 ///
 /// # Errors
 /// A scene that is missing or wrong.
-pub(crate) fn read(path: &Path, goal: Goal) -> Result<Scene, Failure> {
+pub(crate) fn read(path: &Path, common: &Common) -> Result<Scene, Failure> {
     let text = text_file::read(path)?;
-    parsed(&text, path, goal)
+    parsed(&text, path, common)
 }
 
 /// Reads the scene of a frame, whose text stands for that of the file `path`.
 ///
 /// # Errors
 /// As [`read`], and a scene of a photograph.
-pub(crate) fn frame_scene(text: &str, path: &Path, goal: Goal) -> Result<Scene, Failure> {
-    let scene = parsed(text, path, goal)?;
+pub(crate) fn frame_scene(text: &str, path: &Path, common: &Common) -> Result<Scene, Failure> {
+    let scene = parsed(text, path, common)?;
     if scene.photo.is_some() {
         let message = "a photograph is a single frame: its scene has no sequence";
         return Err(Failure::bad_input(path, message));
@@ -99,17 +98,18 @@ pub(crate) fn frame_scene(text: &str, path: &Path, goal: Goal) -> Result<Scene, 
 ///
 /// # Errors
 /// As [`load`] and [`frame_scene`].
-pub(crate) fn frame(text: &str, path: &Path, goal: Goal) -> Result<PlannedScene, Failure> {
+pub(crate) fn frame(text: &str, path: &Path, common: &Common) -> Result<PlannedScene, Failure> {
     let request = PlanRequest {
         is_frame: true,
         ..beside(path)
     };
-    planned_for(frame_scene(text, path, goal)?, path, request)
+    planned_for(frame_scene(text, path, common)?, path, request)
 }
 
 /// Reads the text of a scene.
-fn parsed(text: &str, path: &Path, goal: Goal) -> Result<Scene, Failure> {
-    let scene = scene_from_toml(text, beside(path).folder).map_err(|error| match error {
+fn parsed(text: &str, path: &Path, common: &Common) -> Result<Scene, Failure> {
+    let scene = common.sandbox()?.scene_from_toml(text, beside(path).folder);
+    let scene = scene.map_err(|error| match error {
         Error::SceneFile(SceneError::UnknownKey { key, .. }) if key == "ice" => Failure::bad_input(
             path,
             format!(
@@ -120,6 +120,7 @@ fn parsed(text: &str, path: &Path, goal: Goal) -> Result<Scene, Failure> {
         Error::SceneFile(error) => Failure::bad_input(path, error),
         error => error.into(),
     })?;
+    let goal = common.goal();
     keepable(goal)?;
     Ok(goal.of(scene))
 }

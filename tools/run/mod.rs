@@ -159,7 +159,7 @@ fn planned(command: &RunCommand, common: &Common, kept: &Path) -> Result<Planned
     if common.choice.is_some() {
         return scene_file::load(&command.scene, common);
     }
-    let scene = scene_file::read(&command.scene, common.goal())?;
+    let scene = scene_file::read(&command.scene, common)?;
     scene_file::planned(scene, &command.scene, before.as_ref())
 }
 

@@ -364,11 +364,7 @@ impl PlannedScene {
         if let Some(error) = &self.plan.table_refused {
             return Err(Error::Scattering(error.clone()));
         }
-        let (photo, occluders) = (self.scene.photo.iter(), self.scene.occluders.iter());
-        let of_photo = photo.flat_map(|it| [&it.layers, &it.labels].into_iter().flatten());
-        let maps = occluders.clone().filter_map(|it| it.depth.as_ref());
-        let meshes = occluders.flat_map(|it| it.meshes.iter().map(|mesh| &mesh.file));
-        for file in of_photo.chain(maps).chain(meshes) {
+        for file in self.scene.files() {
             let path = self.folder.join(file);
             fs::metadata(&path).map_err(|error| Error::file(&path, error))?;
         }
