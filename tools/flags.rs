@@ -21,6 +21,10 @@ pub(crate) struct Common {
     /// Replace files that exist.
     #[arg(long, global = true)]
     pub force: bool,
+    /// Read every output before it is called up to date, also those that look unchanged (same size, inode and
+    /// time of change).
+    #[arg(long, global = true)]
+    pub verify: bool,
     /// Read files that a scene names in this folder only, for scenes of strangers; may be given several times.
     /// Links and `..` do not lead out of it, and what the command line names is not meant.
     #[arg(long, global = true, value_name = "DIR")]
@@ -89,6 +93,7 @@ impl Common {
         };
         StageOptions {
             existing,
+            verifies: self.verify,
             verbosity: self.verbosity(),
         }
     }

@@ -8,6 +8,7 @@ mod atmosphere;
 mod bow_curves;
 mod calibrate;
 mod check;
+mod checksums;
 mod choice_file;
 mod cli;
 mod composite;
@@ -55,6 +56,12 @@ use clap::Parser;
 use crate::cli::Arguments;
 use crate::cli::Command;
 use crate::failure::Failure;
+
+/// Version of the program, and what it was built from.
+pub(crate) fn version() -> &'static str {
+    // In one piece: a test changes it in the program as other sources would.
+    std::hint::black_box(env!("NIJI_VERSION"))
+}
 
 /// Runs the program with a command line (its own name first) and returns its exit code.
 pub fn main_with(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {

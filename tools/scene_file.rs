@@ -16,6 +16,7 @@ use crate::failure::Failure;
 use crate::flags::Common;
 use crate::shell_word::quoted;
 use crate::text_file;
+use crate::version;
 
 /// Reads a scene and makes its plan, with levels for what is asked of the picture, or as a choice says.
 ///
@@ -61,6 +62,7 @@ pub(crate) fn planned(
 fn beside(path: &Path) -> PlanRequest<'_> {
     PlanRequest {
         folder: path.parent().unwrap_or(Path::new("")),
+        version: version(),
         ..PlanRequest::default()
     }
 }

@@ -12,6 +12,7 @@ use crate::output::Existing;
 use crate::run::frames::FrameDone;
 use crate::stages::Done;
 use crate::stages::accuracy::Reached;
+use crate::version;
 use niji_picture::PlannedScene;
 
 /// Name of the file in the folder of a run.
@@ -20,7 +21,7 @@ const FILE: &str = "report.json";
 /// The report of a run.
 pub(super) fn json(planned: &PlannedScene, done: &[Done], reached: Option<&Reached>) -> Value {
     json!({
-        "version": env!("CARGO_PKG_VERSION"),
+        "version": version(),
         "command": arguments(),
         "scene": planned.scene,
         "plan": planned.plan,
@@ -34,7 +35,7 @@ pub(super) fn json(planned: &PlannedScene, done: &[Done], reached: Option<&Reach
 pub(super) fn of_frames(frames: &[FrameDone]) -> Value {
     let stages = frames.iter().flat_map(|frame| &frame.stages);
     json!({
-        "version": env!("CARGO_PKG_VERSION"),
+        "version": version(),
         "command": arguments(),
         "frames": frames,
         "seconds": stages.map(|done| done.seconds).sum::<f64>(),

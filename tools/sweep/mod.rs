@@ -85,7 +85,11 @@ pub(crate) fn execute(command: &SweepCommand, common: &Common) -> Result<(), Fai
         };
         planned.replanned(scene)
     };
-    let mut runs = Runs::new(&runs, &with(of_preset(&scene, Preset::Reference))?)?;
+    let mut runs = Runs::new(
+        &runs,
+        options.verifies,
+        &with(of_preset(&scene, Preset::Reference))?,
+    )?;
     bar.inc(1);
     let mut points = Vec::new();
     for variant in &variants {

@@ -1,5 +1,6 @@
 //! A scene with what it calls for, and its parts made one by one.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 use std::path::PathBuf;
@@ -11,6 +12,7 @@ use niji_exchange::AtmosphereTable;
 use niji_exchange::Provenance;
 use niji_exchange::ScatteringTable;
 use niji_exchange::SpectralImage;
+use niji_exchange::content_hash;
 use niji_photo::ClusterCount;
 use niji_render::Surfaces;
 use niji_render::ask_for_memory;
@@ -78,6 +80,8 @@ pub struct PlanRequest<'a> {
     pub folder: &'a Path,
     /// Whether it is a frame of a sequence: what it needs is rounded, so that other frames need the same.
     pub is_frame: bool,
+    /// The program that asks, as far as it decides on results: what another one decided is not taken.
+    pub version: &'a str,
     /// What was decided before: taken where it is of this very request, so that nothing is measured.
     pub choice: Option<&'a Choice>,
 }
@@ -88,9 +92,28 @@ impl Default for PlanRequest<'_> {
         Self {
             folder: Path::new(""),
             is_frame: false,
+            version: env!("CARGO_PKG_VERSION"),
             choice: None,
         }
     }
+}
+
+/// What the drops of a scene whose files lie in `folder` come from.
+fn source_of(scene: &Scene, folder: &Path) -> Option<VolumeSource> {
+    let file = || scene.drops.file().map(|file| folder.join(file));
+    VolumeSource::of(&scene.drops, folder)
+        .or_else(|| Some(VolumeSource::only(VolumePart::Volume(file()?))))
+}
+
+/// SHA-256 of the files of its drops by role.
+fn drop_hashes(scene: &Scene, folder: &Path) -> Result<BTreeMap<String, String>, Error> {
+    let source = source_of(scene, folder);
+    let files = source.iter().flat_map(VolumeSource::inputs);
+    let hashes = files.map(|(role, path)| {
+        let hash = content_hash(path).map_err(|error| Error::file(path, error))?;
+        Ok((role, hash))
+    });
+    hashes.collect()
 }
 
 /// Figures of the drops of a scene; files are read.
@@ -102,9 +125,7 @@ fn drops_of(scene: &Scene, request: PlanRequest) -> Result<Option<DropSummary>, 
             drops
         }
     };
-    let file = scene.drops.file().map(|file| request.folder.join(file));
-    let file = file.map(|file| VolumeSource::only(VolumePart::Volume(file)));
-    let source = VolumeSource::of(&scene.drops, request.folder).or(file);
+    let source = source_of(scene, request.folder);
     source.map_or(Ok(None), |source| source.summary(of_file))
 }
 
@@ -148,8 +169,13 @@ impl PlannedScene {
         let (mut seen, mut key) = (Seen::default(), String::new());
         let mut is_known = !measures;
         let of_drops = format!("{drops:?}");
+        let files = if measures {
+            drop_hashes(&scene, folder)?
+        } else {
+            BTreeMap::new()
+        };
         let look = |foretold: &Foretold| {
-            key = choice::request(&scene, &of_drops, foretold);
+            key = choice::request((request.version, &files), &scene, &of_drops, foretold);
             if let Some(choice) = request.choice.filter(|choice| choice.request == key) {
                 (seen, is_known) = (choice.seen.clone(), true);
             } else if measures && let Some(small) = SmallScene::new(&scene, foretold, folder)? {
