@@ -42,7 +42,7 @@ fn places(root: &Path) -> Vec<String> {
         .map(str::to_owned)
         .to_vec();
     let tables = names_in(root, "data").into_iter();
-    places.extend(tables.filter(|name| name.ends_with(".csv")));
+    places.extend(tables.filter(|name| ends_in(name, "csv")));
     for name in names_in(root, "crates") {
         places.extend([format!("{name}/Cargo.toml"), format!("{name}/src")]);
     }
@@ -56,7 +56,7 @@ pub(crate) fn sources(root: &Path) -> Vec<String> {
     let mut waiting = places(root);
     while let Some(name) = waiting.pop() {
         if root.join(&name).is_dir() {
-            let is_code = |it: &String| it.ends_with(".rs") || root.join(it).is_dir();
+            let is_code = |it: &String| ends_in(it, "rs") || root.join(it).is_dir();
             waiting.extend(names_in(root, &name).into_iter().filter(is_code));
         } else {
             names.push(name);
@@ -74,4 +74,10 @@ fn names_in(root: &Path, folder: &str) -> Vec<String> {
         .flatten();
     let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
     names.map(|name| format!("{folder}/{name}")).collect()
+}
+
+fn ends_in(name: &str, extension: &str) -> bool {
+    Path::new(name)
+        .extension()
+        .is_some_and(|it| it == extension)
 }

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use niji_picture::Sandbox;
+use niji_radiometry::Bytes;
 use niji_scene::Goal;
 use niji_scene::Preset;
 
@@ -25,6 +26,9 @@ pub(crate) struct Common {
     /// time of change).
     #[arg(long, global = true)]
     pub verify: bool,
+    /// Memory that the content of a file may take, and a picture, say 4GiB [default: half of the machine's].
+    #[arg(long, global = true, value_name = "SIZE", value_parser = memory)]
+    pub memory: Option<Bytes>,
     /// Read files that a scene names in this folder only, for scenes of strangers; may be given several times.
     /// Links and `..` do not lead out of it, and what the command line names is not meant.
     #[arg(long, global = true, value_name = "DIR")]
@@ -106,6 +110,11 @@ fn thread_count(text: &str) -> Result<usize, String> {
             "found {text}, expected a number of threads from 1 to 1024"
         )),
     }
+}
+
+fn memory(text: &str) -> Result<Bytes, String> {
+    Bytes::parse(text)
+        .ok_or_else(|| format!("found {text}, expected KiB, MiB, GiB or TiB, say 4GiB"))
 }
 
 fn tolerance(text: &str) -> Result<f64, String> {

@@ -52,6 +52,7 @@ use std::panic::Location;
 use std::process::ExitCode;
 
 use clap::Parser;
+use niji_radiometry::set_memory_limit;
 
 use crate::cli::Arguments;
 use crate::cli::Command;
@@ -107,6 +108,10 @@ fn dispatch(arguments: &Arguments) -> Result<(), Failure> {
         let _ = rayon::ThreadPoolBuilder::new()
             .num_threads(n_threads)
             .build_global();
+    }
+    if let Some(limit) = common.memory {
+        // One that was set already (in tests) stays.
+        let _ = set_memory_limit(limit);
     }
     match &arguments.command {
         Command::Run(command) => run::execute(command, common),

@@ -20,8 +20,11 @@ use crate::world::change;
 use crate::world::files;
 use crate::world::run;
 
-/// Ways in which an output changes; the second path is another output of the run.
-const DAMAGES: [(&str, fn(&Path, &Path)); 5] = [
+/// Changes an output; the second path is another output of the run.
+type Damage = fn(&Path, &Path);
+
+/// Ways in which an output changes.
+const DAMAGES: [(&str, Damage); 5] = [
     ("a byte", |path, _| {
         let mut bytes = fs::read(path).unwrap();
         let middle = bytes.len() / 2;

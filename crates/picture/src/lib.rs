@@ -55,6 +55,7 @@ pub use composite::CompositeRequest;
 pub use drop_volume::VolumePart;
 pub use drop_volume::VolumeSource;
 pub use drop_volume::read_drops;
+pub use drop_volume::read_vdb;
 pub use error::Error;
 pub use error::with_causes;
 pub use error::without_path;
