@@ -22,8 +22,8 @@ const SMALL: [(&str, &str); 2] = [("camera.width_px", "96"), ("camera.height_px"
 /// Contents of all files of a folder but the report, which holds times.
 fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let entries = fs::read_dir(folder).expect("the folder exists");
-    let files = entries.map(|entry| {
-        let path = entry.expect("the folder can be read").path();
+    let paths = entries.map(|entry| entry.expect("the folder can be read").path());
+    let files = paths.filter(|path| path.is_file()).map(|path| {
         let name = path
             .file_name()
             .expect("files have names")

@@ -283,3 +283,53 @@ fn a_picture_is_out_of_date_when_the_buffer_behind_its_mesh_changes() {
     fs::remove_file(place).unwrap();
     niji_ends_with(3, &run);
 }
+
+#[test]
+fn files_and_pictures_take_no_more_memory_than_they_may() {
+    let folder = tempfile::tempdir().unwrap();
+    scene_in(folder.path(), OsStr::new("s.toml"));
+    let place = |name: &str| text(&folder.path().join(name)).to_owned();
+    let (scene, out) = (place("s.toml"), place("out"));
+    niji_ends_with(0, &["run", &scene, "-o", &out, "-q", "--memory", "0.5 GiB"]);
+    let large = TINY
+        .replace("_px = 16", "_px = 1600")
+        .replace("_px = 12", "_px = 1200");
+    fs::write(place("large.toml"), large).unwrap();
+    fs::write(
+        place("a.obj"),
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n",
+    )
+    .unwrap();
+    let ice = fs::read_to_string(support::repository("data/scenes/ice-cube-0.1-m.toml")).unwrap();
+    let ice = ice.replace(
+        "shape = \"cube\"\nedge_m = 0.1",
+        "shape = \"mesh\"\nfile = \"a.obj\"",
+    );
+    fs::write(place("ice.toml"), ice).unwrap();
+    let (image, drops) = (place("out/image.exr"), place("out/drops.vdb"));
+    let photo = text(&support::repository("data/photos/pavilion.jpg")).to_owned();
+    let (to, ice, large) = (place("to.exr"), place("ice.toml"), place("large.toml"));
+    for (code, limit, arguments) in [
+        (1, "20 MiB", &["run", &large, "-o", &out][..]),
+        (3, "10 KiB", &["diff", &image, &image]),
+        (3, "0.01 MiB", &["info", &drops]),
+        (
+            3,
+            "1.5 MiB",
+            &["depth", &photo, "--fov-deg", "60", "-o", &to],
+        ),
+        (3, "32 bytes", &["ice", &ice, "-o", &to]),
+    ] {
+        let memory = match limit {
+            "0.01 MiB" => "10KiB",
+            "32 bytes" => "0.125KiB",
+            limit => limit,
+        };
+        let said = niji_ends_with(code, &[arguments, &["--memory", memory]].concat()).stderr;
+        let said = String::from_utf8(said).unwrap();
+        assert!(said.contains(limit), "{limit}: {said}");
+    }
+    for size in ["4", "4GB", "-1GiB", "much"] {
+        niji_ends_with(2, &["plan", &scene, &format!("--memory={size}")]);
+    }
+}

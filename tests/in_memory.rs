@@ -74,7 +74,7 @@ impl Files<'_> {
         let hash = |role: &&str| ((*role).to_owned(), self.hashes[*role].clone());
         Provenance {
             tool: format!("niji {stage}"),
-            version: env!("CARGO_PKG_VERSION").to_owned(),
+            version: env!("NIJI_VERSION").to_owned(),
             settings,
             inputs: inputs.iter().map(hash).collect(),
         }

@@ -261,7 +261,7 @@ fn a_run_that_is_killed_at_any_moment_goes_on_to_the_same_files() {
         .unwrap()
         .map(|entry| entry.unwrap().file_name());
     let left: Vec<_> = names
-        .filter(|name| name.to_string_lossy().starts_with('.'))
+        .filter(|name| name.to_string_lossy().starts_with(".niji-"))
         .collect();
     assert!(left.is_empty(), "{left:?}");
 }

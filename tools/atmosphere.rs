@@ -80,7 +80,7 @@ pub(crate) fn execute(command: &AtmosphereCommand, common: &Common) -> Result<()
     let Some(sky) = &command.sky else {
         return Ok(());
     };
-    let mut scene = scene_file::read(&command.scene, common.goal())?;
+    let mut scene = scene_file::read(&command.scene, common)?;
     let width_px = command.width_px;
     if !(2..=MAX_WIDTH_PX).contains(&width_px) || !width_px.is_multiple_of(2) {
         return Err(Failure::Usage(format!(

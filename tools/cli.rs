@@ -27,6 +27,7 @@ use crate::shell::CompletionsCommand;
 use crate::shell::ManCommand;
 use crate::sun::SunCommand;
 use crate::sweep::SweepCommand;
+use crate::version;
 
 /// Subcommands by group; the help prints this instead of one long list.
 const GROUPS: &str = "\
@@ -85,7 +86,7 @@ Exit codes: 0 done, 1 failed, 2 usage (also an output that exists), 3 bad input,
 
 /// Physically based pictures of rainbows, stage by stage.
 #[derive(Debug, Parser)]
-#[command(name = "niji", version, help_template = TEMPLATE, before_help = GROUPS)]
+#[command(name = "niji", version, long_version = version(), help_template = TEMPLATE, before_help = GROUPS)]
 #[command(after_help = EXAMPLES, disable_help_subcommand = true)]
 pub(crate) struct Arguments {
     /// What to do.

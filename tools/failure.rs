@@ -57,9 +57,9 @@ impl From<niji_picture::Error> for Failure {
                 Self::bad_input(path, text + &how_to_make_drops(&error))
             }
             Error::Drops(_) | Error::Dark { .. } | Error::NoSun(_) => Self::Impossible(text),
-            Error::Render(niji_render::Error::Memory { .. }) => {
-                Self::Failed(format!("{text} (`niji render --tiles` or `--region`)"))
-            }
+            Error::Render(niji_render::Error::Memory { .. }) => Self::Failed(format!(
+                "{text} (`niji render --tiles` or `--region`, or more `--memory`)"
+            )),
             Error::Stopped
             | Error::Photo(_)
             | Error::PartOfFrame

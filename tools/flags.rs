@@ -3,9 +3,12 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use niji_picture::Sandbox;
+use niji_radiometry::Bytes;
 use niji_scene::Goal;
 use niji_scene::Preset;
 
+use crate::failure::Failure;
 use crate::output::Existing;
 use crate::progress::Verbosity;
 use crate::schema_flags::names;
@@ -19,6 +22,17 @@ pub(crate) struct Common {
     /// Replace files that exist.
     #[arg(long, global = true)]
     pub force: bool,
+    /// Read every output before it is called up to date, also those that look unchanged (same size, inode and
+    /// time of change).
+    #[arg(long, global = true)]
+    pub verify: bool,
+    /// Memory that the content of a file may take, and a picture, say 4GiB [default: half of the machine's].
+    #[arg(long, global = true, value_name = "SIZE", value_parser = memory)]
+    pub memory: Option<Bytes>,
+    /// Read files that a scene names in this folder only, for scenes of strangers; may be given several times.
+    /// Links and `..` do not lead out of it, and what the command line names is not meant.
+    #[arg(long, global = true, value_name = "DIR")]
+    pub sandbox: Vec<PathBuf>,
     /// Threads to use [default: all cores]; the result does not depend on it.
     #[arg(long, global = true, value_name = "N", value_parser = thread_count)]
     pub threads: Option<usize>,
@@ -65,6 +79,14 @@ impl Common {
         }
     }
 
+    /// Where files may lie that a scene names.
+    ///
+    /// # Errors
+    /// A folder that is missing.
+    pub(crate) fn sandbox(&self) -> Result<Sandbox, Failure> {
+        Ok(Sandbox::new(&self.sandbox)?)
+    }
+
     /// How stages are run.
     #[must_use]
     pub(crate) fn options(&self) -> StageOptions {
@@ -75,6 +97,7 @@ impl Common {
         };
         StageOptions {
             existing,
+            verifies: self.verify,
             verbosity: self.verbosity(),
         }
     }
@@ -87,6 +110,11 @@ fn thread_count(text: &str) -> Result<usize, String> {
             "found {text}, expected a number of threads from 1 to 1024"
         )),
     }
+}
+
+fn memory(text: &str) -> Result<Bytes, String> {
+    Bytes::parse(text)
+        .ok_or_else(|| format!("found {text}, expected KiB, MiB, GiB or TiB, say 4GiB"))
 }
 
 fn tolerance(text: &str) -> Result<f64, String> {

@@ -8,6 +8,7 @@ mod atmosphere;
 mod bow_curves;
 mod calibrate;
 mod check;
+mod checksums;
 mod choice_file;
 mod cli;
 mod composite;
@@ -51,10 +52,17 @@ use std::panic::Location;
 use std::process::ExitCode;
 
 use clap::Parser;
+use niji_radiometry::set_memory_limit;
 
 use crate::cli::Arguments;
 use crate::cli::Command;
 use crate::failure::Failure;
+
+/// Version of the program, and what it was built from.
+pub(crate) fn version() -> &'static str {
+    // In one piece: a test changes it in the program as other sources would.
+    std::hint::black_box(env!("NIJI_VERSION"))
+}
 
 /// Runs the program with a command line (its own name first) and returns its exit code.
 pub fn main_with(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
@@ -100,6 +108,10 @@ fn dispatch(arguments: &Arguments) -> Result<(), Failure> {
         let _ = rayon::ThreadPoolBuilder::new()
             .num_threads(n_threads)
             .build_global();
+    }
+    if let Some(limit) = common.memory {
+        // One that was set already (in tests) stays.
+        let _ = set_memory_limit(limit);
     }
     match &arguments.command {
         Command::Run(command) => run::execute(command, common),

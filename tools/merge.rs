@@ -13,6 +13,7 @@ use niji_geometry::PixelRegion;
 use niji_scene::Picture;
 use serde_json::Value;
 
+use crate::checksums;
 use crate::failure::Failure;
 use crate::flags::Common;
 use crate::output;
@@ -74,7 +75,12 @@ pub(crate) fn execute(command: &MergeCommand, common: &Common) -> Result<(), Fai
         let message = "its provenance does not say how the picture is shown, render it again";
         Failure::bad_input(first.path, message)
     })?;
-    write(&merged(&files, first)?, &shown, to)
+    write(&merged(&files, first)?, &shown, to)?;
+    // A run that asks for this picture finds it.
+    let request = first.picture.request_hash();
+    [to, &plain, &preview]
+        .into_iter()
+        .try_for_each(|path| checksums::note(path, &request))
 }
 
 impl<'a> TileFile<'a> {

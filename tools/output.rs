@@ -18,9 +18,11 @@ use std::sync::Mutex;
 use std::sync::MutexGuard;
 use std::sync::PoisonError;
 
+use niji_exchange::content_hash;
 use tempfile::Builder;
 use tempfile::NamedTempFile;
 
+use crate::checksums;
 use crate::failure::Failure;
 use crate::run::files::hash;
 
@@ -244,7 +246,11 @@ fn fill<E: std::fmt::Display>(
         .get_ref()
         .sync_data()
         .map_err(|error| error.to_string())?;
-    temporary.persist(path).map_err(|error| error.to_string())?;
+    let hash = content_hash(temporary.path()).map_err(|error| error.to_string())?;
+    let file = temporary.persist(path).map_err(|error| error.to_string())?;
+    // Renaming it has changed its time of change.
+    let written = file.metadata().map_err(|error| error.to_string())?;
+    checksums::keep(path, &written, hash);
     Ok(())
 }
 

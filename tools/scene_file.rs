@@ -6,7 +6,6 @@ use niji_picture::Choice;
 use niji_picture::Error;
 use niji_picture::PlanRequest;
 use niji_picture::PlannedScene;
-use niji_picture::scene_from_toml;
 use niji_scene::Goal;
 use niji_scene::LEAST_TOLERANCE;
 use niji_scene::Scene;
@@ -17,23 +16,23 @@ use crate::failure::Failure;
 use crate::flags::Common;
 use crate::shell_word::quoted;
 use crate::text_file;
+use crate::version;
 
 /// Reads a scene and makes its plan, with levels for what is asked of the picture, or as a choice says.
 ///
 /// # Errors
 /// A scene, a drop volume or a choice that is missing or wrong; a choice for something else.
 pub(crate) fn load(path: &Path, common: &Common) -> Result<PlannedScene, Failure> {
+    let scene = read(path, common)?;
     let Some(file) = &common.choice else {
-        return planned(read(path, common.goal())?, path, None);
+        return planned(scene, path, None);
     };
     let choice = choice_file::read(file)?;
-    let goal = common.goal();
-    let of_budget = choice.afforded.map(|it| it.tolerance);
-    let goal = Goal {
-        tolerance: goal.tolerance.or(of_budget),
-        ..goal
+    let scene = match choice.afforded {
+        Some(afforded) if common.tolerance.is_none() => at_tolerance(scene, afforded.tolerance),
+        _ => scene,
     };
-    let planned = planned(read(path, goal)?, path, Some(&choice))?;
+    let planned = planned(scene, path, Some(&choice))?;
     if planned.choice == choice {
         return Ok(planned);
     }
@@ -63,6 +62,15 @@ pub(crate) fn planned(
     planned_for(scene, path, request)
 }
 
+/// A scene whose picture has to keep a tolerance.
+pub(crate) fn at_tolerance(scene: Scene, tolerance: f64) -> Scene {
+    let goal = Goal {
+        preset: None,
+        tolerance: Some(tolerance),
+    };
+    goal.of(scene)
+}
+
 /// Makes the plan of a scene for another tolerance than that of `other`, whose measurements hold for both.
 ///
 /// # Errors
@@ -83,6 +91,7 @@ pub(crate) fn planned_beside(
 fn beside(path: &Path) -> PlanRequest<'_> {
     PlanRequest {
         folder: path.parent().unwrap_or(Path::new("")),
+        version: version(),
         ..PlanRequest::default()
     }
 }
@@ -98,17 +107,17 @@ fn planned_for(scene: Scene, path: &Path, request: PlanRequest) -> Result<Planne
 ///
 /// # Errors
 /// A scene that is missing or wrong.
-pub(crate) fn read(path: &Path, goal: Goal) -> Result<Scene, Failure> {
+pub(crate) fn read(path: &Path, common: &Common) -> Result<Scene, Failure> {
     let text = text_file::read(path)?;
-    parsed(&text, path, goal)
+    parsed(&text, path, common)
 }
 
 /// Reads the scene of a frame, whose text stands for that of the file `path`.
 ///
 /// # Errors
 /// As [`read`], and a scene of a photograph.
-pub(crate) fn frame_scene(text: &str, path: &Path, goal: Goal) -> Result<Scene, Failure> {
-    let scene = parsed(text, path, goal)?;
+pub(crate) fn frame_scene(text: &str, path: &Path, common: &Common) -> Result<Scene, Failure> {
+    let scene = parsed(text, path, common)?;
     if scene.photo.is_some() {
         let message = "a photograph is a single frame: its scene has no sequence";
         return Err(Failure::bad_input(path, message));
@@ -120,17 +129,18 @@ pub(crate) fn frame_scene(text: &str, path: &Path, goal: Goal) -> Result<Scene, 
 ///
 /// # Errors
 /// As [`load`] and [`frame_scene`].
-pub(crate) fn frame(text: &str, path: &Path, goal: Goal) -> Result<PlannedScene, Failure> {
+pub(crate) fn frame(text: &str, path: &Path, common: &Common) -> Result<PlannedScene, Failure> {
     let request = PlanRequest {
         is_frame: true,
         ..beside(path)
     };
-    planned_for(frame_scene(text, path, goal)?, path, request)
+    planned_for(frame_scene(text, path, common)?, path, request)
 }
 
 /// Reads the text of a scene.
-fn parsed(text: &str, path: &Path, goal: Goal) -> Result<Scene, Failure> {
-    let scene = scene_from_toml(text, beside(path).folder).map_err(|error| match error {
+fn parsed(text: &str, path: &Path, common: &Common) -> Result<Scene, Failure> {
+    let scene = common.sandbox()?.scene_from_toml(text, beside(path).folder);
+    let scene = scene.map_err(|error| match error {
         Error::SceneFile(SceneError::UnknownKey { key, .. }) if key == "ice" => Failure::bad_input(
             path,
             format!(
@@ -141,6 +151,7 @@ fn parsed(text: &str, path: &Path, goal: Goal) -> Result<Scene, Failure> {
         Error::SceneFile(error) => Failure::bad_input(path, error),
         error => error.into(),
     })?;
+    let goal = common.goal();
     keepable(goal)?;
     Ok(goal.of(scene))
 }

@@ -62,6 +62,7 @@ pub(crate) fn run_once(
 ) -> Result<(Vec<Done>, SpectralImage), Failure> {
     let options = StageOptions {
         existing: Existing::Replace,
+        verifies: false,
         verbosity: Verbosity::Quiet,
     };
     let done = run_stages(planned, folder, options)?.done;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use niji_picture::with_causes;
+use niji_picture::read_vdb;
 use niji_vdb::FloatTree;
 use niji_vdb::Grid;
 use niji_vdb::Leaf;
@@ -14,10 +14,7 @@ use super::measure::same_names;
 use crate::failure::Failure;
 
 pub(super) fn compare(reference: &Path, file: &Path) -> Result<Vec<Measure>, Failure> {
-    let read = |path: &Path| {
-        VdbFile::read(path).map_err(|error| Failure::bad_input(path, with_causes(&error)))
-    };
-    let (reference, found) = (read(reference)?, read(file)?);
+    let (reference, found) = (read_vdb(reference, |_| true)?, read_vdb(file, |_| true)?);
     let names = |file: &VdbFile| -> Vec<String> {
         file.grids.iter().map(|grid| grid.name.clone()).collect()
     };

@@ -80,7 +80,7 @@ pub(crate) fn execute(command: &DropsCommand, common: &Common) -> Result<(), Fai
         (Some(DropsSubcommand::Shape(shape)), None) => shape.source()?,
         (Some(DropsSubcommand::Mix(mix)), None) => mix.source()?,
         (None, Some(path)) => {
-            let scene = scene_file::read(path, common.goal())?;
+            let scene = scene_file::read(path, common)?;
             let is_file = || {
                 Failure::Usage("the scene names a drop volume, there is nothing to make".to_owned())
             };

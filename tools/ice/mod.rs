@@ -64,6 +64,8 @@ pub(crate) fn execute(command: &IceCommand, common: &Common) -> Result<(), Failu
 fn read(path: &Path, common: &Common) -> Result<IceScene, Failure> {
     let text = text_file::read(path)?;
     let mut scene = IceScene::from_toml(&text).map_err(|error| Failure::bad_input(path, error))?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    common.sandbox()?.check(&scene.files(), folder)?;
     if let Some(preset) = common.accuracy {
         scene.accuracy.transport = IceAccuracy::transport_of(preset);
     }

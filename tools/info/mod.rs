@@ -8,9 +8,8 @@ mod vdb;
 use std::path::PathBuf;
 
 use clap::Args;
-use niji_picture::with_causes;
+use niji_picture::read_vdb;
 use niji_radiometry::open_file;
-use niji_vdb::VdbFile;
 use serde_json::Value;
 
 use crate::failure::Failure;
@@ -64,8 +63,7 @@ pub(crate) fn execute(command: &InfoCommand, common: &Common) -> Result<(), Fail
     // A pipe would be waited for.
     open_file(path).map_err(|error| Failure::bad_input(path, error))?;
     let report = if is_vdb(path) {
-        let file =
-            VdbFile::read(path).map_err(|error| Failure::bad_input(path, with_causes(&error)))?;
+        let file = read_vdb(path, |_| true)?;
         if let Some(to) = &command.preview {
             preview::write(&file, (path, to), common.verbosity())?;
         }

@@ -1,5 +1,6 @@
 //! A picture in the time that there is: which tolerance its tables have, and what was left out for the time.
 
+use std::path::Path;
 use std::time::Instant;
 
 use niji_picture::Afforded;
@@ -8,11 +9,10 @@ use niji_picture::PlannedScene;
 use niji_picture::TOLERANCES;
 use niji_picture::table_seconds;
 use niji_render::Deadline;
-use niji_scene::Goal;
+use niji_scene::Scene;
 use niji_scene::Stage;
 
 use crate::failure::Failure;
-use crate::run::RunCommand;
 use crate::scene_file;
 use crate::stages::Done;
 
@@ -53,21 +53,15 @@ impl Budget {
     /// The scene with the finest tables that there is time for, or as in a run before with the same budget.
     pub(super) fn planned(
         &self,
-        command: &RunCommand,
+        scene: &Scene,
+        path: &Path,
         before: Option<&Choice>,
     ) -> Result<PlannedScene, Failure> {
-        let path = &command.scene;
-        let scene = |tolerance: f64| {
-            let goal = Goal {
-                preset: None,
-                tolerance: Some(tolerance),
-            };
-            scene_file::read(path, goal)
-        };
+        let scene = |tolerance: f64| scene_file::at_tolerance(scene.clone(), tolerance);
         let is_same = |it: &Afforded| it.budget_s == self.seconds;
         let same = before.and_then(|it| it.afforded).filter(is_same);
         if let Some(afforded) = same {
-            let planned = scene_file::planned(scene(afforded.tolerance)?, path, before)?;
+            let planned = scene_file::planned(scene(afforded.tolerance), path, before)?;
             if planned.choice.afforded.is_some() {
                 return Ok(planned);
             }
@@ -75,7 +69,7 @@ impl Budget {
         let clock = || self.elapsed_s();
         let allowed_s = || FOR_TABLES * (self.seconds - clock());
         let tried = |index: usize, other: Option<&PlannedScene>| {
-            let scene = scene(TOLERANCES[index])?;
+            let scene = scene(TOLERANCES[index]);
             let planned = scene_file::planned_beside(scene, path, other)?;
             let tables_s = table_seconds(&planned, &clock)?;
             Ok::<_, Failure>((planned, tables_s))

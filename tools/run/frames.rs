@@ -75,7 +75,7 @@ pub(super) fn execute(
     // What is wrong with the last frame is told before the first is made.
     for number in numbers() {
         let text = sequence.scene_text(number);
-        scene_file::frame_scene(&text, scene_file, common.goal())
+        scene_file::frame_scene(&text, scene_file, common)
             .map_err(|failure| failure.within(&format!("frame {number}")))?;
     }
     let verbosity = common.verbosity();
@@ -84,7 +84,7 @@ pub(super) fn execute(
     for number in numbers() {
         let in_frame = |failure: Failure| failure.within(&format!("frame {number}"));
         let text = sequence.scene_text(number);
-        let planned = scene_file::frame(&text, scene_file, common.goal()).map_err(in_frame)?;
+        let planned = scene_file::frame(&text, scene_file, common).map_err(in_frame)?;
         planned.check().map_err(Failure::from).map_err(in_frame)?;
         verbosity.say(format_args!("{:>11}  {number}", "frame"));
         for warning in planned

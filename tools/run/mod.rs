@@ -190,14 +190,14 @@ fn planned(
     if common.choice.is_some() {
         return scene_file::load(&command.scene, common);
     }
+    let scene = scene_file::read(&command.scene, common)?;
     if let Some(budget) = budget {
-        return budget.planned(command, before.as_ref());
+        return budget.planned(&scene, &command.scene, before.as_ref());
     }
     // Without a budget nothing is left out for one.
     if let Some(before) = &mut before {
         before.afforded = None;
     }
-    let scene = scene_file::read(&command.scene, common.goal())?;
     scene_file::planned(scene, &command.scene, before.as_ref())
 }
 

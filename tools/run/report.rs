@@ -13,6 +13,7 @@ use crate::run::frames::FrameDone;
 use crate::stages::Done;
 use crate::stages::accuracy::Cheaper;
 use crate::stages::accuracy::Reached;
+use crate::version;
 use niji_picture::PlannedScene;
 
 /// Name of the file in the folder of a run.
@@ -25,7 +26,7 @@ pub(super) fn json(
     (reached, cheaper): (Option<&Reached>, &[Cheaper]),
 ) -> Value {
     json!({
-        "version": env!("CARGO_PKG_VERSION"),
+        "version": version(),
         "command": arguments(),
         "scene": planned.scene,
         "plan": planned.plan,
@@ -40,7 +41,7 @@ pub(super) fn json(
 pub(super) fn of_frames(frames: &[FrameDone]) -> Value {
     let stages = frames.iter().flat_map(|frame| &frame.stages);
     json!({
-        "version": env!("CARGO_PKG_VERSION"),
+        "version": version(),
         "command": arguments(),
         "frames": frames,
         "seconds": stages.map(|done| done.seconds).sum::<f64>(),

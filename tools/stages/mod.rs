@@ -1,8 +1,8 @@
 //! The stages, as `niji run` and the stage commands share them.
 //!
 //! A stage is a function from settings and input files to output files. What it makes depends on
-//! nothing else, so a chain by hand gives the bytes of a run, and a file whose request hash still fits
-//! is kept.
+//! nothing else, so a chain by hand gives the bytes of a run, and a file that was made for this request and is
+//! unchanged is kept.
 
 pub(crate) mod accuracy;
 pub(crate) mod airy;
@@ -20,16 +20,10 @@ pub(crate) mod tile;
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::io;
 use std::path::Path;
-use std::path::PathBuf;
-use std::sync::Mutex;
-use std::sync::PoisonError;
 use std::time::Instant;
-use std::time::SystemTime;
 
 use niji_exchange::Provenance;
-use niji_exchange::content_hash;
 use niji_exchange::read_provenance;
 use niji_geometry::mesh_buffers;
 use niji_render::Spent;
@@ -37,16 +31,21 @@ use niji_vdb::VdbHeader;
 use serde::Deserialize;
 use serde::Serialize;
 
+use crate::checksums;
+use crate::checksums::hash_once;
 use crate::failure::Failure;
 use crate::output;
 use crate::output::Existing;
 use crate::progress::Verbosity;
+use crate::version;
 
 /// How a stage is run.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct StageOptions {
     /// What to do with outputs that exist.
     pub existing: Existing,
+    /// Whether outputs that look unchanged are read all the same.
+    pub verifies: bool,
     /// How much to say.
     pub verbosity: Verbosity,
 }
@@ -93,19 +92,25 @@ pub(crate) fn perform(
     let start = Instant::now();
     // Before they are opened: that alone would wait for the other end of a pipe.
     (request.outputs.iter()).try_for_each(|path| output::check_regular(path))?;
-    let provenance = provenance(request)?;
-    let up_to_date = fits(request, &provenance);
+    let made_for = provenance(request)?;
+    let hash = made_for.request_hash();
+    let fits = |path: &&Path| checksums::fits(path, &hash, options.verifies);
+    let up_to_date = request.outputs.iter().all(fits);
     if !up_to_date {
         output::check_distinct(&request.outputs)?;
         for path in &request.outputs {
             // What an interrupted run left is written again.
-            let is_own = stored_provenance(path).as_ref() == Some(&provenance);
+            let is_own = stored_provenance(path).as_ref() == Some(&made_for);
             if !is_own {
                 check_readable(path, options.existing)?;
                 output::check_free(path, options.existing)?;
             }
         }
-        make(provenance)?;
+        make(made_for.clone())?;
+        // Of inputs that changed meanwhile nobody knows what it was made from.
+        if provenance(request)? == made_for {
+            (request.outputs.iter()).try_for_each(|path| checksums::note(path, &hash))?;
+        }
     }
     let files = request
         .outputs
@@ -131,46 +136,28 @@ pub(crate) fn perform(
 fn provenance(request: &Request) -> Result<Provenance, Failure> {
     let mut inputs = BTreeMap::new();
     for (role, path) in &request.inputs {
-        let hash = hash_once(path).map_err(|error| Failure::bad_input(path, error))?;
-        inputs.insert((*role).to_owned(), hash);
-        let buffers = mesh_buffers(path).map_err(|error| Failure::bad_input(path, error))?;
-        for (index, buffer) in buffers.iter().enumerate() {
-            let hash = hash_once(buffer).map_err(|error| Failure::bad_input(buffer, error))?;
-            inputs.insert(format!("{role}.buffer.{index}"), hash);
-        }
+        inputs.extend(hashed(role, path)?);
     }
     Ok(Provenance {
         tool: format!("niji {}", request.stage),
-        version: env!("CARGO_PKG_VERSION").to_owned(),
+        version: version().to_owned(),
         settings: request.settings.clone(),
         inputs,
     })
 }
 
-/// Content hashes of files by name, length and time of the last change.
-type Hashes = BTreeMap<(PathBuf, u64, SystemTime), String>;
-
-/// Files that were read already: the frames of a sequence share theirs.
-static HASHES: Mutex<Hashes> = Mutex::new(Hashes::new());
-
-fn hash_once(path: &Path) -> io::Result<String> {
-    let metadata = fs::metadata(path)?;
-    let key = (path.to_owned(), metadata.len(), metadata.modified()?);
-    let mut hashes = HASHES.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some(hash) = hashes.get(&key) {
-        return Ok(hash.clone());
+/// Content hashes of an input file and of the files that it names, by role.
+///
+/// # Errors
+/// A file that cannot be read.
+pub(crate) fn hashed(role: &str, path: &Path) -> Result<Vec<(String, String)>, Failure> {
+    let hash = |path: &Path| hash_once(path).map_err(|error| Failure::bad_input(path, error));
+    let mut hashes = vec![(role.to_owned(), hash(path)?)];
+    let buffers = mesh_buffers(path).map_err(|error| Failure::bad_input(path, error))?;
+    for (index, buffer) in buffers.iter().enumerate() {
+        hashes.push((format!("{role}.buffer.{index}"), hash(buffer)?));
     }
-    let hash = content_hash(path)?;
-    hashes.insert(key, hash.clone());
-    Ok(hash)
-}
-
-/// Are all outputs there, made for this very request as far as they can tell?
-fn fits(request: &Request, provenance: &Provenance) -> bool {
-    let is_own = |path: &Path| stored_provenance(path).as_ref() == Some(provenance);
-    let fits = |path: &Path| path.is_file() && (is_plot(path) || is_own(path));
-    // The main one tells whatever its name is.
-    is_own(request.outputs[0]) && request.outputs.iter().all(|path| fits(path))
+    Ok(hashes)
 }
 
 /// Is it a drawing, which has no place for a provenance?

@@ -244,9 +244,9 @@ fn refusal(error: &niji_render::Error, inputs: Inputs) -> Failure {
         (None, niji_render::Error::SurfaceShape { .. }, Some(depth)) => {
             Failure::bad_input(&depth.path, error)
         }
-        (None, niji_render::Error::Memory { .. }, _) => {
-            Failure::Failed(format!("{error} (`niji render --tiles` or `--region`)"))
-        }
+        (None, niji_render::Error::Memory { .. }, _) => Failure::Failed(format!(
+            "{error} (`niji render --tiles` or `--region`, or more `--memory`)"
+        )),
         (None, _, _) => Failure::bad_input(inputs.table.unwrap_or(inputs.drops), error),
     }
 }

@@ -73,7 +73,7 @@ pub(crate) fn execute(command: &SweepCommand, common: &Common) -> Result<(), Fai
     let cannot = |error: std::io::Error| Failure::Failed(format!("{}: {error}", folder.display()));
     let runs = folder.join(RUNS);
     fs::create_dir_all(&runs).map_err(cannot)?;
-    let scene = scene_file::read(&command.scene, common.goal())?;
+    let scene = scene_file::read(&command.scene, common)?;
     let planned = scene_file::planned(scene.clone(), &command.scene, None)?;
     planned.check_light()?;
     let variants = variants(&planned);
@@ -85,7 +85,11 @@ pub(crate) fn execute(command: &SweepCommand, common: &Common) -> Result<(), Fai
         };
         planned.replanned(scene)
     };
-    let mut runs = Runs::new(&runs, &with(of_preset(&scene, Preset::Reference))?)?;
+    let mut runs = Runs::new(
+        &runs,
+        options.verifies,
+        &with(of_preset(&scene, Preset::Reference))?,
+    )?;
     bar.inc(1);
     let mut points = Vec::new();
     for variant in &variants {

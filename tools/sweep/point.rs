@@ -13,13 +13,16 @@ use serde::Serialize;
 
 use super::Variant;
 use super::picture_distance::picture_distance;
+use crate::checksums;
 use crate::failure::Failure;
 use crate::output;
 use crate::peak_memory::PeakMemory;
 use crate::run::files::hash;
+use crate::stages;
 use crate::timed_run::relative_rmse;
 use crate::timed_run::rounded;
 use crate::timed_run::timed_run;
+use crate::version;
 use niji_picture::PlannedScene;
 
 /// A point of the plane of error and time.
@@ -60,6 +63,8 @@ struct Cost {
 /// The runs of a sweep.
 pub(super) struct Runs {
     folder: PathBuf,
+    /// Whether runs that look unchanged are read all the same.
+    verifies: bool,
     /// Names of those that were made or found.
     names: Vec<String>,
     reference: SpectralImage,
@@ -69,10 +74,15 @@ pub(super) struct Runs {
 
 impl Runs {
     /// Keeps runs in a folder, and makes the reference.
-    pub(super) fn new(folder: &Path, reference: &PlannedScene) -> Result<Self, Failure> {
-        let (name, _, image) = run(folder, reference)?;
+    pub(super) fn new(
+        folder: &Path,
+        verifies: bool,
+        reference: &PlannedScene,
+    ) -> Result<Self, Failure> {
+        let (name, _, image) = run((folder, verifies), reference)?;
         Ok(Self {
             folder: folder.to_owned(),
+            verifies,
             names: vec![name],
             best: image.clone(),
             reference: image,
@@ -85,7 +95,7 @@ impl Runs {
         variant: &Variant,
         planned: &PlannedScene,
     ) -> Result<Point, Failure> {
-        let (name, cost, image) = run(&self.folder, planned)?;
+        let (name, cost, image) = run((&self.folder, self.verifies), planned)?;
         self.names.push(name.clone());
         let exposure_ev = planned.scene.picture.exposure_ev;
         let distance = picture_distance(&image, &self.reference, exposure_ev);
@@ -144,8 +154,7 @@ impl Runs {
                 cost_file(&self.folder, name),
             ];
             for path in kept.into_iter().chain([self.map(name), self.picture(name)]) {
-                // What cannot be removed does no harm.
-                let _ = fs::remove_file(path);
+                checksums::remove(&path);
             }
         }
         let _ = fs::remove_dir(&self.folder);
@@ -161,13 +170,17 @@ fn cost_file(folder: &Path, run: &str) -> PathBuf {
 }
 
 /// Name, cost and picture of a plan that is run from nothing, or was before.
-fn run(folder: &Path, planned: &PlannedScene) -> Result<(String, Cost, SpectralImage), Failure> {
-    let scene = canonical_json(&planned.scene);
-    let levels = canonical_json(&planned.plan.levels);
-    let name = hash(format!("{} {scene} {levels}", env!("CARGO_PKG_VERSION")));
+fn run(
+    (folder, verifies): (&Path, bool),
+    planned: &PlannedScene,
+) -> Result<(String, Cost, SpectralImage), Failure> {
+    let request = request(planned)?;
+    let name = hash(request.clone());
     let (image_path, cost_path) = (image_file(folder, &name), cost_file(folder, &name));
+    let is_kept = |path: &PathBuf| checksums::fits(path, &request, verifies);
     // The cost is written last.
-    if let Ok(text) = fs::read_to_string(&cost_path)
+    if [&cost_path, &image_path].into_iter().all(is_kept)
+        && let Ok(text) = fs::read_to_string(&cost_path)
         && let Ok(cost) = serde_json::from_str(&text)
         && let Ok(image) = SpectralImage::read_spectral(&image_path)
     {
@@ -181,5 +194,24 @@ fn run(folder: &Path, planned: &PlannedScene) -> Result<(String, Cost, SpectralI
     };
     output::write_file(&image_path, |writer| image.write_spectral(writer))?;
     output::write_file(&cost_path, |writer| serde_json::to_writer(writer, &cost))?;
+    [&image_path, &cost_path]
+        .into_iter()
+        .try_for_each(|path| checksums::note(path, &request))?;
     Ok((name, cost, image))
+}
+
+/// All that a run depends on.
+fn request(planned: &PlannedScene) -> Result<String, Failure> {
+    let scene = canonical_json(&planned.scene);
+    let levels = canonical_json(&planned.plan.levels);
+    let mut provenance = Provenance {
+        version: version().to_owned(),
+        settings: format!("{scene} {levels}"),
+        ..Provenance::default()
+    };
+    for file in planned.scene.files() {
+        let path = planned.folder.join(file);
+        provenance.inputs.extend(stages::hashed(file, &path)?);
+    }
+    Ok(provenance.request_hash())
 }

@@ -13,8 +13,8 @@ pub enum Error {
     Damaged(String),
     /// The header promises more than the file can hold.
     #[error(
-        "the header promises pixels that need at least {needed_bytes} bytes, found a file of \
-         {file_bytes} bytes: it is truncated or damaged, make it again"
+        "the header promises pixels that need at least {}, found a file of {}: it is truncated or damaged, \
+         make it again", Bytes(*needed_bytes), Bytes(u128::from(*file_bytes))
     )]
     TooLarge {
         /// Fewest bytes that the promised pixels can take in a file.
@@ -22,11 +22,13 @@ pub enum Error {
         /// Length of the file.
         file_bytes: u64,
     },
-    /// More pixels than this machine can hold.
-    #[error("found no memory for {needed} of pixels")]
+    /// More pixels than may be held.
+    #[error("found {needed} of pixels, expected at most {limit}, or there is no memory for them")]
     Memory {
         /// Size of the pixels.
         needed: Bytes,
+        /// Size that they may have.
+        limit: Bytes,
     },
     /// A sound EXR file of a kind that is not read here.
     #[error("found {found}, expected {expected}")]

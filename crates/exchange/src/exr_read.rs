@@ -164,8 +164,9 @@ fn check_memory(headers: &[Header]) -> Result<(), Error> {
         n_channels * header.layer_size.area() as u128
     };
     let needed = Bytes(4 * headers.iter().map(n_samples).sum::<u128>());
-    if needed > memory_limit() {
-        return Err(Error::Memory { needed });
+    let limit = memory_limit();
+    if needed > limit {
+        return Err(Error::Memory { needed, limit });
     }
     Ok(())
 }
@@ -254,7 +255,10 @@ impl Page {
             let mut samples = Vec::new();
             samples
                 .try_reserve_exact(n_samples)
-                .map_err(|_| Error::Memory { needed })?;
+                .map_err(|_| Error::Memory {
+                    needed,
+                    limit: memory_limit(),
+                })?;
             channels.push(samples);
         }
         Ok(Self {

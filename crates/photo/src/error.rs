@@ -20,8 +20,8 @@ pub enum Error {
     Damaged(String),
     /// The header promises more than is read here, or more than the file can hold.
     #[error(
-        "the header promises {width} x {height} pixels, found a file of {file_bytes} bytes, expected \
-         at most {most} pixels"
+        "the header promises {width} x {height} pixels, found a file of {}, expected at most {most} pixels",
+        Bytes(u128::from(*file_bytes))
     )]
     TooLarge {
         /// Promised width.
@@ -35,8 +35,8 @@ pub enum Error {
     },
     /// A picture that does not fit into memory.
     #[error(
-        "the header promises a picture that takes {needed} of memory, expected at most {limit}, half of what \
-         there is: make it smaller"
+        "the header promises a picture that takes {needed} of memory, expected at most {limit}: make \
+         it smaller"
     )]
     Memory {
         /// Memory that its pixels take.

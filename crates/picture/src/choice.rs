@@ -1,5 +1,7 @@
 //! What a plan decided and what was measured for it, kept so that nobody measures it again.
 
+use std::collections::BTreeMap;
+
 use niji_exchange::Provenance;
 use niji_scene::Foretold;
 use niji_scene::Plan;
@@ -43,12 +45,18 @@ impl Choice {
     }
 }
 
-/// What a choice is made for; `drops` tells where which drops are.
-pub(crate) fn request(scene: &Scene, drops: &str, foretold: &Foretold) -> String {
+/// What a choice is made for, by a version of the program from files of drops; `drops` tells where which drops are.
+pub(crate) fn request(
+    (version, files): (&str, &BTreeMap<String, String>),
+    scene: &Scene,
+    drops: &str,
+    foretold: &Foretold,
+) -> String {
     let on: Vec<&str> = foretold.on.iter().map(|effect| effect.name()).collect();
     let provenance = Provenance {
-        version: env!("CARGO_PKG_VERSION").to_owned(),
+        version: version.to_owned(),
         settings: canonical_json(&(scene, drops, on, foretold.further_orders)),
+        inputs: files.clone(),
         ..Provenance::default()
     };
     provenance.request_hash()

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use niji_dropfield::DropVolume;
 use niji_droplets::Shape;
+use niji_radiometry::memory_limit;
 use niji_scene::DropSource;
 use niji_scene::DropSummary;
 use niji_scene::Drops;
@@ -157,7 +158,7 @@ impl VolumePart {
         match self {
             Self::Shape(shape) => shape.volume().map_err(Error::Drops),
             Self::Density(path, density) => {
-                let file = VdbFile::read(path).map_err(|error| bad_vdb(path, &error))?;
+                let file = read_vdb(path, |_| true)?;
                 let volume = DropVolume::from_density(&file, &density.grid, &density.import());
                 volume.map_err(|error| Error::file(path, with_causes(&error)))
             }
@@ -191,7 +192,7 @@ impl VolumePart {
 /// some of what it holds.
 pub fn read_drops(path: &Path) -> Result<DropVolume, Error> {
     let is_read = |grid: &GridHeader| DropVolume::reads_grid(&grid.name);
-    let file = VdbFile::read_grids(path, is_read).map_err(|error| bad_vdb(path, &error))?;
+    let file = read_vdb(path, is_read)?;
     DropVolume::from_vdb(&file).map_err(|error| match error {
         niji_dropfield::Error::MissingGrid { ref expected, .. } => no_drops(path, expected),
         _ => Error::file(path, with_causes(&error)),
@@ -200,9 +201,9 @@ pub fn read_drops(path: &Path) -> Result<DropVolume, Error> {
 
 /// What a file holds instead of drops.
 fn no_drops(path: &Path, expected: &str) -> Error {
-    let file = match VdbFile::read(path) {
+    let file = match read_vdb(path, |_| true) {
         Ok(file) => file,
-        Err(error) => return bad_vdb(path, &error),
+        Err(error) => return error,
     };
     let name = |grid: &Grid| grid.name.clone();
     let densities = file.grids.iter().filter(|grid| is_density(grid));
@@ -219,6 +220,12 @@ fn is_density(grid: &Grid) -> bool {
     grid.class != LEVEL_SET && !matches!(grid.tree, Tree::Vec3s(_))
 }
 
-fn bad_vdb(path: &Path, error: &niji_vdb::Error) -> Error {
-    Error::file(path, with_causes(error))
+/// Reads the grids of a VDB file that are wanted, in as much memory as the content of a file may take.
+///
+/// # Errors
+/// A missing or damaged file, or one that needs more memory.
+pub fn read_vdb(path: &Path, wanted: impl Fn(&GridHeader) -> bool) -> Result<VdbFile, Error> {
+    let most_bytes = u64::try_from(memory_limit().0).unwrap_or(u64::MAX);
+    let file = VdbFile::read_within(path, most_bytes, wanted);
+    file.map_err(|error| Error::file(path, with_causes(&error)))
 }

@@ -19,6 +19,7 @@ use crate::error::Error;
 use crate::photo_depth::photo_camera;
 use crate::photo_depth::pinhole;
 use crate::photo_depth::read_photo;
+use crate::sandbox::Sandbox;
 
 /// Standard error of a pick, pixels.
 pub const PICK_ERROR_PX: f64 = 1.0;
@@ -98,10 +99,11 @@ impl PickedSuns {
 /// # Errors
 /// The first thing that is wrong with the scene; a photograph that cannot be read; picks that no sun explains.
 pub fn scene_from_toml(text: &str, folder: &Path) -> Result<Scene, Error> {
-    Scene::from_toml_with_picks(text, |scene| picked_sun(scene, folder))
+    Sandbox::default().scene_from_toml(text, folder)
 }
 
-fn picked_sun(scene: &Scene, folder: &Path) -> Result<SunPosition, Error> {
+/// The sun by picks in the photograph of a scene.
+pub(crate) fn picked_sun(scene: &Scene, folder: &Path) -> Result<SunPosition, Error> {
     let section = scene.photo.as_ref();
     let section = section.ok_or_else(|| Error::NoSun("no photograph to pick in".to_owned()))?;
     let photo = read_photo(&folder.join(&section.picture))?;

@@ -1,5 +1,6 @@
 //! A scene with what it calls for, and its parts made one by one.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 use std::path::PathBuf;
@@ -11,6 +12,7 @@ use niji_exchange::AtmosphereTable;
 use niji_exchange::Provenance;
 use niji_exchange::ScatteringTable;
 use niji_exchange::SpectralImage;
+use niji_exchange::content_hash;
 use niji_photo::ClusterCount;
 use niji_render::Surfaces;
 use niji_render::ask_for_memory;
@@ -77,6 +79,8 @@ pub struct PlanRequest<'a> {
     pub folder: &'a Path,
     /// Whether it is a frame of a sequence: what it needs is rounded, so that other frames need the same.
     pub is_frame: bool,
+    /// The program that asks, as far as it decides on results: what another one decided is not taken.
+    pub version: &'a str,
     /// What was decided before: taken where it is of this very request, so that nothing is measured.
     pub choice: Option<&'a Choice>,
     /// What was decided for the same scene at another tolerance: what was measured for it is not measured again.
@@ -89,10 +93,29 @@ impl Default for PlanRequest<'_> {
         Self {
             folder: Path::new(""),
             is_frame: false,
+            version: env!("CARGO_PKG_VERSION"),
             choice: None,
             measured: None,
         }
     }
+}
+
+/// What the drops of a scene whose files lie in `folder` come from.
+fn source_of(scene: &Scene, folder: &Path) -> Option<VolumeSource> {
+    let file = || scene.drops.file().map(|file| folder.join(file));
+    VolumeSource::of(&scene.drops, folder)
+        .or_else(|| Some(VolumeSource::only(VolumePart::Volume(file()?))))
+}
+
+/// SHA-256 of the files of its drops by role.
+fn drop_hashes(scene: &Scene, folder: &Path) -> Result<BTreeMap<String, String>, Error> {
+    let source = source_of(scene, folder);
+    let files = source.iter().flat_map(VolumeSource::inputs);
+    let hashes = files.map(|(role, path)| {
+        let hash = content_hash(path).map_err(|error| Error::file(path, error))?;
+        Ok((role, hash))
+    });
+    hashes.collect()
 }
 
 /// Figures of the drops of a scene; files are read.
@@ -104,9 +127,7 @@ fn drops_of(scene: &Scene, request: PlanRequest) -> Result<Option<DropSummary>, 
             drops
         }
     };
-    let file = scene.drops.file().map(|file| request.folder.join(file));
-    let file = file.map(|file| VolumeSource::only(VolumePart::Volume(file)));
-    let source = VolumeSource::of(&scene.drops, request.folder).or(file);
+    let source = source_of(scene, request.folder);
     source.map_or(Ok(None), |source| source.summary(of_file))
 }
 
@@ -151,8 +172,13 @@ impl PlannedScene {
         let mut afforded = None;
         let mut is_known = !measures;
         let of_drops = format!("{drops:?}");
+        let files = if measures {
+            drop_hashes(&scene, folder)?
+        } else {
+            BTreeMap::new()
+        };
         let look = |foretold: &Foretold| {
-            key = choice::request(&scene, &of_drops, foretold);
+            key = choice::request((request.version, &files), &scene, &of_drops, foretold);
             if let Some(choice) = request.choice.filter(|choice| choice.request == key) {
                 (seen, is_known) = (choice.seen.clone(), true);
                 afforded = choice.afforded;
@@ -372,11 +398,7 @@ impl PlannedScene {
         if let Some(error) = &self.plan.table_refused {
             return Err(Error::Scattering(error.clone()));
         }
-        let (photo, occluders) = (self.scene.photo.iter(), self.scene.occluders.iter());
-        let of_photo = photo.flat_map(|it| [&it.layers, &it.labels].into_iter().flatten());
-        let maps = occluders.clone().filter_map(|it| it.depth.as_ref());
-        let meshes = occluders.flat_map(|it| it.meshes.iter().map(|mesh| &mesh.file));
-        for file in of_photo.chain(maps).chain(meshes) {
+        for file in self.scene.files() {
             let path = self.folder.join(file);
             fs::metadata(&path).map_err(|error| Error::file(&path, error))?;
         }

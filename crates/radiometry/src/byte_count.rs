@@ -24,6 +24,15 @@ impl Bytes {
     pub fn of(count: f64) -> Self {
         Self(count as u128)
     }
+
+    /// The number that a text says, `4 GiB` or `1.5MiB`; `None` for any other.
+    #[must_use]
+    pub fn parse(text: &str) -> Option<Self> {
+        let text = text.trim();
+        let (unit, power) = UNITS.into_iter().find(|(unit, _)| text.ends_with(unit))?;
+        let amount: f64 = text.strip_suffix(unit)?.trim_end().parse().ok()?;
+        (amount.is_finite() && amount >= 0.0).then(|| Self::of(amount * 2_f64.powi(power as i32)))
+    }
 }
 
 impl fmt::Display for Bytes {
@@ -56,6 +65,31 @@ mod tests {
             (u128::MAX, "309485009821345068724781056 TiB"),
         ] {
             assert_eq!(Bytes(bytes).to_string(), text);
+        }
+    }
+
+    #[test]
+    fn numbers_are_read_as_they_are_shown() {
+        for (text, bytes) in [
+            ("4 GiB", 4 << 30),
+            ("1.5MiB", 3 << 19),
+            (" 0 KiB ", 0),
+            ("2TiB", 2 << 40),
+        ] {
+            assert_eq!(Bytes::parse(text), Some(Bytes(bytes)), "{text}");
+        }
+        for text in [
+            "",
+            "4",
+            "GiB",
+            "4 GB",
+            "-1 GiB",
+            "nan KiB",
+            "infGiB",
+            "4 Gib",
+            "1e400 KiB",
+        ] {
+            assert_eq!(Bytes::parse(text), None, "{text}");
         }
     }
 

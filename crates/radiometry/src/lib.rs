@@ -48,6 +48,7 @@ pub use crate::error::Error;
 pub use crate::gauss_legendre::gauss_legendre;
 pub use crate::iapws_r9_97::water_refractive_index;
 pub use crate::memory_limit::memory_limit;
+pub use crate::memory_limit::set_memory_limit;
 pub use crate::moonlight::moon_over_sun;
 pub use crate::open_file::open_file;
 pub use crate::quan_fry::sea_water_refractive_index;

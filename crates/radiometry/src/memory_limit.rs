@@ -1,4 +1,4 @@
-//! How much memory the content of one file may take.
+//! How much memory the content of one file may take, and a picture.
 //!
 //! limit = min(memory of the machine, of its control group, address space of the process)/2
 //! A header can promise anything: what it promises is held against this before memory is asked for, because a
@@ -13,9 +13,19 @@ use crate::byte_count::Bytes;
 /// Limit where the system does not say how much memory it has.
 const UNKNOWN: u128 = 4 << 30;
 
-/// Half of the memory that this process can have.
+/// The limit, once it was set or asked for.
+static LIMIT: OnceLock<Bytes> = OnceLock::new();
+
+/// Sets the limit for good.
+///
+/// # Errors
+/// The limit that stands already.
+pub fn set_memory_limit(limit: Bytes) -> Result<(), Bytes> {
+    LIMIT.set(limit).map_err(|_| memory_limit())
+}
+
+/// The limit: as it was set, or half of the memory that this process can have.
 pub fn memory_limit() -> Bytes {
-    static LIMIT: OnceLock<Bytes> = OnceLock::new();
     *LIMIT.get_or_init(|| {
         let read = |path: &str| fs::read_to_string(path).unwrap_or_default();
         let machine = number_after(&read("/proc/meminfo"), "MemTotal:").map(|kib| kib << 10);
@@ -42,6 +52,9 @@ mod tests {
         assert_eq!(number_after(text, "MemTotal:"), Some(24));
         assert_eq!(number_after(text, "Max address space"), None);
         assert_eq!(number_after("", "MemTotal:"), None);
-        assert!(memory_limit() > Bytes(1 << 20));
+        let limit = memory_limit();
+        assert!(limit > Bytes(1 << 20));
+        assert_eq!(set_memory_limit(Bytes(1)), Err(limit));
+        assert_eq!(memory_limit(), limit);
     }
 }

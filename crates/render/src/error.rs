@@ -15,7 +15,7 @@ pub enum Error {
     Region(niji_geometry::Error),
     /// The picture does not fit into memory.
     #[error(
-        "a picture of {} x {} pixels needs {}, which cannot be had: render fewer \
+        "a picture of {} x {} pixels needs {}, which cannot be had (at most {limit}): render fewer \
          pixels, or a part of them at a time", size_px.0, size_px.1, Bytes(u128::from(*bytes))
     )]
     Memory {
@@ -23,6 +23,8 @@ pub enum Error {
         size_px: (u32, u32),
         /// What its arrays take.
         bytes: u64,
+        /// What they may take.
+        limit: Bytes,
     },
     /// The direction towards the sun is not a unit vector.
     #[error("found a sun direction {found:?}, expected a unit vector towards the sun")]

@@ -6,7 +6,9 @@ use niji_exchange::ScatteringTable;
 use niji_geometry::Aabb;
 use niji_geometry::Camera;
 use niji_geometry::PixelRegion;
+use niji_radiometry::Bytes;
 use niji_radiometry::WavelengthGrid;
+use niji_radiometry::memory_limit;
 
 use crate::air::MAX_CONSTITUENTS;
 use crate::effects::RenderEffects;
@@ -441,11 +443,20 @@ fn is_axis(values: &[f64]) -> bool {
 /// Asks for the memory of a picture of this width and height, and gives it back.
 ///
 /// # Errors
-/// [`Error::Memory`] if it cannot be had.
+/// [`Error::Memory`] if it is more than may be taken, or cannot be had.
 pub fn ask_for_memory(size_px: (u32, u32), bytes: u64) -> Result<(), Error> {
+    let limit = memory_limit();
+    let refused = Error::Memory {
+        size_px,
+        bytes,
+        limit,
+    };
+    if Bytes(bytes.into()) > limit {
+        return Err(refused);
+    }
     let mut asked: Vec<u8> = Vec::new();
     let answer = asked.try_reserve_exact(usize::try_from(bytes).unwrap_or(usize::MAX));
     // Else a compiler may leave the question out.
     std::hint::black_box(&asked);
-    answer.map_err(|_| Error::Memory { size_px, bytes })
+    answer.map_err(|_| refused)
 }

@@ -340,7 +340,7 @@ fn a_picture_larger_than_any_memory_is_refused_before_a_ray_is_followed() {
             region: region(0, 0, side_px, side_px),
             ..*whole
         };
-        let Err(Error::Memory { size_px, bytes }) = render(&huge, &|_| ()) else {
+        let Err(Error::Memory { size_px, bytes, .. }) = render(&huge, &|_| ()) else {
             panic!("expected a refusal");
         };
         assert_eq!(size_px, (side_px, side_px));

@@ -29,6 +29,7 @@ mod effect_facts;
 mod effect_switches;
 mod error;
 mod figures;
+mod files;
 mod ice_scene;
 mod levels_for_tolerance;
 mod moment;

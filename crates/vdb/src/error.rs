@@ -53,9 +53,10 @@ pub enum Error {
         /// What was found and what was expected.
         what: String,
     },
-    /// The decoded volume would need more memory than a sound file of this length can describe.
+    /// The decoded volume would need more memory than a sound file of this length can describe, or than may be used.
     #[error(
-        "decoding needs more than {limit} bytes, the most a sound file of this length can need"
+        "decoding needs more than {:.2} MiB, the most that may be used, or that a sound file of this length can need",
+        *limit as f64 / 1_048_576.0
     )]
     TooLarge {
         /// The limit in bytes.

@@ -182,8 +182,22 @@ impl VdbFile {
     /// # Errors
     /// As for [`VdbFile::read`].
     pub fn read_grids(path: &Path, wanted: impl Fn(&GridHeader) -> bool) -> Result<Self, Error> {
+        Self::read_within(path, u64::MAX, wanted)
+    }
+
+    /// The same in so much memory at most, however long the file is.
+    ///
+    /// # Errors
+    /// As for [`VdbFile::read`].
+    pub fn read_within(
+        path: &Path,
+        most_bytes: u64,
+        wanted: impl Fn(&GridHeader) -> bool,
+    ) -> Result<Self, Error> {
         let (file, length) = open(path)?;
-        Archive::open(file, length)?.grids(wanted)
+        let mut archive = Archive::open(file, length)?;
+        archive.limit_memory(most_bytes);
+        archive.grids(wanted)
     }
 
     /// Read a file that lies in memory.

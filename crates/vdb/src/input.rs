@@ -53,6 +53,7 @@ pub(crate) struct Input<R> {
     end: usize,
     position: u64,
     length: u64,
+    memory_limit: u64,
     memory_left: u64,
 }
 
@@ -60,7 +61,7 @@ impl<R: Read + Seek> Input<R> {
     /// A stream of `length` bytes.
     pub(crate) fn new(source: R, length: u64) -> Self {
         let buffer = Vec::new();
-        let memory_left = memory_limit(length);
+        let memory_limit = memory_limit(length);
         Self {
             source,
             buffer,
@@ -68,13 +69,20 @@ impl<R: Read + Seek> Input<R> {
             end: 0,
             position: 0,
             length,
-            memory_left,
+            memory_limit,
+            memory_left: memory_limit,
         }
+    }
+
+    /// Use no more memory than this.
+    pub(crate) fn limit_memory(&mut self, most_bytes: u64) {
+        self.memory_limit = self.memory_limit.min(most_bytes);
+        self.memory_left = self.memory_left.min(most_bytes);
     }
 
     /// Account for memory that is about to be allocated.
     pub(crate) fn charge(&mut self, n_bytes: u64) -> Result<(), Error> {
-        let limit = memory_limit(self.length);
+        let limit = self.memory_limit;
         let left = self.memory_left.checked_sub(n_bytes);
         self.memory_left = left.ok_or(Error::TooLarge { limit })?;
         Ok(())

@@ -105,6 +105,11 @@ impl<R: Read + Seek> Archive<R> {
         })
     }
 
+    /// Use no more memory than this.
+    pub(crate) fn limit_memory(&mut self, most_bytes: u64) {
+        self.input.limit_memory(most_bytes);
+    }
+
     /// The headers alone.
     pub(crate) fn into_header(self) -> VdbHeader {
         VdbHeader {

@@ -193,7 +193,7 @@ impl<'a> Request<'a> {
     fn new(arguments: &'a AirArguments, common: &Common) -> Result<Self, Failure> {
         let scene = arguments.scene.as_ref();
         let scene = scene
-            .map(|path| scene_file::read(path, common.goal()))
+            .map(|path| scene_file::read(path, common))
             .transpose()?;
         let radius_deg = arguments.sun_disc_radius_deg;
         if !(0.0..=5.0).contains(&radius_deg) {
