@@ -8,10 +8,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 use std::path::PathBuf;
-use std::process::Command;
 use std::process::Output;
-use std::process::Stdio;
-use std::time::Duration;
 
 use niji_exchange::SpectralImage;
 use support::niji;
@@ -231,39 +228,6 @@ fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
         }
     }
     files
-}
-
-#[test]
-fn a_run_that_is_killed_at_any_moment_goes_on_to_the_same_files() {
-    let world = World::new();
-    let expected = files(&world.run);
-    let out = world.path("killed");
-    let mut n_killed = 0;
-    // No moment is special: the times of a run differ from machine to machine.
-    for milliseconds in [3, 250, 40, 500, 90, 350, 700, 20, 150] {
-        let mut run = Command::new(env!("CARGO_BIN_EXE_niji"))
-            .args(["run", text(&world.scene), "-o", text(&out), "-q"])
-            .stdout(Stdio::null())
-            .spawn()
-            .unwrap();
-        std::thread::sleep(Duration::from_millis(milliseconds));
-        // SIGKILL: nothing can be tidied up.
-        run.kill().unwrap();
-        n_killed += u32::from(!run.wait().unwrap().success());
-        for (name, bytes) in files(&out) {
-            assert!(bytes == expected[&name], "{name} after {milliseconds} ms");
-        }
-    }
-    assert!(n_killed > 0);
-    niji_ends_with(0, &["run", text(&world.scene), "-o", text(&out), "-q"]);
-    assert!(files(&out) == expected);
-    let names = fs::read_dir(&out)
-        .unwrap()
-        .map(|entry| entry.unwrap().file_name());
-    let left: Vec<_> = names
-        .filter(|name| name.to_string_lossy().starts_with('.'))
-        .collect();
-    assert!(left.is_empty(), "{left:?}");
 }
 
 #[test]
