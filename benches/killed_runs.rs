@@ -39,9 +39,9 @@ fn main() {
         println!(
             "{:<9} killed {} times ({} asked), done {} times: same bytes, nothing torn, nothing left; {:.0} s",
             job.name,
-            tally.n_killed,
-            tally.n_asked,
-            tally.n_done,
+            tally.killed,
+            tally.asked,
+            tally.done,
             start.elapsed().as_secs_f64()
         );
     }

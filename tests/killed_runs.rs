@@ -14,6 +14,6 @@ fn what_is_killed_at_any_moment_goes_on_to_the_same_files() {
     // A sweep takes too long to be done in a test.
     for job in killed::jobs().iter().filter(|job| job.name != "sweep") {
         let tally = job.kill(N_KILLS, 1);
-        assert!(tally.n_done > 0, "{}", job.name);
+        assert!(tally.done > 0, "{}", job.name);
     }
 }

@@ -112,13 +112,24 @@ fn tiles_merge_to_the_bytes_of_one_run() {
     tiles.reverse();
     // Overlaps all of them, overscan included.
     tiles.push(world.tile(&["--region", "-2,3,9,20"], "region.exr"));
-    let output = world.merge(&tiles.iter().map(PathBuf::as_path).collect::<Vec<_>>());
+    let paths: Vec<_> = tiles.iter().map(PathBuf::as_path).collect();
+    let output = world.merge(&paths);
     assert!(
         output.status.success(),
         "{}",
         String::from_utf8_lossy(&output.stderr)
     );
     assert_same_picture(&world.path("merged.exr"), &world.run.join("image.exr"));
+    // A merge that was killed between two of its files makes them again.
+    for missing in ["exr", "rgb.exr", "png"] {
+        fs::remove_file(world.path("merged.exr").with_extension(missing)).unwrap();
+        assert!(world.merge(&paths).status.success(), "without {missing}");
+        assert_same_picture(&world.path("merged.exr"), &world.run.join("image.exr"));
+    }
+    // A file that is not its own stays.
+    fs::write(world.path("merged.png"), "a painting").unwrap();
+    let again = world.merge(&paths);
+    assert_eq!(again.status.code(), Some(2));
     // One tile of one is the picture itself, and up to date in the folder of the run.
     let whole = world.tile(&["--tiles", "1/1"], "whole.exr");
     assert_same_picture(&whole, &world.run.join("image.exr"));

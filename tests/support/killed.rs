@@ -8,6 +8,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::io::Read;
 use std::os::unix::process::ExitStatusExt;
 use std::path::Path;
 use std::process::Child;
@@ -46,11 +47,11 @@ pub struct Job {
 #[derive(Default)]
 pub struct Tally {
     /// Kills while a command was running.
-    pub n_killed: u32,
+    pub killed: u32,
     /// How many of them by a signal that asks.
-    pub n_asked: u32,
+    pub asked: u32,
     /// Times that the job was done to its end.
-    pub n_done: u32,
+    pub done: u32,
 }
 
 /// The jobs: a run, a sequence, tiles that are merged, ice, a sweep.
@@ -134,18 +135,18 @@ impl Job {
     pub fn kill(&self, n_kills: u32, seed: u64) -> Tally {
         let (expected, times) = self.undisturbed();
         let (mut random, mut tally) = (Random(seed), Tally::default());
-        while tally.n_killed < n_kills {
+        while tally.killed < n_kills {
             let folder = self.folder();
             for (index, time) in times.iter().enumerate() {
                 // Some commands are killed again and again, others not at all.
-                while tally.n_killed < n_kills && random.below(3) > 0 {
+                while tally.killed < n_kills && random.below(3) > 0 {
                     let child = self.start(index, folder.path());
                     let most_us = 1 + 11 * time.as_micros() as usize / 10;
                     std::thread::sleep(Duration::from_micros(random.below(most_us) as u64));
                     let signal = [Signal::SIGKILL, Signal::SIGTERM][random.below(2)];
                     if self.killed(child, signal) {
-                        tally.n_killed += 1;
-                        tally.n_asked += u32::from(signal == Signal::SIGTERM);
+                        tally.killed += 1;
+                        tally.asked += u32::from(signal == Signal::SIGTERM);
                         self.check_unfinished(folder.path(), &expected);
                     }
                 }
@@ -153,7 +154,7 @@ impl Job {
                 self.end(index, self.start(index, folder.path()));
             }
             self.check_done(folder.path(), &expected);
-            tally.n_done += 1;
+            tally.done += 1;
         }
         tally
     }
@@ -168,7 +169,11 @@ impl Job {
             // Before the program listens, the signal ends it itself.
             (None, Some(found)) if found == signal as i32 => true,
             (Some(INTERRUPTED), None) if signal == Signal::SIGTERM => true,
-            other => panic!("{}: {signal} gave {other:?}", self.name),
+            other => {
+                let mut said = String::new();
+                let _ = child.stderr.unwrap().read_to_string(&mut said);
+                panic!("{}: {signal} gave {other:?}: {said}", self.name)
+            }
         }
     }
 
