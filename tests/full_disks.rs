@@ -218,9 +218,11 @@ fn files_below(folder: &Path) -> Vec<String> {
         .unwrap()
         .map(|entry| entry.unwrap().path());
     let mut names: Vec<String> = entries
-        .flat_map(|path| match path.is_dir() {
-            true => files_below(&path),
-            false => vec![path.file_name().unwrap().to_str().unwrap().to_owned()],
+        .flat_map(|path| {
+            if path.is_dir() {
+                return files_below(&path);
+            }
+            vec![path.file_name().unwrap().to_str().unwrap().to_owned()]
         })
         .collect();
     names.sort();
