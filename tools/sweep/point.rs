@@ -23,7 +23,7 @@ use crate::timed_run::timed_run;
 use niji_picture::PlannedScene;
 
 /// A point of the plane of error and time.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub(super) struct Point {
     /// The decision, or `preset`.
     pub(super) decision: String,
