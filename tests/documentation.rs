@@ -53,7 +53,7 @@ const SMALLER: [(&str, &str); 5] = [
 const WIDTH_PX: i64 = 64;
 
 /// Pages whose links are followed.
-const PAGES: [&str; 9] = [
+const PAGES: [&str; 11] = [
     "README.md",
     "ARCHITECTURE.md",
     "CONTRIBUTING.md",
@@ -63,6 +63,8 @@ const PAGES: [&str; 9] = [
     "docs/blender.md",
     "docs/houdini.md",
     "docs/nuke.md",
+    "docs/upstream/README.md",
+    "fuzz/README.md",
 ];
 
 /// Subcommands that have subcommands of their own.

@@ -15,3 +15,14 @@ fn mutated_files_of_every_kind_are_an_error_or_a_result() {
         assert!(broken.is_empty(), "{}: seeds {broken:?}", reader.file);
     }
 }
+
+#[test]
+fn the_files_that_are_mutated_are_sound() {
+    let folder = tempfile::tempdir().expect("a folder for files");
+    for reader in mutations::readers() {
+        for (index, sample) in reader.samples.iter().enumerate() {
+            reader.put(folder.path(), sample);
+            assert!(reader.read(folder.path()), "{}: {index}", reader.file);
+        }
+    }
+}

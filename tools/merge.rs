@@ -69,7 +69,10 @@ pub(crate) fn execute(command: &MergeCommand, common: &Common) -> Result<(), Fai
     let [plain, preview] = companions(to);
     output::check_distinct(&[to, &plain, &preview])?;
     for path in [to, &plain, &preview] {
-        output::check_free(path, common.options().existing)?;
+        // What an earlier merge made of this picture, or was killed while it made it, is made again.
+        if stored_provenance(path).as_ref() != Some(&first.picture) {
+            output::check_free(path, common.options().existing)?;
+        }
     }
     let shown = shown(&first.picture).ok_or_else(|| {
         let message = "its provenance does not say how the picture is shown, render it again";

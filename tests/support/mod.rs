@@ -18,6 +18,41 @@ use niji_exchange::SpectralImage;
 use niji_geometry::Camera;
 use niji_scene::Scene;
 
+/// A picture of a tenth of a second.
+pub const TINY: &str = r#"
+format = 1
+name = "tiny"
+[sun]
+elevation_deg = 20.0
+azimuth_deg = 180.0
+[camera]
+position_m = [0.0, 1.6, 0.0]
+azimuth_deg = 0.0
+elevation_deg = 10.0
+horizontal_fov_deg = 90.0
+width_px = 16
+height_px = 12
+[spectrum]
+first_nm = 450.0
+step_nm = 100.0
+n_wavelengths = 3
+[drops]
+shape = "uniform"
+box_min_m = [-600.0, 0.0, -1200.0]
+box_max_m = [600.0, 1000.0, -300.0]
+number_density_m3 = 300.0
+law = { monodisperse = { radius_um = 500.0 } }
+voxel_m = 100.0
+[effects]
+sky = "off"
+air_inscatter = "off"
+air_extinction = "off"
+sunlight_through_air = "off"
+drop_flattening = "off"
+[accuracy]
+preset = "draft"
+"#;
+
 /// Runs the program and returns what it printed.
 pub fn niji(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_niji"))

@@ -18,6 +18,7 @@ use niji_scene::Scene;
 use crate::failure::Failure;
 use crate::flags::Common;
 use crate::output;
+use crate::output::Existing;
 use crate::plot::Cloud;
 use crate::progress;
 use crate::scene_file;
@@ -37,6 +38,8 @@ const PLOT: &str = "sweep.svg";
 const PAGE: &str = "sweep.html";
 /// Runs that an interrupted sweep goes on from.
 const RUNS: &str = "runs";
+/// First columns of the table.
+const TABLE_HEAD: &str = "decision,level,seconds,";
 
 /// Show what accuracy costs in time for one scene: CSV, SVG and a page of HTML.
 ///
@@ -67,11 +70,16 @@ pub(crate) fn execute(command: &SweepCommand, common: &Common) -> Result<(), Fai
     let options = common.options();
     let folder = &command.output;
     let [csv, plot, page] = [CSV, PLOT, PAGE].map(|name| folder.join(name));
+    let runs = folder.join(RUNS);
+    let existing = if was_killed(&csv, &runs) {
+        Existing::Replace
+    } else {
+        options.existing
+    };
     for path in [&csv, &plot, &page] {
-        output::check_free(path, options.existing)?;
+        output::check_free(path, existing)?;
     }
     let cannot = |error: std::io::Error| Failure::Failed(format!("{}: {error}", folder.display()));
-    let runs = folder.join(RUNS);
     fs::create_dir_all(&runs).map_err(cannot)?;
     let scene = scene_file::read(&command.scene, common)?;
     let planned = scene_file::planned(scene.clone(), &command.scene, None)?;
@@ -102,6 +110,12 @@ pub(crate) fn execute(command: &SweepCommand, common: &Common) -> Result<(), Fai
     runs.remove();
     let written = [&page, &csv, &plot].map(|path| format!("{}\n", path.display()));
     output::print(&written.concat())
+}
+
+/// Whether a sweep was killed while it wrote its results: then its runs still stand beside its table, the first of them.
+fn was_killed(csv: &Path, runs: &Path) -> bool {
+    let table = fs::read_to_string(csv).unwrap_or_default();
+    runs.is_dir() && table.starts_with(TABLE_HEAD)
 }
 
 /// One choice in place of the scene's.
@@ -214,5 +228,23 @@ fn cloud(planned: &PlannedScene, points: &[Point]) -> Cloud {
         y_label: "relative RMSE against the reference preset",
         groups,
         front,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_a_table_of_ours_beside_kept_runs_is_of_a_killed_sweep() {
+        let folder = tempfile::tempdir().unwrap();
+        let (csv, runs) = (folder.path().join(CSV), folder.path().join(RUNS));
+        assert!(!was_killed(&csv, &runs));
+        output::write_csv(&csv, &[Point::default()]).unwrap();
+        assert!(!was_killed(&csv, &runs));
+        fs::create_dir(&runs).unwrap();
+        assert!(was_killed(&csv, &runs));
+        fs::write(&csv, "mine,too\n").unwrap();
+        assert!(!was_killed(&csv, &runs));
     }
 }

@@ -26,7 +26,7 @@ use crate::version;
 use niji_picture::PlannedScene;
 
 /// A point of the plane of error and time.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub(super) struct Point {
     /// The decision, or `preset`.
     pub(super) decision: String,

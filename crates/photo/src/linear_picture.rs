@@ -8,8 +8,8 @@ use crate::error::Error;
 
 /// Most pixels that are read: a square of 16384.
 pub(crate) const MOST_PIXELS: u64 = 1 << 28;
-/// Most pixels in a byte of a file: deflate packs at most 1032 bytes into one, of 8 pixels each.
-pub(crate) const MOST_PIXELS_PER_BYTE: u64 = 8 * 1032;
+/// Most bits in a byte of a file: deflate packs at most 1032 bytes into one.
+const MOST_BITS_PER_BYTE: u64 = 8 * 1032;
 /// Linear Rec.709 by row and column.
 pub type LinearPicture = Array2<[f32; 3]>;
 
@@ -22,9 +22,13 @@ pub(crate) fn check_memory(needed_bytes: u128) -> Result<(), Error> {
     Ok(())
 }
 
-/// Refuses sizes that no sound file of this length has.
-pub(crate) fn check_size(width: u64, height: u64, file_bytes: u64) -> Result<(), Error> {
-    let most = MOST_PIXELS.min(file_bytes.saturating_mul(MOST_PIXELS_PER_BYTE));
+/// Refuses sizes that no sound file of this length has whose pixels have so many bits.
+pub(crate) fn check_size(
+    [width, height]: [u64; 2],
+    bits: u64,
+    file_bytes: u64,
+) -> Result<(), Error> {
+    let most = MOST_PIXELS.min(file_bytes.saturating_mul(MOST_BITS_PER_BYTE) / bits.max(1));
     let n_pixels = width.saturating_mul(height);
     if n_pixels == 0 || n_pixels > most {
         return Err(Error::TooLarge {

@@ -144,7 +144,8 @@ fn decode_unguarded(mut file: File, file_bytes: u64) -> Result<(DynamicImage, Ex
     reader.limits(limits);
     let mut decoder = reader.into_decoder().map_err(damaged)?;
     let (width, height) = decoder.dimensions();
-    check_size(u64::from(width), u64::from(height), file_bytes)?;
+    // A pixel of a PNG may be one bit.
+    check_size([width, height].map(u64::from), 1, file_bytes)?;
     let n_pixels = u128::from(width) * u128::from(height);
     check_memory(2 * u128::from(decoder.total_bytes()) + LIGHT_BYTES * n_pixels)?;
     let orientation = decoder.orientation().map_err(damaged)?;

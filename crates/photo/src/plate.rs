@@ -194,7 +194,8 @@ fn read_layers(path: &Path) -> Result<File, Error> {
     let mut n_samples = 0;
     for part in &header.headers {
         let size = part.layer_size;
-        check_size(size.width() as u64, size.height() as u64, file_bytes)?;
+        let sides = [size.width() as u64, size.height() as u64];
+        check_size(sides, 8 * part.channels.bytes_per_pixel as u64, file_bytes)?;
         n_samples += size.area() as u128 * part.channels.list.len() as u128;
     }
     check_memory(SAMPLE_BYTES * n_samples)?;

@@ -264,3 +264,21 @@ fn damage_in_any_codec_is_an_error_or_a_picture_and_never_a_panic() {
         }
     }
 }
+
+#[test]
+fn a_window_of_more_pixels_than_the_bytes_can_hold_is_refused_before_it_is_made() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("plate.exr");
+    write_plate(&path, &RGB, None);
+    let mut bytes = std::fs::read(&path).unwrap();
+    let name = b"dataWindow\0box2i\0\x10\0\0\0";
+    let mut windows = bytes.windows(name.len());
+    // Behind the lower corner: the right end.
+    let place = windows.position(|window| window == name).unwrap() + name.len() + 8;
+    bytes[place..place + 4].copy_from_slice(&1_000_000_i32.to_le_bytes());
+    std::fs::write(&path, bytes).unwrap();
+    assert!(matches!(
+        Plate::read(&path, None),
+        Err(Error::TooLarge { .. })
+    ));
+}

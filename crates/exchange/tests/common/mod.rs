@@ -6,6 +6,8 @@
     reason = "tests stop at what they did not expect, and each takes what it needs"
 )]
 
+pub(crate) mod air;
+
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::Cursor;

@@ -7,7 +7,9 @@ use niji_scene::BoundKind;
 use niji_scene::Camera;
 use niji_scene::Scene;
 use serde::Deserialize;
+use serde::Deserializer;
 use serde::Serialize;
+use serde::de::Error;
 
 /// Columns of a small picture, and its wavelengths.
 const WIDTH_PX: u32 = 24;
@@ -29,7 +31,8 @@ pub(crate) struct SmallPicture {
     pub(crate) first_px: [i32; 2],
     /// Those of the frame.
     pub(crate) frame_px: [u32; 2],
-    /// By row and column.
+    /// By row and column; there is a pixel, and rows are equally long.
+    #[serde(deserialize_with = "rows")]
     pub(crate) luminance: Vec<Vec<f32>>,
 }
 
@@ -71,10 +74,48 @@ impl SmallPicture {
     }
 }
 
+/// Rows of a file, which anybody may have changed.
+fn rows<'de, D: Deserializer<'de>>(file: D) -> Result<Vec<Vec<f32>>, D::Error> {
+    let rows: Vec<Vec<f32>> = Deserialize::deserialize(file)?;
+    let n_columns = rows.first().map_or(0, Vec::len);
+    let is_whole = |row: &Vec<f32>| row.len() == n_columns && row.iter().all(|it| it.is_finite());
+    if n_columns > 0 && rows.iter().all(is_whole) {
+        return Ok(rows);
+    }
+    let message =
+        "found rows of luminance without pixels, of several lengths or with what is no number";
+    Err(D::Error::custom(message))
+}
+
 /// The two pixels around a place with their weights.
 fn between(place: f64, n_px: usize) -> [(usize, f64); 2] {
     let last = n_px.saturating_sub(1);
     let place = place.clamp(0.0, last as f64);
     let (below, part) = (place as usize, place.fract());
     [(below, 1.0 - part), ((below + 1).min(last), part)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_of_several_lengths_and_none_are_no_picture() {
+        let read = |rows: &str| {
+            let text =
+                format!(r#"{{"first_px": [0, 0], "frame_px": [2, 2], "luminance": {rows}}}"#);
+            serde_json::from_str::<SmallPicture>(&text)
+        };
+        let sound = read("[[0.0, 1.0], [2.0, 3.0]]").unwrap();
+        assert!((sound.at(0.5, 0.5) - 1.5).abs() < 1e-12);
+        for rows in [
+            "[]",
+            "[[]]",
+            "[[0.0, 1.0], [2.0]]",
+            "[[0.0], [1.0, 2.0]]",
+            "[[1e39]]",
+        ] {
+            assert!(read(rows).is_err(), "{rows}");
+        }
+    }
 }
