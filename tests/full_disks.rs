@@ -11,6 +11,7 @@ mod support;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
+use std::path::PathBuf;
 use std::process::Command;
 use std::process::Output;
 use std::process::Stdio;
@@ -73,21 +74,20 @@ fn folder_with(scene: &str) -> tempfile::TempDir {
     folder
 }
 
-/// The files of a run; the report holds times.
+/// The files of a run; the report holds times. Records of when they were read may be missing.
 fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let entries = fs::read_dir(folder).into_iter().flatten();
-    let file = |entry: std::io::Result<fs::DirEntry>| {
-        let path = entry.unwrap().path();
+    let paths = entries.map(|entry| entry.unwrap().path());
+    let file = |path: PathBuf| {
         let name = path.file_name().unwrap().to_str().unwrap().to_owned();
-        let is_report = name == "report.json";
-        let bytes = if is_report {
+        let bytes = if name == "report.json" {
             Vec::new()
         } else {
             fs::read(path).unwrap()
         };
         (name, bytes)
     };
-    entries.map(file).collect()
+    paths.filter(|path| path.is_file()).map(file).collect()
 }
 
 /// What an undisturbed run leaves.
