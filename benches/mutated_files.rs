@@ -67,8 +67,9 @@ fn main() -> ExitCode {
     fs::create_dir_all(&folder).expect("a folder for mutated files");
     let n_read = Arc::new(AtomicU64::new(0));
     end_what_hangs(n_read.clone(), folder.clone());
+    println!("seeds from {}", arguments.seed);
     println!(
-        "kind         files      seeds from  taken      broken  slowest (seed)       peak memory (seed)"
+        "kind         files      taken      broken  slowest (its seed)  peak memory (its seed)"
     );
     let (mut n_broken, start) = (0, Instant::now());
     for reader in &readers {
@@ -114,7 +115,7 @@ fn try_all(reader: &Reader, arguments: &Arguments, folder: &Path, n_read: &Atomi
     }
     let ((time, slowest), (bytes, heaviest)) = (longest, largest);
     println!(
-        "{:<12} {:<10} {first:<11} {n_taken:<10} {n_broken:<7} {:<20} {} MiB ({heaviest})",
+        "{:<12} {:<10} {n_taken:<10} {n_broken:<7} {:<19} {} MiB ({heaviest})",
         reader.file,
         seed - first,
         format!("{time:.1?} ({slowest})"),
