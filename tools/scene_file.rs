@@ -71,6 +71,18 @@ pub(crate) fn at_tolerance(scene: Scene, tolerance: f64) -> Scene {
     goal.of(scene)
 }
 
+/// Makes the plan of a scene without measuring anything.
+///
+/// # Errors
+/// As [`planned`].
+pub(crate) fn planned_in_haste(scene: Scene, path: &Path) -> Result<PlannedScene, Failure> {
+    let request = PlanRequest {
+        is_hasty: true,
+        ..beside(path)
+    };
+    planned_for(scene, path, request)
+}
+
 /// Makes the plan of a scene for another tolerance than that of `other`, whose measurements hold for both.
 ///
 /// # Errors

@@ -19,7 +19,10 @@ use crate::stages::Done;
 /// Part of the time left that tables may take.
 const FOR_TABLES: f64 = 0.5;
 
-/// A budget below has its search begin at the coarsest tolerance, seconds; above, at the third.
+/// Part of the time in which finer tables are asked about.
+const FOR_SEARCH: f64 = 0.25;
+
+/// A budget below gets the coarsest tolerance, seconds; above, the search begins at the third.
 const SHORT_S: f64 = 5.0;
 const FIRST: usize = 2;
 
@@ -74,7 +77,11 @@ impl Budget {
             let tables_s = table_seconds(&planned, &clock)?;
             Ok::<_, Failure>((planned, tables_s))
         };
-        let mut index = if self.seconds < SHORT_S { 0 } else { FIRST };
+        if self.seconds < SHORT_S {
+            // There is no time to ask, and none is coarser.
+            return scene_file::planned_in_haste(scene(TOLERANCES[0]), path);
+        }
+        let mut index = FIRST;
         let (mut best, mut tables_s) = tried(index, None)?;
         if tables_s > allowed_s() {
             while index > 0 && tables_s > allowed_s() {
@@ -83,7 +90,8 @@ impl Budget {
             }
             return Ok(best);
         }
-        while index + 1 < TOLERANCES.len() && LIKELY_TIMES * tables_s < allowed_s() {
+        let may_ask = || clock() < FOR_SEARCH * self.seconds;
+        while index + 1 < TOLERANCES.len() && may_ask() && LIKELY_TIMES * tables_s < allowed_s() {
             index += 1;
             let (finer, finer_s) = tried(index, Some(&best))?;
             if finer_s > allowed_s() {

@@ -1,19 +1,13 @@
 //! A picture in the time that there is.
 //!
-//! s_table = (n (s_angles + s_rows) + s_pilots)/n_threads,   s_air = n s_1/n_threads
-//! `s_table`, `s_air` seconds that the tables of a scene take, `n` wavelengths; the rest are seconds of one thread and
-//! one wavelength, measured: the choice of angles, the rows, and small tables of one wavelength that a table is
-//! compared with. Tables are made wavelength by wavelength, so that one of them tells what all of them take.
+//! s = (s_1 + (n - 1) (s_2 - s_1))/n_threads
+//! `s` seconds that the tables of a scene take, `n` wavelengths, `s_1` and `s_2` seconds of one thread for one
+//! wavelength and for two, measured. Tables are made wavelength by wavelength.
 //!
 //! Tables get half of the time that is left, by the finest tolerance of some for which that is enough; the other half
 //! goes into paths and rays ([`niji_render::Deadline`]).
 
-use std::ops::ControlFlow;
-use std::sync::Mutex;
-use std::sync::PoisonError;
-
 use niji_radiometry::WavelengthGrid;
-use niji_scene::Stage;
 use rayon::ThreadPoolBuilder;
 use serde::Deserialize;
 use serde::Serialize;
@@ -59,17 +53,23 @@ pub type Clock<'a> = &'a (dyn Fn() -> f64 + Sync);
 pub fn table_seconds(planned: &PlannedScene, clock: Clock) -> Result<f64, Error> {
     let n_threads = rayon::current_num_threads() as f64;
     let grid = planned.scene.spectrum;
-    let middle = grid.center(grid.len() / 2).0;
-    let one = WavelengthGrid::new(middle, grid.step_nm(), 1).map_err(Error::scene)?;
-    let n_wavelengths = grid.len() as f64;
     let alone = ThreadPoolBuilder::new().num_threads(1).build();
-    let seconds = || {
+    let airy = planned.airy()?;
+    let seconds_of = |n_wavelengths: usize| {
+        let middle = grid.center(grid.len() / 2).0;
+        let few = WavelengthGrid::new(middle, grid.step_nm(), n_wavelengths);
         let mut scene = planned.scene.clone();
-        scene.spectrum = one;
+        scene.spectrum = few.map_err(Error::scene)?;
         let start_s = clock();
         crate::air::table(&scene, planned.plan.scattering_orders(), &unwatched)?;
-        let of_air = n_wavelengths * (clock() - start_s);
-        Ok(of_air + scattering_seconds(planned, (one, n_wavelengths), clock)?)
+        if let Some(need) = &planned.plan.scattering {
+            crate::scattering::table(need, scene.spectrum, airy.as_ref(), &unwatched)?;
+        }
+        Ok::<_, Error>(clock() - start_s)
+    };
+    let seconds = || {
+        let (one, two) = (seconds_of(1)?, seconds_of(grid.len().min(2))?);
+        Ok(one + (grid.len() as f64 - 1.0) * (two - one).max(0.0))
     };
     let of_one_thread: Result<f64, Error> = match alone {
         Ok(alone) => alone.install(seconds),
@@ -77,34 +77,4 @@ pub fn table_seconds(planned: &PlannedScene, clock: Clock) -> Result<f64, Error>
         Err(_) => seconds(),
     };
     Ok(of_one_thread? / n_threads)
-}
-
-/// Those of its scattering table by one thread.
-fn scattering_seconds(
-    planned: &PlannedScene,
-    (one, n_wavelengths): (WavelengthGrid, f64),
-    clock: Clock,
-) -> Result<f64, Error> {
-    let Some(need) = &planned.plan.scattering else {
-        return Ok(0.0);
-    };
-    let airy = planned.airy()?;
-    // When small tables began, and when the rows did.
-    let times_s = Mutex::new([None, None]);
-    let watch = |_: Stage, part: f64| {
-        let mut times_s = times_s.lock().unwrap_or_else(PoisonError::into_inner);
-        times_s[0].get_or_insert_with(clock);
-        if part <= 0.0 {
-            times_s[1] = Some(clock());
-        }
-        ControlFlow::Continue(())
-    };
-    let start_s = clock();
-    crate::scattering::table(need, one, airy.as_ref(), &watch)?;
-    let end_s = clock();
-    let [pilots_s, rows_s] = *times_s.lock().unwrap_or_else(PoisonError::into_inner);
-    let pilots_s = pilots_s.unwrap_or(end_s);
-    let rows_s = rows_s.unwrap_or(pilots_s);
-    let of_each = (pilots_s - start_s) + (end_s - rows_s);
-    Ok(n_wavelengths * of_each + (rows_s - pilots_s))
 }

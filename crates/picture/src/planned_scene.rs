@@ -85,6 +85,9 @@ pub struct PlanRequest<'a> {
     pub choice: Option<&'a Choice>,
     /// What was decided for the same scene at another tolerance: what was measured for it is not measured again.
     pub measured: Option<&'a Choice>,
+    /// Whether there is no time to measure anything: bounds and estimates decide, and the error of the picture lacks
+    /// what only small pictures tell.
+    pub is_hasty: bool,
 }
 
 impl Default for PlanRequest<'_> {
@@ -96,6 +99,7 @@ impl Default for PlanRequest<'_> {
             version: env!("CARGO_PKG_VERSION"),
             choice: None,
             measured: None,
+            is_hasty: false,
         }
     }
 }
@@ -182,7 +186,7 @@ impl PlannedScene {
             if let Some(choice) = request.choice.filter(|choice| choice.request == key) {
                 (seen, is_known) = (choice.seen.clone(), true);
                 afforded = choice.afforded;
-            } else if measures {
+            } else if measures && !request.is_hasty {
                 let before = request.measured.map(|it| it.seen.clone());
                 seen =
                     pilot::seen_of_drops(&scene, (foretold, folder), before.unwrap_or_default())?;
@@ -190,7 +194,7 @@ impl PlannedScene {
             Ok::<_, Error>(seen.further_orders.as_ref().map(SmallPicture::bound))
         };
         let mut plan = plan_looking(&scene, drops, look)?;
-        if !is_known {
+        if !is_known && !request.is_hasty {
             seen.sky = pilot::sky(&scene, &plan)?;
         }
         if let Some(sky) = &seen.sky {
