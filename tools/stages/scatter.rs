@@ -119,7 +119,7 @@ fn timed(
         ControlFlow::Continue(())
     });
     bar.finish_and_clear();
-    let of_phases = seen.get().map(|seen| start.elapsed() - *seen);
+    let of_phases = seen.get().map(|seen| start.elapsed().saturating_sub(*seen));
     Ok((table?, of_phases.unwrap_or_default().as_secs_f64()))
 }
 
