@@ -131,6 +131,8 @@ voxel_m = 8.0
 law = {{ monodisperse = {{ radius_um = 100.0 }} }}
 number_density_m3 = 1e4
 [effects]
+supernumeraries = "on"
+sun_disc = "on"
 drop_shadow = "off"
 drop_flattening = "off"
 multiple_scattering = "off"

@@ -128,10 +128,10 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
     let image = folder.join(stages::render::FILE);
     let reached = accuracy::reached(&planned, &image)?;
     choice_file::write(&planned.choice, &kept, Existing::Replace)?;
-    let cheaper = match &reached {
-        Some(reached) => accuracy::cheaper(&planned, (&done, reached), &image)?,
-        None => Vec::new(),
-    };
+    let cheaper = reached
+        .as_ref()
+        .map(|it| accuracy::cheaper(&planned, &done, it));
+    let cheaper = cheaper.unwrap_or_default();
     let report = report::json(&planned, &done, (reached.as_ref(), &cheaper));
     report::write(&report, folder)?;
     let verbosity = options.verbosity;

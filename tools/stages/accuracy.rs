@@ -82,6 +82,9 @@ pub(crate) struct Reached {
     left_out: f64,
     /// The same by cause: squares add up.
     causes: BTreeMap<&'static str, f64>,
+    /// Light that drops scatter more than once, RMS.
+    #[serde(skip)]
+    further_orders: f64,
 }
 
 impl Reached {
@@ -179,7 +182,10 @@ pub(crate) fn reached(planned: &PlannedScene, image: &Path) -> Result<Option<Rea
     let squares = REMEDIES.map(|(cause, _)| part(cause).powi(2));
     let estimated = squares.iter().sum::<f64>().sqrt();
     let left_out = part(LEFT_OUT);
+    let multiple = PictureLayer::BowMultiple.name();
+    let multiple = picture.aovs.iter().find(|aov| aov.name == multiple);
     Ok(Some(Reached {
+        further_orders: multiple.map_or(0.0, |aov| rms(aov, "Y")) / plan.display_white_cd_m2,
         tolerance: plan.tolerance,
         error: estimated + left_out,
         estimated,
@@ -219,40 +225,27 @@ impl Cheaper {
 ///
 /// e_rays = sqrt(e^2 - <after^2> + <before^2>),   e_orders = e + rms of their light
 /// `e` error of the picture; `before`, `after` what its pixels err by with one ray each and in the end.
-///
-/// # Errors
-/// A file that cannot be read.
-pub(crate) fn cheaper(
-    planned: &PlannedScene,
-    (done, reached): (&[Done], &Reached),
-    image: &Path,
-) -> Result<Vec<Cheaper>, Failure> {
+pub(crate) fn cheaper(planned: &PlannedScene, done: &[Done], reached: &Reached) -> Vec<Cheaper> {
     let Some(spent) = done.iter().find_map(|it| it.spent) else {
-        return Ok(Vec::new());
+        return Vec::new();
     };
     let white = planned.plan.display_white_cd_m2;
-    let picture = SpectralImage::read_spectral(image).map_err(|e| Failure::bad_input(image, e))?;
-    let n_pixels = picture.radiance.len() / picture.wavelengths.len().max(1);
-    let [before, after] = spent
-        .squares
-        .map(|it| it / (n_pixels as f64 * white * white));
+    let [before, after] = spent.mean_squares.map(|it| it / (white * white));
     let of_rays = Cheaper {
         change: "accuracy.pixel_footprint = \"prefiltered\"",
         seconds: spent.more_rays_s,
         error: (reached.estimated.powi(2) - after + before).max(0.0).sqrt() + reached.left_out,
     };
-    let multiple = PictureLayer::BowMultiple.name();
-    let multiple = picture.aovs.iter().find(|aov| aov.name == multiple);
     let of_orders = Cheaper {
         change: "effects.multiple_scattering = \"off\"",
         seconds: spent.paths_s + done.iter().map(|it| it.further_orders_s).sum::<f64>(),
-        error: reached.error + multiple.map_or(0.0, |aov| rms(aov, "Y")) / white,
+        error: reached.error + reached.further_orders,
     };
     let total_s: f64 = done.iter().map(|it| it.seconds).sum();
     let mut found = vec![of_rays, of_orders];
     found.retain(|it| it.seconds > WORTH_SAYING * total_s && it.seconds > LEAST_S);
     found.sort_by(|a, b| b.seconds.total_cmp(&a.seconds));
-    Ok(found)
+    found
 }
 
 /// Part of the time and seconds below which less time is not worth a line.
@@ -310,6 +303,7 @@ mod tests {
             estimated,
             left_out,
             causes: [("sizes", 0.2 * estimated), ("shadow", 0.9 * estimated)].into(),
+            further_orders: 0.0,
         };
         assert!(reached(0.006, 0.003).verdict().is_ok());
         let missed = reached(0.006, 0.005).verdict().unwrap_err().to_string();

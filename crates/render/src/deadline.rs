@@ -37,8 +37,8 @@ pub struct Spent {
     pub paths_s: f64,
     /// Seconds in which pixels got more rays.
     pub more_rays_s: f64,
-    /// Sum over the pixels of the square of their error [cd²/m⁴], with one ray each and in the end.
-    pub squares: [f64; 2],
+    /// Mean over the pixels of the square of their error [cd²/m⁴], with one ray each and in the end.
+    pub mean_squares: [f64; 2],
 }
 
 /// What there was time for.

@@ -157,7 +157,7 @@ pub fn render_in_steps(
         },
         paths_s: multiple.map_or(0.0, |it| it.seconds),
         more_rays_s,
-        squares,
+        mean_squares: squares.map(|it| it / (width * height) as f64),
     };
     Ok((picture, spent))
 }
