@@ -132,7 +132,7 @@ law = {{ monodisperse = {{ radius_um = 100.0 }} }}
 number_density_m3 = 1e4
 [effects]
 supernumeraries = "on"
-sun_disc = "on"
+sun_disc = "off"
 drop_shadow = "off"
 drop_flattening = "off"
 multiple_scattering = "off"

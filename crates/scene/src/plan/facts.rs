@@ -130,8 +130,14 @@ impl Situation {
                 reach_rad,
             })
         });
+        let levels = theory_by_size::in_scene(levels, (&drops, &view, grid));
+        let is_named = scene.accuracy.table_relative_error.is_some();
         Ok(Self {
-            levels: theory_by_size::in_scene(levels, (&drops, &view, grid)),
+            levels: if is_named {
+                levels
+            } else {
+                theory_by_size::exact_where_quicker(levels, (&drops, grid))
+            },
             view,
             rise: rise_seen(&blocks),
             camera,

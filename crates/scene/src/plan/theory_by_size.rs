@@ -23,8 +23,7 @@ use crate::effect::Effect;
 use super::decided::View;
 use super::drop_summary::DropSummary;
 
-/// Error of a table of a picture of 1 %. What it makes exact alone is made so for coarser ones too: a law of both
-/// theories takes longer.
+/// Error of a table of a picture of 1 %.
 const STANDARD_ERROR: f64 = 5e-3;
 
 /// Diffracted light is seen within it of the sun, degrees.
@@ -45,12 +44,22 @@ pub(super) fn in_scene(
     });
     let theory = match of_all_modes(drops, wavelengths, tolerance) {
         Theory::Uniform if sees_rings => Theory::BySize,
-        Theory::BySize if of_all_modes(drops, wavelengths, STANDARD_ERROR) == Theory::Mie => {
-            Theory::Mie
-        }
         theory => theory,
     };
     Levels { theory, ..levels }
+}
+
+/// The levels with exact light alone where a picture of 1 % has that: a law of both theories takes longer.
+pub(super) fn exact_where_quicker(
+    levels: Levels,
+    (drops, wavelengths): (&DropSummary, WavelengthGrid),
+) -> Levels {
+    let is_mixed = levels.theory == Theory::BySize;
+    if is_mixed && of_all_modes(drops, wavelengths, STANDARD_ERROR) == Theory::Mie {
+        let theory = Theory::Mie;
+        return Levels { theory, ..levels };
+    }
+    levels
 }
 
 /// The theory on which the light of all modes agrees.
