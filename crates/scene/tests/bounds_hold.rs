@@ -319,8 +319,21 @@ fn switching_an_order_of_small_drops_changes_no_more_than_its_bound() {
         scene.accuracy.theory = Some(Theory::BySize);
         scene.accuracy.table_relative_error = Some(0.01);
         scene.effects.set(Effect::DropFlattening, Switch::Off);
-        // So that no order decides on it.
-        scene.effects.set(Effect::SunlightThroughAir, Switch::On);
+        // So that no order decides on others.
+        for (switch, effects) in [
+            (
+                Switch::On,
+                &[Effect::SunDisc, Effect::SizeSpread, Effect::DropExtinction][..],
+            ),
+            (Switch::On, &[Effect::SkylitDrops, Effect::Sky]),
+            (
+                Switch::Off,
+                &[Effect::SunlightThroughAir, Effect::AirExtinction],
+            ),
+            (Switch::Off, &[Effect::AirInscatter, Effect::DropShadow]),
+        ] {
+            effects.iter().for_each(|it| scene.effects.set(*it, switch));
+        }
         for off in ORDERS {
             let label = format!("up to {largest_um} um");
             let base = |effect| [Switch::On, Switch::Off][usize::from(effect == off)];
