@@ -332,7 +332,9 @@ fn switching_an_order_of_small_drops_changes_no_more_than_its_bound() {
             ),
             (Switch::Off, &[Effect::AirInscatter, Effect::DropShadow]),
         ] {
-            effects.iter().for_each(|it| scene.effects.set(*it, switch));
+            for effect in effects {
+                scene.effects.set(*effect, switch);
+            }
         }
         for off in ORDERS {
             let label = format!("up to {largest_um} um");
