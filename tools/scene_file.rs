@@ -11,6 +11,7 @@ use niji_scene::LEAST_TOLERANCE;
 use niji_scene::Scene;
 use niji_scene::SceneError;
 
+use crate::checksums::hash_once;
 use crate::choice_file;
 use crate::failure::Failure;
 use crate::flags::Common;
@@ -71,44 +72,25 @@ pub(crate) fn at_tolerance(scene: Scene, tolerance: f64) -> Scene {
     goal.of(scene)
 }
 
-/// Makes the plan of a scene without measuring anything.
-///
-/// # Errors
-/// As [`planned`].
-pub(crate) fn planned_in_haste(scene: Scene, path: &Path) -> Result<PlannedScene, Failure> {
-    let request = PlanRequest {
-        is_hasty: true,
-        ..beside(path)
-    };
-    planned_for(scene, path, request)
-}
-
-/// Makes the plan of a scene for another tolerance than that of `other`, whose measurements hold for both.
-///
-/// # Errors
-/// As [`planned`].
-pub(crate) fn planned_beside(
-    scene: Scene,
-    path: &Path,
-    other: Option<&PlannedScene>,
-) -> Result<PlannedScene, Failure> {
-    let request = PlanRequest {
-        measured: other.map(|it| &it.choice),
-        ..beside(path)
-    };
-    planned_for(scene, path, request)
-}
-
 /// Files that a scene names lie beside its own.
-fn beside(path: &Path) -> PlanRequest<'_> {
+pub(crate) fn beside(path: &Path) -> PlanRequest<'_> {
     PlanRequest {
         folder: path.parent().unwrap_or(Path::new("")),
         version: version(),
+        hash_of: hash_once,
         ..PlanRequest::default()
     }
 }
 
-fn planned_for(scene: Scene, path: &Path, request: PlanRequest) -> Result<PlannedScene, Failure> {
+/// Makes the plan of a scene as it is asked for.
+///
+/// # Errors
+/// As [`planned`].
+pub(crate) fn planned_for(
+    scene: Scene,
+    path: &Path,
+    request: PlanRequest,
+) -> Result<PlannedScene, Failure> {
     PlannedScene::new(scene, request).map_err(|error| match error {
         Error::Plan(_) => Failure::bad_input(path, error),
         error => error.into(),

@@ -5,9 +5,11 @@ use std::time::Instant;
 
 use niji_picture::Afforded;
 use niji_picture::Choice;
+use niji_picture::PlanRequest;
 use niji_picture::PlannedScene;
 use niji_picture::TOLERANCES;
 use niji_picture::table_seconds;
+use niji_render::Clock;
 use niji_render::Deadline;
 use niji_scene::Scene;
 use niji_scene::Stage;
@@ -72,14 +74,21 @@ impl Budget {
         let clock = || self.elapsed_s();
         let allowed_s = || FOR_TABLES * (self.seconds - clock());
         let tried = |index: usize, other: Option<&PlannedScene>| {
-            let scene = scene(TOLERANCES[index]);
-            let planned = scene_file::planned_beside(scene, path, other)?;
+            let request = PlanRequest {
+                measured: other.map(|it| &it.choice),
+                ..scene_file::beside(path)
+            };
+            let planned = scene_file::planned_for(scene(TOLERANCES[index]), path, request)?;
             let tables_s = table_seconds(&planned, &clock)?;
             Ok::<_, Failure>((planned, tables_s))
         };
         if self.seconds < SHORT_S {
             // There is no time to ask, and none is coarser.
-            return scene_file::planned_in_haste(scene(TOLERANCES[0]), path);
+            let request = PlanRequest {
+                is_hasty: true,
+                ..scene_file::beside(path)
+            };
+            return scene_file::planned_for(scene(TOLERANCES[0]), path, request);
         }
         let mut index = FIRST;
         let (mut best, mut tables_s) = tried(index, None)?;
@@ -103,11 +112,7 @@ impl Budget {
     }
 
     /// When the rays of a picture have to end.
-    pub(super) fn deadline<'a>(
-        &self,
-        planned: &PlannedScene,
-        now_s: &'a (dyn Fn() -> f64 + Sync),
-    ) -> Deadline<'a> {
+    pub(super) fn deadline<'a>(&self, planned: &PlannedScene, now_s: Clock<'a>) -> Deadline<'a> {
         let mut stages = planned.plan.stages.iter();
         let picture = stages.find(|it| it.stage == Stage::Render);
         let bytes = picture.and_then(|it| it.estimate.file_bytes).unwrap_or(0);

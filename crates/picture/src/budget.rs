@@ -8,6 +8,7 @@
 //! goes into paths and rays ([`niji_render::Deadline`]).
 
 use niji_radiometry::WavelengthGrid;
+use niji_render::Clock;
 use rayon::ThreadPoolBuilder;
 use serde::Deserialize;
 use serde::Serialize;
@@ -42,9 +43,6 @@ impl From<Afforded> for niji_render::Afforded {
         }
     }
 }
-
-/// Seconds on some clock.
-pub type Clock<'a> = &'a (dyn Fn() -> f64 + Sync);
 
 /// Seconds that the tables of a planned scene take.
 ///

@@ -50,7 +50,6 @@ pub use background::DEPTH_MAP;
 pub use bow_edge::BowEdge;
 pub use bow_edge::EDGE_ERROR;
 pub use budget::Afforded;
-pub use budget::Clock;
 pub use budget::TOLERANCES;
 pub use budget::table_seconds;
 pub use choice::Choice;

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::io;
 use std::path::Path;
 use std::path::PathBuf;
 
@@ -81,6 +82,8 @@ pub struct PlanRequest<'a> {
     pub is_frame: bool,
     /// The program that asks, as far as it decides on results: what another one decided is not taken.
     pub version: &'a str,
+    /// SHA-256 of a file's content, in hexadecimal, by whoever may know it already.
+    pub hash_of: fn(&Path) -> io::Result<String>,
     /// What was decided before: taken where it is of this very request, so that nothing is measured.
     pub choice: Option<&'a Choice>,
     /// What was decided for the same scene at another tolerance: what was measured for it is not measured again.
@@ -97,6 +100,7 @@ impl Default for PlanRequest<'_> {
             folder: Path::new(""),
             is_frame: false,
             version: env!("CARGO_PKG_VERSION"),
+            hash_of: content_hash,
             choice: None,
             measured: None,
             is_hasty: false,
@@ -111,12 +115,12 @@ fn source_of(scene: &Scene, folder: &Path) -> Option<VolumeSource> {
         .or_else(|| Some(VolumeSource::only(VolumePart::Volume(file()?))))
 }
 
-/// SHA-256 of the files of its drops by role.
-fn drop_hashes(scene: &Scene, folder: &Path) -> Result<BTreeMap<String, String>, Error> {
-    let source = source_of(scene, folder);
+/// Hashes of the files of its drops by role.
+fn drop_hashes(scene: &Scene, request: PlanRequest) -> Result<BTreeMap<String, String>, Error> {
+    let source = source_of(scene, request.folder);
     let files = source.iter().flat_map(VolumeSource::inputs);
     let hashes = files.map(|(role, path)| {
-        let hash = content_hash(path).map_err(|error| Error::file(path, error))?;
+        let hash = (request.hash_of)(path).map_err(|error| Error::file(path, error))?;
         Ok((role, hash))
     });
     hashes.collect()
@@ -177,7 +181,7 @@ impl PlannedScene {
         let mut is_known = !measures;
         let of_drops = format!("{drops:?}");
         let files = if measures {
-            drop_hashes(&scene, folder)?
+            drop_hashes(&scene, request)?
         } else {
             BTreeMap::new()
         };

@@ -6,11 +6,14 @@
 //! which there is time holds for the picture. What was settled is told, so that the same picture can be made again
 //! without a clock.
 
+/// Seconds since some moment, by whoever knows the time.
+pub type Clock<'a> = &'a (dyn Fn() -> f64 + Sync);
+
 /// When a picture is to be there.
 #[derive(Clone, Copy)]
 pub struct Deadline<'a> {
-    /// Seconds on some clock.
-    pub now_s: &'a (dyn Fn() -> f64 + Sync),
+    /// The time.
+    pub now_s: Clock<'a>,
     /// When there is no more time, on that clock.
     pub end_s: f64,
 }

@@ -167,6 +167,7 @@ mod water_reflectance;
 mod water_surface;
 
 pub use deadline::Afforded;
+pub use deadline::Clock;
 pub use deadline::Deadline;
 pub use deadline::Spent;
 pub use drop_orders::STANDARD_ERRORS;

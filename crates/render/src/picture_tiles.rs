@@ -39,18 +39,18 @@ pub(crate) struct TileMut<'a> {
 
 impl Rendered {
     /// What the pixels of some rows err by [cd/m²].
-    pub(crate) fn errors_of(&self, rows: &Range<usize>) -> Vec<f64> {
+    pub(crate) fn errors_of(&self, rows: &Range<usize>) -> impl Iterator<Item = f64> {
         let errors = self.layers.iter().filter(|(layer, _)| *layer == Error);
         let of_rows = errors.flat_map(|(_, values)| {
             let total = values.index_axis(Axis(0), TOTAL);
             total.slice_move(s![rows.clone(), ..]).into_iter()
         });
-        of_rows.map(|error| f64::from(*error)).collect()
+        of_rows.map(|error| f64::from(*error))
     }
 
     /// The sum of their squares.
     pub(crate) fn sum_of_squares(&self, rows: &Range<usize>) -> f64 {
-        self.errors_of(rows).iter().map(|error| error * error).sum()
+        self.errors_of(rows).map(|error| error * error).sum()
     }
 
     /// Rows of pixels by tiles, from left to right and top to bottom.

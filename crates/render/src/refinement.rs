@@ -121,7 +121,7 @@ impl RayTracer<'_> {
         refining: &Refining,
         (tolerance_cd_m2, deadline): (f64, Deadline),
     ) -> f64 {
-        let errors = picture.errors_of(&refining.rows);
+        let errors: Vec<f64> = picture.errors_of(&refining.rows).collect();
         let largest = errors.iter().copied().fold(0.0, f64::max);
         let n_halvings = (largest / tolerance_cd_m2).log2().ceil();
         let n_halvings = if n_halvings.is_finite() {

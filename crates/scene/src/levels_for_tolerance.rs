@@ -7,10 +7,11 @@
 //! may be off by a_rays.
 //!
 //! The preset `standard` is its tolerance. A level whose setting is an error gets its part: the table's
-//! relative error, but no more than half of the tolerance within 0.005 and 0.02, that of an adaptive integral, the noise of light of further orders
-//! below which no more paths are followed, and the error of a pixel for which the renderer adds rays. Relative errors are of the light of drops: pictures are exposed
-//! so that it is seldom brighter than a gray card, 0.18 of display white. Of theories drops of each size take
-//! the cheapest that keeps the table's error. All other levels are those of `standard` and `reference`
+//! relative error, but no more than half of the tolerance within 0.005 and 0.02, that of an adaptive integral, the
+//! noise of light of further orders below which no more paths are followed, and the error of a pixel for which the
+//! renderer adds rays. Relative errors are of the light of drops: pictures are exposed so that it is seldom brighter
+//! than a gray card, 0.18 of display white. Of theories drops of each size take the cheapest that keeps the table's
+//! error. All other levels are those of `standard` and `reference`
 //! whose own table errs by no more than `a`.
 //!
 //! Nothing is foretold: the estimate that the renderer makes with the picture is the judge. What a scene

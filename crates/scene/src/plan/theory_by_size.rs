@@ -18,13 +18,11 @@ use niji_scatter::Theory;
 use niji_scatter::theory_for_laws;
 
 use crate::accuracy::Levels;
+use crate::accuracy::Preset;
 use crate::effect::Effect;
 
 use super::decided::View;
 use super::drop_summary::DropSummary;
-
-/// Error of a table of a picture of 1 %.
-const STANDARD_ERROR: f64 = 5e-3;
 
 /// Diffracted light is seen within it of the sun, degrees.
 const CORONA_DEG: f64 = 15.0;
@@ -54,8 +52,9 @@ pub(super) fn exact_where_quicker(
     levels: Levels,
     (drops, wavelengths): (&DropSummary, WavelengthGrid),
 ) -> Levels {
+    let of_standard = Preset::Standard.levels(1.0).table_relative_error;
     let is_mixed = levels.theory == Theory::BySize;
-    if is_mixed && of_all_modes(drops, wavelengths, STANDARD_ERROR) == Theory::Mie {
+    if is_mixed && of_all_modes(drops, wavelengths, of_standard) == Theory::Mie {
         let theory = Theory::Mie;
         return Levels { theory, ..levels };
     }
