@@ -151,7 +151,8 @@ impl AiryBow {
         // (4/π)(3/(4 h cos d))^(2/3) (a/λ)^(1/3) f², with a/λ = x/2π.
         let common = 4.0 / PI * TAU.cbrt().recip() * spread;
         let mut bow = self.squared_amplitudes(beyond_rad);
-        bow.rays = self.rays.beside_deviation(deviation_rad, theta.0);
+        let light = |other| self.rays.at_deviation(other, theta.0);
+        bow.rays = self.rays.beside_deviation(deviation_rad, theta.0, light);
         let mut factors = [[common; 2]; 2];
         if self.ramp(beyond_rad, MEAN_FROM, MEAN_TO) > 0.0 {
             let own = self.rays.at_deviation(deviation_rad, theta.0);

@@ -92,19 +92,28 @@ impl GeometricOrder {
     /// (dσ/dΩ)/(π a²) in 1/sr for the polarisations s and p.
     #[must_use]
     pub fn normalized_cross_section(&self, theta: Radians) -> [f64; 2] {
-        self.sum(theta.0.clamp(0.0, PI), |_| true)
-    }
-
-    /// The same of all rays that are not deviated by `deviation_rad`: what other turns of the
-    /// deviation bring to the place of a bow.
-    pub(crate) fn beside_deviation(&self, deviation_rad: f64, theta_rad: f64) -> [f64; 2] {
-        self.sum(theta_rad.clamp(0.0, PI), |other| {
-            (other - deviation_rad).abs() > SAME_RAD
+        let theta_rad = theta.0.clamp(0.0, PI);
+        self.sum(theta_rad, |deviation_rad| {
+            self.at_deviation(deviation_rad, theta_rad)
         })
     }
 
-    /// Sum over the deviations that fold to θ and are wanted.
-    fn sum(&self, theta_rad: f64, is_wanted: impl Fn(f64) -> bool) -> [f64; 2] {
+    /// The same of all rays that are not deviated by `deviation_rad`: what other turns of the
+    /// deviation bring to the place of a bow; `light` is that of the rays of a deviation.
+    pub(crate) fn beside_deviation(
+        &self,
+        deviation_rad: f64,
+        theta_rad: f64,
+        light: impl Fn(f64) -> [f64; 2],
+    ) -> [f64; 2] {
+        self.sum(theta_rad, |other| {
+            let is_own = (other - deviation_rad).abs() <= SAME_RAD;
+            if is_own { [0.0; 2] } else { light(other) }
+        })
+    }
+
+    /// Sum of the light of the deviations that fold to θ.
+    fn sum(&self, theta_rad: f64, light: impl Fn(f64) -> [f64; 2]) -> [f64; 2] {
         let on_axis = theta_rad.sin() < AXIAL_SIN;
         // On the axis both sides are the same deviation, a turn apart at π.
         let (first, sides): (i32, &[f64]) = if on_axis {
@@ -115,12 +124,9 @@ impl GeometricOrder {
         let mut sum = [0.0; 2];
         for turn in first..=self.n_turns() {
             for side in sides {
-                let deviation_rad = TAU * f64::from(turn) + side * theta_rad;
-                if is_wanted(deviation_rad) {
-                    let light = self.at_deviation(deviation_rad, theta_rad);
-                    sum[0] += light[0];
-                    sum[1] += light[1];
-                }
+                let light = light(TAU * f64::from(turn) + side * theta_rad);
+                sum[0] += light[0];
+                sum[1] += light[1];
             }
         }
         sum
@@ -232,21 +238,27 @@ impl GeometricOrder {
         (self.central_rad.max(self.grazing_rad) / TAU).ceil() as i32
     }
 
-    /// The incidences of the two rays of a bow with a deviation; the larger one follows the formulas
-    /// on beyond the grazing ray, the smaller one ends in the central ray.
-    pub(crate) fn pair_of_incidences(&self, deviation_rad: f64) -> [f64; 2] {
-        let central = End {
-            incidence_rad: 0.0,
-            deviation_rad: self.central_rad,
+    /// The incidence of the ray of a bow with a deviation that is nearer to the center: at most the central ray.
+    pub(crate) fn inner_incidence(&self, deviation_rad: f64) -> f64 {
+        self.incidence_or_end(deviation_rad, 0.0, self.central_rad)
+    }
+
+    /// That of the other one, which follows the formulas on beyond the grazing ray.
+    pub(crate) fn outer_incidence(&self, deviation_rad: f64) -> f64 {
+        self.incidence_or_end(deviation_rad, PI, self.path.ray(PI).deviation)
+    }
+
+    fn incidence_or_end(
+        &self,
+        deviation_rad: f64,
+        incidence_rad: f64,
+        end_deviation_rad: f64,
+    ) -> f64 {
+        let end = End {
+            incidence_rad,
+            deviation_rad: end_deviation_rad,
         };
-        let beyond_grazing = End {
-            incidence_rad: PI,
-            deviation_rad: self.path.ray(PI).deviation,
-        };
-        [central, beyond_grazing].map(|end| {
-            let incidence = self.incidence(deviation_rad, end);
-            incidence.unwrap_or(end.incidence_rad)
-        })
+        self.incidence(deviation_rad, end).unwrap_or(incidence_rad)
     }
 
     /// The incidence on the branch up to `end` with the deviation asked for. Along it the deviation
@@ -282,7 +294,8 @@ impl GeometricOrder {
 
     fn first_guess(&self, deviation_rad: f64, far: f64) -> f64 {
         let Some(bow) = self.bow else {
-            return 0.5 * far;
+            let part = (deviation_rad - self.central_rad) / (self.grazing_rad - self.central_rad);
+            return part * far;
         };
         let beyond = (deviation_rad - bow.deviation_rad).max(0.0);
         let away = (beyond / bow.half_curvature()).sqrt();

@@ -37,6 +37,7 @@ mod fresnel;
 mod geometric;
 mod geometric_published;
 mod rainbow_ray;
+mod ray_branch;
 mod ray_path;
 mod uniform;
 

@@ -38,6 +38,7 @@ use crate::bow_direction::BowDirection;
 use crate::geometric::GeometricOrder;
 use crate::rainbow_ray::RainbowRay;
 use crate::rainbow_ray::rainbow_ray;
+use crate::ray_branch::RayBranch;
 use crate::ray_path::Incidence;
 use crate::ray_path::Ray;
 use crate::ray_path::RayPath;
@@ -59,6 +60,8 @@ const DARKEST: f64 = 0.15;
 /// Smallest sin θ: on the bright side the form has faded into rays long before; on the dark side the
 /// factor stops where a drop of 4 µm radius no longer focuses, 1/x.
 const SMALLEST_SIN: f64 = 0.02;
+/// sin θ from which the light of a ray follows from its strength.
+const NEAR_AXIS_SIN: f64 = 1e-3;
 /// Newton's steps at most; 4 to 7 are usual.
 const MOST_STEPS: u32 = 40;
 /// The step after one below this is below rounding.
@@ -75,6 +78,15 @@ pub struct UniformBow {
     series_rad: f64,
     /// d between which the form fades into rays.
     fading_rad: (f64, f64),
+    /// Least d from which there is light.
+    darkest_rad: f64,
+    /// d of the central ray, and where the direction of the bow meets the axis.
+    central_rad: f64,
+    axis_rad: f64,
+    /// Ray `a` from the end of the series to the central ray.
+    inner: RayBranch,
+    /// Ray `b` from there to the axis.
+    outer: RayBranch,
 }
 
 /// What the two rays of a deviation have in common.
@@ -101,16 +113,48 @@ impl UniformBow {
         // The next direction along the axis ends the branch.
         let axis_rad = PI - ray.deviation_rad.rem_euclid(PI);
         let faded_rad = (FADED * grazing_rad).min(axis_rad);
+        let series_rad = SERIES_REACH * reach_rad;
+        let branch = |to_rad: f64, incidence: &dyn Fn(f64) -> f64| {
+            RayBranch::new((series_rad, to_rad), |beyond_rad| {
+                let ray = path.ray(incidence(ray.deviation_rad + beyond_rad));
+                let spread = (beyond_rad.sqrt() / ray.slope.abs()).sqrt();
+                let [s, p] = ray.amplitudes().map(|amplitude| amplitude * spread);
+                [
+                    ray.optical_path(),
+                    ray.sin_incidence * ray.cos_incidence,
+                    s,
+                    p,
+                ]
+            })
+        };
         let mut bow = Self {
             path,
             ray,
             rays,
             series: [[0.0; 5]; N_TERMS],
-            series_rad: SERIES_REACH * reach_rad,
+            series_rad,
             fading_rad: (FADES_FROM * faded_rad, faded_rad),
+            darkest_rad: f64::NEG_INFINITY,
+            central_rad,
+            axis_rad,
+            inner: branch(central_rad.max(axis_rad), &|deviation_rad| {
+                rays.inner_incidence(deviation_rad)
+            }),
+            outer: branch(axis_rad, &|deviation_rad| {
+                rays.outer_incidence(deviation_rad)
+            }),
         };
         bow.series = bow.caustic_series((CIRCLE * reach_rad).sqrt());
         Some(bow)
+    }
+
+    /// The same without the light whose z x^(−2/3) is less than about `argument`, which is negative: the
+    /// exponentially small light of the dark side costs more than all other.
+    #[must_use]
+    pub fn above(mut self, argument: f64) -> Self {
+        let end = self.near_caustic(-self.series_rad).argument(-1.0);
+        self.darkest_rad = (-argument / end).min(-self.series_rad);
+        self
     }
 
     /// The rainbow ray.
@@ -129,27 +173,59 @@ impl UniformBow {
     /// What does not depend on the size of the drop.
     #[must_use]
     pub fn direction(&self, theta: Radians) -> BowDirection {
+        BowDirection {
+            rays: self.rays_beside(theta),
+            ..self.wave(theta)
+        }
+    }
+
+    /// The same without rays.
+    #[must_use]
+    pub fn wave(&self, theta: Radians) -> BowDirection {
         let beyond_rad = self.ray.beyond_rad(theta.0);
-        let deviation_rad = self.ray.deviation_rad + beyond_rad;
-        let rays_weight = self.rays_weight(beyond_rad);
         let pair = self.pair(beyond_rad);
         let root = pair.stretch.cbrt();
         // 4/(sin θ V²) and 4/(sin θ (V A)²): Ai = f/V, Ai' = −f'/(V A).
-        let wave = 4.0 * (1.0 - rays_weight) / theta.0.sin().max(SMALLEST_SIN);
+        let part = 1.0 - self.rays_weight(beyond_rad);
+        let wave = 4.0 * part / theta.0.sin().max(SMALLEST_SIN);
         let (value, derivative) = (
             wave * root / (VALUE * VALUE),
             wave / (root * DERIVATIVE * DERIVATIVE),
         );
-        let mut rays = self.rays.beside_deviation(deviation_rad, theta.0);
-        if rays_weight > 0.0 {
-            let own = self.rays.at_deviation(deviation_rad, theta.0);
-            rays = [0, 1].map(|j| rays[j] + rays_weight * own[j]);
-        }
         BowDirection {
             argument: pair.argument(beyond_rad),
             strength: pair.even.map(|even| value * even * even),
             derivative_strength: pair.odd.map(|odd| derivative * odd * odd),
-            rays,
+            rays: [0.0; 2],
+        }
+    }
+
+    /// Light of the rays that make no bow in a direction, in 1/sr: those beyond the grazing one, and those of
+    /// other turns.
+    #[must_use]
+    pub fn rays_beside(&self, theta: Radians) -> [f64; 2] {
+        let beyond_rad = self.ray.beyond_rad(theta.0);
+        let deviation_rad = self.ray.deviation_rad + beyond_rad;
+        let light = |other| self.light_of_rays(other, theta.0);
+        let beside = self.rays.beside_deviation(deviation_rad, theta.0, light);
+        let weight = self.rays_weight(beyond_rad);
+        if weight <= 0.0 {
+            return beside;
+        }
+        let own = self.light_of_rays(deviation_rad, theta.0);
+        [0, 1].map(|j| beside[j] + weight * own[j])
+    }
+
+    /// Light of both rays of a deviation that folds to θ; 1/sr.
+    fn light_of_rays(&self, deviation_rad: f64, theta_rad: f64) -> [f64; 2] {
+        let beyond_rad = deviation_rad - self.ray.deviation_rad;
+        if beyond_rad <= self.series_rad || theta_rad.sin() <= NEAR_AXIS_SIN {
+            self.rays.at_deviation(deviation_rad, theta_rad)
+        } else if beyond_rad <= self.central_rad {
+            self.bright_side(beyond_rad)
+                .light_of_both(beyond_rad, theta_rad)
+        } else {
+            [0.0; 2]
         }
     }
 
@@ -163,6 +239,13 @@ impl UniformBow {
     fn pair(&self, beyond_rad: f64) -> RayPair {
         if beyond_rad.abs() <= self.series_rad {
             self.near_caustic(beyond_rad)
+        } else if beyond_rad < self.darkest_rad {
+            let end = self.near_caustic(-self.series_rad);
+            RayPair {
+                even: [0.0; 2],
+                odd: [0.0; 2],
+                ..end
+            }
         } else if beyond_rad < 0.0 {
             self.dark_side(beyond_rad)
         } else {
@@ -186,19 +269,20 @@ impl UniformBow {
     }
 
     fn bright_side(&self, beyond_rad: f64) -> RayPair {
-        let deviation_rad = self.ray.deviation_rad + beyond_rad;
         let sigma = beyond_rad.sqrt();
-        // The phase goes on beyond the grazing ray.
-        let incidences = self.rays.pair_of_incidences(deviation_rad);
-        let [a, b] = incidences.map(|incidence| self.path.ray(incidence));
-        let inner = strengths(&a, -sigma);
-        let outer = if b.cos_incidence > 0.0 {
-            strengths(&b, sigma)
+        let [inner_path, inner @ ..] = self.inner.at(beyond_rad);
+        // The phase goes on beyond the grazing ray, whose light ends there.
+        let [outer_path, outer @ ..] = if beyond_rad <= self.axis_rad {
+            self.outer.at(beyond_rad)
         } else {
-            [0.0; 2]
+            [0.0; 4]
         };
+        let [inner, outer] = [inner, outer].map(|[product, s, p]| {
+            let root = product.max(0.0).sqrt();
+            [root * s, root * p]
+        });
         RayPair {
-            stretch: 0.75 * (b.optical_path() - a.optical_path()) / (beyond_rad * sigma),
+            stretch: 0.75 * (outer_path - inner_path) / (beyond_rad * sigma),
             even: [0, 1].map(|j| 0.5 * (outer[j] + inner[j])),
             odd: [0, 1].map(|j| 0.5 * (outer[j] - inner[j]) / sigma),
         }
@@ -278,6 +362,12 @@ impl RayPair {
     /// ζ x^(−2/3)/A.
     fn argument(&self, beyond_rad: f64) -> f64 {
         self.stretch.cbrt().powi(2) * beyond_rad / ARGUMENT
+    }
+
+    /// What both rays send without interference, 2 (E² + d O²)/(π sin θ sqrt(d)); 1/sr.
+    fn light_of_both(&self, beyond_rad: f64, theta_rad: f64) -> [f64; 2] {
+        let scale = 2.0 / (PI * theta_rad.sin() * beyond_rad.sqrt());
+        [0, 1].map(|j| scale * (self.even[j].powi(2) + beyond_rad * self.odd[j].powi(2)))
     }
 }
 

@@ -11,6 +11,7 @@ use crate::bow_light::Places;
 use crate::error::Error;
 use crate::mean_square::Averaging;
 use crate::mean_square::MeanSquare;
+use crate::mean_square::lowest_z;
 use crate::request::SizeRow;
 use crate::request::TableRequest;
 use crate::rings::DiscAverage;
@@ -34,11 +35,19 @@ impl BowLights {
     pub(crate) fn new(request: &TableRequest, theta_rad: &[f64]) -> Result<Self, Error> {
         let theory = request.theory.expected_bows();
         let (places, orders) = (Places::of_table(request, theta_rad), request.orders_in());
+        let exponent = theory.form().radius_exponent();
+        let darkest_z = request
+            .variances_of_drops()
+            .map(|variance| lowest_z(exponent, variance))
+            .fold(0.0, f64::min);
+        let smallest = request.effective_radius_um.first().copied();
         let light = |(index, p): (usize, u32)| {
-            let order = theory.order(Bin::new(request, index), p);
-            let order = order.ok_or_else(|| Error::Orders {
+            let bin = Bin::new(request, index);
+            let order = theory.order(bin, p).ok_or_else(|| Error::Orders {
                 found: orders.clone(),
             })?;
+            let x = smallest.map_or(1.0, |um| size_parameter(Micrometers(um), bin.center));
+            let order = order.above(darkest_z / (x * x).cbrt());
             Ok((p, BowLight::new(&order, &places)))
         };
         let of_wavelength = |index| orders.iter().map(|p| light((index, *p))).collect();

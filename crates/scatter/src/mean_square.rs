@@ -38,8 +38,8 @@ const MEAN: f64 = 0.55884639773991457;
 /// A = (π²/12)^(1/3).
 const ARGUMENT: f64 = 0.936_927_888_800_636_4;
 
-/// Lowest z for a single size: f² is below 1e-60 there.
-const LOWEST_Z: f64 = -24.0;
+/// Lowest z for a single size: f² is below 1e-15 there.
+const LOWEST_Z: f64 = -9.0;
 /// Largest ratio of both moments of the expansion.
 const BROADEST: f64 = 27.0;
 /// Lowest z for any law, and the value of F that a broad law may have left there.
@@ -275,7 +275,7 @@ impl Axis {
 
 /// Below it nothing is left of the bow: a share t^(1/v_e + q) of the drops, those with
 /// t < 1/(2 PHASE |z|^(3/2)), reaches that far into the dark.
-fn lowest_z(exponent: f64, variance: f64) -> f64 {
+pub(crate) fn lowest_z(exponent: f64, variance: f64) -> f64 {
     let radius = LEFT_BELOW.powf(1.0 / (1.0 / variance + exponent));
     let z = -(1.0 / (2.0 * PHASE * radius)).powf(2.0 / 3.0);
     z.clamp(LOWEST_OF_ALL_Z, LOWEST_Z)
