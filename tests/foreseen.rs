@@ -16,6 +16,7 @@ use niji_picture::SKY;
 use niji_picture::air;
 use niji_picture::scene_from_toml;
 use niji_picture::unwatched;
+use niji_scene::DropSpacing;
 use niji_scene::SkyLevel;
 
 /// A wall of drops on the ground before a low sun's sky, at few wavelengths; lines of its sections may be added.
@@ -143,18 +144,19 @@ fn the_error_of_the_sky_is_told_and_a_tolerance_solves_it_more_finely() {
     assert!(are_finer);
 }
 
+fn shaft(voxel_m: f64) -> String {
+    format!(
+        "shape = \"rain-shaft\"\nrain_rate_mm_h = 20.0\n\
+         footprint = {{ column = {{ radius_m = 90.0 }} }}\ncenter_xz_m = [20.0, -450.0]\n\
+         base_y_m = 0.0\ntop_y_m = 150.0\nedge_m = 60.0\nvoxel_m = {voxel_m:.1}"
+    )
+}
+
 #[test]
 fn what_lies_between_the_nodes_of_the_drops_is_told() {
-    let bank = |voxel_m: f64| {
-        format!(
-            "shape = \"rain-shaft\"\nrain_rate_mm_h = 20.0\n\
-             footprint = {{ column = {{ radius_m = 90.0 }} }}\ncenter_xz_m = [20.0, -450.0]\n\
-             base_y_m = 0.0\ntop_y_m = 150.0\nedge_m = 60.0\nvoxel_m = {voxel_m:.1}"
-        )
-    };
     for voxel_m in [24.0, 12.0] {
         let at = |voxel_m| {
-            let planned = planned(&wall(&bank(voxel_m), "", CENTERS));
+            let planned = planned(&wall(&shaft(voxel_m), "", CENTERS));
             let image = picture(&planned, SkyLevel::Quick);
             let told = told(&planned, &image, DROP_SPACING);
             (luminance(&planned, &image), told)
@@ -167,4 +169,46 @@ fn what_lies_between_the_nodes_of_the_drops_is_told() {
             "{voxel_m} m: {off} for {told}"
         );
     }
+}
+
+#[test]
+fn nodes_are_twice_as_close_where_the_tolerance_asks_for_it() {
+    let text = |accuracy: &str| wall(&shaft(48.0), "", &format!("{CENTERS}{accuracy}\n"));
+    let tight = text("tolerance = 0.0005");
+    let [coarse, fine, named] = [
+        &text("tolerance = 0.05"),
+        &tight,
+        &text("tolerance = 0.0005\ndrop_spacing = \"as-given\""),
+    ]
+    .map(|text| planned(text));
+    let n_nodes = |planned: &PlannedScene| planned.drops().unwrap().summary().n_nodes;
+    let seen = told(&coarse, &picture(&coarse, SkyLevel::Quick), DROP_SPACING);
+    assert_eq!(fine.plan.levels.drop_spacing, DropSpacing::Halved, "{seen}");
+    assert!(n_nodes(&fine) > 5 * n_nodes(&coarse));
+    for other in [&coarse, &named] {
+        assert_eq!(other.plan.levels.drop_spacing, DropSpacing::AsGiven);
+        assert_eq!(n_nodes(other), n_nodes(&coarse));
+    }
+    let truth = planned(&wall(&shaft(12.0), "", CENTERS));
+    let truth = luminance(&truth, &picture(&truth, SkyLevel::Quick));
+    let errors = [&named, &fine].map(|planned| {
+        let image = picture(planned, SkyLevel::Quick);
+        let off = rms(&(luminance(planned, &image) - &truth));
+        (off, told(planned, &image, DROP_SPACING))
+    });
+    let [(off, _), (finer, told_of_finer)] = errors;
+    assert!(finer < 0.6 * off, "{errors:?}");
+    assert!(
+        finer < 2.0 * told_of_finer && told_of_finer < 5.0 * finer,
+        "{errors:?}"
+    );
+    // What was chosen once is the same without measuring, and when planned anew as it stands.
+    let again = PlanRequest {
+        choice: Some(&fine.choice),
+        ..PlanRequest::default()
+    };
+    let scene = scene_from_toml(&tight, Path::new("")).unwrap();
+    assert_eq!(PlannedScene::new(scene, again).unwrap().choice, fine.choice);
+    let anew = fine.replanned(fine.scene.clone()).unwrap();
+    assert_eq!(n_nodes(&anew), n_nodes(&fine));
 }

@@ -4,7 +4,6 @@ mod mix;
 mod shape_command;
 mod shape_examples;
 
-use std::path::Path;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -15,7 +14,6 @@ use crate::failure::Failure;
 use crate::flags::Common;
 use crate::scene_file;
 use crate::stages;
-use niji_picture::VolumeSource;
 
 use mix::MixCommand;
 use shape_command::ShapeCommand;
@@ -80,12 +78,11 @@ pub(crate) fn execute(command: &DropsCommand, common: &Common) -> Result<(), Fai
         (Some(DropsSubcommand::Shape(shape)), None) => shape.source()?,
         (Some(DropsSubcommand::Mix(mix)), None) => mix.source()?,
         (None, Some(path)) => {
-            let scene = scene_file::read(path, common)?;
             let is_file = || {
                 Failure::Usage("the scene names a drop volume, there is nothing to make".to_owned())
             };
-            let folder = path.parent().unwrap_or(Path::new(""));
-            VolumeSource::of(&scene.drops, folder).ok_or_else(is_file)?
+            let planned = scene_file::load(path, common)?;
+            planned.drop_source.ok_or_else(is_file)?
         }
     };
     let no_output = || Failure::Usage("expected -o FILE.vdb".to_owned());

@@ -8,8 +8,8 @@ use niji_droplets::Shape;
 use niji_radiometry::memory_limit;
 use niji_scene::DropSource;
 use niji_scene::DropSummary;
-use niji_scene::Drops;
 use niji_scene::FromVdb;
+use niji_scene::Scene;
 use niji_scene::canonical_json;
 use niji_vdb::Grid;
 use niji_vdb::GridHeader;
@@ -49,17 +49,18 @@ impl VolumeSource {
         Self::new(vec![(String::new(), part)])
     }
 
-    /// What the drops of a scene are made from whose files lie in `folder`; `None` if the volume is
-    /// there.
-    pub fn of(drops: &Drops, folder: &Path) -> Option<Self> {
+    /// What the drops of a scene are made from whose files lie in `folder`, with the nodes of shapes as far apart as
+    /// the scene is seen to need; `None` if the volume is there.
+    pub fn of(scene: &Scene, folder: &Path) -> Option<Self> {
+        let drops = &scene.drops;
         if drops.file().is_some() {
             return None;
         }
         let populations = drops.populations().iter();
         let parts = populations.map(|it| VolumePart::of(&it.source, folder));
-        Some(Self::new(
-            drops.mode_names().into_iter().zip(parts).collect(),
-        ))
+        let source = Self::new(drops.mode_names().into_iter().zip(parts).collect());
+        let times = scene.accuracy.drop_spacing.unwrap_or_default().times();
+        Some(source.with_nodes_apart(times).unwrap_or(source))
     }
 
     /// The same with the nodes of its shapes so many times as far apart; `None` where there is no shape.

@@ -49,7 +49,7 @@ impl ForeseenErrors {
             everywhere: off.map(|it| it.bound.rms).sum(),
             further_orders,
             sky: seen.sky.as_ref().map(|it| it.error.clone()),
-            drop_spacing: seen.drop_spacing.clone(),
+            drop_spacing: seen.drop_spacing.as_ref().map(|it| it.error.clone()),
         }
     }
 

@@ -20,6 +20,7 @@ use serde::Serialize;
 
 use crate::error::Error;
 
+pub(crate) use drop_spacing::SpacingSeen;
 pub(crate) use sky::SkySeen;
 pub(crate) use sky::sky;
 pub(crate) use small_picture::SmallPicture;
@@ -35,9 +36,9 @@ pub(crate) struct Seen {
     /// The level of the light that the air scatters more than once, and what it errs by.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) sky: Option<SkySeen>,
-    /// What the spacing of the drops' nodes errs by, where they are laid out from a shape.
+    /// The spacing of the drops' nodes, and what it errs by, where they are laid out from a shape.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) drop_spacing: Option<SmallPicture>,
+    pub(crate) drop_spacing: Option<SpacingSeen>,
 }
 
 /// What is to be seen of the drops of a scene, but for what was seen `before`, at another tolerance.
@@ -52,7 +53,7 @@ pub(crate) fn seen_of_drops(
     let open = small_scene::open(scene, (foretold, folder));
     let mut seen = Seen {
         further_orders: before.further_orders.filter(|_| open.further_orders),
-        drop_spacing: before.drop_spacing,
+        drop_spacing: before.drop_spacing.filter(|it| it.holds_for(scene)),
         sky: None,
     };
     let open = open.but_for(&seen);
@@ -60,7 +61,9 @@ pub(crate) fn seen_of_drops(
         seen.further_orders = seen
             .further_orders
             .or(further_orders::further_orders(&small)?);
-        seen.drop_spacing = seen.drop_spacing.or(drop_spacing::drop_spacing(&small)?);
+        seen.drop_spacing = seen
+            .drop_spacing
+            .or(drop_spacing::drop_spacing(&small, scene)?);
     }
     Ok(seen)
 }

@@ -19,6 +19,7 @@ use niji_render::Surfaces;
 use niji_render::ask_for_memory;
 use niji_scatter::airy_from_file;
 use niji_scatter::airy_to_file;
+use niji_scene::DropSpacing;
 use niji_scene::DropSummary;
 use niji_scene::Foretold;
 use niji_scene::Plan;
@@ -108,10 +109,18 @@ impl Default for PlanRequest<'_> {
     }
 }
 
+/// What is measured for a plan.
+enum Measured {
+    Never,
+    Now,
+    /// It was, and is kept with what was decided from it.
+    Before(Choice),
+}
+
 /// What the drops of a scene whose files lie in `folder` come from.
 fn source_of(scene: &Scene, folder: &Path) -> Option<VolumeSource> {
     let file = || scene.drops.file().map(|file| folder.join(file));
-    VolumeSource::of(&scene.drops, folder)
+    VolumeSource::of(scene, folder)
         .or_else(|| Some(VolumeSource::only(VolumePart::Volume(file()?))))
 }
 
@@ -148,36 +157,56 @@ impl PlannedScene {
     /// A drop volume that is missing or wrong, or a scene that cannot be planned.
     pub fn new(scene: Scene, request: PlanRequest) -> Result<Self, Error> {
         let drops = drops_of(&scene, request)?;
-        Self::with_drops(scene, request, drops, true)
+        let planned = Self::with_drops(scene, request, (drops, Measured::Now))?;
+        planned.at_spacing_seen(request)
+    }
+
+    /// The same with the nodes of its drops as close as they were seen to be needed.
+    fn at_spacing_seen(self, request: PlanRequest) -> Result<Self, Error> {
+        let seen = self.choice.seen.drop_spacing.as_ref();
+        let Some(level) = seen.map(|it| it.level) else {
+            return Ok(self);
+        };
+        let named = self.scene.accuracy.drop_spacing;
+        if named.is_some() || level == DropSpacing::AsGiven {
+            return Ok(self);
+        }
+        let mut scene = self.scene;
+        scene.accuracy.drop_spacing = Some(level);
+        let drops = drops_of(&scene, request)?;
+        Self::with_drops(scene, request, (drops, Measured::Before(self.choice)))
     }
 
     /// The same without measuring anything, for its own drops and the `others`.
-    pub(crate) fn unmeasured(
+    pub(crate) fn unmeasured<'a>(
         scene: Scene,
         folder: &Path,
-        others: Option<&VolumeSource>,
+        others: impl Iterator<Item = &'a VolumeSource>,
     ) -> Result<Self, Error> {
         let request = PlanRequest {
             folder,
             ..PlanRequest::default()
         };
         let own = drops_of(&scene, request)?;
-        let others = others.map(|it| it.summary(|drops| drops)).transpose()?;
-        let drops = DropSummary::joined(own.into_iter().chain(others.flatten()));
-        Self::with_drops(scene, request, drops, false)
+        let others = others.map(|it| it.summary(|drops| drops));
+        let others: Vec<Option<DropSummary>> = others.collect::<Result<_, Error>>()?;
+        let drops = DropSummary::joined(own.into_iter().chain(others.into_iter().flatten()));
+        Self::with_drops(scene, request, (drops, Measured::Never))
     }
 
     fn with_drops(
         scene: Scene,
         request: PlanRequest,
-        drops: Option<DropSummary>,
-        measures: bool,
+        (drops, measured): (Option<DropSummary>, Measured),
     ) -> Result<Self, Error> {
         let folder = request.folder;
         let drop_file = scene.drops.file().map(|file| folder.join(file));
-        let drop_source = VolumeSource::of(&scene.drops, folder);
-        let (mut seen, mut key) = (Seen::default(), String::new());
-        let mut afforded = None;
+        let drop_source = VolumeSource::of(&scene, folder);
+        let measures = matches!(measured, Measured::Now);
+        let (mut seen, mut key, mut afforded) = match measured {
+            Measured::Before(choice) => (choice.seen, choice.request, choice.afforded),
+            Measured::Never | Measured::Now => (Seen::default(), String::new(), None),
+        };
         let mut is_known = !measures;
         let of_drops = format!("{drops:?}");
         let files = if measures {
@@ -186,11 +215,14 @@ impl PlannedScene {
             BTreeMap::new()
         };
         let look = |foretold: &Foretold| {
+            if !measures {
+                return Ok(seen.further_orders.as_ref().map(SmallPicture::bound));
+            }
             key = choice::request((request.version, &files), &scene, &of_drops, foretold);
             if let Some(choice) = request.choice.filter(|choice| choice.request == key) {
                 (seen, is_known) = (choice.seen.clone(), true);
                 afforded = choice.afforded;
-            } else if measures && !request.is_hasty {
+            } else if !request.is_hasty {
                 let before = request.measured.map(|it| it.seen.clone());
                 seen =
                     pilot::seen_of_drops(&scene, (foretold, folder), before.unwrap_or_default())?;

@@ -67,6 +67,7 @@ impl Preset {
             sky: SkyModel::MultipleScattering,
             pixel_footprint: PixelFootprint::Prefiltered,
             mirrored_light: MirroredLight::Polarized,
+            drop_spacing: DropSpacing::AsGiven,
         };
         match self {
             Self::Draft => Levels {
@@ -107,6 +108,29 @@ impl Preset {
     }
 }
 
+/// How far apart the nodes of drops are that are laid out from a shape.
+#[derive(
+    Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
+#[serde(rename_all = "kebab-case")]
+pub enum DropSpacing {
+    /// `voxel_m` of the shape.
+    #[default]
+    AsGiven,
+    /// Half of it: eight times as many nodes.
+    Halved,
+}
+
+impl DropSpacing {
+    /// What `voxel_m` is multiplied by.
+    pub fn times(self) -> f64 {
+        match self {
+            Self::AsGiven => 1.0,
+            Self::Halved => 0.5,
+        }
+    }
+}
+
 /// One level for every stage, with its settings.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Levels {
@@ -134,6 +158,9 @@ pub struct Levels {
     /// What of the light that water mirrors is followed; written where it is not all.
     #[serde(skip_serializing_if = "is_polarized")]
     pub mirrored_light: MirroredLight,
+    /// The nodes of drops that are laid out from a shape; written where they are closer than the scene says.
+    #[serde(skip_serializing_if = "is_as_given")]
+    pub drop_spacing: DropSpacing,
 }
 
 impl Levels {
@@ -174,6 +201,12 @@ fn is_single_scattering(orders: &DropOrders) -> bool {
 #[allow(clippy::trivially_copy_pass_by_ref, reason = "serde hands it over so")]
 fn is_polarized(light: &MirroredLight) -> bool {
     *light == MirroredLight::Polarized
+}
+
+/// Whether nothing is to be said of the nodes of drops.
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde hands it over so")]
+fn is_as_given(spacing: &DropSpacing) -> bool {
+    *spacing == DropSpacing::AsGiven
 }
 
 /// `"center"` as `center`, `{"grid": {"n": 4}}` as `grid n=4`.
@@ -247,6 +280,10 @@ pub struct Accuracy {
     /// Replaces the polarization of the light that water mirrors by that of natural light.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mirrored_light: Option<MirroredLight>,
+    /// How far apart the nodes of drops are that are laid out from a shape, in place of what the picture is seen to
+    /// need.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drop_spacing: Option<DropSpacing>,
 }
 
 impl Accuracy {
@@ -270,6 +307,7 @@ impl Accuracy {
             sky: self.sky.unwrap_or(levels.sky),
             pixel_footprint: self.pixel_footprint.unwrap_or(levels.pixel_footprint),
             mirrored_light: self.mirrored_light.unwrap_or(levels.mirrored_light),
+            drop_spacing: self.drop_spacing.unwrap_or(levels.drop_spacing),
         }
     }
 }

@@ -47,6 +47,7 @@ mod sun_section;
 mod water_surface;
 
 pub use accuracy::Accuracy;
+pub use accuracy::DropSpacing;
 pub use accuracy::Levels;
 pub use accuracy::Preset;
 pub use air::Air;
@@ -79,6 +80,7 @@ pub use levels_for_tolerance::SHARE_FOR_LEVELS;
 pub use levels_for_tolerance::tolerance_for_orders;
 pub use levels_for_tolerance::tolerance_for_rays;
 pub use levels_for_tolerance::tolerance_for_sky;
+pub use levels_for_tolerance::tolerance_for_spacing;
 pub use moment::Moment;
 pub use moment::NoSuchMoment;
 pub use moment::SunPosition;

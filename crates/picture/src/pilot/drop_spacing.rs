@@ -1,14 +1,20 @@
 //! What a picture errs by because drops are known at nodes only, where they are laid out from a shape.
 //!
-//! e = |L(h) - L(2 h)| / 2
+//! e(h) = |L(h) - L(2 h)| / 2
 //! `L` luminance over display white, without what drops scatter more than once; `h` spacing of the nodes. A field
-//! that is smooth over `h` errs by a third of the difference, an edge of drops by all of it at most. What a file of
-//! another program lacks between its nodes cannot be known.
+//! that is smooth over `h` errs by a third of the difference, an edge of drops by all of it at most. Where e(h) is
+//! more than the tolerance leaves to it and the nodes are not too many, h/2 is taken, and looked at itself. What a
+//! file of another program lacks between its nodes cannot be known.
 
 use ndarray::Array2;
 use niji_dropfield::DropVolume;
-use niji_exchange::luminance;
 use niji_render::DropOrders;
+use niji_scene::DropSpacing;
+use niji_scene::Preset;
+use niji_scene::Scene;
+use niji_scene::tolerance_for_spacing;
+use serde::Deserialize;
+use serde::Serialize;
 
 use super::SmallPicture;
 use super::small_scene::SmallScene;
@@ -17,20 +23,77 @@ use crate::error::Error;
 /// Part of the difference that is the error.
 const OF_DIFFERENCE: f64 = 0.5;
 
-/// What the spacing changes; `None` where drops have no shape or send no light.
+/// Most nodes of which there may be eight times as many.
+const MOST_NODES: u64 = 1_000_000;
+
+/// A spacing and what it errs by.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SpacingSeen {
+    pub(crate) level: DropSpacing,
+    pub(crate) error: SmallPicture,
+    /// RMS of what the spacing of the scene errs by.
+    as_given: f64,
+    /// Nodes at that spacing.
+    n_nodes: u64,
+}
+
+impl SpacingSeen {
+    /// Whether it is what the same drops ask for at the tolerance of a scene.
+    pub(crate) fn holds_for(&self, scene: &Scene) -> bool {
+        self.level == level(scene, self.as_given, self.n_nodes)
+    }
+}
+
+/// The spacing for a scene whose own errs by so much.
+fn level(scene: &Scene, as_given: f64, n_nodes: u64) -> DropSpacing {
+    let accuracy = &scene.accuracy;
+    let is_chosen = accuracy.drop_spacing.is_none() && accuracy.preset == Preset::Standard;
+    let is_seen = as_given > tolerance_for_spacing(accuracy.tolerance());
+    if is_chosen && is_seen && n_nodes <= MOST_NODES {
+        DropSpacing::Halved
+    } else {
+        DropSpacing::AsGiven
+    }
+}
+
+/// The spacing for a scene and what it errs by; `None` where drops have no shape or send no light.
 ///
 /// # Errors
 /// As those of a picture.
-pub(crate) fn drop_spacing(small: &SmallScene) -> Result<Option<SmallPicture>, Error> {
-    let Some(apart) = &small.apart else {
+pub(crate) fn drop_spacing(
+    small: &SmallScene,
+    scene: &Scene,
+) -> Result<Option<SpacingSeen>, Error> {
+    let Some(other) = &small.other_nodes else {
         return Ok(None);
     };
-    let seen = |drops: DropVolume| -> Result<Array2<f64>, Error> {
+    let luminance = |drops: DropVolume| -> Result<Array2<f64>, Error> {
         let image = small.picture(drops, DropOrders::SingleScattering)?;
-        Ok(luminance(&image.radiance, &image.wavelengths))
+        Ok(niji_exchange::luminance(
+            &image.radiance,
+            &image.wavelengths,
+        ))
     };
-    let difference = seen(small.planned.drops()?)? - seen(apart.volume()?)?;
-    let over_white = OF_DIFFERENCE / small.display_white_cd_m2;
-    let error = difference.mapv(|it| over_white * it.abs());
-    Ok(Some(SmallPicture::new(&small.planned.scene.camera, &error)))
+    let error = |finer: &Array2<f64>, coarser: &Array2<f64>| {
+        let over_white = OF_DIFFERENCE / small.display_white_cd_m2;
+        let error = (finer - coarser).mapv(|it| over_white * it.abs());
+        SmallPicture::new(&small.planned.scene.camera, &error)
+    };
+    let drops = small.planned.drops()?;
+    let n_nodes = drops.summary().n_nodes;
+    let own = luminance(drops)?;
+    let of_own = error(&own, &luminance(other.apart.volume()?)?);
+    let as_given = of_own.bound().rms;
+    let level = level(scene, as_given, n_nodes);
+    let error = match level {
+        DropSpacing::AsGiven => of_own,
+        DropSpacing::Halved => error(&luminance(other.closer.volume()?)?, &own),
+    };
+    Ok(Some(SpacingSeen {
+        level,
+        error,
+        as_given,
+        n_nodes,
+    }))
 }

@@ -42,8 +42,9 @@ const ORDERS: DropOrders = DropOrders::MultipleScattering {
 /// less.
 const SURE: f64 = 0.1;
 
-/// How many times as far apart nodes are laid out for a comparison.
-const TIMES: f64 = 2.0;
+/// How many times as far apart nodes are laid out for comparisons.
+const APART: f64 = 2.0;
+const CLOSER: f64 = 0.5;
 
 /// The light of drops.
 const BOWS: [Effect; 3] = [
@@ -57,18 +58,25 @@ pub(crate) struct SmallScene {
     pub(super) planned: PlannedScene,
     table: Option<ScatteringTable>,
     air: Option<AtmosphereTable>,
-    /// Its drops with nodes so much farther apart, where they are laid out from a shape and send light.
-    pub(super) apart: Option<VolumeSource>,
+    /// Its drops with other nodes, where they are laid out from a shape and send light.
+    pub(super) other_nodes: Option<OtherNodes>,
     pub(super) display_white_cd_m2: f64,
+}
+
+/// Drops of a shape with other nodes than its own.
+pub(super) struct OtherNodes {
+    /// Twice as far apart.
+    pub(super) apart: VolumeSource,
+    /// Twice as close.
+    pub(super) closer: VolumeSource,
 }
 
 /// What bounds leave open.
 pub(super) struct Open {
     /// Whether light of further orders is on.
     pub(super) further_orders: bool,
-    /// What lies between the nodes of drops that are laid out from a shape and send light: those so much farther
-    /// apart.
-    drop_spacing: Option<VolumeSource>,
+    /// What lies between the nodes of drops that are laid out from a shape and send light: those with others.
+    drop_spacing: Option<OtherNodes>,
 }
 
 impl Open {
@@ -86,10 +94,15 @@ pub(super) fn open(scene: &Scene, (foretold, folder): (&Foretold, &Path)) -> Ope
     let allowed = SHARE_FOR_EFFECTS * scene.accuracy.tolerance();
     let is_open = |estimate: Bound| estimate.rms > SURE * allowed;
     let is_lit = BOWS.iter().any(|bow| foretold.on.contains(bow));
-    let source = VolumeSource::of(&scene.drops, folder);
+    let source = VolumeSource::of(scene, folder);
     Open {
         further_orders: foretold.further_orders.is_some_and(is_open),
-        drop_spacing: source.and_then(|it| it.with_nodes_apart(TIMES).filter(|_| is_lit)),
+        drop_spacing: source.filter(|_| is_lit).and_then(|it| {
+            Some(OtherNodes {
+                apart: it.with_nodes_apart(APART)?,
+                closer: it.with_nodes_apart(CLOSER)?,
+            })
+        }),
     }
 }
 
@@ -105,9 +118,9 @@ impl SmallScene {
     ) -> Result<Option<Self>, Error> {
         let Open {
             further_orders: is_open,
-            drop_spacing: apart,
+            drop_spacing: other_nodes,
         } = open;
-        if !is_open && apart.is_none() {
+        if !is_open && other_nodes.is_none() {
             return Ok(None);
         }
         let mut scene = smaller(scene);
@@ -122,6 +135,7 @@ impl SmallScene {
             integration: Some(Integration::CellExact),
             pixel_footprint: Some(PixelFootprint::Center),
             drop_orders: Some(ORDERS),
+            drop_spacing: scene.accuracy.drop_spacing,
             ..Accuracy::default()
         };
         for effect in Effect::ALL {
@@ -137,12 +151,13 @@ impl SmallScene {
             let switch = if is_on { Switch::On } else { Switch::Off };
             scene.effects.set(effect, switch);
         }
-        let planned = PlannedScene::unmeasured(scene, folder, apart.as_ref())?;
+        let others = other_nodes.iter().flat_map(|it| [&it.apart, &it.closer]);
+        let planned = PlannedScene::unmeasured(scene, folder, others)?;
         Ok(Some(Self {
             table: planned.scattering(planned.airy()?.as_ref(), &unwatched)?,
             air: planned.air(&unwatched)?,
             planned,
-            apart,
+            other_nodes,
             display_white_cd_m2: foretold.display_white_cd_m2,
         }))
     }
