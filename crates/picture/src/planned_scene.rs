@@ -114,7 +114,7 @@ enum Measured {
     Never,
     Now,
     /// It was, and is kept with what was decided from it.
-    Before(Choice),
+    Before(Box<Choice>),
 }
 
 /// What the drops of a scene whose files lie in `folder` come from.
@@ -174,7 +174,11 @@ impl PlannedScene {
         let mut scene = self.scene;
         scene.accuracy.drop_spacing = Some(level);
         let drops = drops_of(&scene, request)?;
-        Self::with_drops(scene, request, (drops, Measured::Before(self.choice)))
+        Self::with_drops(
+            scene,
+            request,
+            (drops, Measured::Before(Box::new(self.choice))),
+        )
     }
 
     /// The same without measuring anything, for its own drops and the `others`.

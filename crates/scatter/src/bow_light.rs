@@ -243,7 +243,7 @@ impl BowLight {
                 |theta| bow.direction(theta).rays,
             ),
             Order::Airy(bow, AiryForm::Published) => {
-                light.add_waves(places, |theta| bow.published_direction(theta), |_| [0.0; 2])
+                light.add_waves(places, |theta| bow.published_direction(theta), |_| [0.0; 2]);
             }
             Order::Uniform(bow) => light.add_waves(
                 places,
