@@ -93,7 +93,7 @@ fn tables_are_made_once_and_frames_that_are_there_are_kept() {
         BTreeSet::from(["exr", "png", "rgb.exr"].map(|end| format!("image.0002.{end}")))
     );
     // A second run keeps all, one of more frames makes only those.
-    let again = report(&scene, &out, &["--frames", "1-5", "--step", "2"]);
+    let again = report(&scene, &out, &["--frames", "1-3:2,5"]);
     assert_eq!(made(&again), [(1, vec![]), (3, vec![]), (5, render())]);
     let written: Value =
         serde_json::from_slice(&fs::read(out.join("report.json")).unwrap()).unwrap();
@@ -219,9 +219,8 @@ fn what_is_no_sequence_is_refused_with_what_to_do() {
         &["nothing changes", "[sequence]", "####"],
     );
     refused(SEQUENCE, &[], 2, &["is a sequence", "--frames"]);
-    refused(SEQUENCE, &["--frames", "3-1"], 2, &["1-240"]);
-    refused(SEQUENCE, &["--frames", "1-3", "--step", "0"], 2, &["step"]);
-    refused(SEQUENCE, &["--step", "2"], 2, &["--frames"]);
+    refused(SEQUENCE, &["--frames", "3-1"], 2, &["1-240", "ascending"]);
+    refused(SEQUENCE, &["--frames", "1-3,2"], 2, &["1-240", "twice"]);
     let misspelt = SEQUENCE.replace("elevation", "elevaton");
     refused(
         &misspelt,

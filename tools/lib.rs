@@ -18,6 +18,7 @@ mod drops;
 mod eval;
 mod failure;
 mod flags;
+mod frame_list;
 mod ice;
 mod info;
 mod lee;

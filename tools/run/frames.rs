@@ -5,13 +5,13 @@ use std::path::Path;
 use std::path::PathBuf;
 
 use niji_scene::Effect;
-use niji_scene::LAST_FRAME;
 use niji_scene::Plan;
 use niji_scene::Sequence;
 use serde::Serialize;
 
 use crate::failure::Failure;
 use crate::flags::Common;
+use crate::frame_list::FrameList;
 use crate::output;
 use crate::run::Outcome;
 use crate::run::RunCommand;
@@ -23,31 +23,6 @@ use crate::stages::Done;
 use crate::stages::accuracy;
 use crate::stages::given_table;
 use crate::text_file;
-
-/// Frames by number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct FrameRange {
-    first: u32,
-    last: u32,
-}
-
-/// Frames as the command line has them: `1-240`, or `12`.
-///
-/// # Errors
-/// What was found instead.
-pub(super) fn parse_frames(text: &str) -> Result<FrameRange, String> {
-    let number = |text: &str| text.trim().parse().ok().filter(|n| *n <= LAST_FRAME);
-    let range = match text.split_once('-') {
-        Some((first, last)) => number(first).zip(number(last)),
-        None => number(text).map(|frame| (frame, frame)),
-    };
-    match range {
-        Some((first, last)) if first <= last => Ok(FrameRange { first, last }),
-        Some(_) | None => Err(format!(
-            "found {text:?}, expected a frame or a range of frames, say 12 or 1-240"
-        )),
-    }
-}
 
 /// What was done for a frame.
 #[derive(Serialize)]
@@ -66,14 +41,13 @@ pub(super) struct FrameDone {
 /// A scene in which nothing changes, or whatever a frame reports, with its number.
 pub(super) fn execute(
     command: &RunCommand,
-    range: FrameRange,
+    numbers: &FrameList,
     common: &Common,
 ) -> Result<(), Failure> {
     let (scene_file, folder): (&Path, &Path) = (&command.scene, &command.output);
     let sequence = sequence(scene_file)?;
-    let numbers = || (range.first..=range.last).step_by(command.step as usize);
     // What is wrong with the last frame is told before the first is made.
-    for number in numbers() {
+    for number in numbers.iter() {
         let text = sequence.scene_text(number);
         scene_file::frame_scene(&text, scene_file, common)
             .map_err(|failure| failure.within(&format!("frame {number}")))?;
@@ -81,7 +55,7 @@ pub(super) fn execute(
     let verbosity = common.verbosity();
     let (mut frames, mut effects) = (Vec::new(), None);
     let mut accuracy = Ok(());
-    for number in numbers() {
+    for number in numbers.iter() {
         let in_frame = |failure: Failure| failure.within(&format!("frame {number}"));
         let text = sequence.scene_text(number);
         let planned = scene_file::frame(&text, scene_file, common).map_err(in_frame)?;
@@ -160,30 +134,4 @@ fn finish(frames: &[FrameDone], folder: &Path, common: &Common) -> Result<(), Fa
         .iter()
         .map(|frame| format!("{}\n", frame.image.display()));
     output::print(&images.collect::<String>())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn frames_are_read_as_people_type_them() {
-        let range = |first, last| Ok(FrameRange { first, last });
-        assert_eq!(parse_frames("1-240"), range(1, 240));
-        assert_eq!(parse_frames(" 12 "), range(12, 12));
-        assert_eq!(parse_frames("0-0"), range(0, 0));
-        for text in [
-            "",
-            "-",
-            "3-",
-            "-3",
-            "5-4",
-            "1-2-3",
-            "a",
-            "1.5",
-            "1-99999999",
-        ] {
-            assert!(parse_frames(text).is_err(), "{text}");
-        }
-    }
 }

@@ -19,13 +19,12 @@ use crate::check;
 use crate::choice_file;
 use crate::failure::Failure;
 use crate::flags::Common;
+use crate::frame_list::FrameList;
 use crate::output;
 use crate::output::Existing;
 use crate::run::budget::Budget;
 use crate::run::budget::parse_seconds;
 use crate::run::files::Files;
-use crate::run::frames::FrameRange;
-use crate::run::frames::parse_frames;
 use crate::scene_file;
 use crate::stages;
 use crate::stages::Done;
@@ -52,6 +51,7 @@ use niji_picture::PlannedScene;
   niji run scene.toml -o out --tolerance 0.01
   niji run scene.toml -o out --table any-rain.exr
   niji run sequence.toml -o out --frames 1-240
+  niji run sequence.toml -o out --frames 1-3,7,10-20:2
 
 Leaves drops.vdb, airy.exr, scatter.exr, atmosphere.exr (where the plan needs them), image.exr,
 image.rgb.exr, image.png, choice.toml and report.json; of a photograph also depth.exr, sun.json (with picks),
@@ -73,15 +73,11 @@ pub(crate) struct RunCommand {
     #[arg(long, value_name = "TIME", value_parser = parse_seconds)]
     #[arg(conflicts_with_all = ["tolerance", "accuracy", "choice", "frames"])]
     budget: Option<f64>,
-    /// The frames of a sequence to make: A, or A-B; what changes from frame to frame stands in the
-    /// scene's section [sequence] and in file names with ####. Values lie between those given as numbers
-    /// do, angles too: a turn over north is from 350 to 370 degrees.
-    #[arg(long, value_name = "A-B", value_parser = parse_frames)]
-    frames: Option<FrameRange>,
-    /// Make every K-th of the frames only.
-    #[arg(long, value_name = "K", default_value_t = 1, requires = "frames")]
-    #[arg(value_parser = clap::value_parser!(u32).range(1..))]
-    step: u32,
+    /// The frames of a sequence to make, as 12, 1-240 or 1-3,7,10-20:2 (from 10 to 20 every second one); what
+    /// changes from frame to frame stands in the scene's section [sequence] and in file names with ####.
+    /// Values lie between those given as numbers do, angles too: a turn over north is from 350 to 370 degrees.
+    #[arg(long, value_name = "LIST", value_parser = FrameList::parse)]
+    frames: Option<FrameList>,
 }
 
 /// Runs a scene.
@@ -99,7 +95,7 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
         return Err(Failure::Usage(message));
     }
     report::check_own(folder, common.options().existing)?;
-    if let Some(frames) = command.frames {
+    if let Some(frames) = &command.frames {
         if common.choice.is_some() {
             let message = "--choice is of one picture: leave it out with --frames";
             return Err(Failure::Usage(message.to_owned()));
