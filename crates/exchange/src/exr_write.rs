@@ -191,10 +191,10 @@ fn shared_attributes(parts: &[Part]) -> ImageAttributes {
     let mut with_white = parts
         .iter()
         .filter(|part| part.white_luminance_cd_m2.is_some());
-    let codes = parts
+    let mut codes = parts
         .iter()
         .filter_map(|part| part.text(frame_time::TIME_CODE).ok());
-    shared.time_code = codes.filter_map(frame_time::time_code).next();
+    shared.time_code = codes.find_map(frame_time::time_code);
     shared.chromaticities = with_white.next().map(|part| chromaticities(part.primaries));
     shared
 }
