@@ -6,12 +6,14 @@ pub(crate) mod files;
 mod frames;
 mod report;
 
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::path::PathBuf;
 
 use clap::Args;
 use niji_photo::Finding;
 use niji_picture::Afforded;
+use niji_picture::Choice;
 use niji_picture::PictureSettings;
 use niji_scene::Stage;
 
@@ -19,13 +21,12 @@ use crate::check;
 use crate::choice_file;
 use crate::failure::Failure;
 use crate::flags::Common;
+use crate::frame_list::FrameList;
 use crate::output;
 use crate::output::Existing;
 use crate::run::budget::Budget;
 use crate::run::budget::parse_seconds;
 use crate::run::files::Files;
-use crate::run::frames::FrameRange;
-use crate::run::frames::parse_frames;
 use crate::scene_file;
 use crate::stages;
 use crate::stages::Done;
@@ -52,11 +53,14 @@ use niji_picture::PlannedScene;
   niji run scene.toml -o out --tolerance 0.01
   niji run scene.toml -o out --table any-rain.exr
   niji run sequence.toml -o out --frames 1-240
+  niji run sequence.toml -o out --frames 1-240 --until tables
+  niji run sequence.toml -o out --frames 1-3,7,10-20:2 --choice out/choice.toml
 
 Leaves drops.vdb, airy.exr, scatter.exr, atmosphere.exr (where the plan needs them), image.exr,
 image.rgb.exr, image.png, choice.toml and report.json; of a photograph also depth.exr, sun.json (with picks),
-check.json and composite.png. Of a sequence, image.0001.exr and so on; frames share what they need
-alike, as scatter.1a2b3c4d.exr.")]
+check.json and composite.png. Of a sequence, image.0001.exr, report.0001.json and so on, and in report.json all
+of them; effects, levels and tables are decided once, in choice.toml, and frames share what they need alike,
+as scatter.1a2b3c4d.exr.")]
 pub(crate) struct RunCommand {
     /// The scene.
     scene: PathBuf,
@@ -73,15 +77,22 @@ pub(crate) struct RunCommand {
     #[arg(long, value_name = "TIME", value_parser = parse_seconds)]
     #[arg(conflicts_with_all = ["tolerance", "accuracy", "choice", "frames"])]
     budget: Option<f64>,
-    /// The frames of a sequence to make: A, or A-B; what changes from frame to frame stands in the
-    /// scene's section [sequence] and in file names with ####. Values lie between those given as numbers
-    /// do, angles too: a turn over north is from 350 to 370 degrees.
-    #[arg(long, value_name = "A-B", value_parser = parse_frames)]
-    frames: Option<FrameRange>,
-    /// Make every K-th of the frames only.
-    #[arg(long, value_name = "K", default_value_t = 1, requires = "frames")]
-    #[arg(value_parser = clap::value_parser!(u32).range(1..))]
-    step: u32,
+    /// The frames of a sequence to make, as 12, 1-240 or 1-3,7,10-20:2 (from 10 to 20 every second one); what
+    /// changes from frame to frame stands in the scene's section [sequence] and in file names with ####.
+    /// Values lie between those given as numbers do, angles too: a turn over north is from 350 to 370 degrees.
+    #[arg(long, value_name = "LIST", value_parser = FrameList::parse)]
+    frames: Option<FrameList>,
+    /// Decide, and make the tables that frames share, but no picture: then frames can be made with --choice
+    /// DIR/choice.toml in any number of processes, with the bytes of one.
+    #[arg(long, value_name = "WHAT", conflicts_with = "budget")]
+    until: Option<Until>,
+}
+
+/// The last of what is made.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+enum Until {
+    /// What was decided, and the tables of drops and air, which frames share; no picture.
+    Tables,
 }
 
 /// Runs a scene.
@@ -98,12 +109,8 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
         );
         return Err(Failure::Usage(message));
     }
-    report::check_own(folder, common.options().existing)?;
-    if let Some(frames) = command.frames {
-        if common.choice.is_some() {
-            let message = "--choice is of one picture: leave it out with --frames";
-            return Err(Failure::Usage(message.to_owned()));
-        }
+    report::check_own(folder, None, common.options().existing)?;
+    if let Some(frames) = &command.frames {
         return frames::execute(command, frames, common);
     }
     let kept = folder.join(choice_file::FILE);
@@ -119,6 +126,11 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
     let options = common.options();
     let given = given_table::given(&planned, command.table.as_deref(), options.verbosity)?;
     let files = Files::of_scene(&planned, folder).with_table(given);
+    if command.until.is_some() {
+        choice_file::write(&planned.choice, &kept, Existing::Replace)?;
+        let done = tables(planned, &files, options)?;
+        return told(&done, common);
+    }
     let Outcome {
         done,
         findings,
@@ -133,7 +145,7 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
         .map(|it| accuracy::cheaper(&planned, &done, it));
     let cheaper = cheaper.unwrap_or_default();
     let report = report::json(&planned, &done, (reached.as_ref(), &cheaper));
-    report::write(&report, folder)?;
+    report::write(&report, folder, None)?;
     let verbosity = options.verbosity;
     for warning in &planned.plan.warnings {
         verbosity.warn(warning);
@@ -181,12 +193,7 @@ fn planned(
     (common, budget): (&Common, Option<&Budget>),
     kept: &Path,
 ) -> Result<PlannedScene, Failure> {
-    output::check_regular(kept)?;
-    let mut before = choice_file::read(kept).ok();
-    if before.is_none() {
-        // Of another request it is out of date, like a file of a stage that is made anew; this is none.
-        output::check_free(kept, common.options().existing)?;
-    }
+    let mut before: Option<Choice> = choice_file::kept(kept, common.options().existing)?;
     if common.choice.is_some() {
         return scene_file::load(&command.scene, common);
     }
@@ -199,6 +206,28 @@ fn planned(
         before.afforded = None;
     }
     scene_file::planned(scene, &command.scene, before.as_ref())
+}
+
+/// Makes the tables of a plan, and nothing else.
+fn tables(
+    mut planned: PlannedScene,
+    files: &Files,
+    options: StageOptions,
+) -> Result<Vec<Done>, Failure> {
+    let of_tables = [Stage::Airy, Stage::Scatter, Stage::Atmosphere];
+    let stages = &mut planned.plan.stages;
+    stages.retain(|it| of_tables.contains(&it.stage));
+    Ok(run_stages_to((&planned, None), files, options)?.done)
+}
+
+/// Tells the files that were made, or as JSON all about them.
+fn told(done: &[Done], common: &Common) -> Result<(), Failure> {
+    if common.json {
+        return output::print(&format!("{:#}\n", serde_json::json!({ "stages": done })));
+    }
+    let files: BTreeSet<&String> = done.iter().flat_map(|it| &it.files).collect();
+    let files = files.into_iter().map(|file| format!("{file}\n"));
+    output::print(&files.collect::<String>())
 }
 
 /// What the stages of a run did.
