@@ -13,6 +13,7 @@ mod small_scene;
 
 use std::path::Path;
 
+use niji_scene::DropSpacing;
 use niji_scene::Foretold;
 use niji_scene::Scene;
 use serde::Deserialize;
@@ -42,6 +43,12 @@ pub(crate) struct Seen {
 }
 
 impl Seen {
+    /// How close the nodes of drops were seen to be needed.
+    pub(crate) fn spacing(&self) -> DropSpacing {
+        let seen = self.drop_spacing.as_ref();
+        seen.map_or(DropSpacing::AsGiven, |it| it.level)
+    }
+
     /// What is seen in any of two frames, in every place the more of it; of levels the finer one.
     pub(crate) fn or_more(self, other: &Self) -> Self {
         let more = |one: Option<SmallPicture>, other: &Option<SmallPicture>| match (one, other) {
@@ -50,7 +57,10 @@ impl Seen {
         };
         Self {
             further_orders: more(self.further_orders, &other.further_orders),
-            drop_spacing: more(self.drop_spacing, &other.drop_spacing),
+            drop_spacing: match (self.drop_spacing, &other.drop_spacing) {
+                (Some(one), Some(other)) => Some(one.or_more(other)),
+                (one, other) => one.or(other.clone()),
+            },
             sky: match (self.sky, &other.sky) {
                 (Some(one), Some(other)) => Some(SkySeen {
                     level: one.level.max(other.level),

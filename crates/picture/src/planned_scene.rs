@@ -156,6 +156,14 @@ pub(crate) fn drops_of(scene: &Scene, request: PlanRequest) -> Result<Option<Dro
     source.map_or(Ok(None), |source| source.summary(of_file))
 }
 
+/// A scene with the nodes of its drops so close, but where it names how close they are.
+fn with_spacing(mut scene: Scene, spacing: DropSpacing) -> Scene {
+    if spacing != DropSpacing::AsGiven {
+        scene.accuracy.drop_spacing.get_or_insert(spacing);
+    }
+    scene
+}
+
 /// Refuses a scene without a file that it names.
 ///
 /// # Errors
@@ -178,27 +186,23 @@ impl PlannedScene {
     pub fn new(scene: Scene, request: PlanRequest) -> Result<Self, Error> {
         let drops = drops_of(&scene, request)?;
         let planned = Self::with_drops(scene, request, (drops, Measured::Now))?;
-        planned.at_spacing_seen(request)
+        let spacing = planned.choice.seen.spacing();
+        planned.at_spacing(spacing, request)
     }
 
     /// The same with the nodes of its drops as close as they were seen to be needed.
-    fn at_spacing_seen(self, request: PlanRequest) -> Result<Self, Error> {
-        let seen = self.choice.seen.drop_spacing.as_ref();
-        let Some(level) = seen.map(|it| it.level) else {
-            return Ok(self);
-        };
-        let named = self.scene.accuracy.drop_spacing;
-        if named.is_some() || level == DropSpacing::AsGiven {
+    pub(crate) fn at_spacing(
+        self,
+        spacing: DropSpacing,
+        request: PlanRequest,
+    ) -> Result<Self, Error> {
+        if spacing == DropSpacing::AsGiven || self.plan.levels.drop_spacing == spacing {
             return Ok(self);
         }
-        let mut scene = self.scene;
-        scene.accuracy.drop_spacing = Some(level);
+        let scene = with_spacing(self.scene, spacing);
         let drops = drops_of(&scene, request)?;
-        Self::with_drops(
-            scene,
-            request,
-            (drops, Measured::Before(Box::new(self.choice))),
-        )
+        let before = Measured::Before(Box::new(self.choice));
+        Self::with_drops(scene, request, (drops, before))
     }
 
     /// The same of a scene whose drops were summed up.
@@ -210,7 +214,7 @@ impl PlannedScene {
         request: PlanRequest,
         drops: DropSummary,
     ) -> Result<Self, Error> {
-        Self::with_drops(scene, request, Some(drops), true)
+        Self::with_drops(scene, request, (Some(drops), Measured::Now))
     }
 
     /// A frame of a sequence as it was decided for all of them: nothing is measured, and no file of drops read.
@@ -221,11 +225,12 @@ impl PlannedScene {
         choice: &SequenceChoice,
     ) -> Self {
         let scene = with_scales(scene, &choice.densest_lines_m);
+        let scene = with_spacing(scene, choice.seen.spacing());
         let plan = choice.plan.of_frame(&scene);
         Self {
             folder: folder.to_owned(),
             drop_file: scene.drops.file().map(|file| folder.join(file)),
-            drop_source: VolumeSource::of(&scene.drops, folder),
+            drop_source: VolumeSource::of(&scene, folder),
             choice: Choice::of(&plan, choice.request.clone(), choice.seen.clone()),
             time: Some(time),
             scene,

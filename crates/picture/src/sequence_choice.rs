@@ -86,7 +86,7 @@ impl SequenceRequest<'_> {
         };
         let scenes = || self.frames.iter().map(|(_, scene)| scene);
         let densest_lines_m = densest_lines_m(scenes(), request)?;
-        let (mut planned, mut seen) = (Vec::new(), None::<Seen>);
+        let (mut frames, mut seen) = (Vec::new(), None::<Seen>);
         for (number, scene) in self.frames {
             let in_frame = |error| Error::Frame(*number, Box::new(error));
             let scene = with_scales(scene.clone(), &densest_lines_m);
@@ -94,22 +94,30 @@ impl SequenceRequest<'_> {
             let Some(drops) = drops_of(&scene, request).map_err(in_frame)? else {
                 continue;
             };
-            let own = PlannedScene::of_drops(scene, request, drops.clone()).map_err(in_frame)?;
+            let own = PlannedScene::of_drops(scene, request, drops).map_err(in_frame)?;
             seen = Some(match seen {
                 Some(seen) => seen.or_more(&own.choice.seen),
-                None => own.choice.seen,
+                None => own.choice.seen.clone(),
             });
-            planned.push(PlannedFrame {
-                number: *number,
+            frames.push((*number, own));
+        }
+        let seen = seen.unwrap_or_default();
+        let at_spacing = |(number, own): (u32, PlannedScene)| {
+            let own = own.at_spacing(seen.spacing(), request)?;
+            let drops = drops_of(&own.scene, request)?;
+            Ok(drops.map(|drops| PlannedFrame {
+                number,
                 scene: own.scene,
                 drops,
                 plan: own.plan,
-            });
-        }
+            }))
+        };
+        let planned = frames.into_iter().map(at_spacing);
+        let planned: Vec<Option<PlannedFrame>> = planned.collect::<Result<_, Error>>()?;
+        let planned: Vec<PlannedFrame> = planned.into_iter().flatten().collect();
         let numbers = || self.frames.iter().map(|(number, _)| *number);
         let no_drops = || Error::NoFrameWithDrops(numbers().collect());
         let (first, others) = planned.split_first().ok_or_else(no_drops)?;
-        let seen = seen.unwrap_or_default();
         let mut plan = Plan::of_sequence((first, others), between)?;
         if let Some(sky) = &seen.sky {
             plan.sky_level = Some(sky.level);

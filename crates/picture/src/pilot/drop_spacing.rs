@@ -39,6 +39,16 @@ pub(crate) struct SpacingSeen {
 }
 
 impl SpacingSeen {
+    /// That of two frames: the closer nodes, in every place the larger error.
+    pub(crate) fn or_more(self, other: &Self) -> Self {
+        Self {
+            level: self.level.max(other.level),
+            error: self.error.or_more(&other.error),
+            as_given: self.as_given.max(other.as_given),
+            n_nodes: self.n_nodes.max(other.n_nodes),
+        }
+    }
+
     /// Whether it is what the same drops ask for at the tolerance of a scene.
     pub(crate) fn holds_for(&self, scene: &Scene) -> bool {
         self.level == level(scene, self.as_given, self.n_nodes)
