@@ -3,6 +3,8 @@
 use std::fs;
 use std::path::Path;
 
+use niji_picture::Choice;
+use niji_picture::SequenceChoice;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -26,7 +28,17 @@ pub(crate) fn read<T: DeserializeOwned>(path: &Path) -> Result<T, Failure> {
     let text = text_file::read(path)?;
     toml::from_str(&text).map_err(|error| {
         let cause = error.message();
-        let text = format!("{cause}; expected a choice, as `niji plan SCENE -o FILE` writes it");
+        let text = if toml::from_str::<SequenceChoice>(&text).is_ok() {
+            "found what was decided for a sequence, expected it for one picture: `niji run SCENE --frames LIST \
+             --choice FILE` makes frames by it"
+                .to_owned()
+        } else if toml::from_str::<Choice>(&text).is_ok() {
+            "found what was decided for one picture, expected it for a sequence: `niji plan SCENE --frames LIST -o \
+             FILE` writes that"
+                .to_owned()
+        } else {
+            format!("{cause}; expected a choice, as `niji plan SCENE -o FILE` writes it")
+        };
         Failure::bad_input(path, text)
     })
 }
