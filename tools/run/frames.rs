@@ -29,7 +29,7 @@ use crate::text_file;
 pub(super) struct FrameDone {
     /// Its number.
     pub(super) frame: u32,
-    /// Its spectral image.
+    /// Its spectral image, or the folder of its tiles.
     pub(super) image: PathBuf,
     /// What was done, in order.
     pub(super) stages: Vec<Done>,
@@ -70,26 +70,33 @@ pub(super) fn execute(
             verbosity.warn(warning);
         }
         let given = given_table::given(&planned, command.table.as_deref(), verbosity);
-        let files = Files::of_frame(&planned, folder, number).with_table(given.map_err(in_frame)?);
+        let files = Files::of_frame(&planned, folder, number)
+            .with_table(given.map_err(in_frame)?)
+            .with_tiles(command.tiles.as_ref());
         let outcome = run_stages_to((&planned, None), &files, common.options());
         let Outcome { done, .. } = outcome.map_err(in_frame)?;
-        if accuracy.is_ok() {
+        if accuracy.is_ok() && files.tiles.is_none() {
             accuracy = accuracy::check(&planned, &files.image, common.goal()).map_err(in_frame);
         }
         frames.push(FrameDone {
             frame: number,
-            image: files.image,
+            image: files.picture(),
             stages: done,
         });
         // After each frame: whoever waits for frames may look.
-        report::write(&report::of_frames(&frames), folder)?;
+        if command.tiles.is_none() {
+            report::write(&report::of_frames(&frames), folder)?;
+        }
     }
     finish(&frames, folder, common)?;
     accuracy
 }
 
 /// The sequence of a scene file.
-fn sequence(scene_file: &Path) -> Result<Sequence, Failure> {
+///
+/// # Errors
+/// A scene that is missing or wrong, or in which nothing changes.
+pub(crate) fn sequence(scene_file: &Path) -> Result<Sequence, Failure> {
     let bad = |error: &dyn std::fmt::Display| Failure::bad_input(scene_file, error);
     let text = text_file::read(scene_file)?;
     let sequence = Sequence::from_toml(&text).map_err(|error| bad(&error))?;
