@@ -163,6 +163,41 @@ fn openexr_openimageio_and_colour_science_read_every_file_of_a_run() {
 }
 
 #[test]
+fn openexr_knows_when_a_frame_is_shown() {
+    let folder = tempfile::tempdir().unwrap();
+    let small = [("camera.width_px", "24"), ("camera.height_px", "18")];
+    let scene = variant("paper-c-figure-6.toml", folder.path(), &small);
+    let still = std::fs::read_to_string(&scene).unwrap();
+    let check = repository("tests/conformance/check_time.py");
+    for (rate, frame, fraction, code) in [
+        ("24", "1447", "24/1", "00:01:00:07"),
+        ("29.97", "108000", "30000/1001", "01:00:00:00"),
+    ] {
+        let sequence = format!(
+            "{still}\n[sequence]\nframes_per_second = {rate}\nsun.elevation_deg = [[1, 10.0], [2, 11.0]]\n"
+        );
+        std::fs::write(&scene, sequence).unwrap();
+        let out = folder.path().join(rate);
+        let run = [
+            "run",
+            text(&scene),
+            "-o",
+            text(&out),
+            "--frames",
+            frame,
+            "-q",
+        ];
+        niji_ends_with(0, &run);
+        for end in ["exr", "rgb.exr"] {
+            let path = out.join(format!("image.{frame:0>4}.{end}"));
+            self::run(&python(), &[text(&check), text(&path), fraction, code]);
+            let check_exr = repository("tests/conformance/check_exr.py");
+            self::run(&python(), &[text(&check_exr), text(&path)]);
+        }
+    }
+}
+
+#[test]
 fn openexr_and_openimageio_read_the_windows_of_overscan_and_tiles() {
     let folder = tempfile::tempdir().unwrap();
     let small = [

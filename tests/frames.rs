@@ -6,11 +6,22 @@ mod support;
 
 use std::collections::BTreeSet;
 use std::fs;
+use std::fs::File;
 use std::path::Path;
 use std::path::PathBuf;
 use std::process::Output;
 
+use glam::DVec3;
+use niji_dropfield::DropVolume;
+use niji_exchange::AttributeValue;
 use niji_exchange::SpectralImage;
+use niji_vdb::Compression;
+use niji_vdb::FOG_VOLUME;
+use niji_vdb::FloatTree;
+use niji_vdb::Grid;
+use niji_vdb::Leaf;
+use niji_vdb::Transform;
+use niji_vdb::VdbFile;
 use serde_json::Value;
 use support::niji;
 use support::niji_ends_with;
@@ -95,9 +106,15 @@ fn tables_are_made_once_and_frames_that_are_there_are_kept() {
     // A second run keeps all, one of more frames makes only those.
     let again = report(&scene, &out, &["--frames", "1-3:2,5"]);
     assert_eq!(made(&again), [(1, vec![]), (3, vec![]), (5, render())]);
-    let written: Value =
-        serde_json::from_slice(&fs::read(out.join("report.json")).unwrap()).unwrap();
-    assert_eq!(made(&written), made(&again));
+    // Each frame has a report of its own, and one is of all.
+    let written = |name: &str| -> Value {
+        serde_json::from_slice(&fs::read(out.join(name)).unwrap()).unwrap()
+    };
+    assert_eq!(made(&written("report.0005.json")), [(5, render())]);
+    assert_eq!(
+        made(&written("report.json")),
+        [(1, vec![]), (2, render()), (3, vec![]), (5, render())]
+    );
     // A frame does not depend on which others are made with it.
     let alone = folder.path().join("alone");
     report(&scene, &alone, &["--frames", "2"]);
@@ -110,18 +127,19 @@ fn a_changed_key_makes_only_what_depends_on_it() {
     let path = scene(folder.path(), SEQUENCE);
     let out = folder.path().join("out");
     report(&path, &out, &["--frames", "1-2"]);
-    // Frame 1 stays as it was, frame 2 does not.
+    // What is decided for all frames depends on all; the tables stay as they were.
     let changed = SEQUENCE.replace("[3, 1.0]", "[3, 2.0]");
     scene(folder.path(), &changed);
     let refused = run(&path, &out, &["--frames", "1-2"]);
     let message = String::from_utf8_lossy(&refused.stderr);
     assert_eq!(refused.status.code(), Some(2), "{message}");
     assert!(
-        message.contains("frame 2") && message.contains("--force"),
+        message.contains("frame 1") && message.contains("--force"),
         "{message}"
     );
     let forced = report(&path, &out, &["--frames", "1-2", "--force"]);
-    assert_eq!(made(&forced), [(1, vec![]), (2, vec!["render".to_owned()])]);
+    let render = || vec!["render".to_owned()];
+    assert_eq!(made(&forced), [(1, render()), (2, render())]);
 }
 
 #[test]
@@ -239,4 +257,172 @@ fn what_is_no_sequence_is_refused_with_what_to_do() {
     // Other commands take the scene as it stands.
     let path = scene(folder.path(), SEQUENCE);
     niji_ends_with(0, &["plan", text(&path)]);
+}
+
+/// Densities of a plume that grows, one file a frame from 1 to 4; the first has none.
+fn plume(folder: &Path) {
+    for (number, top_m) in [(1, 0.0), (2, 20.0), (3, 60.0), (4, 35.0)] {
+        let mut leaves = Vec::new();
+        for (x, y, z) in (0..3 * 3 * 2).map(|it| (it % 3, it / 6, it / 3 % 2)) {
+            let mut leaf = Leaf::new([8 * x, 8 * y, 8 * z], 0.0);
+            for voxel in 0..512 {
+                let at = [8 * x + voxel / 64, 8 * y + voxel / 8 % 8, 8 * z + voxel % 8];
+                let height_m = 4.0 * f64::from(at[1]);
+                if height_m < top_m {
+                    leaf.set(at, (0.2 + 0.01 * height_m + 0.02 * f64::from(at[0])) as f32);
+                }
+            }
+            leaves.push(leaf);
+        }
+        leaves.retain(|leaf| leaf.mask.iter().any(|word| *word != 0));
+        let tree = FloatTree::from_leaves(0.0, leaves).unwrap();
+        let transform = Transform::uniform_scale_translate(4.0, DVec3::new(-50.0, 0.0, -160.0));
+        let grid = Grid::new("density", FOG_VOLUME, transform, tree);
+        let file = File::create(folder.join(format!("plume.{number:04}.vdb"))).unwrap();
+        VdbFile::new(vec![grid])
+            .write(file, Compression::None)
+            .unwrap();
+    }
+}
+
+const PLUME: &str = r#"
+format = 1
+name = "growing plume"
+[sun]
+elevation_deg = 20.0
+azimuth_deg = 180.0
+[camera]
+position_m = [0.0, 2.0, 0.0]
+azimuth_deg = 0.0
+elevation_deg = 15.0
+horizontal_fov_deg = 60.0
+width_px = 24
+height_px = 18
+[drops]
+shape = "from-vdb"
+file = "plume.####.vdb"
+density_means = "optical-depth"
+scale = 2.0
+effective_radius_um = 150.0
+effective_variance = 0.1
+[air]
+constituents = ["rayleigh"]
+[sequence]
+frames_per_second = 25
+sun.elevation_deg = [[1, 15.0], [4, 24.0]]
+camera.azimuth_deg = [[1, -5.0], [4, 5.0]]
+"#;
+
+#[test]
+fn frames_have_the_same_bytes_at_once_in_shares_and_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    plume(folder.path());
+    let scene = folder.path().join("plume.toml");
+    fs::write(&scene, PLUME).unwrap();
+    let out = |name: &str| folder.path().join(name);
+    report(&scene, &out("all"), &["--frames", "1-4"]);
+    let image =
+        |name: &str, number: u32| fs::read(out(name).join(format!("image.{number:04}.exr")));
+    let same = |name: &str, numbers: &[u32]| {
+        for number in numbers {
+            assert!(
+                image(name, *number).unwrap() == image("all", *number).unwrap(),
+                "{name} {number}"
+            );
+        }
+    };
+    // Decided first, without a picture; then frames in any shares.
+    let tables = [&["--frames", "1-4"][..], &["--until", "tables"]].concat();
+    report(&scene, &out("shares"), &tables);
+    let choice = out("shares").join("choice.toml");
+    let made = names(&out("shares"), "");
+    let is_table = |name: &&String| name.starts_with("scatter.") || name.starts_with("atmosphere.");
+    assert_eq!(made.iter().filter(is_table).count(), 2, "{made:?}");
+    assert!(
+        !made.iter().any(|name| name.starts_with("image")),
+        "{made:?}"
+    );
+    for frames in ["3-4", "1-2"] {
+        report(
+            &scene,
+            &out("shares"),
+            &["--frames", frames, "--choice", text(&choice)],
+        );
+    }
+    same("shares", &[1, 2, 3, 4]);
+    // Alone, without a choice: what is decided depends on the sequence.
+    report(&scene, &out("alone"), &["--frames", "2"]);
+    same("alone", &[2]);
+    let planned = out("planned.toml");
+    let plan = [
+        "plan",
+        text(&scene),
+        "--frames",
+        "1-4",
+        "-o",
+        text(&planned),
+    ];
+    niji_ends_with(0, &plan);
+    assert!(fs::read(&planned).unwrap() == fs::read(&choice).unwrap());
+    // A choice of another sequence is refused.
+    fs::write(&scene, PLUME.replace("[4, 5.0]", "[4, 6.0]")).unwrap();
+    let refused = run(
+        &scene,
+        &out("other"),
+        &["--frames", "2", "--choice", text(&choice)],
+    );
+    let message = String::from_utf8_lossy(&refused.stderr);
+    assert_eq!(refused.status.code(), Some(2), "{message}");
+    assert!(
+        message.contains("niji plan") && message.contains("--frames"),
+        "{message}"
+    );
+}
+
+#[test]
+fn a_plume_that_grows_has_one_scale() {
+    let folder = tempfile::tempdir().unwrap();
+    plume(folder.path());
+    let scene = folder.path().join("plume.toml");
+    fs::write(&scene, PLUME).unwrap();
+    let out = folder.path().join("out");
+    report(&scene, &out, &["--frames", "1-4", "--accuracy", "draft"]);
+    let mut drops: Vec<DropVolume> = Vec::new();
+    for name in names(&out, "drops.") {
+        let file = VdbFile::read(&out.join(name)).unwrap();
+        drops.extend(
+            DropVolume::from_vdb(&file)
+                .ok()
+                .filter(|it| it.summary().n_nodes > 0),
+        );
+    }
+    // Of frame 2 to 4 with drops, the same number of them where the density is the same.
+    assert_eq!(drops.len(), 3);
+    let base = drops
+        .iter()
+        .map(|it| it.modes[0].drops([5, 1, 5]).number_density_m3);
+    let base: Vec<f32> = base.collect();
+    assert!(
+        base[0] > 0.0 && base.iter().all(|it| *it == base[0]),
+        "{base:?}"
+    );
+    // The densest frame has the depth that the scene says.
+    let depth = |it: &DropVolume| {
+        2.0 * it
+            .summary()
+            .optical_depth_q1
+            .into_iter()
+            .fold(0.0, f64::max)
+    };
+    let depths: Vec<f64> = drops.iter().map(depth).collect();
+    let largest = depths.iter().copied().fold(0.0, f64::max);
+    assert!((largest - 2.0).abs() < 1e-5, "{depths:?}");
+    // An image knows when it is shown.
+    let image = SpectralImage::read_spectral(&out.join("image.0004.exr")).unwrap();
+    let told = |name: &str| image.attributes[name].clone();
+    assert_eq!(told("framesPerSecond"), AttributeValue::Number(25.0));
+    assert_eq!(
+        told("timeCode"),
+        AttributeValue::Text("00:00:00:04".to_owned())
+    );
 }

@@ -12,6 +12,7 @@ use std::path::Path;
 use std::path::PathBuf;
 use std::sync::Mutex;
 
+use niji_exchange::FrameTime;
 use niji_exchange::Provenance;
 use niji_exchange::SpectralImage;
 use niji_exchange::content_hash;
@@ -23,12 +24,15 @@ use niji_picture::PictureSettings;
 use niji_picture::PictureWork;
 use niji_picture::PlanRequest;
 use niji_picture::PlannedScene;
+use niji_picture::SequenceChoice;
+use niji_picture::SequenceRequest;
 use niji_picture::SurfaceFiles;
 use niji_picture::air;
 use niji_picture::scattering;
 use niji_picture::scene_from_toml;
 use niji_picture::unwatched;
 use niji_scatter::airy_to_file;
+use niji_scene::Scene;
 use niji_scene::Sequence;
 use niji_scene::Stage;
 use niji_vdb::Compression;
@@ -146,13 +150,15 @@ fn compare(planned: &PlannedScene, folder: &Path, image_name: &str) -> SpectralI
     image
 }
 
-fn planned(text: &str, folder: &Path, is_frame: bool) -> PlannedScene {
-    let request = PlanRequest {
+fn request(folder: &Path) -> PlanRequest<'_> {
+    PlanRequest {
         folder,
-        is_frame,
         ..PlanRequest::default()
-    };
-    PlannedScene::new(scene_from_toml(text, folder).unwrap(), request).unwrap()
+    }
+}
+
+fn planned(text: &str, folder: &Path) -> PlannedScene {
+    PlannedScene::new(scene_from_toml(text, folder).unwrap(), request(folder)).unwrap()
 }
 
 const SMALL: [(&str, &str); 2] = [("camera.width_px", "48"), ("camera.height_px", "32")];
@@ -163,7 +169,7 @@ fn rain_in_air() {
     let scene = variant("rain-cell.toml", folder.path(), &SMALL);
     let out = folder.path().join("out");
     niji_ends_with(0, &["run", text(&scene), "-o", text(&out), "-q"]);
-    let planned = planned(&fs::read_to_string(&scene).unwrap(), folder.path(), false);
+    let planned = planned(&fs::read_to_string(&scene).unwrap(), folder.path());
     let image = compare(&planned, &out, "image.exr");
     // In one call it is the same light.
     let at_once = planned.picture(&unwatched).unwrap();
@@ -183,8 +189,25 @@ fn a_frame_of_a_sequence() {
         0,
         &[&["run", text(&scene), "-o", text(&out)], &flags[..]].concat(),
     );
-    let frames = Sequence::from_toml(&scene_text).unwrap().unwrap();
-    let planned = planned(&frames.scene_text(3), folder.path(), true);
+    let sequence = Sequence::from_toml(&scene_text).unwrap().unwrap();
+    let scene = |frame| scene_from_toml(&sequence.scene_text(frame), folder.path()).unwrap();
+    let frames: Vec<(u32, Scene)> = (1..=5).map(|frame| (frame, scene(frame))).collect();
+    let sequence_request = SequenceRequest {
+        plan: request(folder.path()),
+        settings: &sequence.settings(),
+        frames: &frames,
+    };
+    let between: Vec<Scene> = (1..=5).map(scene).collect();
+    let mut choice = sequence_request.decide(&between).unwrap();
+    let written = fs::read_to_string(out.join("choice.toml")).unwrap();
+    let written: SequenceChoice = toml::from_str(&written).unwrap();
+    choice.request.clone_from(&written.request);
+    assert_eq!(choice, written);
+    let time = FrameTime {
+        frame: 3,
+        frames_per_second: 24.0,
+    };
+    let planned = PlannedScene::of_frame((scene(3), time), folder.path(), &choice);
     compare(&planned, &out, "image.0003.exr");
 }
 
@@ -203,7 +226,7 @@ fn a_photograph() {
     fs::write(&scene, &scene_text).unwrap();
     let out = folder.path().join("out");
     niji_ends_with(0, &["run", text(&scene), "-o", text(&out), "-q"]);
-    let planned = planned(&scene_text, folder.path(), false);
+    let planned = planned(&scene_text, folder.path());
     let image = compare(&planned, &out, "image.exr");
     let depth_m = planned.photo_depth_m().unwrap();
     let composite = planned.composite(&image, depth_m).unwrap().unwrap();
@@ -218,7 +241,7 @@ fn a_photograph() {
 fn whoever_watches_hears_of_each_stage_and_may_stop_it() {
     let folder = tempfile::tempdir().unwrap();
     let scene = variant("rain-cell.toml", folder.path(), &SMALL);
-    let planned = planned(&fs::read_to_string(&scene).unwrap(), folder.path(), false);
+    let planned = planned(&fs::read_to_string(&scene).unwrap(), folder.path());
     // The largest part of a stage that is heard of, if it is stopped then or not.
     let heard = |stage: Stage, then: ControlFlow<()>| {
         let largest = Mutex::new(None::<f64>);

@@ -3,7 +3,8 @@
 use std::fs;
 use std::path::Path;
 
-use niji_picture::Choice;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 
 use crate::failure::Failure;
 use crate::output;
@@ -14,14 +15,14 @@ use crate::text_file;
 pub(crate) const FILE: &str = "choice.toml";
 
 /// Said to whoever opens it.
-const HEAD: &str = "# What niji decided for a picture, and what it measured for that. With `--choice` a run and every \
+const HEAD: &str = "# What niji decided for a picture or a sequence, and what it measured for that. With `--choice` a run and every \
                     stage decides the same\n# without measuring again; `niji plan SCENE -o FILE` makes it anew.\n\n";
 
-/// Reads a choice.
+/// Reads a choice, of a picture or of a sequence.
 ///
 /// # Errors
 /// A file that is missing or none of ours.
-pub(crate) fn read(path: &Path) -> Result<Choice, Failure> {
+pub(crate) fn read<T: DeserializeOwned>(path: &Path) -> Result<T, Failure> {
     let text = text_file::read(path)?;
     toml::from_str(&text).map_err(|error| {
         let cause = error.message();
@@ -30,11 +31,33 @@ pub(crate) fn read(path: &Path) -> Result<Choice, Failure> {
     })
 }
 
+/// The choice of a run before, where it is of the kind that is asked for.
+///
+/// # Errors
+/// A file of that name that is no choice and may not be replaced.
+pub(crate) fn kept<T: DeserializeOwned>(
+    path: &Path,
+    existing: Existing,
+) -> Result<Option<T>, Failure> {
+    output::check_regular(path)?;
+    let kept = read(path).ok();
+    let is_other = || fs::read_to_string(path).is_ok_and(|text| text.starts_with(HEAD));
+    if kept.is_none() && !is_other() {
+        // Of another request it is out of date, like a file of a stage that is made anew; this is none.
+        output::check_free(path, existing)?;
+    }
+    Ok(kept)
+}
+
 /// Writes a choice.
 ///
 /// # Errors
 /// A file that exists and may not be replaced, unless it is the same; one that cannot be written.
-pub(crate) fn write(choice: &Choice, path: &Path, existing: Existing) -> Result<(), Failure> {
+pub(crate) fn write(
+    choice: &impl Serialize,
+    path: &Path,
+    existing: Existing,
+) -> Result<(), Failure> {
     let text = toml::to_string(choice).map_err(|error| Failure::Failed(error.to_string()))?;
     let text = HEAD.to_owned() + &text;
     output::check_regular(path)?;

@@ -60,12 +60,14 @@ impl From<niji_picture::Error> for Failure {
             Error::Render(niji_render::Error::Memory { .. }) => Self::Failed(format!(
                 "{text} (`niji render --tiles` or `--region`, or more `--memory`)"
             )),
+            Error::Frame(number, error) => Self::from(*error).within(&format!("frame {number}")),
             Error::Stopped
             | Error::Photo(_)
             | Error::PartOfFrame
             | Error::Volume(_)
             | Error::Light(_) => Self::Failed(text),
             Error::Plan(_)
+            | Error::NoFrameWithDrops(_)
             | Error::Scattering(_)
             | Error::Air(_)
             | Error::Scene(_)

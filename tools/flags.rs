@@ -45,7 +45,7 @@ pub(crate) struct Common {
     /// they need them; a picture that misses it ends with code 5, and so does one below 1e-6 at once.
     #[arg(long, global = true, value_name = "T", value_parser = tolerance)]
     pub tolerance: Option<f64>,
-    /// Decide as `niji plan SCENE -o FILE` did, without measuring again; refused for another scene or accuracy.
+    /// Decide as `niji plan SCENE -o FILE` did, for a sequence with --frames, without measuring again; refused for another scene or accuracy.
     #[arg(long, global = true, value_name = "TOML")]
     pub choice: Option<PathBuf>,
     /// Results as JSON on standard output.

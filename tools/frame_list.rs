@@ -115,7 +115,7 @@ impl Part {
         let (first, last) = range.split_once('-').unwrap_or((range, range));
         let (first, last) = (number(first)?, number(last)?);
         let step = number(step).filter(|step| *step > 0)?;
-        let is_range = first <= last && last <= LAST_FRAME && (text.contains('-') || step == 1);
+        let is_range = first <= last && last <= LAST_FRAME && (step == 1 || range.contains('-'));
         is_range.then(|| Self {
             range: first..=last - (last - first) % step,
             step: step as usize,

@@ -38,6 +38,8 @@ mod scene_file;
 mod schema;
 mod schema_flags;
 mod selftest;
+mod sequence_file;
+mod sequence_frames;
 mod shell;
 mod shell_word;
 mod stages;

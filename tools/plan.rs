@@ -14,10 +14,12 @@ use serde::Serialize;
 use crate::choice_file;
 use crate::failure::Failure;
 use crate::flags::Common;
+use crate::frame_list::FrameList;
 use crate::measure_effects::MeasuredEffects;
 use crate::measure_effects::measure;
 use crate::output;
 use crate::scene_file;
+use crate::sequence_file::SequenceFile;
 use crate::shell_word::quoted;
 use crate::stages;
 use niji_picture::PlannedScene;
@@ -32,6 +34,7 @@ use niji_picture::PlannedScene;
   niji plan data/scenes/rain-cell-8-km.toml --explain air_inscatter
   niji plan data/scenes/garden-fountain.toml --measure
   niji plan scene.toml -o choice.toml && niji run scene.toml --choice choice.toml -o out
+  niji plan sequence.toml --frames 1-240 -o choice.toml
   niji plan scene.toml --script -o out > chain.sh && sh chain.sh")]
 pub(crate) struct PlanCommand {
     /// The scene.
@@ -47,6 +50,11 @@ pub(crate) struct PlanCommand {
     /// beside changes and times.
     #[arg(long, conflicts_with_all = ["script", "explain"])]
     measure: bool,
+    /// Decide for these frames of a sequence, as 1-240, and for all others of it: once for the whole sequence, from
+    /// first, last and some frames between.
+    #[arg(long, value_name = "LIST", value_parser = FrameList::parse)]
+    #[arg(conflicts_with_all = ["script", "explain", "measure"])]
+    frames: Option<FrameList>,
     /// Write what was decided to a file for `--choice` instead; with --script the folder that the chain writes to
     /// [default: out].
     #[arg(short, long, value_name = "FILE", conflicts_with_all = ["json", "explain", "measure"])]
@@ -64,6 +72,9 @@ const ALL: &str = "all";
 /// # Errors
 /// A scene that is missing or wrong.
 pub(crate) fn execute(command: &PlanCommand, common: &Common) -> Result<(), Failure> {
+    if let Some(frames) = &command.frames {
+        return execute_sequence(command, frames, common);
+    }
     let planned = scene_file::load(&command.scene, common)?;
     planned.check_inputs()?;
     let output = command.output.as_deref();
@@ -85,6 +96,21 @@ pub(crate) fn execute(command: &PlanCommand, common: &Common) -> Result<(), Fail
     // What the run would refuse, with the plan as the reason.
     planned.check_light()?;
     Ok(planned.check_memory()?)
+}
+
+/// Prints or writes what is decided for all frames of a sequence.
+fn execute_sequence(
+    command: &PlanCommand,
+    frames: &FrameList,
+    common: &Common,
+) -> Result<(), Failure> {
+    let sequence = SequenceFile::read(&command.scene, common)?;
+    sequence.check(frames)?;
+    let choice = sequence.choice(None)?;
+    match &command.output {
+        Some(file) => choice_file::write(&choice, file, common.options().existing),
+        None => output::print(&in_form(common, &choice.plan, Plan::to_string)?),
+    }
 }
 
 /// A result as JSON where that is asked for, else as text.

@@ -28,7 +28,7 @@ pub(crate) fn load(path: &Path, common: &Common) -> Result<PlannedScene, Failure
     let Some(file) = &common.choice else {
         return planned(scene, path, None);
     };
-    let choice = choice_file::read(file)?;
+    let choice: Choice = choice_file::read(file)?;
     let scene = match choice.afforded {
         Some(afforded) if common.tolerance.is_none() => at_tolerance(scene, afforded.tolerance),
         _ => scene,
@@ -37,14 +37,18 @@ pub(crate) fn load(path: &Path, common: &Common) -> Result<PlannedScene, Failure
     if planned.choice == choice {
         return Ok(planned);
     }
-    let text = format!(
+    Err(other_choice(file, path, ""))
+}
+
+/// Refuses a choice that is of something else than a scene, which `flags` plan.
+pub(crate) fn other_choice(file: &Path, scene: &Path, flags: &str) -> Failure {
+    Failure::Usage(format!(
         "{}: found a choice for another scene, other accuracy or another version of niji; make it anew: \
-         niji plan {} -o {} --force",
+         niji plan {}{flags} -o {} --force",
         file.display(),
-        quoted(path),
+        quoted(scene),
         quoted(file)
-    );
-    Err(Failure::Usage(text))
+    ))
 }
 
 /// Makes the plan of a scene that stands in the file `path`, for which something may have been chosen before.
@@ -91,10 +95,15 @@ pub(crate) fn planned_for(
     path: &Path,
     request: PlanRequest,
 ) -> Result<PlannedScene, Failure> {
-    PlannedScene::new(scene, request).map_err(|error| match error {
-        Error::Plan(_) => Failure::bad_input(path, error),
+    PlannedScene::new(scene, request).map_err(|error| unplannable(path, error))
+}
+
+/// Why the scene of a file cannot be planned.
+pub(crate) fn unplannable(path: &Path, error: Error) -> Failure {
+    match error {
+        Error::Plan(_) | Error::NoFrameWithDrops(_) => Failure::bad_input(path, error),
         error => error.into(),
-    })
+    }
 }
 
 /// Reads a scene.
@@ -117,18 +126,6 @@ pub(crate) fn frame_scene(text: &str, path: &Path, common: &Common) -> Result<Sc
         return Err(Failure::bad_input(path, message));
     }
     Ok(scene)
-}
-
-/// Makes the plan of a frame, whose text stands for that of the file `path`.
-///
-/// # Errors
-/// As [`load`] and [`frame_scene`].
-pub(crate) fn frame(text: &str, path: &Path, common: &Common) -> Result<PlannedScene, Failure> {
-    let request = PlanRequest {
-        is_frame: true,
-        ..beside(path)
-    };
-    planned_for(frame_scene(text, path, common)?, path, request)
 }
 
 /// Reads the text of a scene.

@@ -157,12 +157,19 @@ impl World {
     }
 }
 
-/// Contents of the files of a folder but the report, which holds times.
+/// Contents of the files of a folder but the reports, which hold times.
 pub(crate) fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let entries = fs::read_dir(folder)
         .unwrap()
         .map(|entry| entry.unwrap().path());
-    let files = entries.filter(|path| path.is_file() && !path.ends_with("report.json"));
+    let is_report = |path: &PathBuf| {
+        path.file_name()
+            .unwrap()
+            .to_str()
+            .unwrap()
+            .starts_with("report.")
+    };
+    let files = entries.filter(|path| path.is_file() && !is_report(path));
     let named = files.map(|path| {
         let name = path.file_name().unwrap().to_str().unwrap().to_owned();
         (name, fs::read(path).unwrap())

@@ -34,8 +34,8 @@ use crate::frame_list::FrameList;
 use crate::output;
 use crate::output::Existing;
 use crate::plan::accuracy_flags;
-use crate::run::frames::sequence;
 use crate::scene_file;
+use crate::sequence_file::SequenceFile;
 
 /// Hand a sequence, or a picture in tiles, to Slurm, OpenJD or HyperQueue.
 ///
@@ -179,8 +179,9 @@ fn planned(command: &FarmCommand, scene: &Path, common: &Common) -> Result<Plann
     let planned = match &command.frames {
         None => scene_file::load(scene, common)?,
         Some(frames) => {
-            let text = sequence(scene)?.scene_text(frames.iter().next().unwrap_or(0));
-            scene_file::frame(&text, scene, common)?
+            let sequence = SequenceFile::read(scene, common)?;
+            let first = frames.iter().next().unwrap_or(0);
+            scene_file::planned(sequence.scene(first)?, scene, None)?
         }
     };
     let usage = |message: String| Err(Failure::Usage(message));

@@ -1,28 +1,27 @@
 //! `niji run --frames`: the frames of a sequence, with tables that are made once.
 
-use std::collections::BTreeSet;
 use std::path::Path;
 use std::path::PathBuf;
 
-use niji_scene::Effect;
-use niji_scene::Plan;
-use niji_scene::Sequence;
 use serde::Serialize;
 
+use crate::choice_file;
 use crate::failure::Failure;
 use crate::flags::Common;
 use crate::frame_list::FrameList;
 use crate::output;
+use crate::output::Existing;
 use crate::run::Outcome;
 use crate::run::RunCommand;
 use crate::run::files::Files;
 use crate::run::report;
 use crate::run::run_stages_to;
-use crate::scene_file;
+use crate::run::tables;
+use crate::run::told;
+use crate::sequence_file::SequenceFile;
 use crate::stages::Done;
 use crate::stages::accuracy;
 use crate::stages::given_table;
-use crate::text_file;
 
 /// What was done for a frame.
 #[derive(Serialize)]
@@ -44,85 +43,56 @@ pub(super) fn execute(
     numbers: &FrameList,
     common: &Common,
 ) -> Result<(), Failure> {
-    let (scene_file, folder): (&Path, &Path) = (&command.scene, &command.output);
-    let sequence = sequence(scene_file)?;
-    // What is wrong with the last frame is told before the first is made.
-    for number in numbers.iter() {
-        let text = sequence.scene_text(number);
-        scene_file::frame_scene(&text, scene_file, common)
-            .map_err(|failure| failure.within(&format!("frame {number}")))?;
-    }
+    let (folder, options): (&Path, _) = (&command.output, common.options());
+    let sequence = SequenceFile::read(&command.scene, common)?;
+    sequence.check(numbers)?;
+    let kept = folder.join(choice_file::FILE);
+    let choice = sequence.choice(choice_file::kept(&kept, options.existing)?)?;
     let verbosity = common.verbosity();
-    let (mut frames, mut effects) = (Vec::new(), None);
+    for warning in &choice.plan.warnings {
+        verbosity.warn(warning);
+    }
+    let (mut frames, mut shared) = (Vec::new(), Vec::new());
     let mut accuracy = Ok(());
     for number in numbers.iter() {
         let in_frame = |failure: Failure| failure.within(&format!("frame {number}"));
-        let text = sequence.scene_text(number);
-        let planned = scene_file::frame(&text, scene_file, common).map_err(in_frame)?;
+        report::check_own(folder, Some(number), options.existing)?;
+        let planned = sequence.frame(number, &choice)?;
         planned.check().map_err(Failure::from).map_err(in_frame)?;
-        verbosity.say(format_args!("{:>11}  {number}", "frame"));
-        for warning in planned
-            .plan
-            .warnings
-            .iter()
-            .chain(&jumps(&planned.plan, &mut effects))
-        {
-            verbosity.warn(warning);
-        }
+        choice_file::write(&choice, &kept, Existing::Replace)?;
         let given = given_table::given(&planned, command.table.as_deref(), verbosity);
         let files = Files::of_frame(&planned, folder, number)
             .with_table(given.map_err(in_frame)?)
             .with_tiles(command.tiles.as_ref());
-        let outcome = run_stages_to((&planned, None), &files, common.options());
+        if command.until.is_some() {
+            shared.extend(tables(planned, &files, options).map_err(in_frame)?);
+            continue;
+        }
+        verbosity.say(format_args!("{:>11}  {number}", "frame"));
+        let outcome = run_stages_to((&planned, None), &files, options);
         let Outcome { done, .. } = outcome.map_err(in_frame)?;
         if accuracy.is_ok() && files.tiles.is_none() {
             accuracy = accuracy::check(&planned, &files.image, common.goal()).map_err(in_frame);
         }
-        frames.push(FrameDone {
+        let done = FrameDone {
             frame: number,
             image: files.picture(),
             stages: done,
-        });
+        };
         // After each frame: whoever waits for frames may look.
         if command.tiles.is_none() {
-            report::write(&report::of_frames(&frames), folder)?;
+            report::write(&report::of_frames(&[&done]), folder, Some(number))?;
         }
+        frames.push(done);
+    }
+    if command.until.is_some() {
+        return told(&shared, common);
+    }
+    if command.tiles.is_none() {
+        report::write_summary(folder)?;
     }
     finish(&frames, folder, common)?;
     accuracy
-}
-
-/// The sequence of a scene file.
-///
-/// # Errors
-/// A scene that is missing or wrong, or in which nothing changes.
-pub(crate) fn sequence(scene_file: &Path) -> Result<Sequence, Failure> {
-    let bad = |error: &dyn std::fmt::Display| Failure::bad_input(scene_file, error);
-    let text = text_file::read(scene_file)?;
-    let sequence = Sequence::from_toml(&text).map_err(|error| bad(&error))?;
-    sequence.ok_or_else(|| {
-        Failure::Usage(format!(
-            "nothing changes from frame to frame in {}: give it a section [sequence], say \
-             sun.elevation_deg = [[1, 10.0], [240, 20.0]], or a drop file named \"spray.####.vdb\"",
-            scene_file.display()
-        ))
-    })
-}
-
-/// Where another set of effects is simulated than in the frame before: `auto` decides for each
-/// frame, and what is left out is below the tolerance, but it goes all at once.
-fn jumps(plan: &Plan, before: &mut Option<BTreeSet<Effect>>) -> Vec<String> {
-    let on: BTreeSet<Effect> = plan.effects_on().collect();
-    let jump = |effect: &Effect| {
-        let now = if on.contains(effect) { "on" } else { "off" };
-        format!("{effect} is {now} from here: set it in [effects] for all frames alike")
-    };
-    let switched = before
-        .iter()
-        .flat_map(|before| on.symmetric_difference(before));
-    let jumps = switched.map(jump).collect();
-    *before = Some(on);
-    jumps
 }
 
 fn finish(frames: &[FrameDone], folder: &Path, common: &Common) -> Result<(), Failure> {
@@ -135,7 +105,10 @@ fn finish(frames: &[FrameDone], folder: &Path, common: &Common) -> Result<(), Fa
         ));
     }
     if common.json {
-        return output::print(&format!("{:#}\n", report::of_frames(frames)));
+        return output::print(&format!(
+            "{:#}\n",
+            report::of_frames(&frames.iter().collect::<Vec<_>>())
+        ));
     }
     let images = frames
         .iter()

@@ -3,15 +3,17 @@
 mod budget;
 mod closing;
 pub(crate) mod files;
-pub(crate) mod frames;
+mod frames;
 mod report;
 
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::path::PathBuf;
 
 use clap::Args;
 use niji_photo::Finding;
 use niji_picture::Afforded;
+use niji_picture::Choice;
 use niji_picture::PictureSettings;
 use niji_scene::Stage;
 
@@ -53,12 +55,14 @@ use niji_picture::PlannedScene;
   niji run scene.toml -o out --tolerance 0.01
   niji run scene.toml -o out --table any-rain.exr
   niji run sequence.toml -o out --frames 1-240
-  niji run sequence.toml -o out --frames 1-3,7,10-20:2
+  niji run sequence.toml -o out --frames 1-240 --until tables
+  niji run sequence.toml -o out --frames 1-3,7,10-20:2 --choice out/choice.toml
 
 Leaves drops.vdb, airy.exr, scatter.exr, atmosphere.exr (where the plan needs them), image.exr,
 image.rgb.exr, image.png, choice.toml and report.json; of a photograph also depth.exr, sun.json (with picks),
-check.json and composite.png. Of a sequence, image.0001.exr and so on; frames share what they need
-alike, as scatter.1a2b3c4d.exr.")]
+check.json and composite.png. Of a sequence, image.0001.exr, report.0001.json and so on, and in report.json all
+of them; effects, levels and tables are decided once, in choice.toml, and frames share what they need alike,
+as scatter.1a2b3c4d.exr.")]
 pub(crate) struct RunCommand {
     /// The scene.
     scene: PathBuf,
@@ -84,6 +88,17 @@ pub(crate) struct RunCommand {
     /// `niji merge DIR` puts them together.
     #[arg(long, value_name = "I-J/N", value_parser = parse_tiles, conflicts_with = "budget")]
     tiles: Option<TilesOfMany>,
+    /// Decide, and make the tables that frames share, but no picture: then frames can be made with --choice
+    /// DIR/choice.toml in any number of processes, with the bytes of one.
+    #[arg(long, value_name = "WHAT", conflicts_with_all = ["budget", "tiles"])]
+    until: Option<Until>,
+}
+
+/// The last of what is made.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+enum Until {
+    /// What was decided, and the tables of drops and air, which frames share; no picture.
+    Tables,
 }
 
 /// Runs a scene.
@@ -100,12 +115,8 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
         );
         return Err(Failure::Usage(message));
     }
-    report::check_own(folder, common.options().existing)?;
+    report::check_own(folder, None, common.options().existing)?;
     if let Some(frames) = &command.frames {
-        if common.choice.is_some() {
-            let message = "--choice is of one picture: leave it out with --frames";
-            return Err(Failure::Usage(message.to_owned()));
-        }
         return frames::execute(command, frames, common);
     }
     let kept = folder.join(choice_file::FILE);
@@ -127,6 +138,11 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
     let files = Files::of_scene(&planned, folder)
         .with_table(given)
         .with_tiles(command.tiles.as_ref());
+    if command.until.is_some() {
+        choice_file::write(&planned.choice, &kept, Existing::Replace)?;
+        let done = tables(planned, &files, options)?;
+        return told(&done, common);
+    }
     if files.tiles.is_some() {
         choice_file::write(&planned.choice, &kept, Existing::Replace)?;
         run_stages_to((&planned, None), &files, options)?;
@@ -146,7 +162,7 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
         .map(|it| accuracy::cheaper(&planned, &done, it));
     let cheaper = cheaper.unwrap_or_default();
     let report = report::json(&planned, &done, (reached.as_ref(), &cheaper));
-    report::write(&report, folder)?;
+    report::write(&report, folder, None)?;
     let verbosity = options.verbosity;
     for warning in &planned.plan.warnings {
         verbosity.warn(warning);
@@ -194,12 +210,7 @@ fn planned(
     (common, budget): (&Common, Option<&Budget>),
     kept: &Path,
 ) -> Result<PlannedScene, Failure> {
-    output::check_regular(kept)?;
-    let mut before = choice_file::read(kept).ok();
-    if before.is_none() {
-        // Of another request it is out of date, like a file of a stage that is made anew; this is none.
-        output::check_free(kept, common.options().existing)?;
-    }
+    let mut before: Option<Choice> = choice_file::kept(kept, common.options().existing)?;
     if common.choice.is_some() {
         return scene_file::load(&command.scene, common);
     }
@@ -212,6 +223,28 @@ fn planned(
         before.afforded = None;
     }
     scene_file::planned(scene, &command.scene, before.as_ref())
+}
+
+/// Makes the tables of a plan, and nothing else.
+fn tables(
+    mut planned: PlannedScene,
+    files: &Files,
+    options: StageOptions,
+) -> Result<Vec<Done>, Failure> {
+    let of_tables = [Stage::Airy, Stage::Scatter, Stage::Atmosphere];
+    let stages = &mut planned.plan.stages;
+    stages.retain(|it| of_tables.contains(&it.stage));
+    Ok(run_stages_to((&planned, None), files, options)?.done)
+}
+
+/// Tells the files that were made, or as JSON all about them.
+fn told(done: &[Done], common: &Common) -> Result<(), Failure> {
+    if common.json {
+        return output::print(&format!("{:#}\n", serde_json::json!({ "stages": done })));
+    }
+    let files: BTreeSet<&String> = done.iter().flat_map(|it| &it.files).collect();
+    let files = files.into_iter().map(|file| format!("{file}\n"));
+    output::print(&files.collect::<String>())
 }
 
 /// What the stages of a run did.

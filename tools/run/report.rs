@@ -1,5 +1,9 @@
 //! `report.json`: what a run did and how long it took. Times stand here and in no other file.
+//!
+//! Each frame of a sequence has its own, `report.0001.json`, so that processes in one folder overwrite nothing of each
+//! other; `report.json` then holds those of all frames that are there.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
@@ -38,7 +42,7 @@ pub(super) fn json(
 }
 
 /// The report of frames.
-pub(super) fn of_frames(frames: &[FrameDone]) -> Value {
+pub(super) fn of_frames(frames: &[&FrameDone]) -> Value {
     let stages = frames.iter().flat_map(|frame| &frame.stages);
     json!({
         "version": version(),
@@ -60,23 +64,62 @@ fn arguments() -> Vec<String> {
 ///
 /// # Errors
 /// [`Failure::Usage`] if it may not be replaced.
-pub(super) fn check_own(folder: &Path, existing: Existing) -> Result<(), Failure> {
-    let path = folder.join(FILE);
+pub(super) fn check_own(
+    folder: &Path,
+    frame: Option<u32>,
+    existing: Existing,
+) -> Result<(), Failure> {
+    let path = folder.join(name(frame));
     output::check_regular(&path)?;
     let text = fs::read_to_string(&path).unwrap_or_default();
     let found: Value = serde_json::from_str(&text).unwrap_or_default();
-    let is_own = ["version", "command", "seconds"]
-        .iter()
-        .all(|key| found.get(key).is_some());
-    if is_own {
+    if is_own(&found) {
         Ok(())
     } else {
         output::check_free(&path, existing)
     }
 }
 
+fn is_own(report: &Value) -> bool {
+    let keys = ["version", "command", "seconds"];
+    keys.iter().all(|key| report.get(key).is_some())
+}
+
+/// The name of the report of a run, or of a frame.
+fn name(frame: Option<u32>) -> String {
+    frame.map_or(FILE.to_owned(), |frame| format!("report.{frame:04}.json"))
+}
+
 /// Writes a report beside the results.
-pub(super) fn write(report: &Value, folder: &Path) -> Result<(), Failure> {
+pub(super) fn write(report: &Value, folder: &Path, frame: Option<u32>) -> Result<(), Failure> {
     let text = format!("{report:#}\n");
-    output::write_text(&folder.join(FILE), &text)
+    output::write_text(&folder.join(name(frame)), &text)
+}
+
+/// Puts the reports of all frames that are in a folder together.
+///
+/// # Errors
+/// A report that cannot be written.
+pub(super) fn write_summary(folder: &Path) -> Result<(), Failure> {
+    let mut frames = BTreeMap::new();
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let number = entry.file_name().into_string().ok().and_then(|file| {
+            let number = file.strip_prefix("report.")?.strip_suffix(".json")?;
+            number.parse::<u32>().ok()
+        });
+        let text = number.and_then(|_| fs::read_to_string(entry.path()).ok());
+        let report: Value = serde_json::from_str(&text.unwrap_or_default()).unwrap_or_default();
+        // What another process writes right now is told by its summary.
+        if let (Some(number), true) = (number, is_own(&report)) {
+            frames.insert(number, report);
+        }
+    }
+    let seconds = frames.values().filter_map(|it| it["seconds"].as_f64());
+    let summary = json!({
+        "version": version(),
+        "command": arguments(),
+        "seconds": seconds.sum::<f64>(),
+        "frames": frames.values().map(|it| &it["frames"][0]).collect::<Vec<_>>(),
+    });
+    write(&summary, folder, None)
 }

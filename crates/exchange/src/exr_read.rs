@@ -36,6 +36,7 @@ use crate::attributes::AttributeValue;
 use crate::attributes::Attributes;
 use crate::checksum;
 use crate::error::Error;
+use crate::frame_time;
 use crate::guarded::guarded;
 use crate::image_windows::ImageWindows;
 use crate::part::Part;
@@ -358,9 +359,21 @@ fn decode(sample_type: SampleType, bytes: &[u8], target: &mut [f32]) {
     }
 }
 
-/// The texts and numbers of a header; other kinds belong to other programs.
+/// The texts and numbers of a header, and when its frame is shown; other kinds belong to other programs.
 fn attributes(header: &Header) -> Attributes {
     let mut attributes = Attributes::new();
+    if let Some((rate, of)) = header
+        .own_attributes
+        .frames_per_second
+        .filter(|it| it.1 > 0)
+    {
+        let rate = AttributeValue::Number(f64::from(rate) / f64::from(of));
+        attributes.insert(frame_time::FRAMES_PER_SECOND.to_owned(), rate);
+    }
+    if let Some(code) = &header.shared_attributes.time_code {
+        let code = AttributeValue::Text(frame_time::time_code_text(code));
+        attributes.insert(frame_time::TIME_CODE.to_owned(), code);
+    }
     for (name, value) in &header.own_attributes.other {
         let value = match value {
             ExrValue::Text(value) => AttributeValue::Text(text(value)),

@@ -38,6 +38,7 @@ use rayon::prelude::*;
 use crate::attributes::AttributeValue;
 use crate::checksum;
 use crate::error::Error;
+use crate::frame_time;
 use crate::part::Part;
 
 /// Pixels that are compressed at a time: enough work for many threads, little memory.
@@ -151,9 +152,15 @@ impl<'a, 'p> Sheet<'a, 'p> {
             .iter()
             .filter(|(name, _)| *name != checksum::NAME);
         for (name, value) in own.chain([(&checksum::NAME.to_owned(), &checksum)]) {
-            let value = match value {
-                AttributeValue::Text(value) => ExrValue::Text(text(value)),
-                AttributeValue::Number(number) => ExrValue::F64(*number),
+            let value = match (name.as_str(), value) {
+                // All parts have it alike.
+                (frame_time::TIME_CODE, _) => continue,
+                (frame_time::FRAMES_PER_SECOND, AttributeValue::Number(rate)) => {
+                    attributes.frames_per_second = Some(frame_time::fraction(*rate));
+                    continue;
+                }
+                (_, AttributeValue::Text(value)) => ExrValue::Text(text(value)),
+                (_, AttributeValue::Number(number)) => ExrValue::F64(*number),
             };
             attributes.other.insert(text(name), value);
         }
@@ -173,7 +180,7 @@ impl<'a, 'p> Sheet<'a, 'p> {
 }
 
 /// What all headers of a file share: the display window of the first part that has one, or one around
-/// all parts, and what R, G, B mean if a part has a white.
+/// all parts, what R, G, B mean if a part has a white, and the time code of a part that has one.
 fn shared_attributes(parts: &[Part]) -> ImageAttributes {
     let sizes = parts.iter().map(Part::size);
     let (height, width) = sizes.fold((0, 0), |a, b| (a.0.max(b.0), a.1.max(b.1)));
@@ -184,6 +191,10 @@ fn shared_attributes(parts: &[Part]) -> ImageAttributes {
     let mut with_white = parts
         .iter()
         .filter(|part| part.white_luminance_cd_m2.is_some());
+    let mut codes = parts
+        .iter()
+        .filter_map(|part| part.text(frame_time::TIME_CODE).ok());
+    shared.time_code = codes.find_map(frame_time::time_code);
     shared.chromaticities = with_white.next().map(|part| chromaticities(part.primaries));
     shared
 }

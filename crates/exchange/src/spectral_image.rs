@@ -34,6 +34,8 @@ use crate::error::Error;
 use crate::exr_read;
 use crate::exr_write;
 use crate::exr_write::Codec;
+use crate::frame_time::FRAMES_PER_SECOND;
+use crate::frame_time::TIME_CODE;
 use crate::image_windows::ImageWindows;
 use crate::part::Part;
 use crate::part::Samples;
@@ -246,6 +248,9 @@ impl SpectralImage {
         channels.push(("Z".to_owned(), depth.into()));
         let mut part = Part::new("rgb", channels);
         part.primaries = primaries;
+        let is_of_time = |name: &str| [FRAMES_PER_SECOND, TIME_CODE].contains(&name);
+        let of_time = self.attributes.iter().filter(|(name, _)| is_of_time(name));
+        (part.attributes).extend(of_time.map(|(name, value)| (name.clone(), value.clone())));
         self.describe(&mut part);
         exr_write::write(&[part], Codec::Piz, writer)
     }

@@ -79,8 +79,8 @@ impl VolumeSource {
             .then(|| Self::new(parts.collect()))
     }
 
-    /// What a plan needs to know of the volume; files are read. What is found in one goes through
-    /// `of_file`.
+    /// What a plan needs to know of the volume; files are read. What is found in one whose sizes are its own goes
+    /// through `of_file`.
     ///
     /// # Errors
     /// As [`VolumeSource::volume`].
@@ -90,9 +90,8 @@ impl VolumeSource {
     ) -> Result<Option<DropSummary>, Error> {
         let summary = |part: &VolumePart| match part {
             VolumePart::Shape(shape) => Ok(DropSummary::of_shape(shape)),
-            VolumePart::Density(..) | VolumePart::Volume(_) => {
-                Ok(DropSummary::of_volume(&part.volume()?).map(&of_file))
-            }
+            VolumePart::Density(..) => Ok(DropSummary::of_volume(&part.volume()?)),
+            VolumePart::Volume(_) => Ok(DropSummary::of_volume(&part.volume()?).map(&of_file)),
         };
         let parts = self.parts.iter().map(|(_, part)| summary(part));
         let parts: Vec<Option<DropSummary>> = parts.collect::<Result<_, Error>>()?;

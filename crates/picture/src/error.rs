@@ -38,6 +38,12 @@ pub enum Error {
     /// A scene that cannot be planned.
     #[error("{}", with_causes(.0))]
     Plan(#[from] niji_scene::PlanError),
+    /// A frame of a sequence that is wrong.
+    #[error("frame {0}: {1}")]
+    Frame(u32, #[source] Box<Error>),
+    /// A sequence of which no frame that was looked at has drops.
+    #[error("found no drops in any of the frames {0:?}, expected some")]
+    NoFrameWithDrops(Vec<u32>),
     /// A scattering table that cannot be made.
     #[error(transparent)]
     Scattering(niji_scatter::Error),

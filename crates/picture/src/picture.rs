@@ -3,6 +3,7 @@
 use niji_dropfield::Bricks;
 use niji_dropfield::DropVolume;
 use niji_exchange::AtmosphereTable;
+use niji_exchange::FrameTime;
 use niji_exchange::Provenance;
 use niji_exchange::ScatteringTable;
 use niji_exchange::SpectralImage;
@@ -80,6 +81,9 @@ pub struct PictureSettings {
     pub coarser_rays: f64,
     /// How the preview is shown.
     pub picture: Picture,
+    /// Number of a frame, and how many are shown in a second.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frame: Option<(u32, f64)>,
     /// Water that lights the drops too, where it does.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub water_surface: Option<WaterSurface>,
@@ -130,6 +134,7 @@ impl PictureSettings {
                 && plan.is_on(Effect::MultipleScattering))
             .then_some(tolerance_for_orders(plan.tolerance)),
             picture: scene.picture,
+            frame: (planned.time).map(|time| (time.frame, time.frames_per_second)),
             water_surface: mirrored_water.map(|(surface, _)| surface),
             mirrored_water,
             foreseen_errors: ForeseenErrors::of(plan, &planned.choice.seen),
@@ -257,6 +262,13 @@ impl PictureWork {
                 display_white_cd_m2: settings.display_white_cd_m2,
             };
             settings.foreseen_errors.add_to(error, place);
+        }
+        if let Some((frame, frames_per_second)) = settings.frame {
+            let time = FrameTime {
+                frame,
+                frames_per_second,
+            };
+            image.attributes.extend(time.attributes());
         }
         image.windows.data = region;
         image.provenance = provenance;

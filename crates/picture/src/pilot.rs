@@ -40,6 +40,27 @@ pub(crate) struct Seen {
     pub(crate) drop_spacing: Option<SmallPicture>,
 }
 
+impl Seen {
+    /// What is seen in any of two frames, in every place the more of it; of levels the finer one.
+    pub(crate) fn or_more(self, other: &Self) -> Self {
+        let more = |one: Option<SmallPicture>, other: &Option<SmallPicture>| match (one, other) {
+            (Some(one), Some(other)) => Some(one.or_more(other)),
+            (one, other) => one.or(other.clone()),
+        };
+        Self {
+            further_orders: more(self.further_orders, &other.further_orders),
+            drop_spacing: more(self.drop_spacing, &other.drop_spacing),
+            sky: match (self.sky, &other.sky) {
+                (Some(one), Some(other)) => Some(SkySeen {
+                    level: one.level.max(other.level),
+                    error: one.error.or_more(&other.error),
+                }),
+                (one, other) => one.or(other.clone()),
+            },
+        }
+    }
+}
+
 /// What is to be seen of the drops of a scene, but for what was seen `before`, at another tolerance.
 ///
 /// # Errors

@@ -10,6 +10,7 @@ use ndarray::Array2;
 use niji_airy::AiryTable;
 use niji_dropfield::DropVolume;
 use niji_exchange::AtmosphereTable;
+use niji_exchange::FrameTime;
 use niji_exchange::Provenance;
 use niji_exchange::ScatteringTable;
 use niji_exchange::SpectralImage;
@@ -22,7 +23,6 @@ use niji_scatter::airy_to_file;
 use niji_scene::DropSummary;
 use niji_scene::Foretold;
 use niji_scene::Plan;
-use niji_scene::ScatteringNeed;
 use niji_scene::Scene;
 use niji_scene::Stage;
 use niji_scene::plan_looking;
@@ -50,6 +50,8 @@ use crate::pilot;
 use crate::pilot::Seen;
 use crate::pilot::SmallPicture;
 use crate::scattering;
+use crate::sequence_choice::SequenceChoice;
+use crate::sequence_choice::with_scales;
 use crate::surfaces::SurfaceFiles;
 use crate::watch::Watch;
 
@@ -71,6 +73,8 @@ pub struct PlannedScene {
     pub drop_source: Option<VolumeSource>,
     /// What was decided, and from what.
     pub choice: Choice,
+    /// When it is shown, where it is a frame.
+    pub time: Option<FrameTime>,
 }
 
 /// How a scene is planned.
@@ -78,7 +82,8 @@ pub struct PlannedScene {
 pub struct PlanRequest<'a> {
     /// Where the files lie that the scene names.
     pub folder: &'a Path,
-    /// Whether it is a frame of a sequence: what it needs is rounded, so that other frames need the same.
+    /// Whether it is a frame of a sequence that is decided on: sizes are rounded outward, so that other frames have the
+    /// same.
     pub is_frame: bool,
     /// The program that asks, as far as it decides on results: what another one decided is not taken.
     pub version: &'a str,
@@ -116,7 +121,10 @@ fn source_of(scene: &Scene, folder: &Path) -> Option<VolumeSource> {
 }
 
 /// Hashes of the files of its drops by role.
-fn drop_hashes(scene: &Scene, request: PlanRequest) -> Result<BTreeMap<String, String>, Error> {
+pub(crate) fn drop_hashes(
+    scene: &Scene,
+    request: PlanRequest,
+) -> Result<BTreeMap<String, String>, Error> {
     let source = source_of(scene, request.folder);
     let files = source.iter().flat_map(VolumeSource::inputs);
     let hashes = files.map(|(role, path)| {
@@ -127,7 +135,7 @@ fn drop_hashes(scene: &Scene, request: PlanRequest) -> Result<BTreeMap<String, S
 }
 
 /// Figures of the drops of a scene; files are read.
-fn drops_of(scene: &Scene, request: PlanRequest) -> Result<Option<DropSummary>, Error> {
+pub(crate) fn drops_of(scene: &Scene, request: PlanRequest) -> Result<Option<DropSummary>, Error> {
     let of_file = |drops: DropSummary| {
         if request.is_frame {
             drops.with_rounded_sizes()
@@ -137,6 +145,18 @@ fn drops_of(scene: &Scene, request: PlanRequest) -> Result<Option<DropSummary>, 
     };
     let source = source_of(scene, request.folder);
     source.map_or(Ok(None), |source| source.summary(of_file))
+}
+
+/// Refuses a scene without a file that it names.
+///
+/// # Errors
+/// The file that is not there.
+pub fn check_files(scene: &Scene, folder: &Path) -> Result<(), Error> {
+    for file in scene.files() {
+        let path = folder.join(file);
+        fs::metadata(&path).map_err(|error| Error::file(&path, error))?;
+    }
+    Ok(())
 }
 
 impl PlannedScene {
@@ -149,6 +169,38 @@ impl PlannedScene {
     pub fn new(scene: Scene, request: PlanRequest) -> Result<Self, Error> {
         let drops = drops_of(&scene, request)?;
         Self::with_drops(scene, request, drops, true)
+    }
+
+    /// The same of a scene whose drops were summed up.
+    ///
+    /// # Errors
+    /// A scene that cannot be planned.
+    pub(crate) fn of_drops(
+        scene: Scene,
+        request: PlanRequest,
+        drops: DropSummary,
+    ) -> Result<Self, Error> {
+        Self::with_drops(scene, request, Some(drops), true)
+    }
+
+    /// A frame of a sequence as it was decided for all of them: nothing is measured, and no file of drops read.
+    #[must_use]
+    pub fn of_frame(
+        (scene, time): (Scene, FrameTime),
+        folder: &Path,
+        choice: &SequenceChoice,
+    ) -> Self {
+        let scene = with_scales(scene, &choice.densest_lines_m);
+        let plan = choice.plan.of_frame(&scene);
+        Self {
+            folder: folder.to_owned(),
+            drop_file: scene.drops.file().map(|file| folder.join(file)),
+            drop_source: VolumeSource::of(&scene.drops, folder),
+            choice: Choice::of(&plan, choice.request.clone(), choice.seen.clone()),
+            time: Some(time),
+            scene,
+            plan,
+        }
     }
 
     /// The same without measuring anything, for its own drops and the `others`.
@@ -204,10 +256,6 @@ impl PlannedScene {
         if let Some(sky) = &seen.sky {
             plan.sky_level = Some(sky.level);
         }
-        if request.is_frame {
-            let need = plan.scattering.take();
-            plan.scattering = need.map(ScatteringNeed::with_rounded_directions);
-        }
         Ok(Self {
             folder: folder.to_owned(),
             choice: Choice {
@@ -218,6 +266,7 @@ impl PlannedScene {
             plan,
             drop_file,
             drop_source,
+            time: None,
         })
     }
 
@@ -406,11 +455,7 @@ impl PlannedScene {
         if let Some(error) = &self.plan.table_refused {
             return Err(Error::Scattering(error.clone()));
         }
-        for file in self.scene.files() {
-            let path = self.folder.join(file);
-            fs::metadata(&path).map_err(|error| Error::file(&path, error))?;
-        }
-        Ok(())
+        check_files(&self.scene, &self.folder)
     }
 
     /// Refuses a picture for which memory cannot be had, in the words of the renderer.

@@ -47,6 +47,11 @@ pub fn settings(need: &ScatteringNeed, wavelengths: WavelengthGrid) -> String {
         wavelengths.step_nm(),
         wavelengths.len(),
     );
+    // What is made does not depend on it.
+    let need = ScatteringNeed {
+        support_um: (0.0, 0.0),
+        ..need.clone()
+    };
     canonical_json(&(need, spectrum))
 }
 

@@ -12,6 +12,7 @@
 use std::fmt;
 use std::ops::RangeInclusive;
 
+use serde::Deserialize;
 use serde::Serialize;
 
 use crate::error::Error;
@@ -39,12 +40,12 @@ const SEA_PER_MILLE: f64 = 35.0;
 /// assert!((Water::pure(15.0).refractive_index(green) - 1.3347).abs() < 1e-4);
 /// assert!(Water::of_the_sea(80.0).check().is_err());
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Water {
     /// Temperature, degrees Celsius.
     pub temperature_c: f64,
     /// Salt by mass, per mille; left out of what is written where there is none.
-    #[serde(skip_serializing_if = "is_zero")]
+    #[serde(default, skip_serializing_if = "is_zero")]
     pub salinity_per_mille: f64,
 }
 

@@ -7,6 +7,7 @@ use niji_radiometry::Bytes;
 use niji_radiometry::Micrometers;
 use niji_radiometry::Water;
 use niji_radiometry::WavelengthGrid;
+use serde::Deserialize;
 use serde::Serialize;
 
 use crate::drop_motion::DropMotion;
@@ -20,7 +21,7 @@ use crate::theta_axis::NumberOfAngles;
 const LARGEST_TABLE: Bytes = Bytes(4 << 30);
 
 /// What the rows of a table stand for.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum SizeRows {
     /// A law of each effective radius and variance, of variance 0 that very size.

@@ -108,7 +108,7 @@ impl Preset {
 }
 
 /// One level for every stage, with its settings.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Levels {
     /// How one drop scatters.
     pub theory: Theory,
@@ -121,7 +121,10 @@ pub struct Levels {
     /// Which part of the drops' extinction leaves the picture.
     pub drop_extinction: DropExtinctionModel,
     /// Light scattered by more than one drop; not written where that effect is off.
-    #[serde(skip_serializing_if = "is_single_scattering")]
+    #[serde(
+        default = "single_scattering",
+        skip_serializing_if = "is_single_scattering"
+    )]
     pub drop_orders: DropOrders,
     /// The drops' optical depth towards the sun.
     pub sun_path: SunPath,
@@ -132,7 +135,7 @@ pub struct Levels {
     /// What of a pixel is seen.
     pub pixel_footprint: PixelFootprint,
     /// What of the light that water mirrors is followed; written where it is not all.
-    #[serde(skip_serializing_if = "is_polarized")]
+    #[serde(default = "polarized", skip_serializing_if = "is_polarized")]
     pub mirrored_light: MirroredLight,
 }
 
@@ -163,6 +166,14 @@ impl Levels {
             pixel_footprint: self.pixel_footprint,
         }
     }
+}
+
+fn single_scattering() -> DropOrders {
+    DropOrders::SingleScattering
+}
+
+fn polarized() -> MirroredLight {
+    MirroredLight::Polarized
 }
 
 /// Whether nothing is to be said of further orders.

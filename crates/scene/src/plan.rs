@@ -31,6 +31,7 @@ mod reasons;
 mod resources;
 mod rings;
 mod scattering_need;
+mod sequence_plan;
 mod shared_tables;
 mod stages;
 mod theory_by_size;
@@ -51,6 +52,7 @@ pub use explain::Explanation;
 pub use given_table::Misfit;
 pub use laws_in_light::LawsInLight;
 pub use scattering_need::ScatteringNeed;
+pub use sequence_plan::PlannedFrame;
 pub use stages::Estimate;
 pub use stages::Stage;
 pub use stages::StagePlan;
@@ -96,30 +98,19 @@ pub fn plan_looking<E: From<PlanError>>(
     look: impl FnOnce(&Foretold) -> Result<Option<Bound>, E>,
 ) -> Result<Plan, E> {
     let situation = Situation::new(scene, drops)?;
-    let table = situation.air_table(scene)?;
-    let air = situation.air_light(table.as_ref());
-    let curves = situation.curves(scene);
-    let mirrored_curves = situation.mirrored_curves(scene);
-    let curves_of_suns = (&curves, mirrored_curves.as_ref());
-    let known = Known {
-        scene,
-        situation: &situation,
-        table: table.as_ref(),
-        air: air.as_ref(),
-        curves: &curves,
-        bounds: situation.bound_scene(curves_of_suns, air.as_ref()),
-    };
-    let decisions = known.decisions(None);
-    let further_orders = look(&Foretold {
-        on: &decisions.on,
-        further_orders: decisions
-            .bound(Effect::MultipleScattering)
-            .filter(|_| decide::weighs_further_orders(&scene.effects, &scene.accuracy)),
-        levels: situation.levels,
-        display_white_cd_m2: situation.display_white_cd_m2,
-    })?;
-    let decisions = further_orders.map_or(decisions, |it| known.decisions(Some(it)));
-    Ok(known.plan(decisions)?)
+    Known::of(scene, &situation, |known| {
+        let decisions = known.decisions(None);
+        let further_orders = look(&Foretold {
+            on: &decisions.on,
+            further_orders: decisions
+                .bound(Effect::MultipleScattering)
+                .filter(|_| decide::weighs_further_orders(&scene.effects, &scene.accuracy)),
+            levels: situation.levels,
+            display_white_cd_m2: situation.display_white_cd_m2,
+        })?;
+        let decisions = further_orders.map_or(decisions, |it| known.decisions(Some(it)));
+        Ok(known.plan(decisions)?)
+    })?
 }
 
 /// What bounds foretell, before anything is measured.
@@ -159,6 +150,27 @@ struct Known<'a> {
 }
 
 impl Known<'_> {
+    /// What `then` makes of all that is known of a scene.
+    fn of<T>(
+        scene: &Scene,
+        situation: &Situation,
+        then: impl FnOnce(&Known) -> T,
+    ) -> Result<T, PlanError> {
+        let table = situation.air_table(scene)?;
+        let air = situation.air_light(table.as_ref());
+        let curves = situation.curves(scene);
+        let mirrored_curves = situation.mirrored_curves(scene);
+        let curves_of_suns = (&curves, mirrored_curves.as_ref());
+        Ok(then(&Known {
+            scene,
+            situation,
+            table: table.as_ref(),
+            air: air.as_ref(),
+            curves: &curves,
+            bounds: situation.bound_scene(curves_of_suns, air.as_ref()),
+        }))
+    }
+
     /// Decides, where `further_orders` is what light of these changes.
     fn decisions(&self, further_orders: Option<Bound>) -> Decisions {
         let Self {

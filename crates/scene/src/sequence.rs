@@ -19,13 +19,18 @@
 //! A table of a list has the key of its name, and where it has none that of its place, counted from 0:
 //! `drops.fine.voxel_m`, `drops.1.voxel_m`.
 //!
+//! `frames_per_second` is no key of a scene: how many frames are shown in a second, 24 where it is left out.
+//!
 //! Besides, `####` in the name of a file of `[drops]` or `[occluders]` is the frame, with zeros in front
 //! up to the number of `#`: drops and depths that another program made for every frame.
 //!
 //! A frame is a scene of its own: its text is the scene's with other numbers in the same lines, so that
 //! everything that can be wrong with a scene is said of a frame in the same words.
 
+mod number;
+
 use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::ops::Range;
 
@@ -34,11 +39,19 @@ use toml::Value;
 use toml::de::DeTable;
 use toml::de::DeValue;
 
+use crate::canonical_json::canonical_json;
 use crate::error::SceneError;
 use crate::error::suggest;
 
+use number::Number;
+
 /// Name of the section.
 const SECTION: &str = "sequence";
+/// Key of the section that is none of the scene, and its range.
+const RATE: &str = "frames_per_second";
+pub(crate) const RATES: (f64, f64) = (1.0, 1000.0);
+/// Rate of films.
+pub(crate) const USUAL_RATE: f64 = 24.0;
 /// Says how the scene is read, so that no frame can have another.
 const VERSION: &str = "format";
 /// Sections whose texts may name a file for every frame.
@@ -51,6 +64,8 @@ pub const LAST_FRAME: u32 = 9_999_999;
 /// A scene that changes from frame to frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sequence {
+    /// Frames that are shown in a second.
+    pub frames_per_second: f64,
     text: String,
     /// What changes and where it stands in the text, from its end to its beginning.
     changes: Vec<(Range<usize>, Change)>,
@@ -62,15 +77,6 @@ enum Change {
     Keys(Vec<(u32, Number)>),
     /// A name with digits to be filled in.
     File(String),
-}
-
-/// A number, or a list of numbers or lists.
-#[derive(Debug, Clone, PartialEq)]
-enum Number {
-    /// As it is written, without a point.
-    Whole(i64),
-    Real(f64),
-    Many(Vec<Number>),
 }
 
 /// A number that stands in the scene.
@@ -92,6 +98,7 @@ impl Sequence {
             message: error.message().replace('\n', "; "),
         })?;
         let (mut numbers, mut changes) = (BTreeMap::new(), Vec::new());
+        let mut frames_per_second = USUAL_RATE;
         for (section, value) in root.get_ref() {
             let name = section.get_ref();
             if name != SECTION && name != VERSION {
@@ -112,14 +119,49 @@ impl Sequence {
                 SceneError::Syntax { line, message }
             })?;
             let tracks = Tracks { numbers, line };
-            tracks.collect("", &parsed[SECTION], &mut changes)?;
+            let mut section = parsed[SECTION].clone();
+            let rate = section.as_table_mut().and_then(|it| it.remove(RATE));
+            if let Some(rate) = rate {
+                frames_per_second = tracks.rate(&rate)?;
+            }
+            tracks.collect("", &section, &mut changes)?;
         }
         if changes.is_empty() {
             return Ok(None);
         }
         changes.sort_by_key(|(place, _)| std::cmp::Reverse(place.start));
         let text = text.to_owned();
-        Ok(Some(Self { text, changes }))
+        Ok(Some(Self {
+            frames_per_second,
+            text,
+            changes,
+        }))
+    }
+
+    /// The frames at which values are written down.
+    #[must_use]
+    pub fn keys(&self) -> BTreeSet<u32> {
+        let frames = self.changes.iter().flat_map(|(_, change)| match change {
+            Change::Keys(keys) => keys.iter().map(|(frame, _)| *frame).collect(),
+            Change::File(_) => Vec::new(),
+        });
+        frames.collect()
+    }
+
+    /// The names of files with a place for the frame.
+    pub fn file_names(&self) -> impl Iterator<Item = &str> {
+        self.changes.iter().filter_map(|(_, change)| match change {
+            Change::Keys(_) => None,
+            Change::File(name) => Some(name.as_str()),
+        })
+    }
+
+    /// All that is written of it but for comments and spaces, as JSON.
+    #[must_use]
+    pub fn settings(&self) -> String {
+        // It was read before.
+        let written: toml::Table = self.text.parse().unwrap_or_default();
+        canonical_json(&written)
     }
 
     /// The scene of a frame.
@@ -147,7 +189,7 @@ fn collect_numbers(value: &Spanned<DeValue>, path: &str, found: &mut BTreeMap<St
     for (key, child) in children(value) {
         collect_numbers(child, &format!("{path}.{key}"), found);
     }
-    if let Some(number) = number(value.get_ref()) {
+    if let Some(number) = Number::written(value.get_ref()) {
         let place = value.span();
         let value = number;
         found.insert(path.to_owned(), Found { place, value });
@@ -179,24 +221,6 @@ fn children<'a>(value: &'a Spanned<DeValue<'a>>) -> Vec<(String, &'a Spanned<DeV
     }
 }
 
-fn number(value: &DeValue) -> Option<Number> {
-    match value {
-        DeValue::Integer(number) => i64::from_str_radix(number.as_str(), number.radix())
-            .ok()
-            .map(Number::Whole),
-        DeValue::Float(number) => number.as_str().parse().ok().map(Number::Real),
-        DeValue::Array(items) if !items.is_empty() => {
-            let numbers = items.iter().map(|item| number(item.get_ref()));
-            numbers.collect::<Option<_>>().map(Number::Many)
-        }
-        DeValue::Array(_)
-        | DeValue::String(_)
-        | DeValue::Boolean(_)
-        | DeValue::Datetime(_)
-        | DeValue::Table(_) => None,
-    }
-}
-
 /// The texts with a place for the frame.
 fn collect_files(value: &Spanned<DeValue>, changes: &mut Vec<(Range<usize>, Change)>) {
     for (_, child) in children(value) {
@@ -208,7 +232,7 @@ fn collect_files(value: &Spanned<DeValue>, changes: &mut Vec<(Range<usize>, Chan
 }
 
 /// A name with the frame in place of each run of `#`.
-fn with_frame(name: &str, frame: u32) -> String {
+pub fn with_frame(name: &str, frame: u32) -> String {
     let mut written = String::new();
     let mut rest = name;
     while let Some(start) = rest.find(DIGIT) {
@@ -228,6 +252,17 @@ struct Tracks {
 }
 
 impl Tracks {
+    fn rate(&self, value: &Value) -> Result<f64, SceneError> {
+        let rate = value.as_float().or(value.as_integer().map(|it| it as f64));
+        rate.filter(|rate| (RATES.0..=RATES.1).contains(rate))
+            .ok_or_else(|| SceneError::OutOfRange {
+                line: self.line,
+                key: format!("{SECTION}.{RATE}"),
+                found: value.to_string(),
+                expected: format!("{} to {} frames in a second", RATES.0, RATES.1),
+            })
+    }
+
     /// Reads the section, which has the tables of the scene.
     fn collect(
         &self,
@@ -309,95 +344,6 @@ impl Tracks {
             suggestion: suggest(path, &allowed),
             allowed,
         }
-    }
-}
-
-impl Number {
-    fn of(value: &Value) -> Option<Self> {
-        match value {
-            Value::Integer(number) => Some(Self::Whole(*number)),
-            Value::Float(number) if number.is_finite() => Some(Self::Real(*number)),
-            Value::Array(items) => {
-                let items = items.iter().map(Self::of);
-                items.collect::<Option<_>>().map(Self::Many)
-            }
-            Value::Float(_)
-            | Value::String(_)
-            | Value::Boolean(_)
-            | Value::Datetime(_)
-            | Value::Table(_) => None,
-        }
-    }
-
-    fn is_whole(&self) -> bool {
-        match self {
-            Self::Whole(_) => true,
-            Self::Real(_) => false,
-            Self::Many(items) => items.iter().all(Self::is_whole),
-        }
-    }
-
-    fn into_real(self) -> Self {
-        match self {
-            // Coordinates and angles: far below 2^53.
-            Self::Whole(number) => Self::Real(number as f64),
-            Self::Real(number) => Self::Real(number),
-            Self::Many(items) => Self::Many(items.into_iter().map(Self::into_real).collect()),
-        }
-    }
-
-    fn is_like(&self, other: &Self) -> bool {
-        match (self, other) {
-            (Self::Whole(_) | Self::Real(_), Self::Whole(_) | Self::Real(_)) => true,
-            (Self::Many(one), Self::Many(other)) => {
-                let mut pairs = one.iter().zip(other);
-                one.len() == other.len() && pairs.all(|(one, other)| one.is_like(other))
-            }
-            (Self::Whole(_) | Self::Real(_), Self::Many(_))
-            | (Self::Many(_), Self::Whole(_) | Self::Real(_)) => false,
-        }
-    }
-
-    /// The value `done` of `all` frames on the way to another.
-    fn mix(&self, other: &Self, (done, all): (u32, u32)) -> Self {
-        match (self, other) {
-            (Self::Whole(a), Self::Whole(b)) => whole_between((*a, *b), (done, all)),
-            (Self::Real(a), Self::Real(b)) => {
-                let t = f64::from(done) / f64::from(all);
-                Self::Real((1.0 - t) * a + t * b)
-            }
-            (Self::Many(a), Self::Many(b)) => {
-                let pairs = a.iter().zip(b);
-                Self::Many(pairs.map(|(a, b)| a.mix(b, (done, all))).collect())
-            }
-            // Of one form, and all whole or none: they were checked.
-            (Self::Whole(_), Self::Real(_) | Self::Many(_))
-            | (Self::Real(_), Self::Whole(_) | Self::Many(_))
-            | (Self::Many(_), Self::Whole(_) | Self::Real(_)) => self.clone(),
-        }
-    }
-
-    fn to_toml(&self) -> String {
-        match self {
-            Self::Whole(number) => number.to_string(),
-            // The shortest decimals that read back exactly, with a point or an exponent.
-            Self::Real(number) => format!("{number:?}"),
-            Self::Many(items) => {
-                let items: Vec<String> = items.iter().map(Self::to_toml).collect();
-                format!("[{}]", items.join(", "))
-            }
-        }
-    }
-}
-
-/// Between whole numbers, whole where a whole number lies there: in integers, for a sum of fractions
-/// misses 2 by its last digit.
-fn whole_between((a, b): (i64, i64), (done, all): (u32, u32)) -> Number {
-    let way = (i128::from(b) - i128::from(a)) * i128::from(done);
-    let (passed, rest) = (way / i128::from(all), way % i128::from(all));
-    match i64::try_from(i128::from(a) + passed) {
-        Ok(number) if rest == 0 => Number::Whole(number),
-        Ok(_) | Err(_) => Number::Real(a as f64 + way as f64 / f64::from(all)),
     }
 }
 

@@ -168,3 +168,33 @@ fn values_that_are_no_keys_of_the_same_form_are_refused() {
     assert!(message.contains("frames in ascending order"), "{message}");
     assert!(refusal("sun.elevation_deg = [[3, 10.0]] x").starts_with("line 15"));
 }
+
+#[test]
+fn a_rate_is_no_key_of_the_scene_and_films_have_24() {
+    assert_eq!(sequence(SCENE).frames_per_second, 24.0);
+    let with = |rate: &str| {
+        let rate = format!("[sequence]\nframes_per_second = {rate}");
+        Sequence::from_toml(&SCENE.replace("[sequence]", &rate))
+    };
+    for (rate, expected) in [("25", 25.0), ("23.976", 23.976)] {
+        let sequence = with(rate).unwrap().unwrap();
+        assert_eq!(sequence.frames_per_second, expected);
+        assert!(sequence.scene_text(15).contains("elevation_deg = 15.0"));
+    }
+    for rate in ["0", "-24", "nan", "\"24\"", "[[1, 24]]"] {
+        let refused = with(rate).unwrap_err().to_string();
+        assert!(refused.contains("sequence.frames_per_second"), "{refused}");
+    }
+}
+
+#[test]
+fn frames_with_written_values_and_numbered_files_are_told() {
+    let sequence = sequence(SCENE);
+    assert!(sequence.keys().into_iter().eq([1, 5, 10, 20, 30]));
+    assert!(sequence.file_names().eq(["spray.####.vdb"]));
+    assert_eq!(with_frame("a.##/b.####.vdb", 7), "a.07/b.0007.vdb");
+    // Comments change nothing.
+    let commented = SCENE.replace("[sun]", "# the light\n[sun]");
+    let again = Sequence::from_toml(&commented).unwrap().unwrap();
+    assert_eq!(again.settings(), sequence.settings());
+}

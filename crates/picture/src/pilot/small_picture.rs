@@ -59,6 +59,20 @@ impl SmallPicture {
         }
     }
 
+    /// The same with the light of another frame wherever that has more.
+    pub(crate) fn or_more(mut self, other: &Self) -> Self {
+        let [width, height] = self.frame_px.map(f64::from);
+        let [first_x, first_y] = self.first_px.map(f64::from);
+        for (row, lights) in self.luminance.iter_mut().enumerate() {
+            let down = (row as f64 + 0.5 + first_y) / height;
+            for (column, light) in lights.iter_mut().enumerate() {
+                let right = (column as f64 + 0.5 + first_x) / width;
+                *light = light.max(other.at(right, down) as f32);
+            }
+        }
+        self
+    }
+
     /// Its light at a place in parts of the frame, linear between pixels; the nearest ones hold outside.
     pub(crate) fn at(&self, right: f64, down: f64) -> f64 {
         let [width, height] = self.frame_px.map(f64::from);
@@ -98,6 +112,20 @@ fn between(place: f64, n_px: usize) -> [(usize, f64); 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn of_two_frames_the_brighter_place_is_kept_whatever_their_sizes() {
+        let camera = |width_px, luminance: Vec<Vec<f32>>| SmallPicture {
+            first_px: [0, 0],
+            frame_px: [width_px, 1],
+            luminance,
+        };
+        let one = camera(2, vec![vec![1.0, 4.0]]);
+        let other = camera(4, vec![vec![3.0, 3.0, 2.0, 2.0]]);
+        assert_eq!(one.clone().or_more(&other).luminance, [[3.0, 4.0]]);
+        let back = other.or_more(&one).luminance;
+        assert_eq!(back, [[3.0, 3.0, 3.25, 4.0]]);
+    }
 
     #[test]
     fn rows_of_several_lengths_and_none_are_no_picture() {

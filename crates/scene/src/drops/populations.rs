@@ -60,6 +60,15 @@ impl Drops {
         &self.populations
     }
 
+    /// The same with every source changed, which is told its place.
+    #[must_use]
+    pub fn with_sources(mut self, change: impl Fn(usize, DropSource) -> DropSource) -> Self {
+        for (place, population) in self.populations.iter_mut().enumerate() {
+            population.source = change(place, population.source.clone());
+        }
+        self
+    }
+
     /// The shape, where there is one population and it is a shape.
     #[must_use]
     pub fn shape(&self) -> Option<Shape> {

@@ -5,6 +5,7 @@ use niji_render::MirroredLight;
 use niji_render::RenderEffects;
 use niji_render::SunPath;
 use niji_render::Toggle;
+use serde::Deserialize;
 use serde::Serialize;
 
 use crate::accuracy::Levels;
@@ -22,7 +23,7 @@ use super::stages::Stage;
 use super::stages::StagePlan;
 
 /// One effect, decided.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct EffectDecision {
     /// The effect.
     pub effect: Effect,
@@ -31,13 +32,13 @@ pub struct EffectDecision {
     /// Whether it is simulated.
     pub on: bool,
     /// Whether the plan left it out by itself: not the scene, nor its theory, nor what it cannot do without.
-    #[serde(skip)]
     pub is_left_out: bool,
     /// Why.
     pub reason: String,
     /// What it contributes at most.
     pub bound: Bound,
-    /// The numbers of the bound; `None` where it is 0.
+    /// The numbers of the bound; `None` where it is 0, and for a sequence.
+    #[serde(skip_deserializing)]
     pub terms: Option<BoundTerms>,
 }
 
@@ -49,7 +50,7 @@ impl EffectDecision {
 }
 
 /// What the camera sees of the drops.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct View {
     /// Smallest and largest scattering angle of rays that may meet drops, degrees.
     pub theta_deg: Option<(f64, f64)>,
@@ -62,7 +63,7 @@ pub struct View {
 }
 
 /// A plan.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Plan {
     /// Name of the scene.
     pub scene: String,

@@ -105,6 +105,23 @@ impl DropSummary {
         })
     }
 
+    /// Figures that hold for any of several frames; where their drops are is told by the box of all.
+    pub(super) fn of_any<'a>(first: &'a Self, others: impl Iterator<Item = &'a Self>) -> Self {
+        let mut any = others.fold(first.clone(), |any, other| Self {
+            n_nodes: any.n_nodes.max(other.n_nodes),
+            file_bytes: any.file_bytes.max(other.file_bytes),
+            max_extinction_m1_q1: any.max_extinction_m1_q1.max(other.max_extinction_m1_q1),
+            ..any.clone().beside(other.clone())
+        });
+        any.parts = vec![DropPart {
+            bounds: any.bounds(),
+            max_extinction_m1_q1: any.max_extinction_m1_q1,
+            mode: 0,
+            within: Vec::new(),
+        }];
+        any
+    }
+
     /// Whether the boxes of both have a place in common.
     fn meets(&self, other: &Self) -> bool {
         self.min_m.cmple(other.max_m).all() && other.min_m.cmple(self.max_m).all()

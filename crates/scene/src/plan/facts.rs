@@ -97,17 +97,10 @@ impl Situation {
         };
         let blocks = view::blocks(&camera, scene.camera.region()?, sun, &extent);
         let sun_depth = sun_depth(&drops, sun);
-        // White at exposure 0 is a white plane in the sun; every stop makes half of its light white.
-        let white_albedo = (-scene.picture.exposure_ev).exp2();
         // By moonlight everything is as much weaker, but the white of the picture stays the sun's.
-        let line_albedo = white_albedo / scene.sun.irradiance_scale();
-        let (lines, sun_luminance) = lines(&grid, line_albedo);
+        let line_albedo = white_albedo(scene) / scene.sun.irradiance_scale();
+        let (lines, _) = lines(&grid, line_albedo);
         let view = seen(&blocks, sun_depth);
-        let mut levels = scene.levels(drops.voxel_m);
-        if scene.accuracy.sun_path.is_none() {
-            // Fine drops in a corner of a large volume ask for more than there is room for.
-            levels.sun_path = levels.sun_path.fitting(drops.bounds());
-        }
         let mirrored = scene.water_surface.as_ref().and_then(|water| {
             let surface = water.surface();
             let share = surface.largest_share(sun, &grid)?;
@@ -130,26 +123,35 @@ impl Situation {
                 reach_rad,
             })
         });
-        let levels = theory_by_size::in_scene(levels, (&drops, &view, grid));
-        let is_named = scene.accuracy.table_relative_error.is_some();
         Ok(Self {
-            levels: if is_named {
-                levels
-            } else {
-                theory_by_size::exact_where_quicker(levels, (&drops, grid))
-            },
+            levels: levels(scene, (&drops, &view)),
             view,
             rise: rise_seen(&blocks),
             camera,
             sun,
             drops,
-            display_white_cd_m2: white_albedo * sun_luminance / std::f64::consts::PI,
+            display_white_cd_m2: display_white_cd_m2(scene),
             bows_rad: dark_band_rad(scene.water()).into(),
             mirrored,
             lines,
             grid,
             blocks,
         })
+    }
+
+    /// Sees the angles of another frame too; levels do not know of it yet.
+    pub(super) fn see(&mut self, other: &Self) {
+        let is_in = |of: Option<(f64, f64)>, other| of.into_iter().chain(other).reduce(wider);
+        self.view.theta_deg = is_in(self.view.theta_deg, other.view.theta_deg);
+        self.rise = is_in(self.rise, other.rise);
+        if let (Some(sun), Some(other)) = (&mut self.mirrored, &other.mirrored) {
+            sun.theta_rad = is_in(sun.theta_rad, other.theta_rad);
+        }
+    }
+
+    /// Takes the levels that its scene has by what is seen now.
+    pub(super) fn settle_levels(&mut self, scene: &Scene) {
+        self.levels = levels(scene, (&self.drops, &self.view));
     }
 
     /// The air; `None` is a vacuum.
@@ -301,6 +303,36 @@ impl Situation {
     }
 }
 
+/// The levels of a scene whose drops are seen so.
+fn levels(scene: &Scene, (drops, view): (&DropSummary, &View)) -> Levels {
+    let mut levels = scene.levels(drops.voxel_m);
+    if scene.accuracy.sun_path.is_none() {
+        // Fine drops in a corner of a large volume ask for more than there is room for.
+        levels.sun_path = levels.sun_path.fitting(drops.bounds());
+    }
+    let levels = theory_by_size::in_scene(levels, (drops, view, scene.spectrum));
+    if scene.accuracy.table_relative_error.is_some() {
+        levels
+    } else {
+        theory_by_size::exact_where_quicker(levels, (drops, scene.spectrum))
+    }
+}
+
+/// White at exposure 0 is a white plane in the sun; every stop makes half of its light white.
+fn white_albedo(scene: &Scene) -> f64 {
+    (-scene.picture.exposure_ev).exp2()
+}
+
+/// What a preview of a scene shows as white (cd/m²).
+pub(super) fn display_white_cd_m2(scene: &Scene) -> f64 {
+    let (_, sun_luminance) = lines(&scene.spectrum, 1.0);
+    white_albedo(scene) * sun_luminance / std::f64::consts::PI
+}
+
+fn wider(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
+    (a.0.min(b.0), a.1.max(b.1))
+}
+
 fn summary(scene: &Scene, known: Option<DropSummary>) -> Result<DropSummary, PlanError> {
     let of_shapes = || DropSummary::of_shapes(&scene.drops);
     let summary = known.or_else(of_shapes);
@@ -359,8 +391,7 @@ fn lines(grid: &WavelengthGrid, white_albedo: f64) -> (Vec<Line>, f64) {
 /// Smallest and largest rise of the blocks that may meet drops.
 fn rise_seen(blocks: &[Block]) -> Option<(f64, f64)> {
     let with_drops = blocks.iter().filter(|block| block.drops.is_some());
-    let ranges = with_drops.map(|block| block.rise);
-    ranges.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+    with_drops.map(|block| block.rise).reduce(wider)
 }
 
 /// Largest optical depth of the drops towards the sun, Q = 1.
@@ -373,9 +404,8 @@ fn sun_depth(drops: &DropSummary, sun: DVec3) -> f64 {
 fn seen(blocks: &[Block], sun_depth: f64) -> View {
     let (mut theta_deg, mut distance_m) = (None, None);
     let mut depth = 0.0_f64;
-    let widen = |range: &mut Option<(f64, f64)>, (low, high): (f64, f64)| {
-        let (a, b) = range.unwrap_or((low, high));
-        *range = Some((a.min(low), b.max(high)));
+    let widen = |range: &mut Option<(f64, f64)>, to: (f64, f64)| {
+        *range = Some(range.map_or(to, |range| wider(range, to)));
     };
     for block in blocks {
         let Some(chord) = block.drops else { continue };

@@ -15,6 +15,7 @@ use niji_sizes::bin_step;
 use niji_sizes::bins;
 use niji_sizes::radius_axis;
 use niji_sizes::variance_axis;
+use serde::Deserialize;
 use serde::Serialize;
 
 use crate::effect::Effect;
@@ -31,7 +32,7 @@ use super::theory_by_size::table_theory;
 const ANGLE_MARGIN_DEG: f64 = 0.05;
 
 /// The scattering table that a picture needs, and no more.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ScatteringNeed {
     /// How a drop scatters.
     pub theory: Theory,
@@ -46,7 +47,7 @@ pub struct ScatteringNeed {
     /// Effective variances.
     pub effective_variance: Vec<f64>,
     /// Smallest and largest single radii of all laws that have light, um; what is made does not depend on it.
-    #[serde(skip)]
+    #[serde(default, skip_serializing_if = "is_untold")]
     pub support_um: (f64, f64),
     /// What the rows stand for.
     pub rows: SizeRows,
@@ -59,6 +60,11 @@ pub struct ScatteringNeed {
     /// What the drops are made of.
     #[serde(flatten)]
     pub water: Water,
+}
+
+/// Whether nothing is to be said of radii.
+fn is_untold(range: &(f64, f64)) -> bool {
+    *range == (0.0, 0.0)
 }
 
 impl ScatteringNeed {

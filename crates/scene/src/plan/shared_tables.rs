@@ -3,7 +3,7 @@
 //! The ranges that a frame needs are rounded outward: angles to the forward half, the backward half or
 //! all of them (outside of the bows a table is coarse, so that they cost little), radii to powers of 2,
 //! variances to twentieths and below the first to hundredths, flattenings to nodes at multiples of a power of 2. A frame's table then
-//! follows from the frame alone, whichever other frames are made with it.
+//! follows from the sequence, whichever of its frames are made.
 
 use std::f64::consts::PI;
 
@@ -14,6 +14,8 @@ use crate::plan::scattering_need::ScatteringNeed;
 
 /// Step of scattering angles, degrees.
 const ANGLE_STEP_DEG: f64 = 90.0;
+/// Margin of angles before that, degrees.
+const BETWEEN_DEG: f64 = 1.0;
 /// Step of effective variances.
 const VARIANCE_STEP: f64 = 0.05;
 const NARROW_STEP: f64 = 0.01;
@@ -65,7 +67,10 @@ impl ScatteringNeed {
     #[must_use]
     pub fn with_rounded_directions(self) -> Self {
         let (low, high) = self.theta_range_rad;
-        let (low, high) = rounded_out((low, high), ANGLE_STEP_DEG.to_radians());
+        // Frames between those that were looked at may see a little more.
+        let margin = BETWEEN_DEG.to_radians();
+        let range = (low - margin, high + margin);
+        let (low, high) = rounded_out(range, ANGLE_STEP_DEG.to_radians());
         Self {
             theta_range_rad: (low.max(0.0), high.min(PI)),
             ..self

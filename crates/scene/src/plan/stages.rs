@@ -6,6 +6,7 @@ use niji_droplets::Shape;
 use niji_exchange::AtmosphereTable;
 use niji_scatter::NumberOfAngles;
 use niji_scatter::SizeRows;
+use serde::Deserialize;
 use serde::Serialize;
 
 use crate::drops::DropSource;
@@ -20,7 +21,7 @@ use super::resources::Resources;
 use super::scattering_need::ScatteringNeed;
 
 /// A stage of the program.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Stage {
     /// The surfaces of a photograph get their distances.
@@ -61,7 +62,7 @@ impl Stage {
 }
 
 /// What a stage takes; `None` where nothing can be counted.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Estimate {
     /// Memory at its highest, bytes.
     pub memory_bytes: Option<u64>,
@@ -70,7 +71,7 @@ pub struct Estimate {
 }
 
 /// A stage that runs.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StagePlan {
     /// The stage.
     pub stage: Stage,

@@ -22,6 +22,8 @@ use crate::effect::Role;
 use crate::effect_switches::EffectSwitches;
 use crate::effect_switches::Switch;
 use crate::sequence::LAST_FRAME;
+use crate::sequence::RATES;
+use crate::sequence::USUAL_RATE;
 
 /// The variants of the shapes beside our own, each as `{ name: settings }`.
 impl JsonSchema for DropSource {
@@ -156,6 +158,13 @@ impl JsonSchema for Tracks {
         let inner = generator.subschema_for::<Tracks>();
         json_schema!({
             "type": "object",
+            "properties": { "frames_per_second": {
+                "description": "Frames that are shown in a second.",
+                "type": "number",
+                "minimum": RATES.0,
+                "maximum": RATES.1,
+                "default": USUAL_RATE,
+            } },
             "additionalProperties": { "anyOf": [inner, {
                 "description": "Pairs of a frame and a value like that of the scene, frames in ascending order; between them values are interpolated as numbers, so that a turn over north is from 350 to 370 degrees.",
                 "type": "array",

@@ -1,0 +1,175 @@
+//! What is decided once for all frames of a sequence, so that nothing jumps from one to the next and any of them has
+//! the same bytes made alone.
+//!
+//! A few frames are looked at: an effect that any of them shows is on in all, the finest level that any of them needs
+//! is that of all, and what they err by beside what is estimated is the largest of theirs in every place. Densities that
+//! are told by an optical depth have one factor:
+//! k = s k_1 / l,   l the largest of max_line(sum_line(d) h) in the frames that are looked at
+//! `s` scale of the scene, `d` values of the grid, `h` its voxel, `k` extinction at Q = 2 where the grid says 1.
+
+use std::collections::BTreeMap;
+
+use niji_dropfield::DensityMeans;
+use niji_dropfield::DropVolume;
+use niji_exchange::Provenance;
+use niji_scene::DropSource;
+use niji_scene::FromVdb;
+use niji_scene::Plan;
+use niji_scene::PlannedFrame;
+use niji_scene::Scene;
+use serde::Deserialize;
+use serde::Serialize;
+
+use crate::drop_volume::VolumePart;
+use crate::error::Error;
+use crate::pilot::Seen;
+use crate::planned_scene::PlanRequest;
+use crate::planned_scene::PlannedScene;
+use crate::planned_scene::drop_hashes;
+use crate::planned_scene::drops_of;
+
+/// What was decided for a sequence.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SequenceChoice {
+    /// Hash of the sequence with what is asked of its pictures, of the files of the frames that were looked at, and of
+    /// the program.
+    pub request: String,
+    /// The frames that were looked at.
+    pub frames: Vec<u32>,
+    /// For each population of drops, values of its density along its densest line (m); 0 where they do not matter.
+    pub(crate) densest_lines_m: Vec<f64>,
+    /// What all frames call for.
+    pub plan: Plan,
+    /// What was measured for it.
+    pub(crate) seen: Seen,
+}
+
+/// A sequence to decide on.
+pub struct SequenceRequest<'a> {
+    /// How its frames are planned.
+    pub plan: PlanRequest<'a>,
+    /// All that is written of it and asked of its pictures.
+    pub settings: &'a str,
+    /// The frames to look at, with their numbers.
+    pub frames: &'a [(u32, Scene)],
+}
+
+impl SequenceRequest<'_> {
+    /// What a choice has as its request if it is of this sequence.
+    ///
+    /// # Errors
+    /// A file of drops that is missing.
+    pub fn key(&self) -> Result<String, Error> {
+        let mut inputs = BTreeMap::new();
+        for (number, scene) in self.frames {
+            let hashes = drop_hashes(scene, self.plan)?.into_iter();
+            inputs.extend(hashes.map(|(role, hash)| (format!("{role} {number}"), hash)));
+        }
+        let provenance = Provenance {
+            version: self.plan.version.to_owned(),
+            settings: self.settings.to_owned(),
+            inputs,
+            ..Provenance::default()
+        };
+        Ok(provenance.request_hash())
+    }
+
+    /// Decides; `between` are more frames, whose angles the scattering table has to hold.
+    ///
+    /// # Errors
+    /// As [`PlannedScene::new`]; [`Error::NoFrameWithDrops`].
+    pub fn decide(&self, between: &[Scene]) -> Result<SequenceChoice, Error> {
+        let request = PlanRequest {
+            is_frame: true,
+            ..self.plan
+        };
+        let scenes = || self.frames.iter().map(|(_, scene)| scene);
+        let densest_lines_m = densest_lines_m(scenes(), request)?;
+        let (mut planned, mut seen) = (Vec::new(), None::<Seen>);
+        for (number, scene) in self.frames {
+            let in_frame = |error| Error::Frame(*number, Box::new(error));
+            let scene = with_scales(scene.clone(), &densest_lines_m);
+            // What grows from nothing has frames without drops.
+            let Some(drops) = drops_of(&scene, request).map_err(in_frame)? else {
+                continue;
+            };
+            let own = PlannedScene::of_drops(scene, request, drops.clone()).map_err(in_frame)?;
+            seen = Some(match seen {
+                Some(seen) => seen.or_more(&own.choice.seen),
+                None => own.choice.seen,
+            });
+            planned.push(PlannedFrame {
+                number: *number,
+                scene: own.scene,
+                drops,
+                plan: own.plan,
+            });
+        }
+        let numbers = || self.frames.iter().map(|(number, _)| *number);
+        let no_drops = || Error::NoFrameWithDrops(numbers().collect());
+        let (first, others) = planned.split_first().ok_or_else(no_drops)?;
+        let seen = seen.unwrap_or_default();
+        let mut plan = Plan::of_sequence((first, others), between)?;
+        if let Some(sky) = &seen.sky {
+            plan.sky_level = Some(sky.level);
+        }
+        Ok(SequenceChoice {
+            request: self.key()?,
+            frames: numbers().collect(),
+            densest_lines_m,
+            plan,
+            seen,
+        })
+    }
+}
+
+/// A scene whose optical depths are those of its sequence, whatever its own frame holds.
+pub(crate) fn with_scales(mut scene: Scene, densest_lines_m: &[f64]) -> Scene {
+    scene.drops = scene.drops.with_sources(|place, source| {
+        let line_m = densest_lines_m.get(place).filter(|line_m| **line_m > 0.0);
+        match (source, line_m) {
+            (DropSource::FromVdb(density), Some(line_m)) => DropSource::FromVdb(FromVdb {
+                density_means: DensityMeans::Extinction,
+                scale: density.scale / line_m,
+                ..density
+            }),
+            (source, _) => source,
+        }
+    });
+    scene
+}
+
+/// Values of densities along the densest line in any of some frames (m), for each population.
+fn densest_lines_m<'a>(
+    scenes: impl Iterator<Item = &'a Scene>,
+    request: PlanRequest,
+) -> Result<Vec<f64>, Error> {
+    let mut lines_m = Vec::new();
+    for scene in scenes {
+        let populations = scene.drops.populations();
+        lines_m.resize(populations.len(), 0.0_f64);
+        for (line_m, population) in lines_m.iter_mut().zip(populations) {
+            let DropSource::FromVdb(density) = &population.source else {
+                continue;
+            };
+            if density.density_means == DensityMeans::OpticalDepth {
+                *line_m = line_m.max(densest_line_m(density, request)?);
+            }
+        }
+    }
+    Ok(lines_m)
+}
+
+fn densest_line_m(density: &FromVdb, request: PlanRequest) -> Result<f64, Error> {
+    // Where the extinction at Q = 2 is what the grid says, depths are sums along its lines.
+    let as_extinction = FromVdb {
+        density_means: DensityMeans::Extinction,
+        scale: 1.0,
+        ..density.clone()
+    };
+    let part = VolumePart::of(&DropSource::FromVdb(as_extinction), request.folder);
+    let volume: DropVolume = part.volume()?;
+    let depths = volume.summary().optical_depth_q1;
+    Ok(2.0 * depths.into_iter().fold(0.0, f64::max))
+}

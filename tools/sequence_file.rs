@@ -1,0 +1,145 @@
+//! Scene files whose scenes change from frame to frame, and what is decided for all of their frames.
+
+use std::path::Path;
+
+use niji_exchange::FrameTime;
+use niji_picture::PlanRequest;
+use niji_picture::PlannedScene;
+use niji_picture::SequenceChoice;
+use niji_picture::SequenceRequest;
+use niji_picture::check_files;
+use niji_scene::Scene;
+use niji_scene::Sequence;
+use niji_scene::canonical_json;
+
+use crate::choice_file;
+use crate::failure::Failure;
+use crate::flags::Common;
+use crate::frame_list::FrameList;
+use crate::scene_file;
+use crate::sequence_frames::SequenceFrames;
+use crate::text_file;
+
+/// A scene file with a sequence.
+pub(crate) struct SequenceFile<'a> {
+    path: &'a Path,
+    common: &'a Common,
+    sequence: Sequence,
+}
+
+impl<'a> SequenceFile<'a> {
+    /// Reads one.
+    ///
+    /// # Errors
+    /// A scene that is missing or wrong, or one in which nothing changes.
+    pub(crate) fn read(path: &'a Path, common: &'a Common) -> Result<Self, Failure> {
+        let sequence = Sequence::from_toml(&text_file::read(path)?);
+        let sequence = sequence.map_err(|error| Failure::bad_input(path, error))?;
+        let sequence = sequence.ok_or_else(|| {
+            Failure::Usage(format!(
+                "nothing changes from frame to frame in {}: give it a section [sequence], say \
+                 sun.elevation_deg = [[1, 10.0], [240, 20.0]], or a drop file named \"spray.####.vdb\"",
+                path.display()
+            ))
+        })?;
+        Ok(Self {
+            path,
+            common,
+            sequence,
+        })
+    }
+
+    /// The scene of a frame.
+    ///
+    /// # Errors
+    /// What is wrong with it, with its number.
+    pub(crate) fn scene(&self, number: u32) -> Result<Scene, Failure> {
+        let text = self.sequence.scene_text(number);
+        scene_file::frame_scene(&text, self.path, self.common)
+            .map_err(|failure| failure.within(&format!("frame {number}")))
+    }
+
+    /// A frame as it was decided.
+    ///
+    /// # Errors
+    /// As [`Self::scene`].
+    pub(crate) fn frame(
+        &self,
+        number: u32,
+        choice: &SequenceChoice,
+    ) -> Result<PlannedScene, Failure> {
+        let time = FrameTime {
+            frame: number,
+            frames_per_second: self.sequence.frames_per_second,
+        };
+        let frame = (self.scene(number)?, time);
+        Ok(PlannedScene::of_frame(frame, self.request().folder, choice))
+    }
+
+    /// Refuses frames of which something is wrong or missing, the last before the first is made.
+    ///
+    /// # Errors
+    /// As [`Self::scene`]; a file that is missing.
+    pub(crate) fn check(&self, numbers: &FrameList) -> Result<(), Failure> {
+        numbers.iter().try_for_each(|number| {
+            let found = check_files(&self.scene(number)?, self.request().folder);
+            found.map_err(|error| Failure::from(error).within(&format!("frame {number}")))
+        })
+    }
+
+    /// What is decided for all frames: as --choice says, as it was decided before, or anew.
+    ///
+    /// # Errors
+    /// A choice for something else; a frame that is looked at and cannot be planned.
+    pub(crate) fn choice(&self, before: Option<SequenceChoice>) -> Result<SequenceChoice, Failure> {
+        if let Some(file) = &self.common.choice {
+            let choice: SequenceChoice = choice_file::read(file)?;
+            let key = self.key(&choice.frames)?;
+            let refusal = || scene_file::other_choice(file, self.path, " --frames LIST");
+            return (choice.request == key)
+                .then_some(choice)
+                .ok_or_else(refusal);
+        }
+        let frames = SequenceFrames::of(&self.sequence, self.request().folder);
+        let looked_at = frames.to_look_at();
+        if let Some(before) = before.filter(|before| before.frames == looked_at)
+            && before.request == self.key(&looked_at)?
+        {
+            return Ok(before);
+        }
+        let between = frames.between().into_iter().map(|frame| self.scene(frame));
+        let between = between.collect::<Result<Vec<_>, _>>()?;
+        self.asked(&looked_at, |request| request.decide(&between))
+    }
+
+    fn request(&self) -> PlanRequest<'_> {
+        scene_file::beside(self.path)
+    }
+
+    /// What a choice has as its request that looked at these frames.
+    #[expect(
+        clippy::redundant_closure_for_method_calls,
+        reason = "a path has one lifetime"
+    )]
+    fn key(&self, frames: &[u32]) -> Result<String, Failure> {
+        self.asked(frames, |request| request.key())
+    }
+
+    /// What is asked of these frames.
+    fn asked<T>(
+        &self,
+        frames: &[u32],
+        ask: impl FnOnce(&SequenceRequest) -> Result<T, niji_picture::Error>,
+    ) -> Result<T, Failure> {
+        let scenes = frames.iter().map(|frame| Ok((*frame, self.scene(*frame)?)));
+        let scenes = scenes.collect::<Result<Vec<_>, Failure>>()?;
+        let goal = self.common.goal();
+        let settings = (self.sequence.settings(), goal.preset, goal.tolerance);
+        let request = SequenceRequest {
+            plan: self.request(),
+            settings: &canonical_json(&settings),
+            frames: &scenes,
+        };
+        ask(&request).map_err(|error| scene_file::unplannable(self.path, error))
+    }
+}
