@@ -53,7 +53,7 @@ const SMALLER: [(&str, &str); 5] = [
 const WIDTH_PX: i64 = 64;
 
 /// Pages whose links are followed.
-const PAGES: [&str; 11] = [
+const PAGES: [&str; 12] = [
     "README.md",
     "ARCHITECTURE.md",
     "CONTRIBUTING.md",
@@ -61,6 +61,7 @@ const PAGES: [&str; 11] = [
     "data/photos/README.md",
     "docs/tutorial.md",
     "docs/blender.md",
+    "docs/farm.md",
     "docs/houdini.md",
     "docs/nuke.md",
     "docs/upstream/README.md",
@@ -203,7 +204,12 @@ fn a_line_that_is_not_run_is_still_a_command_that_is_understood() {
 
 #[test]
 fn recipes_for_other_programs_use_commands_that_are_understood() {
-    for name in ["docs/blender.md", "docs/houdini.md", "docs/nuke.md"] {
+    for name in [
+        "docs/blender.md",
+        "docs/farm.md",
+        "docs/houdini.md",
+        "docs/nuke.md",
+    ] {
         let texts = blocks(&page(name), "text").concat();
         let script = joined(&texts);
         let lines = script.lines().filter(|line| line.starts_with("niji"));

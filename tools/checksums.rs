@@ -121,27 +121,30 @@ pub(crate) fn keep(path: &Path, written: &Metadata, hash: String) {
 
 /// Is an output there, made for this request and unchanged? With `reads` its bytes are read however it looks.
 pub(crate) fn fits(path: &Path, request: &str, reads: bool) -> bool {
-    let (Some(known), Ok(found)) = (Known::of(path), fs::symlink_metadata(path)) else {
-        return false;
-    };
-    let look = Look::of(&found);
-    if !found.is_file() || known.request != request {
-        return false;
+    let known = Known::of(path).filter(|known| known.request == request);
+    known.is_some_and(|known| known.holds(path, reads))
+}
+
+/// What is found of an output, for whichever request it was made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Found {
+    /// The bytes that were written.
+    Whole,
+    /// Other bytes.
+    Changed,
+    /// Nothing, or nothing finished.
+    Missing,
+}
+
+/// Looks for an output. With `reads` its bytes are read however it looks.
+pub(crate) fn found(path: &Path, reads: bool) -> Found {
+    let is_whole = Known::of(path).map(|known| known.holds(path, reads));
+    match is_whole {
+        Some(true) => Found::Whole,
+        Some(false) if path.exists() => Found::Changed,
+        _ => Found::Missing,
     }
-    if !reads && known.seen == Some(look) {
-        keep(path, &found, known.sha256);
-        return true;
-    }
-    // Before it is read.
-    let seen = look.settled();
-    if hash_once(path).ok().as_ref() != Some(&known.sha256) {
-        return false;
-    }
-    if seen.is_some() && seen != known.seen {
-        // Else it is read again next time.
-        let _ = Known { seen, ..known }.write(path);
-    }
-    true
 }
 
 /// Notes that this process made an output for a request. What another one put in its place since is not noted.
@@ -180,6 +183,35 @@ impl Known {
             return None;
         }
         serde_json::from_str(&fs::read_to_string(file).ok()?).ok()
+    }
+
+    /// Does an output have the bytes that were written?
+    fn holds(&self, path: &Path, reads: bool) -> bool {
+        let Ok(found) = fs::symlink_metadata(path) else {
+            return false;
+        };
+        if !found.is_file() {
+            return false;
+        }
+        let look = Look::of(&found);
+        if !reads && self.seen == Some(look) {
+            keep(path, &found, self.sha256.clone());
+            return true;
+        }
+        // Before it is read.
+        let seen = look.settled();
+        if hash_once(path).ok().as_ref() != Some(&self.sha256) {
+            return false;
+        }
+        if seen.is_some() && seen != self.seen {
+            // Else it is read again next time.
+            let _ = Self {
+                seen,
+                ..self.clone()
+            }
+            .write(path);
+        }
+        true
     }
 
     fn write(&self, path: &Path) -> Result<(), Failure> {

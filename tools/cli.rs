@@ -12,6 +12,7 @@ use crate::depth::DepthCommand;
 use crate::diff::DiffCommand;
 use crate::drops::DropsCommand;
 use crate::eval::EvalCommand;
+use crate::farm::FarmCommand;
 use crate::flags::Common;
 use crate::ice::IceCommand;
 use crate::info::InfoCommand;
@@ -34,6 +35,7 @@ const GROUPS: &str = "\
 Whole scenes:
   run          Make the picture of a scene, leaving every intermediate file
   plan         Say which effects and stages a scene calls for, and why
+  farm         Hand a sequence, or a picture in tiles, to Slurm, OpenJD or HyperQueue
   sweep        Show what accuracy costs in time for one scene (CSV, SVG, HTML)
   calibrate    Measure error and time of every accuracy level
 
@@ -103,6 +105,7 @@ pub(crate) struct Arguments {
 pub(crate) enum Command {
     Run(RunCommand),
     Plan(PlanCommand),
+    Farm(FarmCommand),
     Sweep(SweepCommand),
     Calibrate(CalibrateCommand),
     Drops(DropsCommand),

@@ -17,6 +17,7 @@ mod diff;
 mod drops;
 mod eval;
 mod failure;
+mod farm;
 mod flags;
 mod frame_list;
 mod ice;
@@ -119,6 +120,7 @@ fn dispatch(arguments: &Arguments) -> Result<(), Failure> {
     match &arguments.command {
         Command::Run(command) => run::execute(command, common),
         Command::Plan(command) => plan::execute(command, common),
+        Command::Farm(command) => farm::execute(command, common),
         Command::Sweep(command) => sweep::execute(command, common),
         Command::Calibrate(command) => calibrate::execute(command, common),
         Command::Drops(command) => drops::execute(command, common),

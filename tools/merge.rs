@@ -16,7 +16,10 @@ use serde_json::Value;
 use crate::checksums;
 use crate::failure::Failure;
 use crate::flags::Common;
+use crate::frame_list::FrameList;
 use crate::output;
+use crate::run::files::image;
+use crate::run::files::tiles_of;
 use crate::stages::assembly::Assembly;
 use crate::stages::assembly::Misfit;
 use crate::stages::render::companions;
@@ -34,16 +37,21 @@ const MAX_TILES: u32 = 1 << 16;
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   niji merge tile.*.exr -o image.exr
+  niji run sequence.toml -o out --frames 7-8 --tiles 1-4/4 && niji merge out --frames 7-8
   for i in 1 2 3 4; do
     niji render --scene scene.toml --drops drops.vdb --table scatter.exr --tiles $i/4 -o tile.$i.exr
   done && niji merge tile.[1-4].exr -o image.exr")]
 pub(crate) struct MergeCommand {
-    /// Tiles that `niji render --tiles` or `--region` made; *.rgb.exr among them are left out.
+    /// Tiles that `niji render --tiles` or `--region` made; *.rgb.exr among them are left out. Or the folder of
+    /// `niji run --tiles`, whose tiles become the image in it.
     #[arg(required = true, value_name = "TILE")]
     tiles: Vec<PathBuf>,
     /// The spectral image to write.
     #[arg(short, long, value_name = "EXR")]
-    output: PathBuf,
+    output: Option<PathBuf>,
+    /// The frames to put together in the folder of a sequence.
+    #[arg(long, value_name = "LIST", value_parser = FrameList::parse, conflicts_with = "output")]
+    frames: Option<FrameList>,
 }
 
 /// A tile on disk.
@@ -54,18 +62,45 @@ struct TileFile<'a> {
     picture: Provenance,
 }
 
-/// Merges tiles.
+/// Merges tiles, or those of each picture in the folder of a run.
+///
+/// # Errors
+/// As [`merge`]; a folder without tiles, or tiles without a name for their picture.
+pub(crate) fn execute(command: &MergeCommand, common: &Common) -> Result<(), Failure> {
+    let (folder, frames) = match (&command.tiles[..], &command.output) {
+        (tiles, Some(output)) => return merge(tiles, output, common),
+        ([folder], None) if folder.is_dir() => (folder, &command.frames),
+        (_, None) => {
+            let message =
+                "expected -o EXR for the picture of these tiles, or a folder of `niji run --tiles`";
+            return Err(Failure::Usage(message.to_owned()));
+        }
+    };
+    let numbers = frames.iter().flat_map(FrameList::iter).map(Some);
+    let still = frames.is_none().then_some(None);
+    for picture in numbers.chain(still) {
+        let image = image(folder, picture);
+        let tiles = tiles_of(&image);
+        if tiles.is_empty() {
+            let message = "found no tile of it, expected some that `niji run --tiles` made";
+            return Err(Failure::bad_input(&image, message));
+        }
+        merge(&tiles, &image, common)?;
+    }
+    Ok(())
+}
+
+/// Merges tiles of one picture.
 ///
 /// # Errors
 /// A tile that is missing, damaged or not of this picture, or an output that exists.
-pub(crate) fn execute(command: &MergeCommand, common: &Common) -> Result<(), Failure> {
+fn merge(tiles: &[PathBuf], to: &Path, common: &Common) -> Result<(), Failure> {
     let is_plain = |path: &&PathBuf| path.to_string_lossy().ends_with(".rgb.exr");
-    let paths = command.tiles.iter().filter(|path| !is_plain(path));
+    let paths = tiles.iter().filter(|path| !is_plain(path));
     let files = paths.map(|path| TileFile::open(path));
     let files = files.collect::<Result<Vec<_>, _>>()?;
     let first = one_picture(&files)?;
     check_complete(&files, first.tile.whole)?;
-    let to = &command.output;
     let [plain, preview] = companions(to);
     output::check_distinct(&[to, &plain, &preview])?;
     for path in [to, &plain, &preview] {

@@ -153,7 +153,8 @@ fn script(planned: &PlannedScene, scene: &Path, folder: &Path, common: &Common) 
         format!("--image {image} --depth {depth}")
     };
     let choice = inside(choice_file::FILE);
-    let accuracy = accuracy_flags(common);
+    let accuracy = [vec![String::new()], accuracy_flags(common)].concat();
+    let accuracy = accuracy.join(" ");
     let flags = format!("{accuracy} --choice {choice}");
     let plan = &planned.plan;
     let mut script = format!("#!/bin/sh\nset -e\nniji plan {scene}{accuracy} -o {choice}\n");
@@ -215,14 +216,14 @@ fn script(planned: &PlannedScene, scene: &Path, folder: &Path, common: &Common) 
     script
 }
 
-fn accuracy_flags(common: &Common) -> String {
-    let mut flags = String::new();
+/// What is asked of a picture, as words of a command line.
+pub(crate) fn accuracy_flags(common: &Common) -> Vec<String> {
     let goal = common.goal();
-    if let Some(preset) = goal.preset {
-        let _ = write!(flags, " --accuracy {}", preset.name());
-    }
-    if let Some(tolerance) = goal.tolerance {
-        let _ = write!(flags, " --tolerance {tolerance}");
-    }
-    flags
+    let preset = goal
+        .preset
+        .map(|preset| ["--accuracy", preset.name()].map(str::to_owned));
+    let tolerance = goal
+        .tolerance
+        .map(|it| ["--tolerance".to_owned(), it.to_string()]);
+    preset.into_iter().chain(tolerance).flatten().collect()
 }

@@ -28,7 +28,7 @@ use crate::stages::given_table;
 pub(super) struct FrameDone {
     /// Its number.
     pub(super) frame: u32,
-    /// Its spectral image.
+    /// Its spectral image, or the folder of its tiles.
     pub(super) image: PathBuf,
     /// What was done, in order.
     pub(super) stages: Vec<Done>,
@@ -61,7 +61,9 @@ pub(super) fn execute(
         planned.check().map_err(Failure::from).map_err(in_frame)?;
         choice_file::write(&choice, &kept, Existing::Replace)?;
         let given = given_table::given(&planned, command.table.as_deref(), verbosity);
-        let files = Files::of_frame(&planned, folder, number).with_table(given.map_err(in_frame)?);
+        let files = Files::of_frame(&planned, folder, number)
+            .with_table(given.map_err(in_frame)?)
+            .with_tiles(command.tiles.as_ref());
         if command.until.is_some() {
             shared.extend(tables(planned, &files, options).map_err(in_frame)?);
             continue;
@@ -69,22 +71,26 @@ pub(super) fn execute(
         verbosity.say(format_args!("{:>11}  {number}", "frame"));
         let outcome = run_stages_to((&planned, None), &files, options);
         let Outcome { done, .. } = outcome.map_err(in_frame)?;
-        if accuracy.is_ok() {
+        if accuracy.is_ok() && files.tiles.is_none() {
             accuracy = accuracy::check(&planned, &files.image, common.goal()).map_err(in_frame);
         }
         let done = FrameDone {
             frame: number,
-            image: files.image,
+            image: files.picture(),
             stages: done,
         };
         // After each frame: whoever waits for frames may look.
-        report::write(&report::of_frames(&[&done]), folder, Some(number))?;
+        if command.tiles.is_none() {
+            report::write(&report::of_frames(&[&done]), folder, Some(number))?;
+        }
         frames.push(done);
     }
     if command.until.is_some() {
         return told(&shared, common);
     }
-    report::write_summary(folder)?;
+    if command.tiles.is_none() {
+        report::write_summary(folder)?;
+    }
     finish(&frames, folder, common)?;
     accuracy
 }

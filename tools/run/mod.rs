@@ -38,6 +38,8 @@ use crate::stages::render::Inputs;
 use crate::stages::render::RenderStage;
 use crate::stages::render::Target;
 use crate::stages::scatter::TableInputs;
+use crate::stages::tile::TilesOfMany;
+use crate::stages::tile::parse_tiles;
 use crate::sun::report::FindingText;
 use niji_picture::PlannedScene;
 
@@ -82,9 +84,13 @@ pub(crate) struct RunCommand {
     /// Values lie between those given as numbers do, angles too: a turn over north is from 350 to 370 degrees.
     #[arg(long, value_name = "LIST", value_parser = FrameList::parse)]
     frames: Option<FrameList>,
+    /// Make tiles of each picture only, I of N from 1 or I to J: bands of rows from the top, in a folder of DIR/tiles;
+    /// `niji merge DIR` puts them together.
+    #[arg(long, value_name = "I-J/N", value_parser = parse_tiles, conflicts_with = "budget")]
+    tiles: Option<TilesOfMany>,
     /// Decide, and make the tables that frames share, but no picture: then frames can be made with --choice
     /// DIR/choice.toml in any number of processes, with the bytes of one.
-    #[arg(long, value_name = "WHAT", conflicts_with = "budget")]
+    #[arg(long, value_name = "WHAT", conflicts_with_all = ["budget", "tiles"])]
     until: Option<Until>,
 }
 
@@ -123,13 +129,24 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
         )));
     }
     planned.check()?;
+    if planned.scene.photo.is_some() && command.tiles.is_some() {
+        let message = "--tiles is of a picture that is rendered: leave it out for a photograph";
+        return Err(Failure::Usage(message.to_owned()));
+    }
     let options = common.options();
     let given = given_table::given(&planned, command.table.as_deref(), options.verbosity)?;
-    let files = Files::of_scene(&planned, folder).with_table(given);
+    let files = Files::of_scene(&planned, folder)
+        .with_table(given)
+        .with_tiles(command.tiles.as_ref());
     if command.until.is_some() {
         choice_file::write(&planned.choice, &kept, Existing::Replace)?;
         let done = tables(planned, &files, options)?;
         return told(&done, common);
+    }
+    if files.tiles.is_some() {
+        choice_file::write(&planned.choice, &kept, Existing::Replace)?;
+        run_stages_to((&planned, None), &files, options)?;
+        return output::print(&format!("{}\n", files.picture().display()));
     }
     let Outcome {
         done,
@@ -270,7 +287,7 @@ fn run_stages_to(
         table,
         is_table_given,
         air,
-        image,
+        ..
     } = files;
     let surfaces = stages::photo::surfaces(planned, folder);
     let (mut done, mut findings) = (Vec::new(), Vec::new());
@@ -314,26 +331,28 @@ fn run_stages_to(
                     surfaces: &surfaces,
                 };
                 let settings = PictureSettings::of(planned);
-                let target = Target {
-                    path: image,
-                    region: settings.whole()?,
-                };
-                let stage = RenderStage {
-                    settings: &settings,
-                    inputs,
-                    target,
-                };
-                match budget.filter(|_| afforded.is_none()) {
-                    None => stages::render::make(stage, options),
-                    Some(budget) => {
-                        let clock = || budget.elapsed_s();
-                        let deadline = budget.deadline(planned, &clock);
-                        let (done, rendered) =
-                            stages::render::make_until(stage, deadline, options)?;
-                        afforded = Some(budget.afforded(planned, rendered));
-                        Ok(done)
-                    }
+                for (path, region) in files.targets(settings.whole()?)? {
+                    let stage = RenderStage {
+                        settings: &settings,
+                        inputs,
+                        target: Target {
+                            path: &path,
+                            region,
+                        },
+                    };
+                    done.push(match budget.filter(|_| afforded.is_none()) {
+                        None => stages::render::make(stage, options)?,
+                        Some(budget) => {
+                            let clock = || budget.elapsed_s();
+                            let deadline = budget.deadline(planned, &clock);
+                            let (done, rendered) =
+                                stages::render::make_until(stage, deadline, options)?;
+                            afforded = Some(budget.afforded(planned, rendered));
+                            done
+                        }
+                    });
                 }
+                continue;
             }
         };
         done.push(outcome?);

@@ -7,6 +7,8 @@
 use niji_exchange::Provenance;
 use niji_geometry::PixelRegion;
 
+use crate::frame_list::FrameList;
+
 /// A part of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Tile {
@@ -92,6 +94,33 @@ pub(crate) fn parse_tile(text: &str) -> Result<TileOfMany, String> {
     parts.ok_or_else(|| format!("found {text:?}, expected I/N with I from 1 to N, say 3/16"))
 }
 
+/// Which tiles of how many.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct TilesOfMany {
+    /// Which, from 1.
+    pub numbers: FrameList,
+    /// How many there are.
+    pub n_tiles: u32,
+}
+
+/// Tiles as the command line has them: `3/16`, or `1-8/16`.
+///
+/// # Errors
+/// What was found instead.
+pub(crate) fn parse_tiles(text: &str) -> Result<TilesOfMany, String> {
+    let parts = text.split_once('/').and_then(|(numbers, n_tiles)| {
+        let numbers = FrameList::parse(numbers).ok()?;
+        let n_tiles = n_tiles.trim().parse().ok()?;
+        let all = numbers.iter().all(|number| (1..=n_tiles).contains(&number));
+        all.then_some(TilesOfMany { numbers, n_tiles })
+    });
+    parts.ok_or_else(|| {
+        format!(
+            "found {text:?}, expected I/N or I-J/N with numbers from 1 to N, say 3/16 or 1-8/16"
+        )
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -144,6 +173,11 @@ mod tests {
         assert_eq!(parse_tile("3/16"), Ok(tile));
         for text in ["", "3", "0/4", "5/4", "1/0", "-1/4", "a/b"] {
             assert!(parse_tile(text).is_err(), "{text}");
+            assert!(parse_tiles(text).is_err(), "{text}");
         }
+        let tiles = |text| parse_tiles(text).map(|it| (it.numbers.to_string(), it.n_tiles));
+        assert_eq!(tiles("3/16"), Ok(("3".to_owned(), 16)));
+        assert_eq!(tiles("2,5-6 / 8"), Ok(("2,5-6".to_owned(), 8)));
+        assert!(parse_tiles("1-9/8").is_err());
     }
 }
