@@ -29,6 +29,20 @@ pub(crate) fn load(path: &Path, common: &Common) -> Result<PlannedScene, Failure
         return planned(scene, path, None);
     };
     let choice = choice_file::read(file)?;
+    let refused = |found: &str| {
+        let [scene, to] = [path, file].map(quoted);
+        let anew = format!("make it anew: niji plan {scene} -o {to} --force");
+        Failure::Usage(format!(
+            "{}: found a choice {found}; {anew}",
+            file.display()
+        ))
+    };
+    if choice.version != version() {
+        let (other, own) = (&choice.version, version());
+        return Err(refused(&format!(
+            "by niji {other}, expected one by niji {own}"
+        )));
+    }
     let scene = match choice.afforded {
         Some(afforded) if common.tolerance.is_none() => at_tolerance(scene, afforded.tolerance),
         _ => scene,
@@ -37,14 +51,7 @@ pub(crate) fn load(path: &Path, common: &Common) -> Result<PlannedScene, Failure
     if planned.choice == choice {
         return Ok(planned);
     }
-    let text = format!(
-        "{}: found a choice for another scene, other accuracy or another version of niji; make it anew: \
-         niji plan {} -o {} --force",
-        file.display(),
-        quoted(path),
-        quoted(file)
-    );
-    Err(Failure::Usage(text))
+    Err(refused("for another scene or other accuracy"))
 }
 
 /// Makes the plan of a scene that stands in the file `path`, for which something may have been chosen before.

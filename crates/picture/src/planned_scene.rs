@@ -212,7 +212,7 @@ impl PlannedScene {
             folder: folder.to_owned(),
             choice: Choice {
                 afforded,
-                ..Choice::of(&plan, key, seen)
+                ..Choice::of(&plan, (request.version, key), seen)
             },
             scene,
             plan,
