@@ -1,4 +1,5 @@
-//! Kills runs, sequences, tiles, ice and sweeps at random moments and has them go on.
+//! Kills runs, sequences, tiles, saved rows, ice and sweeps at random moments and has them go on; and asks every stage
+//! by itself to end.
 //!
 //!     cargo bench --bench killed_runs -- [KILLS] [SEED] [JOB]
 //!
@@ -12,9 +13,9 @@ mod killed;
 #[path = "../tests/support/mod.rs"]
 mod support;
 
-/// Kills of each job in a hundred: a sweep takes longest.
+/// Kills of each job in a hundred: rows and a sweep take longest.
 #[cfg(unix)]
-const SHARES: [u32; 5] = [28, 26, 26, 12, 8];
+const SHARES: [u32; 6] = [26, 24, 24, 10, 8, 8];
 
 #[cfg(unix)]
 fn main() {
@@ -37,13 +38,31 @@ fn main() {
         let start = std::time::Instant::now();
         let tally = job.kill(n_kills, seed);
         println!(
-            "{:<9} killed {} times ({} asked), done {} times: same bytes, nothing torn, nothing left; {:.0} s",
+            "{:<9} killed {} times ({} asked, {} with rows saved), done {} times: same bytes, nothing torn, nothing left; {:.0} s",
             job.name,
             tally.killed,
             tally.asked,
+            tally.with_rows,
             tally.done,
             start.elapsed().as_secs_f64()
         );
+    }
+    if "stages".contains(wanted) {
+        ask_stages(n_kills.div_ceil(100), seed);
+    }
+}
+
+/// Asks every stage to end so many times, and says how long each took at most.
+#[cfg(unix)]
+fn ask_stages(n_times: u64, seed: u64) {
+    let job = killed::stages();
+    let rounds: Vec<_> = (seed..seed + n_times)
+        .map(|seed| job.ask_each(seed))
+        .collect();
+    for (index, (command, _)) in rounds[0].iter().enumerate() {
+        let longest = rounds.iter().map(|round| round[index].1).max();
+        let longest_ms = longest.unwrap_or_default().as_millis();
+        println!("asked to end {n_times} times, within {longest_ms} ms: niji {command}");
     }
 }
 

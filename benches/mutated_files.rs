@@ -24,13 +24,15 @@ mod mutations;
 mod peak_memory;
 
 use mutations::Reader;
+use niji_radiometry::Bytes;
+use niji_radiometry::set_memory_limit;
 use peak_memory::PeakMemory;
 
-/// A reader that takes longer for a file of a few kilobytes does something foolish.
+/// A reader that takes longer for a file of a few kilobytes does something foolish, unless it plans a scene.
 const SLOW: Duration = Duration::from_secs(3);
 /// One that takes longer hangs.
 const HANGS: Duration = Duration::from_secs(10);
-/// Memory that the process may hold with a file of a few kilobytes.
+/// Memory that the process may hold with a file of a few kilobytes: twice what it is told.
 const MOST_MEMORY: u64 = 512 << 20;
 
 #[derive(Parser)]
@@ -63,6 +65,7 @@ fn main() -> ExitCode {
         write_corpus(&readers, folder);
         return ExitCode::SUCCESS;
     }
+    set_memory_limit(Bytes(u128::from(MOST_MEMORY / 2))).expect("nobody asked for it yet");
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/mutated");
     fs::create_dir_all(&folder).expect("a folder for mutated files");
     let n_read = Arc::new(AtomicU64::new(0));
@@ -90,7 +93,7 @@ fn try_all(reader: &Reader, arguments: &Arguments, folder: &Path, n_read: &Atomi
     let (mut seed, start) = (first, Instant::now());
     let goes_on = |seed: u64| match arguments.seconds {
         Some(seconds) => start.elapsed() < Duration::from_secs(seconds),
-        None => seed < first + arguments.files,
+        None => seed < first + arguments.files.div_ceil(reader.cost),
     };
     while goes_on(seed) {
         let memory = PeakMemory::start();
@@ -100,7 +103,8 @@ fn try_all(reader: &Reader, arguments: &Arguments, folder: &Path, n_read: &Atomi
         n_taken += u64::from(tried.is_read);
         longest = longest.max((tried.time, seed));
         largest = largest.max((bytes, seed));
-        if tried.is_broken || tried.time > SLOW || bytes > MOST_MEMORY {
+        let slow = if reader.cost > 1 { HANGS } else { SLOW };
+        if tried.is_broken || tried.time > slow || bytes > MOST_MEMORY {
             n_broken += 1;
             let kept = folder.join(format!("{seed}-{}", reader.file));
             let mebibytes = bytes >> 20;

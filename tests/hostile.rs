@@ -3,6 +3,8 @@
 #![cfg(unix)]
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
+#[path = "support/mutations.rs"]
+mod mutations;
 mod support;
 
 use std::ffi::OsStr;
@@ -261,6 +263,8 @@ fn files_and_pictures_take_no_more_memory_than_they_may() {
         .replace("_px = 16", "_px = 1600")
         .replace("_px = 12", "_px = 1200");
     fs::write(place("large.toml"), large).unwrap();
+    let fine = TINY.replace("voxel_m = 100.0", "voxel_m = 4.0");
+    fs::write(place("fine.toml"), fine).unwrap();
     fs::write(
         place("a.obj"),
         "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n",
@@ -275,8 +279,11 @@ fn files_and_pictures_take_no_more_memory_than_they_may() {
     let (image, drops) = (place("out/image.exr"), place("out/drops.vdb"));
     let photo = text(&support::repository("data/photos/pavilion.jpg")).to_owned();
     let (to, ice, large) = (place("to.exr"), place("ice.toml"), place("large.toml"));
+    let fine = place("fine.toml");
     for (code, limit, arguments) in [
         (1, "20 MiB", &["run", &large, "-o", &out][..]),
+        // Before anything is laid out.
+        (3, "100 MiB", &["plan", &fine]),
         (3, "10 KiB", &["diff", &image, &image]),
         (3, "0.01 MiB", &["info", &drops]),
         (
@@ -297,5 +304,73 @@ fn files_and_pictures_take_no_more_memory_than_they_may() {
     }
     for size in ["4", "4GB", "-1GiB", "much"] {
         niji_ends_with(2, &["plan", &scene, &format!("--memory={size}")]);
+    }
+}
+
+#[test]
+fn any_file_as_a_depth_map_plate_matte_or_labels_is_taken_or_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    scene_in(folder.path(), OsStr::new("s.toml"));
+    let place = |name: &str| text(&folder.path().join(name)).to_owned();
+    let (out, to) = (place("out"), place("to.exr"));
+    niji_ends_with(0, &["run", &place("s.toml"), "-o", &out, "-q"]);
+    let [image, plate, photo] =
+        ["image.exr", "image.rgb.exr", "image.png"].map(|name| place(&format!("out/{name}")));
+    let kinds = mutations::readers();
+    let mut files: Vec<(&str, Vec<u8>)> =
+        vec![("empty.png", Vec::new()), ("empty.exr", Vec::new())];
+    files.extend(
+        kinds
+            .iter()
+            .map(|kind| (kind.file, kind.samples[0].clone())),
+    );
+    files.extend(kinds.iter().map(|kind| (kind.file, kind.mutated(1))));
+    // A picture of 16384 x 16384 pixels in some hundred bytes.
+    let mut bomb = fs::read(&photo).unwrap();
+    bomb[16..24].copy_from_slice(&[0, 0, 64, 0, 0, 0, 64, 0]);
+    mutations::mend_checksums(&mut bomb);
+    files.push(("bomb.png", bomb));
+    for (name, bytes) in &files {
+        let file = place(name);
+        fs::write(&file, bytes).unwrap();
+        for used in [
+            &[
+                "depth",
+                &photo,
+                "--fov-deg",
+                "60",
+                "--kind",
+                "metres",
+                "--map",
+                &file,
+            ][..],
+            &[
+                "depth",
+                &photo,
+                "--fov-deg",
+                "60",
+                "--layers",
+                &file,
+                "--labels",
+                &file,
+            ],
+            &["composite", &file, "--image", &image],
+            &["composite", &plate, "--image", &image, "--depth", &file],
+        ] {
+            let output = support::niji(&[used, &["-o", &to, "-q", "--force"]].concat());
+            let (code, said) = (
+                output.status.code(),
+                String::from_utf8_lossy(&output.stderr),
+            );
+            assert!(
+                matches!(code, Some(0 | 2 | 3)),
+                "{used:?}: {code:?}: {said}"
+            );
+            assert_eq!(
+                code == Some(0),
+                !said.contains("error: "),
+                "{used:?}: {said}"
+            );
+        }
     }
 }

@@ -6,14 +6,58 @@
 mod killed;
 mod support;
 
+use std::fs;
+use std::process::Command;
+
+use support::TINY;
+use support::niji_ends_with;
+use support::text;
+
 /// Kills of each job: some seconds in all.
 const N_KILLS: u32 = 5;
 
 #[test]
 fn what_is_killed_at_any_moment_goes_on_to_the_same_files() {
-    // A sweep takes too long to be done in a test.
-    for job in killed::jobs().iter().filter(|job| job.name != "sweep") {
+    // Those that take longer are ended below.
+    let is_short = |job: &&killed::Job| !["rows", "sweep"].contains(&job.name);
+    for job in killed::jobs().iter().filter(is_short) {
         let tally = job.kill(N_KILLS, 1);
         assert!(tally.done > 0, "{}", job.name);
+    }
+}
+
+#[test]
+fn every_stage_ends_when_it_is_asked_to_and_goes_on() {
+    killed::stages().ask_each(1);
+}
+
+#[test]
+fn rows_stay_until_their_image_is_there() {
+    killed::rows().end_with_rows();
+}
+
+#[test]
+fn two_that_race_for_one_table_both_end_with_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = |name: &str| folder.path().join(name);
+    fs::write(place("s.toml"), TINY).unwrap();
+    niji_ends_with(0, &["airy", "-q", "-o", text(&place("a.exr"))]);
+    let make = |to: &str| {
+        let mut program = Command::new(env!("CARGO_BIN_EXE_niji"));
+        let scene = [
+            "scatter", "--scene", "s.toml", "--airy", "a.exr", "-q", "-o", to,
+        ];
+        program.args(scene).current_dir(folder.path());
+        program.spawn().unwrap()
+    };
+    assert!(make("alone.exr").wait().unwrap().success());
+    for wait_ms in [0, 5, 20, 40] {
+        let to = format!("{wait_ms}.exr");
+        let first = make(&to);
+        std::thread::sleep(std::time::Duration::from_millis(wait_ms));
+        for mut process in [make(&to), first] {
+            assert!(process.wait().unwrap().success(), "{wait_ms} ms later");
+        }
+        assert!(fs::read(place(&to)).unwrap() == fs::read(place("alone.exr")).unwrap());
     }
 }

@@ -11,7 +11,7 @@ fn mutated_files_of_every_kind_are_an_error_or_a_result() {
     let folder = tempfile::tempdir().expect("a folder for mutated files");
     for reader in mutations::readers() {
         let is_broken = |seed: &u64| reader.try_seed(*seed, folder.path()).is_broken;
-        let broken: Vec<u64> = (0..N_FILES).filter(is_broken).collect();
+        let broken: Vec<u64> = (0..N_FILES / reader.cost).filter(is_broken).collect();
         assert!(broken.is_empty(), "{}: seeds {broken:?}", reader.file);
     }
 }
@@ -20,7 +20,9 @@ fn mutated_files_of_every_kind_are_an_error_or_a_result() {
 fn the_files_that_are_mutated_are_sound() {
     let folder = tempfile::tempdir().expect("a folder for files");
     for reader in mutations::readers() {
-        for (index, sample) in reader.samples.iter().enumerate() {
+        // Of those that take long, some.
+        let samples = reader.samples.iter().step_by(reader.cost as usize);
+        for (index, sample) in samples.enumerate() {
             reader.put(folder.path(), sample);
             assert!(reader.read(folder.path()), "{}: {index}", reader.file);
         }

@@ -87,6 +87,17 @@ impl World {
         niji(&[&["merge"], &tiles[..], &["-o", text(&merged), "-q"]].concat())
     }
 
+    /// Merges, and what that says.
+    fn merge_says(&self, tiles: &[&Path]) -> String {
+        let merged = self.path("merged.exr");
+        let tiles: Vec<&str> = tiles.iter().map(|path| text(path)).collect();
+        let output = niji_ends_with(
+            0,
+            &[&["merge"], &tiles[..], &["-o", text(&merged)]].concat(),
+        );
+        String::from_utf8(output.stderr).unwrap()
+    }
+
     fn assert_refused(&self, tiles: &[&Path], code: i32, words: &[&str]) {
         let output = self.merge(tiles);
         let message = String::from_utf8_lossy(&output.stderr);
@@ -120,6 +131,14 @@ fn tiles_merge_to_the_bytes_of_one_run() {
         String::from_utf8_lossy(&output.stderr)
     );
     assert_same_picture(&world.path("merged.exr"), &world.run.join("image.exr"));
+    assert!(world.merge_says(&paths).contains("is up to date"));
+    // A damaged picture is made again.
+    let mut bytes = fs::read(world.path("merged.exr")).unwrap();
+    let last = bytes.len() - 1;
+    bytes[last] ^= 1;
+    fs::write(world.path("merged.exr"), bytes).unwrap();
+    assert!(!world.merge_says(&paths).contains("up to date"));
+    assert_same_picture(&world.path("merged.exr"), &world.run.join("image.exr"));
     // A merge that was killed between two of its files makes them again.
     for missing in ["exr", "rgb.exr", "png"] {
         fs::remove_file(world.path("merged.exr").with_extension(missing)).unwrap();
@@ -133,6 +152,25 @@ fn tiles_merge_to_the_bytes_of_one_run() {
     // One tile of one is the picture itself, and up to date in the folder of the run.
     let whole = world.tile(&["--tiles", "1/1"], "whole.exr");
     assert_same_picture(&whole, &world.run.join("image.exr"));
+}
+
+#[test]
+fn a_merge_notices_tiles_that_changed() {
+    let world = World::new();
+    let tiles = world.tiles();
+    let mut paths: Vec<_> = tiles.iter().map(PathBuf::as_path).collect();
+    world.merge_says(&paths);
+    // In any order, and where they lie matters as little.
+    paths.reverse();
+    assert!(world.merge_says(&paths).contains("is up to date"));
+    let mut image = SpectralImage::read_spectral(paths[0]).unwrap();
+    image.radiance[[3, 1, 2]] += 1.0;
+    let file = fs::File::create(paths[0]).unwrap();
+    image.write_spectral(file).unwrap();
+    assert!(!world.merge_says(&paths).contains("up to date"));
+    let merged = SpectralImage::read_spectral(&world.path("merged.exr")).unwrap();
+    let run = SpectralImage::read_spectral(&world.run.join("image.exr")).unwrap();
+    assert!(merged.radiance != run.radiance);
 }
 
 #[test]

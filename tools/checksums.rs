@@ -53,6 +53,9 @@ struct Known {
     request: String,
     /// SHA-256 of its bytes as they were written.
     sha256: String,
+    /// Hash of the tiles that it was merged from, where it was.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    tiles: Option<String>,
     /// How it looked when they were last read, where any later change shows.
     seen: Option<Look>,
 }
@@ -147,11 +150,24 @@ pub(crate) fn found(path: &Path, reads: bool) -> Found {
     }
 }
 
+/// Was an output merged from tiles of this hash?
+pub(crate) fn is_merged_from(path: &Path, tiles: &str) -> bool {
+    Known::of(path).is_some_and(|known| known.tiles.as_deref() == Some(tiles))
+}
+
 /// Notes that this process made an output for a request. What another one put in its place since is not noted.
 ///
 /// # Errors
 /// A note that cannot be written.
 pub(crate) fn note(path: &Path, request: &str) -> Result<(), Failure> {
+    note_merged(path, request, None)
+}
+
+/// The same of an output that was merged from tiles of a hash.
+///
+/// # Errors
+/// As [`note`].
+pub(crate) fn note_merged(path: &Path, request: &str, tiles: Option<&str>) -> Result<(), Failure> {
     let look = fs::symlink_metadata(path).map(|found| Look::of(&found));
     let look = look.map_err(|error| Failure::Failed(format!("{}: {error}", path.display())))?;
     let written = hashes().get(&(path.to_owned(), look)).cloned();
@@ -161,6 +177,7 @@ pub(crate) fn note(path: &Path, request: &str) -> Result<(), Failure> {
     let known = Known {
         request: request.to_owned(),
         sha256,
+        tiles: tiles.map(str::to_owned),
         seen: None,
     };
     known.write(path)

@@ -26,7 +26,7 @@ pub(crate) struct Common {
     /// time of change).
     #[arg(long, global = true)]
     pub verify: bool,
-    /// Memory that the content of a file may take, and a picture, say 4GiB [default: half of the machine's].
+    /// Memory that the content of a file may take, a picture and drops, say 4GiB [default: half of the machine's].
     #[arg(long, global = true, value_name = "SIZE", value_parser = memory)]
     pub memory: Option<Bytes>,
     /// Read files that a scene names in this folder only, for scenes of strangers; may be given several times.

@@ -14,12 +14,14 @@ use niji_scene::Picture;
 use serde_json::Value;
 
 use crate::checksums;
+use crate::checksums::hash_once;
 use crate::failure::Failure;
 use crate::flags::Common;
 use crate::frame_list::FrameList;
 use crate::output;
 use crate::run::files::image;
 use crate::run::files::tiles_of;
+use crate::stages;
 use crate::stages::assembly::Assembly;
 use crate::stages::assembly::Misfit;
 use crate::stages::render::companions;
@@ -101,24 +103,39 @@ fn merge(tiles: &[PathBuf], to: &Path, common: &Common) -> Result<(), Failure> {
     let files = files.collect::<Result<Vec<_>, _>>()?;
     let first = one_picture(&files)?;
     check_complete(&files, first.tile.whole)?;
+    let options = common.options();
     let [plain, preview] = companions(to);
-    output::check_distinct(&[to, &plain, &preview])?;
-    for path in [to, &plain, &preview] {
-        // What an earlier merge made of this picture, or was killed while it made it, is made again.
-        if stored_provenance(path).as_ref() != Some(&first.picture) {
-            output::check_free(path, common.options().existing)?;
-        }
+    let outputs: [&Path; 3] = [to, &plain, &preview];
+    (outputs.iter()).try_for_each(|path| output::check_regular(path))?;
+    let (request, tiles) = (first.picture.request_hash(), hash_of(&files)?);
+    let fits = |path: &&Path| checksums::fits(path, &request, options.verifies);
+    if outputs.iter().all(fits) && checksums::is_merged_from(to, &tiles) {
+        stages::say_up_to_date("merge", to, options.verbosity);
+        return Ok(());
     }
+    stages::check_free_for(&first.picture, &outputs, options.existing)?;
     let shown = shown(&first.picture).ok_or_else(|| {
         let message = "its provenance does not say how the picture is shown, render it again";
         Failure::bad_input(first.path, message)
     })?;
     write(&merged(&files, first)?, &shown, to)?;
     // A run that asks for this picture finds it.
-    let request = first.picture.request_hash();
-    [to, &plain, &preview]
-        .into_iter()
-        .try_for_each(|path| checksums::note(path, &request))
+    (outputs.iter()).try_for_each(|path| checksums::note_merged(path, &request, Some(&tiles)))
+}
+
+/// Hash of what stands in tiles, in any order.
+fn hash_of(files: &[TileFile]) -> Result<String, Failure> {
+    let hashes = files.iter().map(|file| {
+        let hash = hash_once(file.path);
+        hash.map_err(|error| Failure::bad_input(file.path, error))
+    });
+    let mut hashes = hashes.collect::<Result<Vec<_>, _>>()?;
+    hashes.sort();
+    let all = Provenance {
+        settings: hashes.concat(),
+        ..Provenance::default()
+    };
+    Ok(all.request_hash())
 }
 
 impl<'a> TileFile<'a> {

@@ -29,6 +29,7 @@ pub(crate) fn load(path: &Path, common: &Common) -> Result<PlannedScene, Failure
         return planned(scene, path, None);
     };
     let choice: Choice = choice_file::read(file)?;
+    check_version(&choice.version, (file, path, ""))?;
     let scene = match choice.afforded {
         Some(afforded) if common.tolerance.is_none() => at_tolerance(scene, afforded.tolerance),
         _ => scene,
@@ -37,17 +38,32 @@ pub(crate) fn load(path: &Path, common: &Common) -> Result<PlannedScene, Failure
     if planned.choice == choice {
         return Ok(planned);
     }
-    Err(other_choice(file, path, ""))
+    Err(refused(
+        "for another scene or other accuracy",
+        (file, path, ""),
+    ))
 }
 
-/// Refuses a choice that is of something else than a scene, which `flags` plan.
-pub(crate) fn other_choice(file: &Path, scene: &Path, flags: &str) -> Failure {
+/// Refuses what another program decided.
+///
+/// # Errors
+/// Both versions.
+pub(crate) fn check_version(found: &str, of: ChoiceOf) -> Result<(), Failure> {
+    if found == version() {
+        return Ok(());
+    }
+    let what = format!("by niji {found}, expected one by niji {}", version());
+    Err(refused(&what, of))
+}
+
+/// The file of a choice, the scene that it is taken for, and the flags that plan that.
+type ChoiceOf<'a> = (&'a Path, &'a Path, &'a str);
+
+/// Refuses a choice of something else.
+pub(crate) fn refused(what: &str, (file, scene, flags): ChoiceOf) -> Failure {
+    let [shown, scene, to] = [file.display().to_string(), quoted(scene), quoted(file)];
     Failure::Usage(format!(
-        "{}: found a choice for another scene, other accuracy or another version of niji; make it anew: \
-         niji plan {}{flags} -o {} --force",
-        file.display(),
-        quoted(scene),
-        quoted(file)
+        "{shown}: found a choice {what}; make it anew: niji plan {scene}{flags} -o {to} --force"
     ))
 }
 

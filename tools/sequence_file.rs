@@ -94,11 +94,15 @@ impl<'a> SequenceFile<'a> {
     pub(crate) fn choice(&self, before: Option<SequenceChoice>) -> Result<SequenceChoice, Failure> {
         if let Some(file) = &self.common.choice {
             let choice: SequenceChoice = choice_file::read(file)?;
-            let key = self.key(&choice.frames)?;
-            let refusal = || scene_file::other_choice(file, self.path, " --frames LIST");
-            return (choice.request == key)
-                .then_some(choice)
-                .ok_or_else(refusal);
+            let of = (file.as_path(), self.path, " --frames LIST");
+            scene_file::check_version(&choice.version, of)?;
+            if choice.request == self.key(&choice.frames)? {
+                return Ok(choice);
+            }
+            return Err(scene_file::refused(
+                "for another scene or other accuracy",
+                of,
+            ));
         }
         let frames = SequenceFrames::of(&self.sequence, self.request().folder);
         let looked_at = frames.to_look_at();

@@ -1,5 +1,6 @@
 //! A scene run from nothing, several times, and how far its picture is from another.
 
+use std::fs;
 use std::path::Path;
 use std::time::Instant;
 
@@ -19,19 +20,22 @@ use niji_picture::PlannedScene;
 /// Runs of each level; the fastest counts, because other programs only ever slow one down.
 pub(crate) const N_REPEATS: usize = 3;
 
-/// Runs a plan from nothing several times: the fastest time of each stage, and the picture.
+/// Runs a plan from nothing several times in a folder of its own: the fastest time of each stage, and the picture.
 ///
 /// # Errors
 /// Whatever a stage reports.
-pub(crate) fn timed_run(planned: &PlannedScene) -> Result<(Vec<Done>, SpectralImage), Failure> {
+pub(crate) fn timed_run(
+    planned: &PlannedScene,
+    folder: &Path,
+) -> Result<(Vec<Done>, SpectralImage), Failure> {
     let start = Instant::now();
-    let (mut fastest, image) = run_somewhere(planned)?;
+    let (mut fastest, image) = run_anew(planned, folder)?;
     for _ in 1..N_REPEATS {
         // Long runs are less noisy, and their repeats cost the most.
         if start.elapsed().as_secs_f64() > 5.0 {
             break;
         }
-        let (done, _) = run_somewhere(planned)?;
+        let (done, _) = run_anew(planned, folder)?;
         for (best, stage) in fastest.iter_mut().zip(done) {
             best.seconds = best.seconds.min(stage.seconds);
         }
@@ -39,8 +43,12 @@ pub(crate) fn timed_run(planned: &PlannedScene) -> Result<(Vec<Done>, SpectralIm
     Ok((fastest, image))
 }
 
-fn run_somewhere(planned: &PlannedScene) -> Result<(Vec<Done>, SpectralImage), Failure> {
-    run_once(planned, temporary_folder()?.path())
+/// In a folder that holds nothing before, not even what an interrupted run left, and is gone afterwards.
+fn run_anew(planned: &PlannedScene, folder: &Path) -> Result<(Vec<Done>, SpectralImage), Failure> {
+    let _ = fs::remove_dir_all(folder);
+    let made = run_once(planned, folder);
+    let _ = fs::remove_dir_all(folder);
+    made
 }
 
 /// A folder that vanishes with what stands in it.

@@ -7,6 +7,7 @@ use std::process::Command;
 
 use crate::build::identity;
 use crate::build::sources;
+use crate::support::niji_ends_with;
 use crate::support::text;
 use crate::world::SCENE;
 use crate::world::SHAPE;
@@ -48,6 +49,30 @@ fn results_of_another_program_are_not_up_to_date() {
     assert!(!other().contains("up to date"));
     assert!(other().contains("everything is up to date"));
     assert!(!run(&scene, &out).contains("up to date"));
+}
+
+#[test]
+fn a_choice_of_another_program_is_refused_with_both_versions() {
+    let world = World::new();
+    let scene = world.scene("s.toml", &[SCENE, SUN, SHAPE]);
+    let (choice, program) = (world.path("choice.toml"), other_program(world.path("niji")));
+    let plan = ["plan", text(&scene), "-o", text(&choice)];
+    assert!(Command::new(program).args(plan).status().unwrap().success());
+    let found: toml::Table = fs::read_to_string(&choice).unwrap().parse().unwrap();
+    let (other, own) = (found["version"].as_str().unwrap(), env!("NIJI_VERSION"));
+    assert_ne!(other, own);
+    let out = world.path("out");
+    let run = [
+        "run",
+        text(&scene),
+        "-o",
+        text(&out),
+        "--choice",
+        text(&choice),
+    ];
+    let refused = niji_ends_with(2, &run);
+    let said = String::from_utf8(refused.stderr).unwrap();
+    assert!(said.contains(other) && said.contains(own), "{said}");
 }
 
 #[test]

@@ -3,7 +3,12 @@
 //! After every kill each file that stands there under its own name is the one of an undisturbed job, and every
 //! picture is whole; once the job is done its folder holds what an undisturbed one leaves and nothing else.
 
-#![allow(dead_code, unreachable_pub, reason = "each target uses its part")]
+#![allow(
+    dead_code,
+    unreachable_pub,
+    unused_imports,
+    reason = "each target uses its part"
+)]
 #![allow(clippy::unwrap_used, reason = "what cannot be set up ends the test")]
 
 use std::collections::BTreeMap;
@@ -22,24 +27,33 @@ use nix::sys::signal::Signal;
 use nix::sys::signal::kill;
 use nix::unistd::Pid;
 
+#[path = "killed_jobs.rs"]
+mod jobs;
 #[path = "../../crates/vdb/tests/common/mod.rs"]
 mod vdb_files;
 
-use vdb_files::Random;
+pub use jobs::jobs;
+pub use jobs::rows;
+pub use jobs::stages;
 
-use super::support::TINY;
-use super::support::repository;
+use vdb_files::Random;
 
 /// Files whose bytes are told by the request alone; others hold times.
 const TIMELESS: [&str; 4] = ["exr", "vdb", "png", "toml"];
 /// Code of a program that was asked to end.
 const INTERRUPTED: i32 = 130;
 
+/// Where rows of a picture are saved.
+const ROWS: &str = "image.exr.parts";
+/// How often it is tried to ask a command to end before it is done.
+const MOST_TRIES: usize = 20;
+
 /// Commands that are run in one folder, one after the other.
 pub struct Job {
     /// What it tries.
     pub name: &'static str,
-    scene: String,
+    /// Scenes by their names.
+    scenes: Vec<(&'static str, String)>,
     commands: Vec<Vec<&'static str>>,
 }
 
@@ -50,50 +64,10 @@ pub struct Tally {
     pub killed: u32,
     /// How many of them by a signal that asks.
     pub asked: u32,
+    /// How many left saved rows behind.
+    pub with_rows: u32,
     /// Times that the job was done to its end.
     pub done: u32,
-}
-
-/// The jobs: a run, a sequence, tiles that are merged, ice, a sweep.
-pub fn jobs() -> Vec<Job> {
-    let words = |line: &'static str| line.split(' ').collect::<Vec<_>>();
-    let job = |name, scene: &str, lines: &[&'static str]| Job {
-        name,
-        scene: scene.to_owned(),
-        commands: lines.iter().map(|line| words(line)).collect(),
-    };
-    // The stage of the air beside the others.
-    let dark = "sky = \"off\"\nair_inscatter = \"off\"\nair_extinction = \"off\"\nsunlight_through_air = \"off\"\n";
-    let air = "[air]\nconstituents = [\"rayleigh\"]\n[accuracy]\nsky = \"single-scattering\"\n";
-    let rain = TINY.replace(dark, "").replace("[accuracy]\n", air);
-    let rising = format!("{TINY}\n[sequence]\nsun.elevation_deg = [[1, 19.5], [3, 20.5]]\n");
-    let ice = fs::read_to_string(repository("data/scenes/ice-cube-0.1-m.toml")).unwrap();
-    let ice = ice
-        .replace("width_px = 640", "width_px = 32")
-        .replace("height_px = 480", "height_px = 24");
-    let least = TINY
-        .replace("width_px = 16", "width_px = 4")
-        .replace("height_px = 12", "height_px = 3")
-        .replace("voxel_m = 100.0", "voxel_m = 300.0");
-    vec![
-        job("run", &rain, &["run s.toml -o out -q"]),
-        job("sequence", &rising, &["run s.toml -o out --frames 1-3 -q"]),
-        job(
-            "tiles",
-            &TINY.replace("height_px = 12", "height_px = 24"),
-            &[
-                "drops --scene s.toml -o d.vdb -q",
-                "airy -o a.exr -q",
-                "scatter --scene s.toml --airy a.exr -o t.exr -q",
-                "render --scene s.toml --drops d.vdb --table t.exr --tiles 1/3 -o 1.exr -q",
-                "render --scene s.toml --drops d.vdb --table t.exr --tiles 2/3 -o 2.exr -q",
-                "render --scene s.toml --drops d.vdb --table t.exr --tiles 3/3 -o 3.exr -q",
-                "merge 1.exr 2.exr 3.exr -o image.exr -q",
-            ],
-        ),
-        job("ice", &ice, &["ice s.toml -o ice.exr -q"]),
-        job("sweep", &least, &["sweep s.toml -o out -q"]),
-    ]
 }
 
 impl Job {
@@ -104,10 +78,12 @@ impl Job {
         command.spawn().unwrap()
     }
 
-    /// A folder with its scene.
+    /// A folder with its scenes.
     fn folder(&self) -> tempfile::TempDir {
         let folder = tempfile::tempdir().unwrap();
-        fs::write(folder.path().join("s.toml"), &self.scene).unwrap();
+        for (name, text) in &self.scenes {
+            fs::write(folder.path().join(name), text).unwrap();
+        }
         folder
     }
 
@@ -151,6 +127,7 @@ impl Job {
                         tally.killed += 1;
                         tally.asked += u32::from(signal == Signal::SIGTERM);
                         self.check_unfinished(folder.path(), &expected);
+                        tally.with_rows += u32::from(folder.path().join(ROWS).exists());
                     }
                 }
                 // Whatever was left behind, and also if it is done already.
@@ -162,6 +139,85 @@ impl Job {
             tally.done += 1;
         }
         tally
+    }
+
+    /// Asks each command to end while it works, and has it done then: how long each took to end.
+    pub fn ask_each(&self, seed: u64) -> Vec<(String, Duration)> {
+        let (expected, times) = self.undisturbed();
+        let (mut random, folder) = (Random(seed), self.folder());
+        let mut asked = Vec::new();
+        for (index, time) in times.iter().enumerate() {
+            let command = self.commands[index].join(" ");
+            let before = files(folder.path());
+            let mut try_it = || {
+                let child = self.start(index, folder.path());
+                let quarter_us = 1 + time.as_micros() as usize / 4;
+                let moment_us = quarter_us + random.below(2 * quarter_us);
+                std::thread::sleep(Duration::from_micros(moment_us as u64));
+                let start = Instant::now();
+                if self.killed(child, Signal::SIGTERM) {
+                    return Some(start.elapsed());
+                }
+                // It was done: from the beginning once more.
+                for name in files(folder.path()).keys() {
+                    if !before.contains_key(name) {
+                        fs::remove_file(folder.path().join(name)).unwrap();
+                    }
+                }
+                None
+            };
+            let ended = (0..MOST_TRIES).find_map(|_| try_it());
+            let ended = ended.unwrap_or_else(|| panic!("niji {command}: done before it is asked"));
+            self.check_unfinished(folder.path(), &expected);
+            self.end(index, self.start(index, folder.path()));
+            asked.push((command, ended));
+        }
+        self.check_done(folder.path(), &expected);
+        asked
+    }
+
+    /// Kills the last command once it has saved rows, and asks it to end while it writes its image: the rows stay, and
+    /// it goes on with them.
+    pub fn end_with_rows(&self) {
+        let (expected, _) = self.undisturbed();
+        let (folder, last) = (self.folder(), self.commands.len() - 1);
+        for index in 0..last {
+            self.end(index, self.start(index, folder.path()));
+        }
+        let [preview, image, rows] =
+            ["image.png", "image.exr", ROWS].map(|name| folder.path().join(name));
+        let n_rows = || fs::read_dir(&rows).map_or(0, Iterator::count);
+        // Whether it ended with as many rows as it had, and without its image.
+        let ends_when = |is_due: &dyn Fn() -> bool, signal| {
+            let mut child = self.start(last, folder.path());
+            while !is_due() && child.try_wait().unwrap().is_none() {
+                std::thread::sleep(Duration::from_micros(200));
+            }
+            let before = n_rows();
+            let is_ended = self.killed(child, signal) && !image.exists();
+            assert!(before > 0, "{}: no rows were saved", self.name);
+            assert!(
+                !is_ended || n_rows() >= before,
+                "{}: rows are lost",
+                self.name
+            );
+            self.check_unfinished(folder.path(), &expected);
+            is_ended
+        };
+        assert!(ends_when(&|| n_rows() > 0, Signal::SIGKILL));
+        let is_asked = (0..MOST_TRIES).any(|_| {
+            for written in [&preview, &image] {
+                let _ = fs::remove_file(written);
+            }
+            ends_when(&|| preview.exists(), Signal::SIGTERM)
+        });
+        assert!(
+            is_asked,
+            "{}: the image is there before it is asked",
+            self.name
+        );
+        self.end(last, self.start(last, folder.path()));
+        self.check_done(folder.path(), &expected);
     }
 
     /// Whether the job is done and would refuse to be done again: a sweep, whose files tell times.

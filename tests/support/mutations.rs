@@ -3,7 +3,12 @@
 //! A reader may refuse a file or take it; it may not panic, abort, go on for long or take much memory. Same seed,
 //! same files.
 
-#![allow(dead_code, unreachable_pub, reason = "each target uses its part")]
+#![allow(
+    dead_code,
+    unreachable_pub,
+    unused_imports,
+    reason = "each target uses its part"
+)]
 #![allow(clippy::unwrap_used, reason = "samples are sound")]
 
 use std::fs;
@@ -30,12 +35,15 @@ mod photographs;
 
 use vdb_files::Random;
 
+pub use places::mend_checksums;
 pub use readers::readers;
 
 /// A kind of file, and what reads it.
 pub struct Reader {
     /// Its name on disk.
     pub file: &'static str,
+    /// How many files of other kinds are read in the time that one of these takes.
+    pub cost: u64,
     /// Files beside it that are not mutated.
     beside: Vec<(&'static str, Vec<u8>)>,
     /// Sound files of the kind.
@@ -68,7 +76,7 @@ impl Reader {
     }
 
     /// The file of a seed.
-    fn mutated(&self, seed: u64) -> Vec<u8> {
+    pub fn mutated(&self, seed: u64) -> Vec<u8> {
         let mut random = Random(seed);
         let mut bytes = self.samples[random.below(self.samples.len())].clone();
         for _ in 0..=random.below(4) {

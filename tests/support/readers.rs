@@ -25,6 +25,8 @@ use niji_photo::read_labels;
 use niji_photo::read_layer_distances;
 use niji_photo::read_picture_provenance;
 use niji_picture::Choice;
+use niji_picture::PlanRequest;
+use niji_picture::PlannedScene;
 use niji_scene::IceScene;
 use niji_scene::Scene;
 use niji_scene::SceneError;
@@ -41,6 +43,7 @@ use super::samples;
 pub fn readers() -> Vec<Reader> {
     let alone = |file, samples, read| Reader {
         file,
+        cost: 1,
         beside: Vec::new(),
         samples,
         read,
@@ -61,6 +64,10 @@ pub fn readers() -> Vec<Reader> {
         alone("a.glb", vec![samples::glb(&buffer)], mesh),
         alone("a.stl", vec![samples::stl(), samples::stl_text()], mesh),
         alone("scene.toml", samples::scenes(), scene),
+        Reader {
+            cost: 20,
+            ..alone("plan.toml", samples::small_scenes(), planned)
+        },
         alone("ice.toml", samples::ice_scenes(), ice_scene),
         alone("layers.toml", samples::layers(), layers),
         alone("choice.toml", samples::choices(), choice),
@@ -145,6 +152,16 @@ fn scene(path: &Path) -> bool {
     let again = Scene::from_json(&json).expect("a scene's own JSON is a scene");
     assert_eq!(json, again.canonical_json());
     true
+}
+
+/// A scene is planned, or refused.
+fn planned(path: &Path) -> bool {
+    let request = PlanRequest {
+        folder: path.parent().unwrap_or(path),
+        ..PlanRequest::default()
+    };
+    let scene = Scene::from_toml(&text(path));
+    scene.is_ok_and(|scene| PlannedScene::new(scene, request).is_ok())
 }
 
 fn ice_scene(path: &Path) -> bool {

@@ -279,6 +279,25 @@ pub fn scenes() -> Vec<Vec<u8>> {
     scenes
 }
 
+/// Scenes of shapes that ship, as small pictures without the light of the air, so that they are planned soon.
+pub fn small_scenes() -> Vec<Vec<u8>> {
+    let small = |text: &Vec<u8>| {
+        let mut scene: toml::Table = std::str::from_utf8(text).unwrap().parse().unwrap();
+        let few = "width_px = 8\nheight_px = 6\n".parse::<toml::Table>();
+        let plain = "[spectrum]\nfirst_nm = 450.0\nstep_nm = 100.0\nn_wavelengths = 2\n\
+                     [effects]\nsky = \"off\"\nair_inscatter = \"off\"\n[accuracy]\npreset = \"draft\"\n";
+        let is_small = ["photo", "occluders"]
+            .iter()
+            .all(|key| !scene.contains_key(*key));
+        let camera = scene.get_mut("camera")?.as_table_mut()?;
+        let is_pinhole = !camera.contains_key("projection");
+        camera.extend(few.unwrap());
+        scene.extend(plain.parse::<toml::Table>().unwrap());
+        (is_small && is_pinhole).then(|| scene.to_string().into_bytes())
+    };
+    shipped(false).iter().filter_map(small).collect()
+}
+
 /// Every scene of ice that ships.
 pub fn ice_scenes() -> Vec<Vec<u8>> {
     shipped(true)
@@ -311,6 +330,7 @@ pub fn layers() -> Vec<Vec<u8>> {
 /// What `niji plan SCENE -o FILE` writes, with a picture of four pixels.
 pub fn choices() -> Vec<Vec<u8>> {
     let text = r#"
+version = "0.2.0"
 request = "9af64a1e0534a97675cb5f3ded4dad90df4d5caaea205123cae88920a9c5133f"
 effects = ["primary_bow", "sun_disc"]
 [levels]

@@ -97,15 +97,7 @@ pub(crate) fn perform(
     let fits = |path: &&Path| checksums::fits(path, &hash, options.verifies);
     let up_to_date = request.outputs.iter().all(fits);
     if !up_to_date {
-        output::check_distinct(&request.outputs)?;
-        for path in &request.outputs {
-            // What an interrupted run left is written again.
-            let is_own = stored_provenance(path).as_ref() == Some(&made_for);
-            if !is_own {
-                check_readable(path, options.existing)?;
-                output::check_free(path, options.existing)?;
-            }
-        }
+        check_free_for(&made_for, &request.outputs, options.existing)?;
         make(made_for.clone())?;
         // Of inputs that changed meanwhile nobody knows what it was made from.
         if provenance(request)? == made_for {
@@ -119,9 +111,7 @@ pub(crate) fn perform(
         .collect();
     let seconds = start.elapsed().as_secs_f64();
     if up_to_date {
-        let (stage, main) = (request.stage, request.outputs[0].display());
-        let verbosity = options.verbosity;
-        verbosity.say(format_args!("{stage:>11}  {main} is up to date"));
+        say_up_to_date(request.stage, request.outputs[0], options.verbosity);
     }
     Ok(Done {
         stage: request.stage,
@@ -131,6 +121,31 @@ pub(crate) fn perform(
         further_orders_s: 0.0,
         spent: None,
     })
+}
+
+/// Says that a stage has nothing to do.
+pub(crate) fn say_up_to_date(stage: &str, main: &Path, verbosity: Verbosity) {
+    let main = main.display();
+    verbosity.say(format_args!("{stage:>11}  {main} is up to date"));
+}
+
+/// Refuses outputs that are taken, but by what an interrupted or damaged result of `made_for` left: that is made again.
+///
+/// # Errors
+/// A name for two outputs; a file of something else that may not be replaced.
+pub(crate) fn check_free_for(
+    made_for: &Provenance,
+    outputs: &[&Path],
+    existing: Existing,
+) -> Result<(), Failure> {
+    output::check_distinct(outputs)?;
+    for path in outputs {
+        if stored_provenance(path).as_ref() != Some(made_for) {
+            check_readable(path, existing)?;
+            output::check_free(path, existing)?;
+        }
+    }
+    Ok(())
 }
 
 fn provenance(request: &Request) -> Result<Provenance, Failure> {

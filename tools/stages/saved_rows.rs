@@ -44,7 +44,7 @@ pub(crate) struct Saving {
 impl Saving {
     /// For people who wait.
     pub(crate) const STANDARD: Self = Self {
-        every_s: 10.0,
+        every_s: 0.5,
         most_cost: 0.02,
     };
 }

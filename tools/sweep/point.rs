@@ -25,6 +25,9 @@ use crate::timed_run::timed_run;
 use crate::version;
 use niji_picture::PlannedScene;
 
+/// Where a run is made, beside those that were.
+const UNFINISHED: &str = "unfinished";
+
 /// A point of the plane of error and time.
 #[derive(Clone, Debug, Default, Serialize)]
 pub(super) struct Point {
@@ -187,7 +190,7 @@ fn run(
         return Ok((name, cost, image));
     }
     let memory = PeakMemory::start();
-    let (done, image) = timed_run(planned)?;
+    let (done, image) = timed_run(planned, &folder.join(UNFINISHED))?;
     let cost = Cost {
         seconds: done.iter().map(|done| done.seconds).sum(),
         peak_bytes: memory.bytes(),

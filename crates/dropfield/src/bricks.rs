@@ -51,7 +51,7 @@ use crate::brick_layout::occupied;
 use crate::coarse_cells::CoarseErrors;
 use crate::coarse_cells::NO_DROPS;
 use crate::coarse_cells::TOO_COARSE;
-use crate::grid_box::NODE_LIMIT;
+use crate::grid_box::node_limit;
 use crate::segments::LatticeRay;
 
 /// Cells along an edge of a brick.
@@ -153,7 +153,7 @@ impl Bricks {
         } = Lattice::of(mode)?;
         let (slots, places) = occupied(mode, low, n_slots);
         let n_nodes = places.len() * NODES_PER_BRICK;
-        if n_nodes as u64 > NODE_LIMIT {
+        if n_nodes as u64 > node_limit() {
             return Err(Error::too_many_nodes(n_nodes as f64));
         }
         let mut nodes = vec![Vec4::ZERO; n_nodes];

@@ -2,6 +2,9 @@
 
 use niji_radiometry::Bytes;
 
+use crate::grid_box::NODE_BYTES;
+use crate::grid_box::node_limit;
+
 /// Every failure of this crate.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -164,9 +167,8 @@ pub enum Error {
 
 impl Error {
     pub(crate) fn too_many_nodes(nodes: f64) -> Self {
-        let limit = crate::grid_box::NODE_LIMIT as f64;
-        let [needed, most] = [nodes, limit]
-            .map(|nodes| Bytes::of(nodes * std::mem::size_of::<crate::Drops>() as f64));
+        let limit = node_limit() as f64;
+        let [needed, most] = [nodes, limit].map(|nodes| Bytes::of(nodes * NODE_BYTES as f64));
         Self::TooManyNodes {
             nodes,
             needed,

@@ -6,11 +6,21 @@
 //! trilinear interpolant over all nodes thus holds exactly number density times volume.
 
 use glam::DVec3;
+use niji_radiometry::memory_limit;
 
 use crate::Error;
 
-/// Nodes that a volume may hold: 3 GiB of drops, and 5 GiB more as bricks, whose copied nodes count.
-pub(crate) const NODE_LIMIT: u64 = 1 << 28;
+/// Most nodes that a volume may hold, whose copies in bricks count.
+const NODE_LIMIT: u64 = 1 << 28;
+
+/// Memory of a node, as drops and in bricks.
+pub(crate) const NODE_BYTES: u64 = 32;
+
+/// Nodes that a volume may hold within the memory that a file's content may take.
+pub(crate) fn node_limit() -> u64 {
+    let fit = memory_limit().0 / u128::from(NODE_BYTES);
+    u64::try_from(fit).map_or(NODE_LIMIT, |fit| fit.min(NODE_LIMIT))
+}
 
 /// Cells that stick out by less than this part of a voxel are roundoff of the division.
 const WHOLE_CELL_SLACK: f64 = 1e-9;
@@ -31,7 +41,8 @@ impl GridBox {
     ///
     /// # Errors
     /// [`Error::BadBox`] if the box is empty, inside out or not finite, or the voxel size is not a
-    /// finite number above zero; [`Error::TooManyNodes`] above 2^28 nodes.
+    /// finite number above zero; [`Error::TooManyNodes`] above 2^28 nodes, or
+    /// more than fit into memory.
     pub fn n_nodes(&self) -> Result<[i32; 3], Error> {
         let size = self.max - self.min;
         let sound = size.is_finite() && size.min_element() > 0.0 && self.min.is_finite();
@@ -47,7 +58,7 @@ impl GridBox {
             .ceil()
             .max(DVec3::ONE);
         let total = counts.x * counts.y * counts.z;
-        if total > NODE_LIMIT as f64 || counts.max_element() > f64::from(i32::MAX / 4) {
+        if total > node_limit() as f64 || counts.max_element() > f64::from(i32::MAX / 4) {
             return Err(Error::too_many_nodes(total));
         }
         Ok([counts.x as i32, counts.y as i32, counts.z as i32])
@@ -141,7 +152,8 @@ mod tests {
     fn a_lattice_that_would_not_fit_is_refused_with_its_size() {
         let error = cube(1e4, 1.0).n_nodes().unwrap_err();
         assert!(matches!(error, Error::TooManyNodes { .. }));
-        for words in ["1.000e12 nodes", "need 11 TiB", "2.684e8 nodes and 3 GiB"] {
+        let most = format!("{:.3e} nodes and", node_limit() as f64);
+        for words in ["1.000e12 nodes", "need 29 TiB", &most] {
             assert!(error.to_string().contains(words), "{words} in {error}");
         }
         assert!(matches!(

@@ -17,7 +17,7 @@ use crate::DropVolume;
 use crate::Drops;
 use crate::Error;
 use crate::LEAF_DIM;
-use crate::grid_box::NODE_LIMIT;
+use crate::grid_box::node_limit;
 use crate::mode::EXPECT_NUMBER;
 use crate::mode::EXPECT_RADIUS;
 use crate::mode::EXPECT_VARIANCE;
@@ -231,7 +231,7 @@ pub(crate) fn spread(
     let n_nodes: f64 = filled()
         .map(|tile| f64::from(tile.level.dim()).powi(3))
         .sum();
-    if n_nodes + (leaves.len() * LEAF_NODES) as f64 > NODE_LIMIT as f64 {
+    if n_nodes + (leaves.len() * LEAF_NODES) as f64 > node_limit() as f64 {
         return Err(Error::too_many_nodes(n_nodes));
     }
     for tile in filled() {

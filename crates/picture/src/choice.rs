@@ -18,6 +18,8 @@ use crate::pilot::Seen;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Choice {
+    /// The program that decided, as far as it decides on results.
+    pub version: String,
     /// Hash of the scene with what is asked of its picture, of what bounds foretell, and of the program.
     pub request: String,
     /// The effects that are on.
@@ -32,10 +34,11 @@ pub struct Choice {
 }
 
 impl Choice {
-    /// Of a plan for a request, with what was measured.
-    pub(crate) fn of(plan: &Plan, request: String, seen: Seen) -> Self {
+    /// Of a plan by a version of the program for a request, with what was measured.
+    pub(crate) fn of(plan: &Plan, (version, request): (&str, String), seen: Seen) -> Self {
         let on = plan.effects_on().map(|effect| effect.name().to_owned());
         Self {
+            version: version.to_owned(),
             request,
             effects: on.collect(),
             levels: serde_json::to_value(plan.levels).unwrap_or_default(),

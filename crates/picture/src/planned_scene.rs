@@ -231,7 +231,11 @@ impl PlannedScene {
             folder: folder.to_owned(),
             drop_file: scene.drops.file().map(|file| folder.join(file)),
             drop_source: VolumeSource::of(&scene, folder),
-            choice: Choice::of(&plan, choice.request.clone(), choice.seen.clone()),
+            choice: Choice::of(
+                &plan,
+                (&choice.version, choice.request.clone()),
+                choice.seen.clone(),
+            ),
             time: Some(time),
             scene,
             plan,
@@ -301,7 +305,7 @@ impl PlannedScene {
             folder: folder.to_owned(),
             choice: Choice {
                 afforded,
-                ..Choice::of(&plan, key, seen)
+                ..Choice::of(&plan, (request.version, key), seen)
             },
             scene,
             plan,

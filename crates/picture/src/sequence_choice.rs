@@ -32,6 +32,8 @@ use crate::planned_scene::drops_of;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SequenceChoice {
+    /// The program that decided, as far as it decides on results.
+    pub version: String,
     /// Hash of the sequence with what is asked of its pictures, of the files of the frames that were looked at, and of
     /// the program.
     pub request: String,
@@ -123,6 +125,7 @@ impl SequenceRequest<'_> {
             plan.sky_level = Some(sky.level);
         }
         Ok(SequenceChoice {
+            version: request.version.to_owned(),
             request: self.key()?,
             frames: numbers().collect(),
             densest_lines_m,

@@ -1,4 +1,4 @@
-//! How much memory the content of one file may take, and a picture.
+//! How much memory the content of one file may take, a picture, and drops that are laid out.
 //!
 //! limit = min(memory of the machine, of its control group, address space of the process)/2
 //! A header can promise anything: what it promises is held against this before memory is asked for, because a
