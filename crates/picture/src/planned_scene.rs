@@ -242,7 +242,7 @@ impl PlannedScene {
         }
     }
 
-    /// The same without measuring anything, for its own drops and the `others`.
+    /// The same without measuring anything, for its own drops and where `others` are and how large.
     pub(crate) fn unmeasured<'a>(
         scene: Scene,
         folder: &Path,
@@ -255,7 +255,12 @@ impl PlannedScene {
         let own = drops_of(&scene, request)?;
         let others = others.map(|it| it.summary(|drops| drops));
         let others: Vec<Option<DropSummary>> = others.collect::<Result<_, Error>>()?;
+        let voxel_m = own.as_ref().map(|drops| drops.voxel_m);
         let drops = DropSummary::joined(own.into_iter().chain(others.into_iter().flatten()));
+        let drops = drops.map(|drops| DropSummary {
+            voxel_m: voxel_m.unwrap_or(drops.voxel_m),
+            ..drops
+        });
         Self::with_drops(scene, request, (drops, Measured::Never))
     }
 

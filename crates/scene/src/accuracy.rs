@@ -162,7 +162,7 @@ pub struct Levels {
     #[serde(default = "polarized", skip_serializing_if = "is_polarized")]
     pub mirrored_light: MirroredLight,
     /// The nodes of drops that are laid out from a shape; written where they are closer than the scene says.
-    #[serde(skip_serializing_if = "is_as_given")]
+    #[serde(default, skip_serializing_if = "is_as_given")]
     pub drop_spacing: DropSpacing,
 }
 
