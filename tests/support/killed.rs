@@ -111,12 +111,14 @@ impl Job {
     pub fn kill(&self, n_kills: u32, seed: u64) -> Tally {
         let (expected, times) = self.undisturbed();
         let (mut random, mut tally) = (Random(seed), Tally::default());
+        // A sweep keeps its runs, so that more kills find it elsewhere.
+        let rest = if self.name == "sweep" { 12 } else { 3 };
         while tally.killed < n_kills {
             let folder = self.folder();
             for (index, time) in times.iter().enumerate() {
                 // Some commands are killed again and again, others not at all.
                 while tally.killed < n_kills
-                    && random.below(3) > 0
+                    && random.below(rest) > 0
                     && !self.is_over(folder.path(), &expected)
                 {
                     let child = self.start(index, folder.path());

@@ -92,7 +92,7 @@ fn least() -> String {
         .replace("[effects]\n", &format!("[effects]\n{off}"))
 }
 
-/// Every stage by itself, each long enough to be asked to end while it works.
+/// Every stage by itself but the sweep, which takes long: each long enough to be asked to end while it works.
 pub fn stages() -> Job {
     let photo = text(&repository("data/photos/pavilion.jpg")).to_owned();
     let photo: &'static str = photo.leak();
@@ -106,7 +106,7 @@ pub fn stages() -> Job {
     let air = air.replace("sky = \"off\"\n", "");
     let mut job = job(
         "stages",
-        &slow(),
+        TINY,
         &[
             "drops --scene fine.toml -o fine.vdb -q",
             "drops --scene s.toml -o d.vdb -q",
@@ -114,14 +114,12 @@ pub fn stages() -> Job {
             "atmosphere --scene air.toml -o air.exr -q",
             "scatter --scene s.toml --airy a.exr --accuracy reference -o fine.exr -q",
             "scatter --scene s.toml --airy a.exr -o t.exr -q",
-            RENDER,
             "scatter --scene wide.toml --airy a.exr -o w.exr -q",
             "render --scene wide.toml --drops d.vdb --table w.exr --tiles 1/2 -o 1.exr -q",
             "render --scene wide.toml --drops d.vdb --table w.exr --tiles 2/2 -o 2.exr -q",
             "merge 1.exr 2.exr -o wide.exr -q",
             "ice ice.toml -o ice.exr -q",
             "lee --spectrum 450,100,3 --size-px 60,50 -o lee.exr -q",
-            "sweep least.toml -o sweep -q",
         ],
     );
     for command in [
@@ -146,7 +144,6 @@ pub fn stages() -> Job {
         ("air.toml", air),
         ("wide.toml", wide),
         ("ice.toml", ice("192")),
-        ("least.toml", least()),
     ]);
     job
 }
