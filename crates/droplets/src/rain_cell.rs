@@ -25,6 +25,7 @@ use niji_dropfield::DropVolume;
 use niji_dropfield::Drops;
 use niji_dropfield::GridBox;
 use niji_sizes::BulkProperties;
+use niji_sizes::MOST_RAIN_MM_H;
 use niji_sizes::MarshallPalmer;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -51,7 +52,7 @@ const WATER_POWER: f64 = 4.0 * NUMBER_POWER;
 #[serde(deny_unknown_fields)]
 pub struct RainCell {
     /// Largest rain rate, on the axis (mm/h).
-    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 10000.0))]
     pub max_rain_rate_mm_h: f64,
     /// Radius at which the rain rate has fallen to 1/e (m).
     #[schemars(extend("exclusiveMinimum" = 0.0))]
@@ -79,7 +80,10 @@ impl RainCell {
     /// # Errors
     /// The parameter that is wrong, what was found and what was expected.
     pub fn validate(&self) -> Result<(), Error> {
-        require_positive("max_rain_rate_mm_h", self.max_rain_rate_mm_h)?;
+        let rate = self.max_rain_rate_mm_h;
+        require_positive("max_rain_rate_mm_h", rate)?;
+        let most = 0.0..=MOST_RAIN_MM_H;
+        require_in(most, "max_rain_rate_mm_h", rate, "at most 10000 mm/h")?;
         require_positive("radius_m", self.radius_m)?;
         // Nodes further apart than the radius would miss the cell.
         let resolved = 0.0..=self.radius_m;

@@ -24,7 +24,7 @@ use serde::Serialize;
 
 use crate::Error;
 use crate::Turbulence;
-use crate::error::require_finite;
+use crate::error::require_in;
 use crate::error::require_not_negative;
 use crate::error::require_positive;
 use crate::gusts;
@@ -79,11 +79,11 @@ pub enum Footprint {
 pub struct RainShaft {
     /// Rain rate (mm/h); either this or the radar reflectivity.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 10000.0))]
     pub rain_rate_mm_h: Option<f64>,
     /// Radar reflectivity of the rain before any cut of its diameters (dBZ).
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(range(min = -100.0, max = 100.0))]
+    #[schemars(range(min = -100.0, max = 80.0))]
     pub reflectivity_dbz: Option<f64>,
     /// Smallest drop diameter (mm); 0 if left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -136,7 +136,10 @@ impl RainShaft {
     fn check_amount(&self) -> Result<(), Error> {
         let found = match (self.rain_rate_mm_h, self.reflectivity_dbz) {
             (Some(_), None) => return Ok(()),
-            (None, Some(dbz)) => return require_finite("reflectivity_dbz", dbz),
+            (None, Some(dbz)) => {
+                let expected = "-100 to 80 dBZ";
+                return require_in(-100.0..=80.0, "reflectivity_dbz", dbz, expected);
+            }
             (None, None) => "neither",
             (Some(_), Some(_)) => "both",
         };

@@ -56,6 +56,7 @@ pub use law_nodes::variance_axis;
 pub use law_weights::law_support;
 pub use law_weights::law_weights;
 pub use lognormal::Lognormal;
+pub use marshall_palmer::MOST_RAIN_MM_H;
 pub use marshall_palmer::MarshallPalmer;
 pub use marshall_palmer_dbz::MarshallPalmerDbz;
 pub use modified_gamma::ModifiedGamma;

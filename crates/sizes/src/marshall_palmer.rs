@@ -42,7 +42,7 @@ const INTERCEPT_PER_M3_MM: f64 = 8000.0;
 #[serde(deny_unknown_fields)]
 pub struct MarshallPalmer {
     /// Rain rate R (mm/h).
-    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 10000.0))]
     pub rain_rate_mm_h: f64,
     /// Smallest diameter D1 (mm); none stands for 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -53,6 +53,10 @@ pub struct MarshallPalmer {
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub d_max_mm: Option<f64>,
 }
+
+/// Most rain that is taken for some (mm/h), 25 times that of the heaviest hour ever measured: beyond, drops of the law
+/// grow to decimetres.
+pub const MOST_RAIN_MM_H: f64 = 10_000.0;
 
 impl MarshallPalmer {
     /// Drops of all diameters.
@@ -84,6 +88,13 @@ impl MarshallPalmer {
     /// sign, [`Error::EmptyRange`] if the range is empty.
     pub fn validate(&self) -> Result<(), Error> {
         require_positive("rain_rate_mm_h", self.rain_rate_mm_h)?;
+        if self.rain_rate_mm_h > MOST_RAIN_MM_H {
+            return Err(Error::Parameter {
+                parameter: "rain_rate_mm_h",
+                found: self.rain_rate_mm_h,
+                expected: "at most 10000 mm/h",
+            });
+        }
         let min = self.d_min_mm.unwrap_or(0.0);
         require_not_negative("d_min_mm", min)?;
         let Some(max) = self.d_max_mm else {
@@ -319,6 +330,17 @@ mod tests {
     fn slope_is_per_millimetre_of_diameter() {
         // 41 per centimetre at 1 mm/h (MP48, eq. 3).
         assert!((MarshallPalmer::untruncated(1.0).slope_per_mm() - 4.1).abs() < 1e-15);
+    }
+
+    #[test]
+    fn rain_beyond_any_is_refused() {
+        assert!(
+            MarshallPalmer::untruncated(MOST_RAIN_MM_H)
+                .validate()
+                .is_ok()
+        );
+        let flood = MarshallPalmer::untruncated(4_294_967_295.0);
+        assert!(matches!(flood.validate(), Err(Error::Parameter { .. })));
     }
 
     #[test]

@@ -14,14 +14,14 @@ use crate::MarshallPalmer;
 use crate::SizeMoments;
 
 /// Reflectivities that are read (dBZ): rain has 10 to 60, the law itself knows no limit.
-const REFLECTIVITY_RANGE_DBZ: std::ops::RangeInclusive<f64> = -100.0..=100.0;
+const REFLECTIVITY_RANGE_DBZ: std::ops::RangeInclusive<f64> = -100.0..=80.0;
 
 /// Raindrops of natural rain, by radar reflectivity.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MarshallPalmerDbz {
     /// Radar reflectivity of the drops before any cut (dBZ).
-    #[schemars(range(min = -100.0, max = 100.0))]
+    #[schemars(range(min = -100.0, max = 80.0))]
     pub reflectivity_dbz: f64,
     /// Smallest diameter D1 (mm); none stands for 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -43,7 +43,7 @@ impl MarshallPalmerDbz {
             return Err(Error::Parameter {
                 parameter: "reflectivity_dbz",
                 found: self.reflectivity_dbz,
-                expected: "a number from -100 to 100",
+                expected: "a number from -100 to 80",
             });
         }
         self.as_marshall_palmer().validate()
