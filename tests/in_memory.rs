@@ -202,6 +202,7 @@ fn a_frame_of_a_sequence() {
     let written = fs::read_to_string(out.join("choice.toml")).unwrap();
     let written: SequenceChoice = toml::from_str(&written).unwrap();
     choice.request.clone_from(&written.request);
+    choice.version.clone_from(&written.version);
     assert_eq!(choice, written);
     let time = FrameTime {
         frame: 3,
