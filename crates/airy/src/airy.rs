@@ -145,25 +145,52 @@ impl AiryBow {
     /// What does not depend on the size of the drop.
     #[must_use]
     pub fn direction(&self, theta: Radians) -> BowDirection {
+        BowDirection {
+            rays: self.rays_beside(theta),
+            ..self.wave(theta)
+        }
+    }
+
+    /// The same without rays.
+    #[must_use]
+    pub fn wave(&self, theta: Radians) -> BowDirection {
         let beyond_rad = self.ray.beyond_rad(theta.0);
-        let deviation_rad = self.ray.deviation_rad + beyond_rad;
         let spread = self.ray.incidence_rad.sin() / theta.0.sin().max(SMALLEST_SIN);
         // (4/π)(3/(4 h cos d))^(2/3) (a/λ)^(1/3) f², with a/λ = x/2π.
         let common = 4.0 / PI * TAU.cbrt().recip() * spread;
         let mut bow = self.squared_amplitudes(beyond_rad);
-        let light = |other| self.rays.at_deviation(other, theta.0);
-        bow.rays = self.rays.beside_deviation(deviation_rad, theta.0, light);
         let mut factors = [[common; 2]; 2];
         if self.ramp(beyond_rad, MEAN_FROM, MEAN_TO) > 0.0 {
+            let deviation_rad = self.ray.deviation_rad + beyond_rad;
             let own = self.rays.at_deviation(deviation_rad, theta.0);
-            let rays_weight = self.ramp(beyond_rad, 1.0 - BLEND, 1.0 + BLEND);
+            let part = 1.0 - self.rays_weight(beyond_rad);
             let drawn = self.drawn_to_rays(beyond_rad, spread, own);
-            factors = drawn.map(|factors| factors.map(|f| common * (1.0 - rays_weight) * f));
-            bow.rays = [0, 1].map(|j| bow.rays[j] + rays_weight * own[j]);
+            factors = drawn.map(|factors| factors.map(|f| common * part * f));
         }
         bow.strength = [0, 1].map(|j| factors[j][0] * bow.strength[j]);
         bow.derivative_strength = [0, 1].map(|j| factors[j][1] * bow.derivative_strength[j]);
         bow
+    }
+
+    /// Light of the rays that make no bow in a direction, in 1/sr: those where the theory has faded, and those of
+    /// other turns.
+    #[must_use]
+    pub fn rays_beside(&self, theta: Radians) -> [f64; 2] {
+        let beyond_rad = self.ray.beyond_rad(theta.0);
+        let deviation_rad = self.ray.deviation_rad + beyond_rad;
+        let light = |other| self.rays.at_deviation(other, theta.0);
+        let beside = self.rays.beside_deviation(deviation_rad, theta.0, light);
+        let weight = self.rays_weight(beyond_rad);
+        if weight <= 0.0 {
+            return beside;
+        }
+        let own = light(deviation_rad);
+        [0, 1].map(|j| beside[j] + weight * own[j])
+    }
+
+    /// 0 within the reach, 1 where the form has faded into rays.
+    fn rays_weight(&self, beyond_rad: f64) -> f64 {
+        self.ramp(beyond_rad, 1.0 - BLEND, 1.0 + BLEND)
     }
 
     /// For each polarisation the factors of f² and f'² that draw the mean over the fringes to that of

@@ -13,6 +13,8 @@ use niji_dropfield::DensityMeans;
 use niji_dropfield::DropVolume;
 use niji_exchange::Provenance;
 use niji_scene::DropSource;
+use niji_scene::DropSpacing;
+use niji_scene::DropSummary;
 use niji_scene::FromVdb;
 use niji_scene::Plan;
 use niji_scene::PlannedFrame;
@@ -96,27 +98,30 @@ impl SequenceRequest<'_> {
             let Some(drops) = drops_of(&scene, request).map_err(in_frame)? else {
                 continue;
             };
-            let own = PlannedScene::of_drops(scene, request, drops).map_err(in_frame)?;
+            let own = PlannedScene::of_drops(scene, request, drops.clone()).map_err(in_frame)?;
             seen = Some(match seen {
                 Some(seen) => seen.or_more(&own.choice.seen),
                 None => own.choice.seen.clone(),
             });
-            frames.push((*number, own));
+            frames.push((*number, own, drops));
         }
         let seen = seen.unwrap_or_default();
-        let at_spacing = |(number, own): (u32, PlannedScene)| {
+        let at_spacing = |(number, own, drops): (u32, PlannedScene, DropSummary)| {
             let own = own.at_spacing(seen.spacing(), request)?;
-            let drops = drops_of(&own.scene, request)?;
-            Ok(drops.map(|drops| PlannedFrame {
+            // Files were read once; closer nodes are those of shapes.
+            let drops = match seen.spacing() {
+                DropSpacing::AsGiven => drops,
+                DropSpacing::Halved => drops_of(&own.scene, request)?.unwrap_or(drops),
+            };
+            Ok(PlannedFrame {
                 number,
                 scene: own.scene,
                 drops,
                 plan: own.plan,
-            }))
+            })
         };
         let planned = frames.into_iter().map(at_spacing);
-        let planned: Vec<Option<PlannedFrame>> = planned.collect::<Result<_, Error>>()?;
-        let planned: Vec<PlannedFrame> = planned.into_iter().flatten().collect();
+        let planned: Vec<PlannedFrame> = planned.collect::<Result<_, Error>>()?;
         let numbers = || self.frames.iter().map(|(number, _)| *number);
         let no_drops = || Error::NoFrameWithDrops(numbers().collect());
         let (first, others) = planned.split_first().ok_or_else(no_drops)?;

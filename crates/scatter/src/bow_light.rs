@@ -239,8 +239,8 @@ impl BowLight {
             ),
             Order::Airy(bow, AiryForm::Absolute) => light.add_waves(
                 places,
-                |theta| bow.direction(theta),
-                |theta| bow.direction(theta).rays,
+                |theta| bow.wave(theta),
+                |theta| bow.rays_beside(theta),
             ),
             Order::Airy(bow, AiryForm::Published) => {
                 light.add_waves(places, |theta| bow.published_direction(theta), |_| [0.0; 2]);
