@@ -21,14 +21,14 @@ use crate::stages::Done;
 /// Part of the time left that tables may take.
 const FOR_TABLES: f64 = 0.5;
 
-/// Part of the time in which finer tables are asked about.
+/// Part of the time within which finer tables are asked about.
 const FOR_SEARCH: f64 = 0.25;
 
 /// A budget below gets the coarsest tolerance, seconds; above, the search begins at the third.
 const SHORT_S: f64 = 5.0;
 const FIRST: usize = 2;
 
-/// Tables of the next finer tolerance take at least so many times as long.
+/// Plans and tables of the next finer tolerance take at least so many times as long.
 const LIKELY_TIMES: f64 = 1.5;
 
 /// Bytes of a picture that are written in a second, and what else comes after the rays, seconds.
@@ -99,13 +99,19 @@ impl Budget {
             }
             return Ok(best);
         }
-        let may_ask = || clock() < FOR_SEARCH * self.seconds;
-        while index + 1 < TOLERANCES.len() && may_ask() && LIKELY_TIMES * tables_s < allowed_s() {
+        let mut asked_s = clock();
+        let may_ask = |asked_s| clock() + LIKELY_TIMES * asked_s < FOR_SEARCH * self.seconds;
+        while index + 1 < TOLERANCES.len()
+            && may_ask(asked_s)
+            && LIKELY_TIMES * tables_s < allowed_s()
+        {
             index += 1;
+            let start_s = clock();
             let (finer, finer_s) = tried(index, Some(&best))?;
             if finer_s > allowed_s() {
                 break;
             }
+            asked_s = clock() - start_s;
             (best, tables_s) = (finer, finer_s);
         }
         Ok(best)
