@@ -292,7 +292,7 @@ impl Scene {
                 ..RenderEffects::BOWS_ONLY
             },
             tolerance_cd_m2: None,
-            orders_noise_cd_m2: None,
+            orders_error: None,
             coarser_rays: 1.0,
             levels: RenderLevels {
                 integration: level.integration,

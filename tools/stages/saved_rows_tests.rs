@@ -138,7 +138,7 @@ impl World {
                     pixel_footprint: PixelFootprint::Center,
                 },
                 tolerance_cd_m2: None,
-                orders_noise_cd_m2: None,
+                orders_error: None,
                 coarser_rays: 1.0,
             },
             provenance: Provenance {

@@ -14,6 +14,7 @@ use niji_render::Deadline;
 use niji_render::DropOrders;
 use niji_render::LitDrops;
 use niji_render::MirroredLight;
+use niji_render::OrdersError;
 use niji_render::PictureLayer;
 use niji_render::RenderEffects;
 use niji_render::RenderRequest;
@@ -31,6 +32,7 @@ use niji_scene::ScatteringNeed;
 use niji_scene::Stage;
 use niji_scene::Sun;
 use niji_scene::WaterSurface;
+use niji_scene::most_error_of_orders;
 use niji_scene::tolerance_for_orders;
 use niji_scene::tolerance_for_rays;
 use serde::Serialize;
@@ -76,6 +78,9 @@ pub struct PictureSettings {
     /// the scene names its level.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub orders_noise: Option<f64>,
+    /// Their RMS error that is too much, over display white; none where paths are not followed beyond those of the level.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub most_orders_error: Option<f64>,
     /// How many times larger the error of a pixel may be before it gets more rays, where a budget left that.
     #[serde(skip_serializing_if = "is_one")]
     pub coarser_rays: f64,
@@ -120,6 +125,8 @@ impl PictureSettings {
             render_effects.drop_shadow = Toggle::Off;
         }
         let mirrored_water = scene.water_surface.zip(plan.mirrored_light());
+        let follows_rounds =
+            accuracy.drop_orders.is_none() && plan.is_on(Effect::MultipleScattering);
         let settings = Self {
             coarser_rays: 1.0,
             camera: scene.camera,
@@ -130,9 +137,9 @@ impl PictureSettings {
             tolerance: adds_rays.then_some(tolerance),
             shadow_relative_error: (accuracy.sun_path.is_none())
                 .then_some(tolerance / BRIGHT_DROPS),
-            orders_noise: (accuracy.drop_orders.is_none()
-                && plan.is_on(Effect::MultipleScattering))
-            .then_some(tolerance_for_orders(plan.tolerance)),
+            orders_noise: follows_rounds.then_some(tolerance_for_orders(plan.tolerance)),
+            most_orders_error: follows_rounds
+                .then_some(most_error_of_orders(plan.tolerance, plan.left_out)),
             picture: scene.picture,
             frame: (planned.time).map(|time| (time.frame, time.frames_per_second)),
             water_surface: mirrored_water.map(|(surface, _)| surface),
@@ -158,6 +165,7 @@ impl PictureSettings {
             *paths_per_node = n_paths;
             // All of them, in the same rounds.
             self.orders_noise = self.orders_noise.map(|_| 0.0);
+            self.most_orders_error = None;
         }
         self
     }
@@ -238,9 +246,11 @@ impl PictureWork {
             tolerance_cd_m2: settings
                 .tolerance
                 .map(|tolerance| tolerance * settings.display_white_cd_m2),
-            orders_noise_cd_m2: settings
-                .orders_noise
-                .map(|noise| noise * settings.display_white_cd_m2),
+            orders_error: settings.orders_noise.map(|enough| OrdersError {
+                enough_noise_cd_m2: enough * settings.display_white_cd_m2,
+                at_most_cd_m2: (settings.most_orders_error)
+                    .map_or(f64::INFINITY, |most| most * settings.display_white_cd_m2),
+            }),
             coarser_rays: settings.coarser_rays,
         }
     }

@@ -187,7 +187,7 @@ fn picture(drops: &LitDrops, table: &ScatteringTable, integration: Integration) 
         air: None,
         effects: effects(),
         tolerance_cd_m2: None,
-        orders_noise_cd_m2: None,
+        orders_error: None,
         coarser_rays: 1.0,
         levels: RenderLevels {
             integration,

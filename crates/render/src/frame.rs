@@ -367,7 +367,7 @@ fn multiple(
         luminance_weights: &basis.luminance_weights,
         nodes_across,
         paths_per_node,
-        noise_cd_m2: request.orders_noise_cd_m2,
+        allowed: request.orders_error,
         deadline,
         progress,
     })

@@ -89,7 +89,7 @@
 //!             pixel_footprint: PixelFootprint::Center,
 //!         },
 //!         tolerance_cd_m2: None,
-//!         orders_noise_cd_m2: None,
+//!         orders_error: None,
 //!         coarser_rays: 1.0,
 //!     },
 //!     &|_| (),
@@ -191,6 +191,7 @@ pub use picture_layers::PictureLayer;
 pub use picture_layers::Rendered;
 pub use progress::Progress;
 pub use progress::unwatched;
+pub use request::OrdersError;
 pub use request::RenderRequest;
 pub use request::ask_for_memory;
 pub use surfaces::Surfaces;

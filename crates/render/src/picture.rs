@@ -52,7 +52,7 @@ pub fn render(request: &RenderRequest, progress: &(dyn Fn(u64) + Sync)) -> Resul
 /// depend on the steps; at the end of each, threads wait for each other.
 ///
 /// A picture with a deadline is one step. The same request with what there was time for in it, and
-/// [`RenderRequest::orders_noise_cd_m2`] 0, gives the same picture without one.
+/// [`OrdersError::ANY`](crate::OrdersError::ANY), gives the same picture without one.
 ///
 /// # Errors
 /// As [`render`]; [`Error::Stopped`].

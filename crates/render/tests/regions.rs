@@ -20,6 +20,7 @@ use niji_render::DropOrders;
 use niji_render::Error;
 use niji_render::Integration;
 use niji_render::LitDrops;
+use niji_render::OrdersError;
 use niji_render::PictureLayer;
 use niji_render::PixelFootprint;
 use niji_render::Progress;
@@ -226,7 +227,7 @@ fn what_there_was_time_for_is_the_same_picture_without_a_clock() {
                 paths_per_node,
             };
             // None is small enough.
-            request.orders_noise_cd_m2 = Some(0.0);
+            request.orders_error = Some(OrdersError::ANY);
             request
         };
         let most = 2048;

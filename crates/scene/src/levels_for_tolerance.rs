@@ -14,6 +14,9 @@
 //! error. All other levels are those of `standard` and `reference`
 //! whose own table errs by no more than `a`.
 //!
+//! Paths of light of further orders go beyond those of the level where its error would else be more than the parts of
+//! all others leave of `T`.
+//!
 //! Nothing is foretold: the estimate that the renderer makes with the picture is the judge. What a scene
 //! names stays.
 
@@ -48,6 +51,9 @@ const OF_RAYS: f64 = std::f64::consts::FRAC_1_SQRT_2;
 /// of drops.
 const OF_SPACING: f64 = std::f64::consts::FRAC_1_SQRT_2;
 const OF_SKY: f64 = std::f64::consts::FRAC_1_SQRT_2;
+
+/// Part that light of further orders may have at most of what effects left out leave of a tolerance.
+const OF_REST: f64 = 0.7;
 
 /// Smallest errors that a table and an integral may be asked for.
 const LEAST_TABLE_ERROR: f64 = 1e-4;
@@ -148,6 +154,12 @@ impl Scene {
 /// RMS noise of light of further orders that needs no more paths, over display white.
 pub fn tolerance_for_orders(tolerance: f64) -> f64 {
     OF_ORDERS * SHARE_FOR_LEVELS * tolerance
+}
+
+/// RMS error of light of further orders that is too much where so much is left out, over display white: what leaves
+/// their parts to all other errors.
+pub fn most_error_of_orders(tolerance: f64, left_out: f64) -> f64 {
+    (OF_REST * (tolerance - left_out)).max(tolerance_for_orders(tolerance))
 }
 
 /// RMS that light which the air scatters more than once may be off by, over display white.

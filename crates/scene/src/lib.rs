@@ -77,6 +77,7 @@ pub use levels_for_tolerance::BRIGHT_DROPS;
 pub use levels_for_tolerance::Goal;
 pub use levels_for_tolerance::LEAST_TOLERANCE;
 pub use levels_for_tolerance::SHARE_FOR_LEVELS;
+pub use levels_for_tolerance::most_error_of_orders;
 pub use levels_for_tolerance::tolerance_for_orders;
 pub use levels_for_tolerance::tolerance_for_rays;
 pub use levels_for_tolerance::tolerance_for_sky;

@@ -177,7 +177,7 @@ impl Studio {
             air: Some(&air),
             effects: plan.render_effects(),
             tolerance_cd_m2: None,
-            orders_noise_cd_m2: None,
+            orders_error: None,
             coarser_rays: 1.0,
             levels: plan.levels.render_levels(),
         };

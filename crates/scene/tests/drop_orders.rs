@@ -192,7 +192,7 @@ fn excess(
             ..RenderEffects::BOWS_ONLY
         },
         tolerance_cd_m2: None,
-        orders_noise_cd_m2: None,
+        orders_error: None,
         coarser_rays: 1.0,
         levels,
     };

@@ -247,7 +247,7 @@ impl Spheres {
             air: None,
             effects: self.plan.render_effects(),
             tolerance_cd_m2: None,
-            orders_noise_cd_m2: None,
+            orders_error: None,
             coarser_rays: 1.0,
             levels: self.plan.levels.render_levels(),
         };

@@ -116,7 +116,7 @@ fn luminance(scene: &Scene, levels: RenderLevels, level: SkyLevel) -> Result<Arr
             effects: SKY_ONLY,
             levels,
             tolerance_cd_m2: None,
-            orders_noise_cd_m2: None,
+            orders_error: None,
             coarser_rays: 1.0,
         },
         &|_| {},

@@ -82,18 +82,27 @@ impl<'a> Lattice<'a> {
 
     /// RMS noise of the light of all strata that is seen in the directions [cd/m²].
     pub(super) fn noise_cd_m2(&self, means: &[Mean]) -> f64 {
-        let of_node = |(node, column): (usize, &Column)| {
+        self.rms(|node, column| {
             let mut seen = Mean::dark(0);
-            for stratum in (0..N_STRATA).filter_map(|index| column.stratum(index)) {
-                seen.add(
-                    stratum.share() as f32,
-                    &means[node * N_STRATA + stratum.index],
-                );
+            for (index, share) in strata(node, column) {
+                seen.add(share, &means[index]);
             }
-            f64::from(standard_error(&seen.replicates_cd_m2)).powi(2)
-        };
-        let variances = self.columns.iter().enumerate().map(of_node);
-        (variances.sum::<f64>() / self.columns.len().max(1) as f64).sqrt()
+            standard_error(&seen.replicates_cd_m2)
+        })
+    }
+
+    /// RMS over the directions of errors of its nodes and strata.
+    pub(super) fn rms_of_errors(&self, errors: &[f32]) -> f64 {
+        self.rms(|node, column| {
+            let seen = strata(node, column).map(|(index, share)| share * errors[index]);
+            seen.sum()
+        })
+    }
+
+    fn rms(&self, of_column: impl Fn(usize, &Column) -> f32) -> f64 {
+        let columns = self.columns.iter().enumerate();
+        let squares = columns.map(|(node, column)| f64::from(of_column(node, column)).powi(2));
+        (squares.sum::<f64>() / self.columns.len().max(1) as f64).sqrt()
     }
 
     /// Take away what the air in front of a stratum and above it absorbs and scatters.
@@ -135,4 +144,10 @@ fn nearest_with_drops(grid: &ViewGrid, columns: &[Column]) -> Vec<usize> {
             None => nearest(node).unwrap_or(node),
         })
         .collect()
+}
+
+/// Where the strata of a node stand, with the share of the view that each has.
+fn strata(node: usize, column: &Column) -> impl Iterator<Item = (usize, f32)> {
+    let strata = (0..N_STRATA).filter_map(|index| column.stratum(index));
+    strata.map(move |it| (node * N_STRATA + it.index, it.share() as f32))
 }

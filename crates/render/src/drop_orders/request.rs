@@ -7,6 +7,7 @@ use crate::air::Air;
 use crate::deadline::Deadline;
 use crate::lit_drops::LitDrops;
 use crate::progress::Progress;
+use crate::request::OrdersError;
 
 use super::view_grid::SeenDirections;
 
@@ -30,10 +31,10 @@ pub(crate) struct OrdersRequest<'a> {
     pub(crate) luminance_weights: &'a [f64],
     /// Directions along both sides of the coarse lattice.
     pub(crate) nodes_across: usize,
-    /// Paths of a direction of it and stratum, at most.
+    /// Paths of a direction of it and stratum, at most where their error is not too large.
     pub(crate) paths_per_node: usize,
-    /// RMS noise at which they are enough; `None` follows all.
-    pub(crate) noise_cd_m2: Option<f64>,
+    /// What they may err by; `None` follows all.
+    pub(crate) allowed: Option<OrdersError>,
     /// When they are enough whatever their noise is.
     pub(crate) deadline: Deadline<'a>,
     /// Whoever waits for it.

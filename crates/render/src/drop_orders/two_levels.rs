@@ -14,7 +14,9 @@
 //! errs by 0.3 % of its light with both (RMS, November 2026, against 128 nodes and 131072 paths).
 
 use crate::error::Error;
+use crate::request::OrdersError;
 
+use super::STANDARD_ERRORS;
 use super::column::N_STRATA;
 use super::lattice::Lattice;
 use super::paths::Mean;
@@ -32,6 +34,9 @@ const FEWER: usize = FINER * FINER;
 
 /// Paths of the first round.
 const FIRST_PATHS: usize = 512;
+
+/// How many times the paths of a level are followed at most, where their error is too large.
+const MOST_TIMES: usize = 16;
 
 /// Below that, the noise of paths is not known well enough to be left out.
 const LEAST_PATHS: usize = 32;
@@ -55,7 +60,36 @@ fn few_of(many: usize) -> usize {
 /// # Errors
 /// [`Error::Stopped`].
 pub(super) fn means(paths: &Paths, coarse: &Lattice, fine: Lattice) -> Result<FineMeans, Error> {
-    let (many, n_many) = enough(paths, coarse)?;
+    let request = coarse.request;
+    let start_s = (request.deadline.now_s)();
+    let (mut many, mut n_many) = enough(paths, coarse)?;
+    loop {
+        let (means, interpolation_cd_m2) = on_both(paths, (coarse, &fine), (&many, n_many))?;
+        let between_cd_m2 = fine.rms_of_errors(&interpolation_cd_m2) / STANDARD_ERRORS;
+        let error_cd_m2 = fine.noise_cd_m2(&means).hypot(between_cd_m2);
+        let most = MOST_TIMES * request.paths_per_node;
+        let n_all = (request.allowed).map_or(n_many, |it| it.further_paths(n_many, error_cd_m2));
+        let lasted_s = (request.deadline.now_s)() - start_s;
+        let will_last_s = lasted_s * n_all as f64 / n_many as f64;
+        if n_all == n_many || n_all > most || will_last_s > 0.5 * request.deadline.left_s() {
+            return Ok(FineMeans {
+                n_paths: n_many,
+                grid: fine.grid,
+                means,
+                interpolation_cd_m2,
+            });
+        }
+        follow_more(paths, coarse, (&mut many, n_many), n_all)?;
+        n_many = n_all;
+    }
+}
+
+/// Means of the fine lattice from those of so many paths on the coarse one, and what interpolation errs by.
+fn on_both(
+    paths: &Paths,
+    (coarse, fine): (&Lattice, &Lattice),
+    (many, n_many): (&[Mean], usize),
+) -> Result<(Vec<Mean>, Vec<f32>), Error> {
     let few_of_each = 0..of_each(few_of(n_many));
     let few = coarse.means(paths, few_of_each.clone())?;
     let mut means = fine.means(paths, few_of_each)?;
@@ -71,7 +105,7 @@ pub(super) fn means(paths: &Paths, coarse: &Lattice, fine: Lattice) -> Result<Fi
         };
         let difference = mean.minus(&between(&few));
         let share = share_above_noise(&difference);
-        let mut sum = between(&many);
+        let mut sum = between(many);
         sum.add(share, &difference);
         sum.keep_positive();
         *mean = sum;
@@ -80,12 +114,7 @@ pub(super) fn means(paths: &Paths, coarse: &Lattice, fine: Lattice) -> Result<Fi
     let between = interpolation_errors(&fine.grid, &means);
     let both = between.iter().zip(&left_out_cd_m2);
     let interpolation_cd_m2 = both.map(|(a, b)| a.hypot(*b)).collect();
-    Ok(FineMeans {
-        n_paths: n_many,
-        grid: fine.grid,
-        means,
-        interpolation_cd_m2,
-    })
+    Ok((means, interpolation_cd_m2))
 }
 
 /// Paths of each replicate where there are so many together, or a few more.
@@ -97,8 +126,8 @@ fn of_each(n_paths: usize) -> usize {
 /// these are.
 fn enough(paths: &Paths, coarse: &Lattice) -> Result<(Vec<Mean>, usize), Error> {
     let most = coarse.request.paths_per_node;
-    let noise_cd_m2 = coarse.request.noise_cd_m2;
-    let mut n_paths = noise_cd_m2.map_or(most, |_| FIRST_PATHS.min(most));
+    let allowed = coarse.request.allowed;
+    let mut n_paths = allowed.map_or(most, |_| FIRST_PATHS.min(most));
     let deadline = coarse.request.deadline;
     let start_s = (deadline.now_s)();
     let mut means = coarse.means(paths, 0..of_each(n_paths))?;
@@ -108,19 +137,43 @@ fn enough(paths: &Paths, coarse: &Lattice) -> Result<(Vec<Mean>, usize), Error> 
         TIMES_OF_ROUNDS * lasted_s < 0.5 * deadline.left_s()
     };
     while n_paths < most
-        && noise_cd_m2.is_some_and(|enough| coarse.noise_cd_m2(&means) > enough)
+        && allowed.is_some_and(|it| coarse.noise_cd_m2(&means) > it.enough_noise_cd_m2)
         && is_time_for_more()
     {
         let n_all = (2 * n_paths).min(most);
-        let further = coarse.means(paths, of_each(n_paths)..of_each(n_all))?;
-        let share = of_each(n_paths) as f32 / of_each(n_all) as f32;
-        for (mean, further) in means.iter_mut().zip(&further) {
-            mean.scale(share);
-            mean.add(1.0 - share, further);
-        }
+        follow_more(paths, coarse, (&mut means, n_paths), n_all)?;
         n_paths = n_all;
     }
     Ok((means, n_paths))
+}
+
+/// Makes means of so many paths those of more.
+fn follow_more(
+    paths: &Paths,
+    lattice: &Lattice,
+    (means, n_paths): (&mut [Mean], usize),
+    n_all: usize,
+) -> Result<(), Error> {
+    let further = lattice.means(paths, of_each(n_paths)..of_each(n_all))?;
+    let share = of_each(n_paths) as f32 / of_each(n_all) as f32;
+    for (mean, further) in means.iter_mut().zip(&further) {
+        mean.scale(share);
+        mean.add(1.0 - share, further);
+    }
+    Ok(())
+}
+
+impl OrdersError {
+    /// So many paths, or twice, four times … as many as it takes where the error is too much: it falls about with
+    /// the root of their number, that of interpolation too, from which differences below the noise are left out.
+    fn further_paths(self, n_paths: usize, error_cd_m2: f64) -> usize {
+        let needed = (error_cd_m2 / self.at_most_cd_m2).powi(2);
+        let mut n_all = n_paths;
+        while needed > n_all as f64 / n_paths as f64 && n_all < usize::MAX / 2 {
+            n_all *= 2;
+        }
+        n_all
+    }
 }
 
 /// The means of the fine lattice by node and stratum.
@@ -177,6 +230,19 @@ mod tests {
                 luminance + if it % 2 == 0 { half } else { -half }
             }),
         }
+    }
+
+    #[test]
+    fn an_error_that_is_too_large_asks_for_as_many_paths_as_it_takes() {
+        let allowed = OrdersError {
+            enough_noise_cd_m2: 0.5,
+            at_most_cd_m2: 1.0,
+        };
+        let further = |error_cd_m2| allowed.further_paths(512, error_cd_m2);
+        assert_eq!([0.9, 1.1, 1.9, 2.1].map(further), [512, 1024, 2048, 4096]);
+        assert_eq!(OrdersError::ANY.further_paths(512, 1e9), 512);
+        // None are enough.
+        assert!(further(1e300) > usize::MAX / 4);
     }
 
     #[test]

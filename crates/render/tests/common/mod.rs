@@ -304,7 +304,7 @@ pub(crate) fn request<'a>(
         surfaces: None,
         effects: RenderEffects::BOWS_ONLY,
         tolerance_cd_m2: None,
-        orders_noise_cd_m2: None,
+        orders_error: None,
         coarser_rays: 1.0,
         levels: levels(),
     }
