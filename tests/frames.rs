@@ -335,6 +335,9 @@ fn frames_have_the_same_bytes_at_once_in_shares_and_alone() {
         );
     }
     same("shares", &[1, 2, 3, 4]);
+    // Shares of a sequence write a report of each frame, and none of all, for which they would read those of others.
+    let reports = names(&out("shares"), "report.");
+    assert_eq!(reports, names(&out("all"), "report.0"));
     // Alone, without a choice: what is decided depends on the sequence.
     report(&scene, &out("alone"), &["--frames", "2"]);
     same("alone", &[2]);
