@@ -455,17 +455,18 @@ fn steps_and_needs_are_shown_before_anything_is_written() {
     // A task that takes the memory of three threads asks for three.
     assert_eq!(shown(&["--memory", "5GiB"])["needs"]["threads"], 3);
     assert!(!out.exists());
-    // The slowest frame of a run before took 40 s: fifteen of them in ten minutes.
+    // The slowest frame that was made before took 40 s: fifteen of them in ten minutes.
     fs::create_dir(&out).unwrap();
     let stage = |stage: &str, seconds: f64| {
         format!(r#"{{"stage":"{stage}","up_to_date":false,"seconds":{seconds}}}"#)
     };
-    let stages = [stage("scatter", 500.0), stage("render", 40.0)].join(",");
-    fs::write(
-        out.join("report.json"),
-        format!(r#"{{"frames":[{{"stages":[{stages}]}}]}}"#),
-    )
-    .unwrap();
+    for (frame, seconds) in [(3, 40.0), (4, 25.0)] {
+        let stages = [stage("scatter", 500.0), stage("render", seconds)].join(",");
+        let report = format!(
+            r#"{{"version":"","command":[],"seconds":0,"frames":[{{"stages":[{stages}]}}]}}"#
+        );
+        fs::write(out.join(format!("report.{frame:04}.json")), report).unwrap();
+    }
     assert_eq!(shown(&[])["chunk"]["most"], 15);
     assert_eq!(shown(&["--chunk", "7"])["chunk"]["most"], 7);
     // What a scene is refused for is told before it is handed out.

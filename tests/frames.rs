@@ -2,27 +2,27 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
+#[path = "support/film.rs"]
+mod film;
+#[path = "support/plume.rs"]
+mod plume;
 mod support;
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::fs::File;
 use std::path::Path;
 use std::path::PathBuf;
 use std::process::Output;
 
-use glam::DVec3;
 use niji_dropfield::DropVolume;
 use niji_exchange::AttributeValue;
 use niji_exchange::SpectralImage;
-use niji_vdb::Compression;
-use niji_vdb::FOG_VOLUME;
-use niji_vdb::FloatTree;
-use niji_vdb::Grid;
-use niji_vdb::Leaf;
-use niji_vdb::Transform;
 use niji_vdb::VdbFile;
 use serde_json::Value;
+
+use film::Film;
+use film::Volumes;
+use plume::Plume;
 use support::niji;
 use support::niji_ends_with;
 use support::text;
@@ -262,26 +262,11 @@ fn what_is_no_sequence_is_refused_with_what_to_do() {
 /// Densities of a plume that grows, one file a frame from 1 to 4; the first has none.
 fn plume(folder: &Path) {
     for (number, top_m) in [(1, 0.0), (2, 20.0), (3, 60.0), (4, 35.0)] {
-        let mut leaves = Vec::new();
-        for (x, y, z) in (0..3 * 3 * 2).map(|it| (it % 3, it / 6, it / 3 % 2)) {
-            let mut leaf = Leaf::new([8 * x, 8 * y, 8 * z], 0.0);
-            for voxel in 0..512 {
-                let at = [8 * x + voxel / 64, 8 * y + voxel / 8 % 8, 8 * z + voxel % 8];
-                let height_m = 4.0 * f64::from(at[1]);
-                if height_m < top_m {
-                    leaf.set(at, (0.2 + 0.01 * height_m + 0.02 * f64::from(at[0])) as f32);
-                }
-            }
-            leaves.push(leaf);
-        }
-        leaves.retain(|leaf| leaf.mask.iter().any(|word| *word != 0));
-        let tree = FloatTree::from_leaves(0.0, leaves).unwrap();
-        let transform = Transform::uniform_scale_translate(4.0, DVec3::new(-50.0, 0.0, -160.0));
-        let grid = Grid::new("density", FOG_VOLUME, transform, tree);
-        let file = File::create(folder.join(format!("plume.{number:04}.vdb"))).unwrap();
-        VdbFile::new(vec![grid])
-            .write(file, Compression::None)
-            .unwrap();
+        let plume = Plume {
+            top_m,
+            phase_rad: 0.0,
+        };
+        plume.write_density(&folder.join(format!("plume.{number:04}.vdb")));
     }
 }
 
@@ -350,6 +335,9 @@ fn frames_have_the_same_bytes_at_once_in_shares_and_alone() {
         );
     }
     same("shares", &[1, 2, 3, 4]);
+    // Shares of a sequence write a report of each frame, and none of all, for which they would read those of others.
+    let reports = names(&out("shares"), "report.");
+    assert_eq!(reports, names(&out("all"), "report.0"));
     // Alone, without a choice: what is decided depends on the sequence.
     report(&scene, &out("alone"), &["--frames", "2"]);
     same("alone", &[2]);
@@ -400,7 +388,7 @@ fn a_plume_that_grows_has_one_scale() {
     assert_eq!(drops.len(), 3);
     let base = drops
         .iter()
-        .map(|it| it.modes[0].drops([5, 1, 5]).number_density_m3);
+        .map(|it| it.modes[0].drops([12, 1, 12]).number_density_m3);
     let base: Vec<f32> = base.collect();
     assert!(
         base[0] > 0.0 && base.iter().all(|it| *it == base[0]),
@@ -425,4 +413,59 @@ fn a_plume_that_grows_has_one_scale() {
         told("timeCode"),
         AttributeValue::Text("00:00:00:04".to_owned())
     );
+}
+
+#[test]
+fn frames_of_a_plume_that_grows_do_not_flicker() {
+    let folder = tempfile::tempdir().unwrap();
+    let film = Film {
+        volumes: Volumes::Density,
+        folder: folder.path(),
+        n_frames: 6,
+        size_px: [32, 18],
+        finest: 0.005,
+    };
+    for beside in film.beside_references() {
+        let largest = beside.off.abs().max(beside.change_off.abs());
+        assert!(largest < 2e-3, "{beside:?}");
+    }
+}
+
+#[test]
+fn the_frames_with_the_smallest_and_largest_drops_are_looked_at() {
+    let folder = tempfile::tempdir().unwrap();
+    for frame in 1..=12 {
+        let radius_um = match frame {
+            4 => 900.0,
+            7 => 15.0,
+            _ => 120.0,
+        };
+        let plume = Plume::at(12, 12);
+        let file = folder.path().join(format!("plume.{frame:04}.vdb"));
+        plume.write_drops(&file, |_| radius_um);
+    }
+    let scene = folder.path().join("plume.toml");
+    let text = PLUME.replace("[4, ", "[12, ");
+    let (before, after) = (text.find("shape = ").unwrap(), text.find("[air]").unwrap());
+    let text = format!(
+        "{}file = \"plume.####.vdb\"\n{}",
+        &text[..before],
+        &text[after..]
+    );
+    fs::write(&scene, text).unwrap();
+    let choice = folder.path().join("choice.toml");
+    let plan = [
+        "plan",
+        support::text(&scene),
+        "--frames",
+        "4",
+        "-o",
+        support::text(&choice),
+    ];
+    niji_ends_with(0, &plan);
+    let choice: toml::Table = fs::read_to_string(&choice).unwrap().parse().unwrap();
+    let frames = choice["frames"].as_array().unwrap();
+    let frames: Vec<i64> = frames.iter().filter_map(toml::Value::as_integer).collect();
+    // Ends and quarters in any case.
+    assert_eq!(frames, [1, 3, 4, 6, 7, 9, 12]);
 }

@@ -106,14 +106,22 @@ impl<'a> SequenceFile<'a> {
         }
         let frames = SequenceFrames::of(&self.sequence, self.request().folder);
         let looked_at = frames.to_look_at();
-        if let Some(before) = before.filter(|before| before.frames == looked_at)
-            && before.request == self.key(&looked_at)?
+        // Of volumes those with the smallest and largest drops were looked at too.
+        let has_looked =
+            |before: &SequenceChoice| looked_at.iter().all(|it| before.frames.contains(it));
+        if let Some(before) = before.filter(has_looked)
+            && before.request == self.key(&before.frames)?
         {
             return Ok(before);
         }
-        let between = frames.between().into_iter().map(|frame| self.scene(frame));
-        let between = between.collect::<Result<Vec<_>, _>>()?;
+        let between = self.scenes(&frames.between())?;
         self.asked(&looked_at, |request| request.decide(&between))
+    }
+
+    /// Frames with their numbers.
+    fn scenes(&self, numbers: &[u32]) -> Result<Vec<(u32, Scene)>, Failure> {
+        let scenes = numbers.iter().map(|it| Ok((*it, self.scene(*it)?)));
+        scenes.collect()
     }
 
     fn request(&self) -> PlanRequest<'_> {
@@ -135,8 +143,7 @@ impl<'a> SequenceFile<'a> {
         frames: &[u32],
         ask: impl FnOnce(&SequenceRequest) -> Result<T, niji_picture::Error>,
     ) -> Result<T, Failure> {
-        let scenes = frames.iter().map(|frame| Ok((*frame, self.scene(*frame)?)));
-        let scenes = scenes.collect::<Result<Vec<_>, Failure>>()?;
+        let scenes = self.scenes(frames)?;
         let goal = self.common.goal();
         let settings = (self.sequence.settings(), goal.preset, goal.tolerance);
         let request = SequenceRequest {

@@ -72,7 +72,7 @@ pub(crate) struct FarmCommand {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     tiles: Option<u32>,
     /// Frames, or with --tiles tiles of one picture, that a task makes at most [default: as many frames as take ten
-    /// minutes, by the slowest of which a report.json in DIR tells, else 10; one tile].
+    /// minutes, by the slowest of which a report in DIR tells, else 10; one tile].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     chunk: Option<u32>,
     /// Hand the job to the engine, too.

@@ -1,13 +1,14 @@
 //! What a task asks for: memory and threads by the plan, and so many frames that it takes some minutes.
 
 use std::fmt;
-use std::fs;
 use std::path::Path;
 
 use niji_picture::PlannedScene;
 use niji_radiometry::Bytes;
 use serde::Serialize;
 use serde_json::Value;
+
+use crate::run::report;
 
 /// What a task should take at most, seconds: what a machine that is taken away loses, and what a queue likes.
 const TASK_S: f64 = 600.0;
@@ -70,11 +71,10 @@ impl Chunk {
         }
     }
 
-    /// By the slowest frame that the report in the folder tells of.
+    /// By the slowest frame of which a report in the folder tells.
     pub(super) fn of_frames(out: &Path) -> Self {
-        let text = fs::read_to_string(out.join("report.json")).ok();
-        let report = text.and_then(|text| serde_json::from_str(&text).ok());
-        let slowest_s = report.and_then(|report| slowest_s(&report));
+        let reports = report::frames_in(out);
+        let slowest_s = reports.values().filter_map(slowest_s).reduce(f64::max);
         let most = slowest_s.map_or(UNTIMED_FRAMES, |slowest_s| {
             (TASK_S / slowest_s).floor().max(1.0) as usize
         });
@@ -82,7 +82,7 @@ impl Chunk {
     }
 }
 
-/// Seconds of the slowest picture that was made in a run, without tables.
+/// Seconds of the picture of a frame, without tables, where it was made.
 fn slowest_s(report: &Value) -> Option<f64> {
     let frames = report["frames"].as_array()?.iter();
     let made = frames

@@ -88,7 +88,7 @@ pub(super) fn execute(
     if command.until.is_some() {
         return told(&shared, common);
     }
-    if command.tiles.is_none() {
+    if command.tiles.is_none() && common.choice.is_none() {
         report::write_summary(folder)?;
     }
     finish(&frames, folder, common)?;

@@ -4,7 +4,7 @@ mod budget;
 mod closing;
 pub(crate) mod files;
 mod frames;
-mod report;
+pub(crate) mod report;
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -60,9 +60,9 @@ use niji_picture::PlannedScene;
 
 Leaves drops.vdb, airy.exr, scatter.exr, atmosphere.exr (where the plan needs them), image.exr,
 image.rgb.exr, image.png, choice.toml and report.json; of a photograph also depth.exr, sun.json (with picks),
-check.json and composite.png. Of a sequence, image.0001.exr, report.0001.json and so on, and in report.json all
-of them; effects, levels and tables are decided once, in choice.toml, and frames share what they need alike,
-as scatter.1a2b3c4d.exr.")]
+check.json and composite.png. Of a sequence, image.0001.exr, report.0001.json and so on, and without --choice in
+report.json all of them; effects, levels and tables are decided once, in choice.toml, and frames share what they
+need alike, as scatter.1a2b3c4d.exr.")]
 pub(crate) struct RunCommand {
     /// The scene.
     scene: PathBuf,

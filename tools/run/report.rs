@@ -1,7 +1,8 @@
 //! `report.json`: what a run did and how long it took. Times stand here and in no other file.
 //!
 //! Each frame of a sequence has its own, `report.0001.json`, so that processes in one folder overwrite nothing of each
-//! other; `report.json` then holds those of all frames that are there.
+//! other; `report.json` then holds those of all frames that are there. A run with `--choice` may be one of thousands
+//! that share a sequence out: it writes none, for each of them would read what all others wrote.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -101,6 +102,19 @@ pub(super) fn write(report: &Value, folder: &Path, frame: Option<u32>) -> Result
 /// # Errors
 /// A report that cannot be written.
 pub(super) fn write_summary(folder: &Path) -> Result<(), Failure> {
+    let frames = frames_in(folder);
+    let seconds = frames.values().filter_map(|it| it["seconds"].as_f64());
+    let summary = json!({
+        "version": version(),
+        "command": arguments(),
+        "seconds": seconds.sum::<f64>(),
+        "frames": frames.values().map(|it| &it["frames"][0]).collect::<Vec<_>>(),
+    });
+    write(&summary, folder, None)
+}
+
+/// The reports of the frames in a folder.
+pub(crate) fn frames_in(folder: &Path) -> BTreeMap<u32, Value> {
     let mut frames = BTreeMap::new();
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let number = entry.file_name().into_string().ok().and_then(|file| {
@@ -114,12 +128,5 @@ pub(super) fn write_summary(folder: &Path) -> Result<(), Failure> {
             frames.insert(number, report);
         }
     }
-    let seconds = frames.values().filter_map(|it| it["seconds"].as_f64());
-    let summary = json!({
-        "version": version(),
-        "command": arguments(),
-        "seconds": seconds.sum::<f64>(),
-        "frames": frames.values().map(|it| &it["frames"][0]).collect::<Vec<_>>(),
-    });
-    write(&summary, folder, None)
+    frames
 }

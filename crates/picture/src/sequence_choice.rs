@@ -2,12 +2,14 @@
 //! the same bytes made alone.
 //!
 //! A few frames are looked at: an effect that any of them shows is on in all, the finest level that any of them needs
-//! is that of all, and what they err by beside what is estimated is the largest of theirs in every place. Densities that
-//! are told by an optical depth have one factor:
+//! is that of all, and what they err by beside what is estimated is the largest of theirs in every place. Where each
+//! frame has a volume of drops of its own, those with the smallest and largest drops and with the densest are looked at
+//! too. Densities that are told by an optical depth have one factor:
 //! k = s k_1 / l,   l the largest of max_line(sum_line(d) h) in the frames that are looked at
 //! `s` scale of the scene, `d` values of the grid, `h` its voxel, `k` extinction at Q = 2 where the grid says 1.
 
 use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 
 use niji_dropfield::DensityMeans;
 use niji_dropfield::DropVolume;
@@ -79,11 +81,66 @@ impl SequenceRequest<'_> {
         Ok(provenance.request_hash())
     }
 
-    /// Decides; `between` are more frames, whose angles the scattering table has to hold.
+    /// Decides; `between` are more frames, whose angles and drops the scattering table has to hold.
     ///
     /// # Errors
     /// As [`PlannedScene::new`]; [`Error::NoFrameWithDrops`].
-    pub fn decide(&self, between: &[Scene]) -> Result<SequenceChoice, Error> {
+    pub fn decide(&self, between: &[(u32, Scene)]) -> Result<SequenceChoice, Error> {
+        let mut frames = self.frames.to_vec();
+        frames.extend(self.extremes(between)?);
+        frames.sort_by_key(|(number, _)| *number);
+        let looking = SequenceRequest {
+            frames: &frames,
+            ..*self
+        };
+        looking.decide_on(between.iter().map(|(_, scene)| scene))
+    }
+
+    /// Those of some frames with the smallest and largest drops and the densest, where frames have volumes of their
+    /// own that are not looked at.
+    fn extremes(&self, between: &[(u32, Scene)]) -> Result<Vec<(u32, Scene)>, Error> {
+        let mut known: BTreeSet<&str> = self.frames.iter().flat_map(|it| volumes(&it.1)).collect();
+        let request = PlanRequest {
+            is_frame: true,
+            ..self.plan
+        };
+        let mut found = Vec::new();
+        for frame in between {
+            let new: Vec<&str> = volumes(&frame.1).collect();
+            if new.iter().all(|file| known.contains(file)) {
+                continue;
+            }
+            known.extend(new);
+            let drops = drops_of(&frame.1, request);
+            let drops = drops.map_err(|error| Error::Frame(frame.0, Box::new(error)))?;
+            found.extend(drops.map(|drops| (frame, drops)));
+        }
+        let figures: [fn(&DropSummary) -> f64; 3] = [
+            |drops| -drops.effective_radius_um.0,
+            |drops| drops.effective_radius_um.1,
+            |drops| drops.max_extinction_m1_q1,
+        ];
+        let most = figures.map(|figure| {
+            let size = |it: &&(&(u32, Scene), DropSummary)| figure(&it.1);
+            // Of equal ones the first.
+            let frames = found.iter().rev();
+            frames.max_by(|a, b| size(a).total_cmp(&size(b)))
+        });
+        let most: BTreeMap<u32, &Scene> = most
+            .into_iter()
+            .flatten()
+            .map(|it| (it.0.0, &it.0.1))
+            .collect();
+        Ok(most
+            .into_iter()
+            .map(|(number, scene)| (number, scene.clone()))
+            .collect())
+    }
+
+    fn decide_on<'a>(
+        &self,
+        between: impl Iterator<Item = &'a Scene>,
+    ) -> Result<SequenceChoice, Error> {
         let request = PlanRequest {
             is_frame: true,
             ..self.plan
@@ -138,6 +195,15 @@ impl SequenceRequest<'_> {
             seen,
         })
     }
+}
+
+/// The files of drops whose sizes are their own.
+fn volumes(scene: &Scene) -> impl Iterator<Item = &str> {
+    let populations = scene.drops.populations().iter();
+    populations.filter_map(|it| match &it.source {
+        DropSource::File(drops) => Some(drops.file.as_str()),
+        DropSource::FromVdb(_) | DropSource::Shape(_) => None,
+    })
 }
 
 /// A scene whose optical depths are those of its sequence, whatever its own frame holds.

@@ -37,16 +37,19 @@ impl Plan {
     ///
     /// # Errors
     /// As [`plan`](super::plan()).
-    pub fn of_sequence(
+    pub fn of_sequence<'a>(
         (first, others): (&PlannedFrame, &[PlannedFrame]),
-        between: &[Scene],
+        mut between: impl Iterator<Item = &'a Scene>,
     ) -> Result<Self, PlanError> {
         let frames = || std::iter::once(first).chain(others);
         let drops = DropSummary::of_any(&first.drops, others.iter().map(|it| &it.drops));
         let mut situation = Situation::new(&first.scene, Some(drops.clone()))?;
-        for scene in frames().map(|it| &it.scene).chain(between) {
+        let mut see = |scene: &Scene| {
             situation.see(&Situation::new(scene, Some(drops.clone()))?);
-        }
+            Ok::<_, PlanError>(())
+        };
+        frames().try_for_each(|it| see(&it.scene))?;
+        between.try_for_each(see)?;
         situation.settle_levels(&first.scene);
         let plans: Vec<&Self> = frames().map(|it| &it.plan).collect();
         let on: BTreeSet<_> = plans.iter().flat_map(|it| it.effects_on()).collect();
