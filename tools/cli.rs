@@ -29,11 +29,13 @@ use crate::shell::ManCommand;
 use crate::sun::SunCommand;
 use crate::sweep::SweepCommand;
 use crate::version;
+use crate::view::ViewCommand;
 
 /// Subcommands by group; the help prints this instead of one long list.
 const GROUPS: &str = "\
 Whole scenes:
   run          Make the picture of a scene, leaving every intermediate file
+  view         Show a scene in the browser while you work on it
   plan         Say which effects and stages a scene calls for, and why
   farm         Hand a sequence, or a picture in tiles, to Slurm, OpenJD or HyperQueue
   sweep        Show what accuracy costs in time for one scene (CSV, SVG, HTML)
@@ -104,6 +106,7 @@ pub(crate) struct Arguments {
 #[allow(missing_docs, reason = "the text of each stands with its struct")]
 pub(crate) enum Command {
     Run(RunCommand),
+    View(ViewCommand),
     Plan(PlanCommand),
     Farm(FarmCommand),
     Sweep(SweepCommand),

@@ -48,6 +48,7 @@ mod sweep;
 mod text_file;
 mod theory_name;
 mod timed_run;
+mod view;
 mod water_flags;
 
 use std::ffi::OsString;
@@ -119,6 +120,7 @@ fn dispatch(arguments: &Arguments) -> Result<(), Failure> {
     }
     match &arguments.command {
         Command::Run(command) => run::execute(command, common),
+        Command::View(command) => view::execute(command, common),
         Command::Plan(command) => plan::execute(command, common),
         Command::Farm(command) => farm::execute(command, common),
         Command::Sweep(command) => sweep::execute(command, common),

@@ -73,7 +73,7 @@ pub(super) fn findings(command: &CheckCommand) -> Result<Vec<Finding>, Failure> 
         water: command.water.water()?,
     };
     let bow_angle = red.angle();
-    let path = bow_path(&camera, -sun, bow_angle);
+    let path = bow_path(&camera.into(), -sun, bow_angle);
     let case = Case {
         command,
         photo: &photo,

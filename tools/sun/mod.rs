@@ -298,12 +298,13 @@ fn published(command: &SunCommand, step_deg: f64, common: &Common) -> Result<(),
 
 /// The photograph with the picks and the bows that follow.
 fn drawn(solved: Solved, picks: &[[f64; 2]]) -> LinearPicture {
+    let camera = solved.pinhole.into();
     let mut picture = solved.photo.light;
     let width_px = (picture.ncols() as f64 / 500.0).max(1.5);
     for (index, solution) in solved.suns.solutions.iter().enumerate().rev() {
         let color = if index == 0 { BEST } else { OTHER };
         let fit = &solution.fit;
-        for line in bow_path(&solved.pinhole, fit.antisolar, fit.bow_angle) {
+        for line in bow_path(&camera, fit.antisolar, fit.bow_angle) {
             draw_line(&mut picture, &line, color, width_px);
         }
     }

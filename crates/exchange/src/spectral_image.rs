@@ -151,6 +151,16 @@ impl SpectralImage {
         rgb.permuted_axes([2, 0, 1])
     }
 
+    /// Linear Rec.709 of the frame as a preview shows it, before exposure and tone curve: by channel, row and column.
+    #[must_use]
+    pub fn shown(&self) -> Array3<f32> {
+        let mut rgb = self.rgb(RgbPrimaries::Rec709, GamutPolicy::Desaturate);
+        for (axis, shown) in self.windows.shown_rows_and_columns() {
+            rgb.slice_axis_inplace(axis, shown);
+        }
+        rgb
+    }
+
     /// Writes the spectral image with all its AOVs.
     ///
     /// # Errors
@@ -261,11 +271,7 @@ impl SpectralImage {
     /// A value that is not finite or a writer that fails.
     pub fn write_png(&self, writer: impl Write, exposure_ev: f64) -> Result<(), Error> {
         self.check_shape()?;
-        let mut rgb = self.rgb(RgbPrimaries::Rec709, GamutPolicy::Desaturate);
-        for (axis, shown) in self.windows.shown_rows_and_columns() {
-            rgb.slice_axis_inplace(axis, shown);
-        }
-        preview::write_png(&rgb, exposure_ev, &self.provenance, writer)
+        preview::write_png(&self.shown(), exposure_ev, &self.provenance, writer)
     }
 
     fn describe(&self, part: &mut Part) {

@@ -7,7 +7,7 @@
 use std::f64::consts::TAU;
 
 use glam::DVec3;
-use niji_geometry::PinholeCamera;
+use niji_geometry::Camera;
 use niji_radiometry::Radians;
 
 use crate::bow_fit::across_and_up;
@@ -18,14 +18,12 @@ const N_STEPS: usize = 1440;
 
 /// The bow as broken lines of points in pixels, where it runs through the picture.
 #[must_use]
-pub fn bow_path(
-    camera: &PinholeCamera,
-    antisolar: DVec3,
-    bow_angle: Radians,
-) -> Vec<Vec<[f64; 2]>> {
+pub fn bow_path(camera: &Camera, antisolar: DVec3, bow_angle: Radians) -> Vec<Vec<[f64; 2]>> {
     let (right, up) = across_and_up(antisolar);
     let (sin, cos) = bow_angle.0.sin_cos();
     let (width, height) = (f64::from(camera.width_px()), f64::from(camera.height_px()));
+    // Over the seam of a panorama.
+    let leaps = |from: &[f64; 2], to: [f64; 2]| (to[0] - from[0]).abs() > 0.5 * width;
     let mut lines = Vec::new();
     let mut line: Vec<[f64; 2]> = Vec::new();
     // From the bottom around to the bottom, where bows are cut anyway.
@@ -37,7 +35,12 @@ pub fn bow_path(
             .filter(|(x, y)| (0.0..=width).contains(x) && (0.0..=height).contains(y))
             .map(|(x, y)| [x, y]);
         match inside {
-            Some(point) => line.push(point),
+            Some(point) => {
+                if line.last().is_some_and(|last| leaps(last, point)) {
+                    lines.push(std::mem::take(&mut line));
+                }
+                line.push(point);
+            }
             None if line.is_empty() => {}
             None => lines.push(std::mem::take(&mut line)),
         }
@@ -88,10 +91,13 @@ fn distance_px(point: [f64; 2], a: [f64; 2], b: [f64; 2]) -> f64 {
 mod tests {
     use super::*;
     use ndarray::Array2;
+    use niji_geometry::CameraPose;
+    use niji_geometry::PanoramaCamera;
+    use niji_geometry::PinholeCamera;
     use niji_geometry::PinholeRequest;
 
-    fn camera() -> PinholeCamera {
-        PinholeCamera::new(PinholeRequest {
+    fn camera() -> Camera {
+        let pinhole = PinholeCamera::new(PinholeRequest {
             position: DVec3::ZERO,
             azimuth: Radians(0.0),
             elevation: Radians(0.0),
@@ -99,8 +105,8 @@ mod tests {
             horizontal_fov: Radians::from_degrees(60.0),
             width_px: 600,
             height_px: 400,
-        })
-        .unwrap()
+        });
+        pinhole.unwrap().into()
     }
 
     #[test]
@@ -110,13 +116,25 @@ mod tests {
         let lines = bow_path(&camera(), antisolar, theta);
         assert_eq!(lines.len(), 1);
         for [x, y] in &lines[0] {
-            let view = camera().ray(*x, *y).direction;
+            let view = camera().ray(*x, *y).unwrap().direction;
             assert!((view.angle_between(antisolar) - theta.0).abs() < 1e-7);
         }
         assert!(
             bow_path(&camera(), DVec3::Z, theta).is_empty(),
             "behind the camera"
         );
+    }
+
+    #[test]
+    fn a_circle_is_cut_at_the_seam_of_a_panorama() {
+        let pose = CameraPose::looking(DVec3::ZERO, [Radians(0.0); 3]).unwrap();
+        let camera = Camera::from(PanoramaCamera::new(pose, [720, 360]).unwrap());
+        // Beside south, where the seam runs.
+        let antisolar = DVec3::new(0.2, 0.0, 1.0).normalize();
+        let lines = bow_path(&camera, antisolar, Radians::from_degrees(42.0));
+        assert_eq!(lines.len(), 3);
+        let is_short = |pair: &[[f64; 2]]| (pair[1][0] - pair[0][0]).abs() < 2.0;
+        assert!(lines.iter().all(|line| line.windows(2).all(is_short)));
     }
 
     #[test]

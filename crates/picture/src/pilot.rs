@@ -11,8 +11,6 @@ mod sky;
 mod small_picture;
 mod small_scene;
 
-use std::path::Path;
-
 use niji_scene::DropSpacing;
 use niji_scene::Foretold;
 use niji_scene::Scene;
@@ -20,6 +18,7 @@ use serde::Deserialize;
 use serde::Serialize;
 
 use crate::error::Error;
+use crate::planned_scene::PlanRequest;
 
 pub(crate) use drop_spacing::SpacingSeen;
 pub(crate) use sky::SkySeen;
@@ -75,20 +74,20 @@ impl Seen {
 /// What is to be seen of the drops of a scene, but for what was seen `before`, at another tolerance.
 ///
 /// # Errors
-/// As those of a picture.
+/// As those of a picture; [`Error::Stopped`].
 pub(crate) fn seen_of_drops(
     scene: &Scene,
-    (foretold, folder): (&Foretold, &Path),
+    (foretold, request): (&Foretold, PlanRequest),
     before: Seen,
 ) -> Result<Seen, Error> {
-    let open = small_scene::open(scene, (foretold, folder));
+    let open = small_scene::open(scene, (foretold, request.folder));
     let mut seen = Seen {
         further_orders: before.further_orders.filter(|_| open.further_orders),
         drop_spacing: before.drop_spacing.filter(|it| it.holds_for(scene)),
         sky: None,
     };
     let open = open.but_for(&seen);
-    if let Some(small) = SmallScene::new(scene, (foretold, folder), open)? {
+    if let Some(small) = SmallScene::new(scene, (foretold, request), open)? {
         seen.further_orders = seen
             .further_orders
             .or(further_orders::further_orders(&small)?);

@@ -55,6 +55,7 @@ use crate::sequence_choice::SequenceChoice;
 use crate::sequence_choice::with_scales;
 use crate::surfaces::SurfaceFiles;
 use crate::watch::Watch;
+use crate::watch::unwatched;
 
 /// What a dark scene lacks where its plan warns of nothing.
 const LIGHT_NEEDS: &str = "a bow needs drops in view at its angle and the sun above the horizon, a sky needs air; \
@@ -79,7 +80,7 @@ pub struct PlannedScene {
 }
 
 /// How a scene is planned.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy)]
 pub struct PlanRequest<'a> {
     /// Where the files lie that the scene names.
     pub folder: &'a Path,
@@ -97,6 +98,8 @@ pub struct PlanRequest<'a> {
     /// Whether there is no time to measure anything: bounds and estimates decide, and the error of the picture lacks
     /// what only small pictures tell.
     pub is_hasty: bool,
+    /// Whoever waits for what is measured.
+    pub watch: Watch<'a>,
 }
 
 impl Default for PlanRequest<'_> {
@@ -110,6 +113,7 @@ impl Default for PlanRequest<'_> {
             choice: None,
             measured: None,
             is_hasty: false,
+            watch: &unwatched,
         }
     }
 }
@@ -182,7 +186,7 @@ impl PlannedScene {
     /// drops' nodes changes.
     ///
     /// # Errors
-    /// A drop volume that is missing or wrong, or a scene that cannot be planned.
+    /// A drop volume that is missing or wrong, or a scene that cannot be planned; [`Error::Stopped`].
     pub fn new(scene: Scene, request: PlanRequest) -> Result<Self, Error> {
         let drops = drops_of(&scene, request)?;
         let planned = Self::with_drops(scene, request, (drops, Measured::Now))?;
@@ -242,6 +246,19 @@ impl PlannedScene {
         }
     }
 
+    /// The same for a scene that differs in its sun, its view and how it is shown alone, as it was decided.
+    pub(crate) fn seen_otherwise(&self, scene: Scene) -> Self {
+        Self {
+            folder: self.folder.clone(),
+            plan: self.plan.of_frame(&scene),
+            drop_file: self.drop_file.clone(),
+            drop_source: self.drop_source.clone(),
+            choice: self.choice.clone(),
+            time: None,
+            scene,
+        }
+    }
+
     /// The same without measuring anything, for its own drops and where `others` are and how large.
     pub(crate) fn unmeasured<'a>(
         scene: Scene,
@@ -295,13 +312,13 @@ impl PlannedScene {
             } else if !request.is_hasty {
                 let before = request.measured.map(|it| it.seen.clone());
                 seen =
-                    pilot::seen_of_drops(&scene, (foretold, folder), before.unwrap_or_default())?;
+                    pilot::seen_of_drops(&scene, (foretold, request), before.unwrap_or_default())?;
             }
             Ok::<_, Error>(seen.further_orders.as_ref().map(SmallPicture::bound))
         };
         let mut plan = plan_looking(&scene, drops, look)?;
         if !is_known && !request.is_hasty {
-            seen.sky = pilot::sky(&scene, &plan)?;
+            seen.sky = pilot::sky(&scene, &plan, request.watch)?;
         }
         if let Some(sky) = &seen.sky {
             plan.sky_level = Some(sky.level);

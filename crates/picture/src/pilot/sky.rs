@@ -30,7 +30,7 @@ use super::SmallPicture;
 use super::small_picture::smaller;
 use crate::air;
 use crate::error::Error;
-use crate::watch::unwatched;
+use crate::watch::Watch;
 
 /// What the difference of two levels is multiplied by: the finer one errs too.
 const MARGIN: f64 = 1.25;
@@ -58,8 +58,8 @@ pub(crate) struct SkySeen {
 /// levels. `None` where no light of the sky is seen that the air scattered before.
 ///
 /// # Errors
-/// Parameters of the air that are out of range.
-pub(crate) fn sky(scene: &Scene, plan: &Plan) -> Result<Option<SkySeen>, Error> {
+/// Parameters of the air that are out of range; [`Error::Stopped`].
+pub(crate) fn sky(scene: &Scene, plan: &Plan, watch: Watch) -> Result<Option<SkySeen>, Error> {
     let Some(first) = plan.sky_level.filter(|_| plan.is_on(Effect::Sky)) else {
         return Ok(None);
     };
@@ -70,7 +70,7 @@ pub(crate) fn sky(scene: &Scene, plan: &Plan) -> Result<Option<SkySeen>, Error> 
         pixel_footprint: PixelFootprint::Center,
         ..plan.levels.render_levels()
     };
-    let seen = |level| luminance(&small, levels, level);
+    let seen = |level| luminance(&small, (levels, level), watch);
     // By how many levels it is finer than the coarser of the two that were compared.
     let error = |difference: &Array2<f64>, n_finer: i32| {
         let part = if n_finer == 0 {
@@ -99,8 +99,12 @@ pub(crate) fn sky(scene: &Scene, plan: &Plan) -> Result<Option<SkySeen>, Error> 
 }
 
 /// Luminance of every pixel of a scene without drops [cd/m²].
-fn luminance(scene: &Scene, levels: RenderLevels, level: SkyLevel) -> Result<Array2<f64>, Error> {
-    let air = air::table(scene, Some(level.orders()), &unwatched)?;
+fn luminance(
+    scene: &Scene,
+    (levels, level): (RenderLevels, SkyLevel),
+    watch: Watch,
+) -> Result<Array2<f64>, Error> {
+    let air = air::table(scene, Some(level.orders()), watch)?;
     let camera = scene.camera.camera().map_err(Error::scene)?;
     let picture = render(
         &RenderRequest {

@@ -26,8 +26,9 @@ use crate::error::Error;
 use crate::picture::PictureParts;
 use crate::picture::PictureSettings;
 use crate::picture::PictureWork;
+use crate::planned_scene::PlanRequest;
 use crate::planned_scene::PlannedScene;
-use crate::watch::unwatched;
+use crate::watch::Watch;
 
 /// Relative error of its table: only differences and small parts of its light count.
 const TABLE_ERROR: f64 = 0.1;
@@ -54,13 +55,14 @@ const BOWS: [Effect; 3] = [
 ];
 
 /// A small scene, planned, with its table and air.
-pub(crate) struct SmallScene {
+pub(crate) struct SmallScene<'a> {
     pub(super) planned: PlannedScene,
     table: Option<ScatteringTable>,
     air: Option<AtmosphereTable>,
     /// Its drops with other nodes, where they are laid out from a shape and send light.
     pub(super) other_nodes: Option<OtherNodes>,
     pub(super) display_white_cd_m2: f64,
+    watch: Watch<'a>,
 }
 
 /// Drops of a shape with other nodes than its own.
@@ -106,14 +108,14 @@ pub(super) fn open(scene: &Scene, (foretold, folder): (&Foretold, &Path)) -> Ope
     }
 }
 
-impl SmallScene {
+impl<'a> SmallScene<'a> {
     /// With the effects that are on, and light of further orders where it is open; `None` where nothing is.
     ///
     /// # Errors
     /// A scene that cannot be planned.
     pub(super) fn new(
         scene: &Scene,
-        (foretold, folder): (&Foretold, &Path),
+        (foretold, request): (&Foretold, PlanRequest<'a>),
         open: Open,
     ) -> Result<Option<Self>, Error> {
         let Open {
@@ -152,13 +154,15 @@ impl SmallScene {
             scene.effects.set(effect, switch);
         }
         let others = other_nodes.iter().flat_map(|it| [&it.apart, &it.closer]);
-        let planned = PlannedScene::unmeasured(scene, folder, others)?;
+        let planned = PlannedScene::unmeasured(scene, request.folder, others)?;
+        let watch = request.watch;
         Ok(Some(Self {
-            table: planned.scattering(planned.airy()?.as_ref(), &unwatched)?,
-            air: planned.air(&unwatched)?,
+            table: planned.scattering(planned.airy()?.as_ref(), watch)?,
+            air: planned.air(watch)?,
             planned,
             other_nodes,
             display_white_cd_m2: foretold.display_white_cd_m2,
+            watch,
         }))
     }
 
@@ -177,6 +181,6 @@ impl SmallScene {
         let mut settings = PictureSettings::of(&self.planned);
         settings.levels.drop_orders = orders;
         let whole = settings.whole()?;
-        PictureWork::new(settings, parts, &unwatched)?.render(whole, &unwatched)
+        PictureWork::new(settings, parts, self.watch)?.render(whole, self.watch)
     }
 }

@@ -1,0 +1,29 @@
+// Lines over the picture: edges of the bows, horizon, the sun and the point opposite to it.
+
+const NAMESPACE = 'http://www.w3.org/2000/svg';
+const svg = document.getElementById('marks');
+
+function element(kind, attributes, title) {
+  const made = document.createElementNS(NAMESPACE, kind);
+  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
+  if (title) made.append(Object.assign(document.createElementNS(NAMESPACE, 'title'), { textContent: title }));
+  return made;
+}
+
+const points = (line) => line.map(([x, y]) => `${x.toFixed(2)},${y.toFixed(2)}`).join(' ');
+
+export function mark({ size, marks }) {
+  svg.setAttribute('viewBox', `0 0 ${size[0]} ${size[1]}`);
+  svg.setAttribute('preserveAspectRatio', 'none');
+  const lines = marks.bows.flatMap(({ bow, color, lines }) => lines.map((line) => element('polyline', { class: `${bow} ${color}`, points: points(line) })));
+  const horizon = marks.horizon.map((line) => element('polyline', { class: 'horizon', points: points(line) }));
+  const radius = size[0] / 120;
+  const spots = [['antisolar', marks.antisolar_px], ['sun', marks.sun_px]]
+    .filter(([, place]) => place)
+    .map(([name, [cx, cy]]) => element('circle', { class: name, cx, cy, r: radius }));
+  svg.replaceChildren(...horizon, ...lines, ...spots);
+}
+
+export function showMarks(isShown) {
+  svg.style.display = isShown ? '' : 'none';
+}

@@ -1,0 +1,108 @@
+//! A picture as a page takes it, and what is known of a place in it.
+
+use std::time::Duration;
+
+use ndarray::Axis;
+use niji_exchange::SpectralImage;
+use niji_picture::Scene;
+use niji_picture::bow_angle;
+use niji_radiometry::Colorimetry;
+use niji_radiometry::Radians;
+use serde_json::Value;
+use serde_json::json;
+
+/// A picture.
+pub(super) struct Picture {
+    pub(super) number: u64,
+    /// Number of the scene that it shows.
+    pub(super) revision: u64,
+    pub(super) level: &'static str,
+    pub(super) is_finished: bool,
+    /// From the change to this picture.
+    pub(super) time: Duration,
+    /// The scene, with the pixels of this picture.
+    pub(super) scene: Scene,
+    pub(super) display_white_cd_m2: f64,
+    pub(super) image: SpectralImage,
+}
+
+impl Picture {
+    /// Number, size and origin.
+    pub(super) fn about(&self) -> Value {
+        json!({
+            "number": self.number,
+            "revision": self.revision,
+            "level": self.level,
+            "is_finished": self.is_finished,
+            "seconds": self.time.as_secs_f64(),
+            "size": [self.scene.camera.width_px, self.scene.camera.height_px],
+            "error_of_white": self.error_of_white(),
+        })
+    }
+
+    /// Red, green and blue of each pixel of the frame by rows, linear, 1 is a white card in the sun: as in the
+    /// program's PNG before exposure and tone curve.
+    pub(super) fn pixels(&self) -> Vec<u8> {
+        let by_pixel = self.image.shown().permuted_axes([1, 2, 0]);
+        let bytes = by_pixel.iter().flat_map(|light| light.to_le_bytes());
+        bytes.collect()
+    }
+
+    /// The picture as the program writes it.
+    pub(super) fn png(&self, exposure_ev: f64) -> Result<Vec<u8>, niji_exchange::Error> {
+        let mut bytes = Vec::new();
+        self.image.write_png(&mut bytes, exposure_ev)?;
+        Ok(bytes)
+    }
+
+    /// RMS of the estimated error over display white.
+    fn error_of_white(&self) -> Option<f64> {
+        let errors = self.layer("error", "Y")?;
+        let squares = errors.iter().map(|it| f64::from(*it).powi(2)).sum::<f64>();
+        Some((squares / errors.len() as f64).sqrt() / self.display_white_cd_m2)
+    }
+
+    fn layer(&self, name: &str, channel: &str) -> Option<&ndarray::Array2<f32>> {
+        let layer = self.image.aovs.iter().find(|layer| layer.name == name)?;
+        let mut channels = layer.channels.iter();
+        channels
+            .find(|(name, _)| name == channel)
+            .map(|(_, values)| values)
+    }
+
+    /// What is known of a place, in parts of the frame from its top left corner; `None` outside of it.
+    pub(super) fn at(&self, [right, down]: [f64; 2]) -> Option<Value> {
+        let camera = &self.scene.camera;
+        let place = [
+            right * f64::from(camera.width_px),
+            down * f64::from(camera.height_px),
+        ];
+        let is_inside = |(place, size): (f64, u32)| (0.0..f64::from(size)).contains(&place);
+        if !is_inside((place[0], camera.width_px)) || !is_inside((place[1], camera.height_px)) {
+            return None;
+        }
+        let first = self.image.windows.data;
+        let [column, row] = [(place[0], first.x_px), (place[1], first.y_px)]
+            .map(|(place, first)| (place as i64 - i64::from(first)) as usize);
+        let spectrum = self.image.radiance.index_axis(Axis(1), row);
+        let spectrum = spectrum.index_axis(Axis(1), column).to_vec();
+        let value = |name, channel| self.layer(name, channel).map(|it| it[[row, column]]);
+        let wavelengths = self.image.wavelengths;
+        let weights = Colorimetry::new(&wavelengths);
+        let terms = spectrum.iter().zip(weights.weights());
+        let luminance: f64 = terms.map(|(light, [_, y, _])| f64::from(*light) * y).sum();
+        let nm = (0..wavelengths.len())
+            .map(|index| wavelengths.first_nm() + index as f64 * wavelengths.step_nm());
+        let angle = bow_angle(&self.scene, place).ok().flatten();
+        Some(json!({
+            "bow_angle_deg": angle.map(Radians::to_degrees),
+            "luminance_cd_m2": luminance,
+            "of_white": luminance / self.display_white_cd_m2,
+            "error_of_white": value("error", "Y").map(|it| f64::from(it) / self.display_white_cd_m2),
+            "passes": value("transmittance", "Y"),
+            "distance_m": value("depth", "Z"),
+            "wavelength_nm": nm.collect::<Vec<f64>>(),
+            "radiance": spectrum,
+        }))
+    }
+}
