@@ -22,7 +22,7 @@ use crate::stages::Done;
 const FOR_TABLES: f64 = 0.5;
 
 /// Part of the time within which finer tables are asked about.
-const FOR_SEARCH: f64 = 0.25;
+const FOR_SEARCH: f64 = 0.3;
 
 /// A budget below gets the coarsest tolerance, seconds; above, the search begins at the third.
 const SHORT_S: f64 = 5.0;
@@ -99,10 +99,11 @@ impl Budget {
             }
             return Ok(best);
         }
-        let mut asked_s = clock();
-        let may_ask = |asked_s| clock() + LIKELY_TIMES * asked_s < FOR_SEARCH * self.seconds;
+        // What small pictures showed is not asked again: the second takes about as long as the first.
+        let mut likely_s = clock();
+        let may_ask = |likely_s| clock() + likely_s < FOR_SEARCH * self.seconds;
         while index + 1 < TOLERANCES.len()
-            && may_ask(asked_s)
+            && may_ask(likely_s)
             && LIKELY_TIMES * tables_s < allowed_s()
         {
             index += 1;
@@ -111,7 +112,7 @@ impl Budget {
             if finer_s > allowed_s() {
                 break;
             }
-            asked_s = clock() - start_s;
+            likely_s = LIKELY_TIMES * (clock() - start_s);
             (best, tables_s) = (finer, finer_s);
         }
         Ok(best)
