@@ -120,6 +120,30 @@ fn drops_of_fog_are_round() {
 const SIZE_TOLERANCE: f64 = 0.2;
 
 #[test]
+fn the_plan_says_where_the_bow_stands_and_that_drops_are_beside_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let said = |changes: &[(&str, &str)]| {
+        let scene = variant("rain-5-mm-h-flattened.toml", folder.path(), changes);
+        let plan = niji_ends_with(0, &["plan", text(&scene)]);
+        String::from_utf8(plan.stdout).unwrap()
+    };
+    // The sun 20 degrees high, the camera towards the point opposite to it.
+    let ahead = said(&[]);
+    assert!(
+        ahead.contains("primary   its top is 22.4 degrees high, azimuth 0, at column 240"),
+        "{ahead}"
+    );
+    assert!(!ahead.contains("all drops"), "{ahead}");
+    let narrow = ("camera.horizontal_fov_deg", "30.0");
+    let inside = said(&[narrow, ("camera.elevation_deg", "-10.0")]);
+    let (look, reach) = (
+        "camera.azimuth_deg = 0 and elevation_deg = 22 look there",
+        "all drops in view are inside the primary bow",
+    );
+    assert!(inside.contains(look) && inside.contains(reach), "{inside}");
+}
+
+#[test]
 fn files_are_as_large_as_the_plan_says() {
     let folder = tempfile::tempdir().unwrap();
     let scene = variant("paper-b-sun-20-inscatter.toml", folder.path(), &SMALL);

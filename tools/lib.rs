@@ -6,6 +6,7 @@
 mod airy;
 mod atmosphere;
 mod bow_curves;
+mod bow_place;
 mod calibrate;
 mod check;
 mod checksums;

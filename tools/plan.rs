@@ -11,6 +11,7 @@ use niji_scene::Plan;
 use niji_scene::Stage;
 use serde::Serialize;
 
+use crate::bow_place;
 use crate::choice_file;
 use crate::failure::Failure;
 use crate::flags::Common;
@@ -90,7 +91,8 @@ pub(crate) fn execute(command: &PlanCommand, common: &Common) -> Result<(), Fail
         let measured = measure(&planned, common.verbosity())?;
         in_form(common, &measured, MeasuredEffects::text)?
     } else {
-        in_form(common, &planned.plan, Plan::to_string)?
+        let bows = bow_place::text(&planned)?;
+        in_form(common, &planned.plan, |plan| format!("{plan}{bows}"))?
     };
     output::print(&text)?;
     // What the run would refuse, with the plan as the reason.

@@ -98,6 +98,7 @@ pub use planned_scene::check_files;
 pub use sandbox::Sandbox;
 pub use sequence_choice::SequenceChoice;
 pub use sequence_choice::SequenceRequest;
+pub use sky_marks::BowTop;
 pub use sky_marks::Lines;
 pub use sky_marks::SkyMarks;
 pub use sky_marks::bow_angle;

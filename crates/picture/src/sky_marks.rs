@@ -5,6 +5,7 @@
 use glam::DVec3;
 use niji_geometry::Camera;
 use niji_geometry::EARTH;
+use niji_geometry::direction_from_azimuth_elevation;
 use niji_photo::bow_path;
 use niji_radiometry::Radians;
 use niji_scene::PickedBow;
@@ -55,6 +56,43 @@ impl SkyMarks {
             horizon: bow_path(&camera, DVec3::NEG_Y, from_nadir),
             antisolar_px: place(&camera, antisolar),
             sun_px: place(&camera, -antisolar),
+        })
+    }
+}
+
+/// The highest point of a bow, of its red edge.
+#[derive(Clone, Copy, Debug)]
+pub struct BowTop {
+    /// How high it stands, degrees.
+    pub elevation_deg: f64,
+    /// Where, 0 to 360 degrees.
+    pub azimuth_deg: f64,
+    /// Its place in pixels from the top left corner, where it is in the picture.
+    pub place_px: Option<[f64; 2]>,
+}
+
+impl BowTop {
+    /// That of a bow of a scene.
+    ///
+    /// # Errors
+    /// As [`SkyMarks::of`].
+    pub fn of(scene: &Scene, bow: PickedBow) -> Result<Self, Error> {
+        let camera = scene.camera.camera().map_err(Error::scene)?;
+        let edge = BowEdge {
+            bow,
+            color: PickedColor::Red,
+            water: scene.water(),
+        };
+        let elevation_deg = edge.angle().to_degrees() - scene.sun.elevation_deg;
+        let azimuth_deg = (scene.sun.azimuth_deg + 180.0).rem_euclid(360.0);
+        let [azimuth, elevation] = [azimuth_deg, elevation_deg].map(Radians::from_degrees);
+        Ok(Self {
+            elevation_deg,
+            azimuth_deg,
+            place_px: place(
+                &camera,
+                direction_from_azimuth_elevation(azimuth, elevation),
+            ),
         })
     }
 }
@@ -117,6 +155,28 @@ mod tests {
             }
             assert!(!marks.horizon.is_empty());
         }
+    }
+
+    #[test]
+    fn the_top_of_a_bow_is_on_its_edge_where_nothing_of_it_is_higher() {
+        let mut scene = Scene::from_toml(SCENE).unwrap();
+        scene.sun.azimuth_deg = 190.0;
+        scene.camera.horizontal_fov_deg = 100.0;
+        let top = BowTop::of(&scene, PickedBow::Primary).unwrap();
+        assert!((top.azimuth_deg - 10.0).abs() < 1e-9);
+        assert!((top.elevation_deg - 22.4).abs() < 0.2, "{top:?}");
+        let place = top.place_px.unwrap();
+        let angle = bow_angle(&scene, place).unwrap().unwrap();
+        let (edge, lines) = &SkyMarks::of(&scene).unwrap().bows[0];
+        assert_eq!(
+            (edge.bow, edge.color),
+            (PickedBow::Primary, PickedColor::Red)
+        );
+        assert!((angle.0 - edge.angle().0).abs() < 1e-7);
+        let camera = scene.camera.camera().unwrap();
+        let rise = |[x, y]: [f64; 2]| camera.ray(x, y).unwrap().direction.y;
+        let highest = lines.iter().flatten().map(|point| rise(*point));
+        assert!(highest.fold(0.0, f64::max) <= rise(place) + 1e-9);
     }
 
     #[test]
