@@ -161,7 +161,7 @@ mod tests {
     fn the_top_of_a_bow_is_on_its_edge_where_nothing_of_it_is_higher() {
         let mut scene = Scene::from_toml(SCENE).unwrap();
         scene.sun.azimuth_deg = 190.0;
-        scene.camera.horizontal_fov_deg = 100.0;
+        scene.camera.horizontal_fov_deg = Some(100.0);
         let top = BowTop::of(&scene, PickedBow::Primary).unwrap();
         assert!((top.azimuth_deg - 10.0).abs() < 1e-9);
         assert!((top.elevation_deg - 22.4).abs() < 0.2, "{top:?}");

@@ -3,8 +3,9 @@
 //! Paths of light of further orders are followed in rounds of twice as many; another round takes as long as all
 //! before it, and is begun where that leaves half of the time. Then all pixels are followed once. A few of those that
 //! would get more rays get them as a trial, for one tolerance after the other from the coarsest on: the finest for
-//! which there is time holds for the picture. What was settled is told, so that the same picture can be made again
-//! without a clock.
+//! which there is time holds for the picture, down to a sixteenth of what is asked for. Neither do paths end where
+//! their noise is small enough: a time is for the best picture. What was settled is told, so that the same picture can
+//! be made again without a clock.
 
 /// Seconds since some moment, by whoever knows the time.
 pub type Clock<'a> = &'a (dyn Fn() -> f64 + Sync);
@@ -24,6 +25,11 @@ impl Deadline<'_> {
         now_s: &|| 0.0,
         end_s: f64::INFINITY,
     };
+
+    /// Whether time ends.
+    pub(crate) fn is_set(&self) -> bool {
+        self.end_s < f64::INFINITY
+    }
 
     /// Seconds that are left.
     pub(crate) fn left_s(&self) -> f64 {

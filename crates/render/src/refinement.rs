@@ -65,6 +65,9 @@ const LEAST_SHARE: f64 = 0.25;
 const N_TRIED: usize = 24;
 const TRUSTED: f64 = 0.7;
 
+/// The finest tolerance that there may be time for, as a power of two of the one asked for.
+const FINEST_HALVINGS: i32 = -4;
+
 /// A pixel by column and row of its tile.
 struct PixelOfTile<'a, 't> {
     tile: &'a mut TileMut<'t>,
@@ -114,7 +117,8 @@ impl RayTracer<'_> {
         self.refine_some(picture, refining, (tolerance_cd_m2, Chosen::All));
     }
 
-    /// How many times the tolerance pixels may err by before they get more rays, so that there is time for those.
+    /// How many times the tolerance pixels may err by before they get more rays, so that there is time for those; less
+    /// than 1 where there is time for more than is asked for.
     pub(crate) fn affordable(
         &self,
         picture: &mut Rendered,
@@ -125,12 +129,12 @@ impl RayTracer<'_> {
         let largest = errors.iter().copied().fold(0.0, f64::max);
         let n_halvings = (largest / tolerance_cd_m2).log2().ceil();
         let n_halvings = if n_halvings.is_finite() {
-            n_halvings.max(0.0) as i32
+            n_halvings.max(f64::from(FINEST_HALVINGS)) as i32
         } else {
             0
         };
         let mut affordable = f64::from(n_halvings).exp2();
-        for halvings in (0..n_halvings).rev() {
+        for halvings in (FINEST_HALVINGS..n_halvings).rev() {
             let coarser = f64::from(halvings).exp2();
             let allowed_cd_m2 = coarser * tolerance_cd_m2;
             let n_pixels = errors.iter().filter(|it| **it > allowed_cd_m2).count();

@@ -311,8 +311,8 @@ impl RenderRequest<'_> {
             check(sound, "tolerance", tolerance, "above 0 cd/m²")?;
         }
         let coarser = self.coarser_rays;
-        let sound = coarser.is_finite() && coarser >= 1.0;
-        check(sound, "coarser_rays", coarser, "a factor from 1 on")?;
+        let sound = coarser.is_finite() && coarser > 0.0;
+        check(sound, "coarser_rays", coarser, "a factor above 0")?;
         match self.levels.integration {
             Integration::FixedStep { step_m } => {
                 let longest_m = self

@@ -230,11 +230,16 @@ fn what_there_was_time_for_is_the_same_picture_without_a_clock() {
             request.orders_error = Some(OrdersError::ANY);
             request
         };
-        let most = 2048;
-        let all = rendered(&of_paths(most));
+        let of_level = 2048;
+        // Sixteen times as many paths, and as small an error of a pixel.
+        let most = 16 * of_level;
+        let all = rendered(&RenderRequest {
+            coarser_rays: 1.0 / 16.0,
+            ..of_paths(most)
+        });
         let mut coarser = Vec::new();
-        for seconds in [-1.0, 12.0, 1e6] {
-            let (picture, afforded) = in_time(&of_paths(most), seconds);
+        for seconds in [-1.0, 24.0, 1e6] {
+            let (picture, afforded) = in_time(&of_paths(of_level), seconds);
             let again = rendered(&RenderRequest {
                 coarser_rays: afforded.coarser_rays,
                 ..of_paths(afforded.paths_per_node.unwrap())
@@ -244,13 +249,19 @@ fn what_there_was_time_for_is_the_same_picture_without_a_clock() {
             assert_eq!(is_all, seconds > 1e5, "{afforded:?}");
             coarser.push(afforded);
         }
-        assert!(coarser[0].coarser_rays > coarser[1].coarser_rays);
-        assert!(coarser[1].coarser_rays > 1.0, "{coarser:?}");
+        assert!(
+            coarser[0].coarser_rays > coarser[1].coarser_rays,
+            "{coarser:?}"
+        );
+        assert!(
+            coarser[1].coarser_rays > coarser[2].coarser_rays,
+            "{coarser:?}"
+        );
         assert_eq!(coarser[0].paths_per_node, Some(512), "the first round");
         assert_eq!(
             coarser[2],
             Afforded {
-                coarser_rays: 1.0,
+                coarser_rays: 1.0 / 16.0,
                 paths_per_node: Some(most)
             }
         );

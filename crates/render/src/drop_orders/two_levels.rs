@@ -68,7 +68,11 @@ pub(super) fn means(paths: &Paths, coarse: &Lattice, fine: Lattice) -> Result<Fi
         let between_cd_m2 = fine.rms_of_errors(&interpolation_cd_m2) / STANDARD_ERRORS;
         let error_cd_m2 = fine.noise_cd_m2(&means).hypot(between_cd_m2);
         let most = MOST_TIMES * request.paths_per_node;
-        let n_all = (request.allowed).map_or(n_many, |it| it.further_paths(n_many, error_cd_m2));
+        let n_all = match request.allowed {
+            Some(_) if request.deadline.is_set() => 2 * n_many,
+            Some(allowed) => allowed.further_paths(n_many, error_cd_m2),
+            None => n_many,
+        };
         let lasted_s = (request.deadline.now_s)() - start_s;
         let will_last_s = lasted_s * n_all as f64 / n_many as f64;
         if n_all == n_many || n_all > most || will_last_s > 0.5 * request.deadline.left_s() {
@@ -137,7 +141,9 @@ fn enough(paths: &Paths, coarse: &Lattice) -> Result<(Vec<Mean>, usize), Error> 
         TIMES_OF_ROUNDS * lasted_s < 0.5 * deadline.left_s()
     };
     while n_paths < most
-        && allowed.is_some_and(|it| coarse.noise_cd_m2(&means) > it.enough_noise_cd_m2)
+        && allowed.is_some_and(|it| {
+            deadline.is_set() || coarse.noise_cd_m2(&means) > it.enough_noise_cd_m2
+        })
         && is_time_for_more()
     {
         let n_all = (2 * n_paths).min(most);
