@@ -52,7 +52,12 @@ fn a_change_shows_the_picture_that_a_run_makes_of_it_and_so_does_what_is_saved()
     let scene = tiny(folder.path());
     let view = View::of(&scene);
     let first = view.pixels();
-    assert_eq!(first, pixels_of_run(&scene, &folder.path().join("first")));
+    let out = folder.path().join("first");
+    assert_eq!(first, pixels_of_run(&scene, &out));
+    let report = fs::read_to_string(out.join("report.json")).unwrap();
+    let report: Value = serde_json::from_str(&report).unwrap();
+    let told = &view.picture()["error_of_white"];
+    assert_eq!(told, &report["accuracy"]["error"]);
 
     let (status, told) = view.set("sun.elevation_deg", &json!(25.0));
     assert_eq!((status, &told["is_edited"]), (200, &json!(true)));

@@ -13,6 +13,7 @@ use niji_exchange::SpectralImage;
 use niji_render::PictureLayer;
 use niji_render::STANDARD_ERRORS;
 use niji_scene::Goal;
+use niji_scene::Plan;
 use serde::Serialize;
 
 use crate::failure::Failure;
@@ -75,7 +76,7 @@ pub(crate) struct Reached {
     /// The tolerance.
     tolerance: f64,
     /// What the picture errs by: `estimated` and `left_out`.
-    error: f64,
+    pub(crate) error: f64,
     /// What the renderer and small pictures before it estimated, RMS over the picture.
     estimated: f64,
     /// What the effects add that the plan left out by itself, RMS.
@@ -156,20 +157,19 @@ pub(crate) fn of_white(part: f64) -> String {
 /// No smaller error is told in digits, percent.
 const LEAST_PERCENT: f64 = 1e-4;
 
-/// How accurate a picture is; `None` if it holds no estimate.
+/// How accurate a picture in a file is; `None` if it holds no estimate.
 ///
 /// # Errors
 /// A file that cannot be read.
 pub(crate) fn reached(planned: &PlannedScene, image: &Path) -> Result<Option<Reached>, Failure> {
     let picture = SpectralImage::read_spectral(image).map_err(|e| Failure::bad_input(image, e))?;
-    let Some(error) = picture
-        .aovs
-        .iter()
-        .find(|aov| aov.name == PictureLayer::Error.name())
-    else {
-        return Ok(None);
-    };
-    let plan = &planned.plan;
+    Ok(reached_by(&planned.plan, &picture))
+}
+
+/// How accurate a picture is; `None` if it holds no estimate.
+pub(crate) fn reached_by(plan: &Plan, picture: &SpectralImage) -> Option<Reached> {
+    let layer = |layer: PictureLayer| picture.aovs.iter().find(|aov| aov.name == layer.name());
+    let error = layer(PictureLayer::Error)?;
     let part = |channel| {
         let told = rms(error, channel) / plan.display_white_cd_m2;
         // Of noise a picture tells what few pixels exceed, which is more than what is expected of all.
@@ -182,16 +182,15 @@ pub(crate) fn reached(planned: &PlannedScene, image: &Path) -> Result<Option<Rea
     let squares = REMEDIES.map(|(cause, _)| part(cause).powi(2));
     let estimated = squares.iter().sum::<f64>().sqrt();
     let left_out = part(LEFT_OUT);
-    let multiple = PictureLayer::BowMultiple.name();
-    let multiple = picture.aovs.iter().find(|aov| aov.name == multiple);
-    Ok(Some(Reached {
+    let multiple = layer(PictureLayer::BowMultiple);
+    Some(Reached {
         further_orders: multiple.map_or(0.0, |aov| rms(aov, "Y")) / plan.display_white_cd_m2,
         tolerance: plan.tolerance,
         error: estimated + left_out,
         estimated,
         left_out,
         causes: REMEDIES.map(|(cause, _)| (cause, part(cause))).into(),
-    }))
+    })
 }
 
 /// What would have taken less time.

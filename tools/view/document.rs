@@ -223,16 +223,14 @@ impl Document {
 
 /// Reads a scene of a kind that is shown; opens none of its files.
 fn read(text: &str) -> Result<Scene, Refused> {
-    let is_of = |section: &str| {
-        let table: Result<toml::Table, _> = text.parse();
-        table.is_ok_and(|it| it.contains_key(section))
-    };
+    // What is wrong with a text that is no TOML is told below.
+    let sections: toml::Table = text.parse().unwrap_or_default();
     for (section, command) in [
         ("ice", "`niji ice` makes its picture"),
         ("photo", "`niji run` makes its picture"),
         ("sequence", "`niji run --frames` makes its pictures"),
     ] {
-        if is_of(section) {
+        if sections.contains_key(section) {
             let message =
                 format!("found the section [{section}], which is not shown here: {command}");
             return Err(Refused::because(message));

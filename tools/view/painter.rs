@@ -29,6 +29,7 @@ use super::picture::Picture;
 use crate::checksums::hash_once;
 use crate::failure::Failure;
 use crate::scene_file;
+use crate::stages::accuracy;
 
 /// How long a hand rests before the picture itself is made.
 const REST: Duration = Duration::from_millis(300);
@@ -136,17 +137,20 @@ impl<'a> Painter<'a> {
         let work = PictureWork::new(settings, parts, &watch)?;
         let image = work.render(whole, &watch)?;
         self.n_pictures += 1;
+        let is_finished = matches!(level, Level::Full);
+        let reached = is_finished.then(|| accuracy::reached_by(&planned.plan, &image));
         let picture = Picture {
             number: self.n_pictures,
             revision,
             level: name,
-            is_finished: matches!(level, Level::Full),
+            is_finished,
             time: start.elapsed(),
             display_white_cd_m2: planned.plan.display_white_cd_m2,
+            error_of_white: reached.flatten().map(|it| it.error),
             scene: planned.scene,
             image,
         };
-        let plan = picture.is_finished.then(|| told(&planned.plan));
+        let plan = is_finished.then(|| told(&planned.plan));
         desk.show(picture, plan);
         Ok(())
     }

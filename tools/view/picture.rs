@@ -23,6 +23,8 @@ pub(super) struct Picture {
     /// The scene, with the pixels of this picture.
     pub(super) scene: Scene,
     pub(super) display_white_cd_m2: f64,
+    /// What a finished picture errs by, over display white, as `niji run` tells it.
+    pub(super) error_of_white: Option<f64>,
     pub(super) image: SpectralImage,
 }
 
@@ -36,7 +38,7 @@ impl Picture {
             "is_finished": self.is_finished,
             "seconds": self.time.as_secs_f64(),
             "size": [self.scene.camera.width_px, self.scene.camera.height_px],
-            "error_of_white": self.error_of_white(),
+            "error_of_white": self.error_of_white,
         })
     }
 
@@ -53,13 +55,6 @@ impl Picture {
         let mut bytes = Vec::new();
         self.image.write_png(&mut bytes, exposure_ev)?;
         Ok(bytes)
-    }
-
-    /// RMS of the estimated error over display white.
-    fn error_of_white(&self) -> Option<f64> {
-        let errors = self.layer("error", "Y")?;
-        let squares = errors.iter().map(|it| f64::from(*it).powi(2)).sum::<f64>();
-        Some((squares / errors.len() as f64).sqrt() / self.display_white_cd_m2)
     }
 
     fn layer(&self, name: &str, channel: &str) -> Option<&ndarray::Array2<f32>> {

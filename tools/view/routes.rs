@@ -18,6 +18,7 @@ use super::http::Request;
 use super::page;
 use super::toml_values;
 use crate::flags::Common;
+use crate::plan::accuracy_flags;
 use crate::shell_word::quoted;
 
 /// How long a page waits for news.
@@ -193,10 +194,7 @@ fn marks(scene: &niji_scene::Scene) -> Value {
 
 /// The command that makes the picture which is shown.
 fn command(document: &Document, common: &Common) -> String {
-    let preset = common.accuracy;
-    let preset = preset.map(|it| format!(" --accuracy {}", it.name()));
-    let tolerance = common.tolerance;
-    let tolerance = tolerance.map(|it| format!(" --tolerance {it}"));
-    let flags: String = preset.into_iter().chain(tolerance).collect();
-    format!("niji run {}{flags} -o out", quoted(document.path()))
+    let mut words = vec![quoted(document.path())];
+    words.extend(accuracy_flags(common));
+    format!("niji run {} -o out", words.join(" "))
 }

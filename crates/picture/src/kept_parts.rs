@@ -1,7 +1,6 @@
 //! Parts of pictures that stay as they are while a scene is worked on: what a change does not touch is not made again.
 
 use std::collections::VecDeque;
-use std::sync::Arc;
 
 use niji_airy::AiryTable;
 use niji_dropfield::DropVolume;
@@ -22,7 +21,7 @@ use crate::watch::Watch;
 const N_KEPT: usize = 3;
 
 /// The newest parts of a kind by what they depend on, the newest first.
-struct Kept<T>(VecDeque<(String, Arc<T>)>);
+struct Kept<T>(VecDeque<(String, T)>);
 
 impl<T> Default for Kept<T> {
     fn default() -> Self {
@@ -36,11 +35,11 @@ impl<T: Clone> Kept<T> {
         let is_known = self.0.iter().position(|(known, _)| *known == key);
         let (key, part) = match is_known.and_then(|index| self.0.remove(index)) {
             Some(known) => known,
-            None => (key, Arc::new(make()?)),
+            None => (key, make()?),
         };
-        self.0.push_front((key, Arc::clone(&part)));
+        self.0.push_front((key, part.clone()));
         self.0.truncate(N_KEPT);
-        Ok(T::clone(&part))
+        Ok(part)
     }
 }
 

@@ -126,15 +126,11 @@ impl SequenceRequest<'_> {
             let frames = found.iter().rev();
             frames.max_by(|a, b| size(a).total_cmp(&size(b)))
         });
-        let most: BTreeMap<u32, &Scene> = most
-            .into_iter()
-            .flatten()
-            .map(|it| (it.0.0, &it.0.1))
+        // One frame may be several of them.
+        let most: BTreeMap<u32, Scene> = (most.into_iter().flatten())
+            .map(|(frame, _)| (*frame).clone())
             .collect();
-        Ok(most
-            .into_iter()
-            .map(|(number, scene)| (number, scene.clone()))
-            .collect())
+        Ok(most.into_iter().collect())
     }
 
     fn decide_on<'a>(
