@@ -130,16 +130,21 @@ fn a_changed_key_makes_only_what_depends_on_it() {
     // What is decided for all frames depends on all; the tables stay as they were.
     let changed = SEQUENCE.replace("[3, 1.0]", "[3, 2.0]");
     scene(folder.path(), &changed);
-    let refused = run(&path, &out, &["--frames", "1-2"]);
+    let again = report(&path, &out, &["--frames", "1-2"]);
+    let render = || vec!["render".to_owned()];
+    assert_eq!(made(&again), [(1, render()), (2, render())]);
+    // Whoever has only a share of the frames replaces nothing.
+    scene(folder.path(), SEQUENCE);
+    let choice = folder.path().join("choice.toml");
+    let plan = ["plan", text(&path), "--frames", "1-2", "-o", text(&choice)];
+    niji_ends_with(0, &plan);
+    let refused = run(&path, &out, &["--frames", "1-2", "--choice", text(&choice)]);
     let message = String::from_utf8_lossy(&refused.stderr);
     assert_eq!(refused.status.code(), Some(2), "{message}");
     assert!(
         message.contains("frame 1") && message.contains("--force"),
         "{message}"
     );
-    let forced = report(&path, &out, &["--frames", "1-2", "--force"]);
-    let render = || vec!["render".to_owned()];
-    assert_eq!(made(&forced), [(1, render()), (2, render())]);
 }
 
 #[test]

@@ -87,6 +87,17 @@ impl Common {
         Ok(Sandbox::new(&self.sandbox)?)
     }
 
+    /// How the stages of a run go on where one before it left its files: what it made for another scene, before an
+    /// edit, is made anew. Not with a choice, which others share: they would undo each other's frames.
+    #[must_use]
+    pub(crate) fn options_of_run(&self) -> StageOptions {
+        let mut options = self.options();
+        if options.existing == Existing::Refuse && self.choice.is_none() {
+            options.existing = Existing::ReplaceOwn;
+        }
+        options
+    }
+
     /// How stages are run.
     #[must_use]
     pub(crate) fn options(&self) -> StageOptions {

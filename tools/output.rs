@@ -23,6 +23,7 @@ use tempfile::Builder;
 use tempfile::NamedTempFile;
 
 use crate::checksums;
+use crate::checksums::Found;
 use crate::failure::Failure;
 use crate::run::files::hash;
 
@@ -42,6 +43,8 @@ const SUFFIX: &str = ".part";
 pub(crate) enum Existing {
     /// Refuse with exit code 2.
     Refuse,
+    /// Replace what a run before made and nobody changed since; refuse all else.
+    ReplaceOwn,
     /// Replace it (`--force`).
     Replace,
 }
@@ -52,13 +55,21 @@ pub(crate) enum Existing {
 /// [`Failure::Usage`] if something is there and may not be replaced.
 pub(crate) fn check_free(path: &Path, existing: Existing) -> Result<(), Failure> {
     check_regular(path)?;
-    if existing == Existing::Refuse && path.exists() {
-        return Err(Failure::Usage(format!(
-            "{} exists already: choose another name with -o, or replace it with --force",
-            path.display()
-        )));
+    let (is_free, whose) = match existing {
+        Existing::Replace => (true, ""),
+        Existing::ReplaceOwn => (
+            checksums::found(path, false) == Found::Whole,
+            " and is not as a run left it",
+        ),
+        Existing::Refuse => (false, ""),
+    };
+    if is_free || !path.exists() {
+        return Ok(());
     }
-    Ok(())
+    Err(Failure::Usage(format!(
+        "{} exists already{whose}: choose another name with -o, or replace it with --force",
+        path.display()
+    )))
 }
 
 /// Refuses the name of something that no result replaces: a folder, a pipe, a device, a link.

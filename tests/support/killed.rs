@@ -186,8 +186,11 @@ impl Job {
         for index in 0..last {
             self.end(index, self.start(index, folder.path()));
         }
-        let [preview, image, rows] =
-            ["image.png", "image.exr", ROWS].map(|name| folder.path().join(name));
+        let [image, rows] = ["image.exr", ROWS].map(|name| folder.path().join(name));
+        let is_writing = || {
+            let mut entries = fs::read_dir(folder.path()).into_iter().flatten().flatten();
+            entries.any(|it| it.file_name().to_string_lossy().ends_with(".part"))
+        };
         let n_rows = || fs::read_dir(&rows).map_or(0, Iterator::count);
         // Whether it ended with as many rows as it had, and without its image.
         let ends_when = |is_due: &dyn Fn() -> bool, signal| {
@@ -208,10 +211,8 @@ impl Job {
         };
         assert!(ends_when(&|| n_rows() > 0, Signal::SIGKILL));
         let is_asked = (0..MOST_TRIES).any(|_| {
-            for written in [&preview, &image] {
-                let _ = fs::remove_file(written);
-            }
-            ends_when(&|| preview.exists(), Signal::SIGTERM)
+            let _ = fs::remove_file(&image);
+            ends_when(&is_writing, Signal::SIGTERM)
         });
         assert!(
             is_asked,

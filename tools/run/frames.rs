@@ -43,7 +43,7 @@ pub(super) fn execute(
     numbers: &FrameList,
     common: &Common,
 ) -> Result<(), Failure> {
-    let (folder, options): (&Path, _) = (&command.output, common.options());
+    let (folder, options): (&Path, _) = (&command.output, common.options_of_run());
     let sequence = SequenceFile::read(&command.scene, common)?;
     sequence.check(numbers)?;
     let kept = folder.join(choice_file::FILE);

@@ -18,6 +18,8 @@ use niji_picture::PictureSettings;
 use niji_scene::Stage;
 
 use crate::check;
+use crate::checksums;
+use crate::checksums::Found;
 use crate::choice_file;
 use crate::failure::Failure;
 use crate::flags::Common;
@@ -46,8 +48,9 @@ use niji_picture::PlannedScene;
 /// Make the picture of a scene, leaving every intermediate file.
 ///
 /// Runs the stages that the plan calls for. A file whose request still fits is kept, so that a second
-/// run says "up to date" and an interrupted one goes on; anything else that exists is refused
-/// without --force.
+/// run says "up to date" and an interrupted one goes on; after an edit what no longer fits is made anew, and where
+/// only [picture] changed, how the image is shown. Files that are not as a run left them are refused without
+/// --force, and with --choice all that do not fit.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   niji run data/scenes/paper-c-figure-3.toml -o out
@@ -115,7 +118,7 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
         );
         return Err(Failure::Usage(message));
     }
-    report::check_own(folder, None, common.options().existing)?;
+    report::check_own(folder, None, common.options_of_run().existing)?;
     if let Some(frames) = &command.frames {
         return frames::execute(command, frames, common);
     }
@@ -133,7 +136,7 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
         let message = "--tiles is of a picture that is rendered: leave it out for a photograph";
         return Err(Failure::Usage(message.to_owned()));
     }
-    let options = common.options();
+    let options = common.options_of_run();
     let given = given_table::given(&planned, command.table.as_deref(), options.verbosity)?;
     let files = Files::of_scene(&planned, folder)
         .with_table(given)
@@ -164,14 +167,15 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
     let report = report::json(&planned, &done, (reached.as_ref(), &cheaper));
     report::write(&report, folder, None)?;
     let verbosity = options.verbosity;
-    for warning in &planned.plan.warnings {
+    let plan = planned.plan_as_shown();
+    for warning in &plan.warnings {
         verbosity.warn(warning);
     }
     for finding in findings.iter().map(FindingText::from) {
         verbosity.say(finding.text().trim_end());
     }
     verbosity.say(closing::text(
-        &planned.plan,
+        &plan,
         (&done, reached.as_ref()),
         budget.as_ref(),
     ));
@@ -210,7 +214,7 @@ fn planned(
     (common, budget): (&Common, Option<&Budget>),
     kept: &Path,
 ) -> Result<PlannedScene, Failure> {
-    let mut before: Option<Choice> = choice_file::kept(kept, common.options().existing)?;
+    let mut before: Option<Choice> = choice_file::kept(kept, common.options_of_run().existing)?;
     if common.choice.is_some() {
         return scene_file::load(&command.scene, common);
     }
@@ -222,7 +226,21 @@ fn planned(
     if let Some(before) = &mut before {
         before.afforded = None;
     }
-    scene_file::planned(scene, &command.scene, before.as_ref())
+    let planned = scene_file::planned(scene.clone(), &command.scene, before.as_ref())?;
+    if planned.shown == planned.scene.picture || serves(&planned, kept)? {
+        return Ok(planned);
+    }
+    scene_file::planned(scene, &command.scene, None)
+}
+
+/// Does the picture of a run before, whose choice is `kept`, keep the tolerance as it is shown now?
+fn serves(planned: &PlannedScene, kept: &Path) -> Result<bool, Failure> {
+    let image = kept.with_file_name(stages::render::FILE);
+    if checksums::found(&image, false) != Found::Whole {
+        return Ok(false);
+    }
+    let reached = accuracy::reached(planned, &image)?;
+    Ok(reached.is_some_and(|it| it.too_much().is_none()))
 }
 
 /// Makes the tables of a plan, and nothing else.

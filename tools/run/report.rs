@@ -20,6 +20,7 @@ use crate::stages::accuracy::Cheaper;
 use crate::stages::accuracy::Reached;
 use crate::version;
 use niji_picture::PlannedScene;
+use niji_scene::Scene;
 
 /// Name of the file in the folder of a run.
 const FILE: &str = "report.json";
@@ -33,8 +34,8 @@ pub(super) fn json(
     json!({
         "version": version(),
         "command": arguments(),
-        "scene": planned.scene,
-        "plan": planned.plan,
+        "scene": Scene { picture: planned.shown, ..planned.scene.clone() },
+        "plan": planned.plan_as_shown(),
         "accuracy": reached,
         "cheaper": cheaper,
         "stages": done,

@@ -163,7 +163,7 @@ const LEAST_PERCENT: f64 = 1e-4;
 /// A file that cannot be read.
 pub(crate) fn reached(planned: &PlannedScene, image: &Path) -> Result<Option<Reached>, Failure> {
     let picture = SpectralImage::read_spectral(image).map_err(|e| Failure::bad_input(image, e))?;
-    Ok(reached_by(&planned.plan, &picture))
+    Ok(reached_by(&planned.plan_as_shown(), &picture))
 }
 
 /// How accurate a picture is; `None` if it holds no estimate.
@@ -228,7 +228,7 @@ pub(crate) fn cheaper(planned: &PlannedScene, done: &[Done], reached: &Reached) 
     let Some(spent) = done.iter().find_map(|it| it.spent) else {
         return Vec::new();
     };
-    let white = planned.plan.display_white_cd_m2;
+    let white = planned.plan_as_shown().display_white_cd_m2;
     let [before, after] = spent.mean_squares.map(|it| it / (white * white));
     let of_rays = Cheaper {
         change: "accuracy.pixel_footprint = \"prefiltered\"",

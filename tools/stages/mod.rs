@@ -123,6 +123,20 @@ pub(crate) fn perform(
     })
 }
 
+/// Refuses outputs that are taken, before anything is made.
+///
+/// # Errors
+/// As [`perform`].
+pub(crate) fn check_free_to_make(request: &Request, options: StageOptions) -> Result<(), Failure> {
+    let made_for = provenance(request)?;
+    let hash = made_for.request_hash();
+    let fits = |path: &&Path| checksums::fits(path, &hash, options.verifies);
+    if request.outputs.iter().all(fits) {
+        return Ok(());
+    }
+    check_free_for(&made_for, &request.outputs, options.existing)
+}
+
 /// Says that a stage has nothing to do.
 pub(crate) fn say_up_to_date(stage: &str, main: &Path, verbosity: Verbosity) {
     let main = main.display();

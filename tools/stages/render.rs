@@ -87,15 +87,18 @@ pub(crate) struct RenderStage<'a> {
 /// Inputs that are missing, damaged or contradict each other, an output that exists, or a file that
 /// cannot be written.
 pub(crate) fn make(stage: RenderStage, options: StageOptions) -> Result<Done, Failure> {
-    let companions = companions(stage.target.path);
-    let mut spent = None;
-    let done = perform(&request(&stage, &companions)?, options, |provenance| {
+    let shown = Shown::of(&stage)?;
+    shown.check_free(options)?;
+    let (mut rendered, mut spent) = (None, None);
+    let done = perform(&request(&stage)?, options, |provenance| {
         let image = picture(stage, provenance, options.verbosity)?;
         spent = image.1;
-        write(&image.0, &stage.settings.picture, stage.target.path)
+        write_spectral(&image.0, stage.target.path)?;
+        rendered = Some(image.0);
+        Ok(())
     })?;
     saved_rows::clear(stage.target.path);
-    Ok(Done { spent, ..done })
+    shown.make(rendered, Done { spent, ..done }, options)
 }
 
 /// Renders a picture in the time there is.
@@ -124,25 +127,105 @@ pub(crate) fn make_until(
         settings: &settings,
         ..stage
     };
-    let companions = companions(stage.target.path);
-    let request = request(&as_afforded, &companions)?;
-    let done = perform(&request, options, |provenance| {
+    let shown = Shown::of(&as_afforded)?;
+    shown.check_free(options)?;
+    let mut made = None;
+    let done = perform(&request(&as_afforded)?, options, |provenance| {
         let image = work.image(rendered, region, provenance);
-        write(&image, &settings.picture, stage.target.path)
+        write_spectral(&image, stage.target.path)?;
+        made = Some(image);
+        Ok(())
     })?;
     let done = Done {
         seconds: (deadline.now_s)() - start_s,
         spent: Some(spent),
-        ..done
+        ..shown.make(made, done, options)?
     };
     Ok((done, spent.afforded))
 }
 
-/// What the files of a picture are asked for with.
-fn request<'a>(
-    stage: &RenderStage<'a>,
-    [plain, preview]: &'a [PathBuf; 2],
-) -> Result<Request<'a>, Failure> {
+/// How a picture is shown: the plain image and the preview beside the spectral image, made anew without it where it is
+/// shown otherwise.
+struct Shown<'a> {
+    settings: PictureSettings,
+    stage: RenderStage<'a>,
+    files: [PathBuf; 2],
+}
+
+impl<'a> Shown<'a> {
+    fn of(stage: &RenderStage<'a>) -> Result<Self, Failure> {
+        let settings = stage.settings;
+        if settings.shown != settings.picture && stage.target.region != settings.whole()? {
+            return Err(Failure::Usage(format!(
+                "tiles are shown as their picture was decided on, at picture.exposure_ev = {}, found {}: plan it anew,                  or leave --tiles and --region out",
+                settings.picture.exposure_ev, settings.shown.exposure_ev
+            )));
+        }
+        Ok(Self {
+            settings: PictureSettings {
+                picture: settings.shown,
+                ..settings.clone()
+            },
+            stage: *stage,
+            files: companions(stage.target.path),
+        })
+    }
+
+    /// The request of the picture if it had been decided on for this.
+    fn request(&self) -> Result<Request<'_>, Failure> {
+        let stage = RenderStage {
+            settings: &self.settings,
+            ..self.stage
+        };
+        Ok(Request {
+            outputs: self.files.iter().map(PathBuf::as_path).collect(),
+            ..request(&stage)?
+        })
+    }
+
+    /// Refuses files of others before anything is rendered.
+    fn check_free(&self, options: StageOptions) -> Result<(), Failure> {
+        let [plain, preview] = &self.files;
+        output::check_distinct(&[self.stage.target.path, plain, preview])?;
+        stages::check_free_to_make(&self.request()?, options)
+    }
+
+    /// Makes both, after `done`, of what was rendered or stands in its file.
+    fn make(
+        &self,
+        rendered: Option<SpectralImage>,
+        done: Done,
+        options: StageOptions,
+    ) -> Result<Done, Failure> {
+        let path = self.stage.target.path;
+        // Of those that are there the image is told.
+        let options = StageOptions {
+            verbosity: Verbosity::Quiet,
+            ..options
+        };
+        let made = perform(&self.request()?, options, |provenance| {
+            let image = match rendered {
+                Some(image) => image,
+                None => SpectralImage::read_spectral(path)
+                    .map_err(|error| Failure::bad_input(path, error))?,
+            };
+            let image = SpectralImage {
+                provenance,
+                ..image
+            };
+            write_shown(&image, &self.settings.picture, path)
+        })?;
+        Ok(Done {
+            files: [done.files, made.files].concat(),
+            up_to_date: done.up_to_date && made.up_to_date,
+            seconds: done.seconds + made.seconds,
+            ..done
+        })
+    }
+}
+
+/// What the spectral image of a picture is asked for with.
+fn request<'a>(stage: &RenderStage<'a>) -> Result<Request<'a>, Failure> {
     let RenderStage {
         settings,
         inputs,
@@ -159,7 +242,7 @@ fn request<'a>(
         stage: "render",
         settings: Tile { region, whole }.settings(&text),
         inputs: files,
-        outputs: vec![target.path, plain, preview],
+        outputs: vec![target.path],
     })
 }
 
@@ -168,14 +251,22 @@ fn request<'a>(
 /// # Errors
 /// A file that cannot be written.
 pub(crate) fn write(image: &SpectralImage, shown: &Picture, to: &Path) -> Result<(), Failure> {
-    let [plain, preview] = companions(to);
+    write_shown(image, shown, to)?;
+    write_spectral(image, to)
+}
+
+fn write_spectral(image: &SpectralImage, to: &Path) -> Result<(), Failure> {
+    output::write_file(to, |writer| image.write_spectral(writer))
+}
+
+fn write_shown(image: &SpectralImage, shown: &Picture, beside: &Path) -> Result<(), Failure> {
+    let [plain, preview] = companions(beside);
     output::write_file(&preview, |writer| {
         image.write_png(writer, shown.exposure_ev)
     })?;
     output::write_file(&plain, |writer| {
         image.write_rgb_exr(shown.primaries.into(), writer)
-    })?;
-    output::write_file(to, |writer| image.write_spectral(writer))
+    })
 }
 
 /// The files of a picture, read, and its drops in the light of the sun.

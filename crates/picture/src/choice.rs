@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use niji_exchange::Provenance;
 use niji_scene::Foretold;
+use niji_scene::Picture;
 use niji_scene::Plan;
 use niji_scene::Scene;
 use niji_scene::canonical_json;
@@ -26,6 +27,10 @@ pub struct Choice {
     pub effects: Vec<String>,
     /// The level of every stage.
     pub levels: Value,
+    /// How it was to be shown: display white, over which errors are told, follows from it. Shown otherwise, the same
+    /// picture serves as long as its error allows.
+    #[serde(default)]
+    pub picture: Picture,
     /// What there was time for, where a picture had to be there at a time.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub afforded: Option<Afforded>,
@@ -34,14 +39,19 @@ pub struct Choice {
 }
 
 impl Choice {
-    /// Of a plan by a version of the program for a request, with what was measured.
-    pub(crate) fn of(plan: &Plan, (version, request): (&str, String), seen: Seen) -> Self {
+    /// Of a plan for a picture by a version of the program for a request, with what was measured.
+    pub(crate) fn of(
+        (plan, picture): (&Plan, Picture),
+        (version, request): (&str, String),
+        seen: Seen,
+    ) -> Self {
         let on = plan.effects_on().map(|effect| effect.name().to_owned());
         Self {
             version: version.to_owned(),
             request,
             effects: on.collect(),
             levels: serde_json::to_value(plan.levels).unwrap_or_default(),
+            picture,
             afforded: None,
             seen,
         }

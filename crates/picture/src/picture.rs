@@ -84,8 +84,11 @@ pub struct PictureSettings {
     /// How many times larger the error of a pixel may be before it gets more rays, where a budget left that.
     #[serde(skip_serializing_if = "is_one")]
     pub coarser_rays: f64,
-    /// How the preview is shown.
+    /// How the preview is shown; where it was decided on for something else, for which.
     pub picture: Picture,
+    /// How the preview is shown.
+    #[serde(skip)]
+    pub shown: Picture,
     /// Number of a frame, and how many are shown in a second.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub frame: Option<(u32, f64)>,
@@ -141,6 +144,7 @@ impl PictureSettings {
             most_orders_error: follows_rounds
                 .then_some(most_error_of_orders(plan.tolerance, plan.left_out)),
             picture: scene.picture,
+            shown: planned.shown,
             frame: (planned.time).map(|time| (time.frame, time.frames_per_second)),
             water_surface: mirrored_water.map(|(surface, _)| surface),
             mirrored_water,

@@ -23,6 +23,7 @@ use niji_scatter::airy_to_file;
 use niji_scene::DropSpacing;
 use niji_scene::DropSummary;
 use niji_scene::Foretold;
+use niji_scene::Picture;
 use niji_scene::Plan;
 use niji_scene::Scene;
 use niji_scene::Stage;
@@ -77,6 +78,8 @@ pub struct PlannedScene {
     pub choice: Choice,
     /// When it is shown, where it is a frame.
     pub time: Option<FrameTime>,
+    /// How its picture is shown, where it was decided on for [`Scene::picture`].
+    pub shown: Picture,
 }
 
 /// How a scene is planned.
@@ -183,11 +186,31 @@ pub fn check_files(scene: &Scene, folder: &Path) -> Result<(), Error> {
 impl PlannedScene {
     /// Plans a scene; files of drops are read, and what no bound settles is measured in small pictures: what light
     /// that drops scatter more than once adds, how finely that of the air has to be solved, what the spacing of the
-    /// drops' nodes changes.
+    /// drops' nodes changes. What was chosen before for the same scene shown otherwise is taken as it is.
     ///
     /// # Errors
     /// A drop volume that is missing or wrong, or a scene that cannot be planned; [`Error::Stopped`].
     pub fn new(scene: Scene, request: PlanRequest) -> Result<Self, Error> {
+        let shown = scene.picture;
+        if let Some(before) = request.choice.filter(|it| it.picture != shown) {
+            let scene = Scene {
+                picture: before.picture,
+                ..scene.clone()
+            };
+            let unmeasured = PlanRequest {
+                is_hasty: true,
+                ..request
+            };
+            let planned = Self::as_shown(scene, unmeasured)?;
+            if planned.choice == *before {
+                return Ok(Self { shown, ..planned });
+            }
+        }
+        Self::as_shown(scene, request)
+    }
+
+    /// The same, decided for how it is shown.
+    fn as_shown(scene: Scene, request: PlanRequest) -> Result<Self, Error> {
         let drops = drops_of(&scene, request)?;
         let planned = Self::with_drops(scene, request, (drops, Measured::Now))?;
         let spacing = planned.choice.seen.spacing();
@@ -235,8 +258,9 @@ impl PlannedScene {
             folder: folder.to_owned(),
             drop_file: scene.drops.file().map(|file| folder.join(file)),
             drop_source: VolumeSource::of(&scene, folder),
+            shown: scene.picture,
             choice: Choice::of(
-                &plan,
+                (&plan, scene.picture),
                 (&choice.version, choice.request.clone()),
                 choice.seen.clone(),
             ),
@@ -255,6 +279,7 @@ impl PlannedScene {
             drop_source: self.drop_source.clone(),
             choice: self.choice.clone(),
             time: None,
+            shown: scene.picture,
             scene,
         }
     }
@@ -327,8 +352,9 @@ impl PlannedScene {
             folder: folder.to_owned(),
             choice: Choice {
                 afforded,
-                ..Choice::of(&plan, (request.version, key), seen)
+                ..Choice::of((&plan, scene.picture), (request.version, key), seen)
             },
+            shown: scene.picture,
             scene,
             plan,
             drop_file,
@@ -347,6 +373,12 @@ impl PlannedScene {
             ..PlanRequest::default()
         };
         Self::new(scene, request)
+    }
+
+    /// Its plan with all that is told over display white as the picture is shown.
+    pub fn plan_as_shown(&self) -> Plan {
+        let brighter = (self.shown.exposure_ev - self.scene.picture.exposure_ev).exp2();
+        self.plan.clone().brighter(brighter)
     }
 
     /// Its drops.

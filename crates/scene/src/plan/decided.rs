@@ -100,6 +100,18 @@ pub struct Plan {
 }
 
 impl Plan {
+    /// The same plan for a preview that is so many times brighter: what is told over display white is as much more.
+    #[must_use]
+    pub fn brighter(mut self, times: f64) -> Self {
+        self.display_white_cd_m2 /= times;
+        self.left_out *= times;
+        for decision in &mut self.effects {
+            decision.bound.value *= times;
+            decision.bound.rms *= times;
+        }
+        self
+    }
+
     /// Whether an effect is simulated.
     pub fn is_on(&self, effect: Effect) -> bool {
         self.effects
