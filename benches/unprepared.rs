@@ -8,10 +8,17 @@
 //!
 //!     cargo bench --bench unprepared -- truths [SCENE]...
 //!     cargo bench --bench unprepared -- measure [SCENE]... [-- FLAGS OF NIJI RUN]
+//!     cargo bench --bench unprepared -- draw SEED FOLDER
+//!
+//! A scene is a name in `tests/unprepared` or the path of a file, whose truth then lies in `truths` beside it.
+//! `draw` writes twelve scenes that follow from a seed alone, hexadecimal digits such as the hash of a commit.
 //!
 //! `measure` runs the program as a stranger does and prints, in percent of display white, the true RMS
 //! error, the error that was told, and of the pixels whose error is above 0.01 % how many err by no more than
 //! the layer `error` says and how many times too much it says in the median.
+
+#[path = "unprepared/draw.rs"]
+mod draw;
 
 use std::fs::File;
 use std::io::BufWriter;
@@ -42,6 +49,8 @@ use niji_scene::Preset;
 use niji_scene::Switch;
 use serde_json::Value;
 
+use draw::Dice;
+
 /// Pixels of a truth along each side of a pixel.
 const FINER: usize = 4;
 /// Tolerance of the truth; pixels of it get more rays at a third of that.
@@ -50,6 +59,8 @@ const FINEST: f64 = 5e-4;
 const TABLE_ERROR: f64 = 1e-3;
 /// Errors below are not counted against the layer `error`.
 const LEAST_COUNTED: f64 = 1e-4;
+/// Scenes of a seed.
+const N_DRAWN: usize = 12;
 
 type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 
@@ -62,12 +73,23 @@ fn main() -> Result<()> {
     let mut parts = arguments.split(|it| it == "--");
     let asked = parts.next().unwrap_or_default();
     let flags = parts.next().unwrap_or_default();
-    let names = names(asked.get(1..).unwrap_or_default())?;
-    match asked.first().map(String::as_str) {
-        Some("truths") => names.iter().try_for_each(|name| make_truth(name)),
-        Some("measure") => measure(&names, flags),
-        _ => Err("say `truths` or `measure`, then names of scenes".into()),
+    let rest = asked.get(1..).unwrap_or_default();
+    match (asked.first().map(String::as_str), rest) {
+        (Some("truths"), _) => names(rest)?.iter().try_for_each(|name| make_truth(name)),
+        (Some("measure"), _) => measure(&names(rest)?, flags),
+        (Some("draw"), [seed, folder]) => draw_scenes(seed, Path::new(folder)),
+        _ => Err("say `truths` or `measure`, then names of scenes, or `draw SEED FOLDER`".into()),
     }
+}
+
+/// Writes the scenes of a seed.
+fn draw_scenes(seed: &str, folder: &Path) -> Result<()> {
+    let mut dice = Dice::new(seed).ok_or("a seed is of hexadecimal digits")?;
+    std::fs::create_dir_all(folder)?;
+    for (index, text) in draw::scenes(&mut dice, N_DRAWN).iter().enumerate() {
+        std::fs::write(folder.join(format!("drawn-{}.toml", index + 1)), text)?;
+    }
+    Ok(())
 }
 
 /// Where the scenes lie.
@@ -76,11 +98,17 @@ fn folder() -> PathBuf {
 }
 
 fn scene_file(name: &str) -> PathBuf {
+    let path = PathBuf::from(name);
+    if path.extension().is_some_and(|it| it == "toml") {
+        return path;
+    }
     folder().join(format!("{name}.toml"))
 }
 
 fn truth_file(name: &str) -> PathBuf {
-    folder().join("truths").join(format!("{name}.exr"))
+    let scene = scene_file(name).with_extension("exr");
+    let file = scene.file_name().unwrap_or_default();
+    scene.with_file_name("truths").join(file)
 }
 
 /// The scenes that are asked for, all where none is.
@@ -121,9 +149,10 @@ fn finer(text: &str) -> Result<String> {
 
 /// The truth of a scene, planned.
 fn truth(name: &str) -> Result<PlannedScene> {
-    let folder = folder();
-    let text = std::fs::read_to_string(scene_file(name))?;
-    let mut scene: Scene = scene_from_toml(&finer(&text)?, &folder)?;
+    let file = scene_file(name);
+    let folder = file.parent().unwrap_or(Path::new("."));
+    let text = std::fs::read_to_string(&file)?;
+    let mut scene: Scene = scene_from_toml(&finer(&text)?, folder)?;
     scene.accuracy = Accuracy {
         preset: Preset::Standard,
         tolerance: Some(FINEST),
@@ -135,7 +164,7 @@ fn truth(name: &str) -> Result<PlannedScene> {
         ..scene.accuracy
     };
     let request = PlanRequest {
-        folder: &folder,
+        folder,
         ..PlanRequest::default()
     };
     let first = PlannedScene::new(scene.clone(), request).or_else(|_| {
