@@ -1,7 +1,12 @@
 //! What a picture errs by beside what is estimated with it, pixel by pixel.
 //!
 //! Of effects with a bound that are left out it is the RMS of that, the same everywhere; of what was looked at in
-//! small pictures of the same view, what was seen there.
+//! small pictures of the same view, what was seen there. That is what is expected, the part of each cause. To the
+//! error of a pixel, which few shall exceed, it adds
+//!
+//! M max(e(x + d))   over d of a pixel of the small picture in every direction
+//! `e` what was seen, `M` a margin: what is narrower than these pixels is brighter than they show, and a difference of
+//! two levels that changes its sign is 0 where both err.
 
 use ndarray::Array2;
 use niji_exchange::Aov;
@@ -19,6 +24,12 @@ pub const LEFT_OUT: &str = "left_out";
 pub const SKY: &str = "sky";
 /// What they call that which lies between the nodes of the drops.
 pub const DROP_SPACING: &str = "drop_spacing";
+
+/// M of a difference of two levels or spacings, which is part of what the finer one errs by.
+const OF_DIFFERENCE: f64 = 1.5;
+
+/// M of light of further orders, by few paths, sizes and wavelengths and a coarse table.
+const OF_LIGHT: f64 = 2.0;
 
 /// What is known before a picture is rendered, over display white.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -63,13 +74,22 @@ impl ForeseenErrors {
             let Some((_, all)) = error.channels.first_mut() else {
                 return;
             };
-            let values = Array2::from_shape_fn(all.dim(), |at| {
-                let [right, down] = place.of(at);
-                let here = part.map_or(0.0, |it| it.at(right, down));
-                ((everywhere + here) * place.display_white_cd_m2) as f32
-            });
-            for (all, value) in all.iter_mut().zip(&values) {
-                *all = all.hypot(*value);
+            let plane = |part: Option<&SmallPicture>, margin: f64| {
+                Array2::from_shape_fn(all.dim(), |at| {
+                    let [right, down] = place.of(at);
+                    let here = part.map_or(0.0, |it| it.at(right, down));
+                    ((everywhere + margin * here) * place.display_white_cd_m2) as f32
+                })
+            };
+            let margin = if name == LEFT_OUT {
+                OF_LIGHT
+            } else {
+                OF_DIFFERENCE
+            };
+            let at_most = plane(part.map(SmallPicture::widened).as_ref(), margin);
+            let values = plane(part, 1.0);
+            for (all, at_most) in all.iter_mut().zip(&at_most) {
+                *all = all.hypot(*at_most);
             }
             error.channels.push((name.to_owned(), values));
         }
@@ -148,7 +168,10 @@ mod tests {
                 (f64::from(*found) - 2.0 * expected).abs() < 1e-5,
                 "{y} {x}: {found}"
             );
-            assert!((error.channels[0].1[[y, x]] - found.hypot(3.0)).abs() < 1e-5);
+            // One small pixel further to the right and down it is brightest.
+            let most = at(place(x as u32, 5, 16), place(y as u32, 4, 8));
+            let at_most = 2.0 * (OF_LIGHT * most + 0.25) as f32;
+            assert!((error.channels[0].1[[y, x]] - at_most.hypot(3.0)).abs() < 1e-5);
         }
     }
 }

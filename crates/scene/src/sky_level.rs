@@ -4,7 +4,7 @@ use niji_atmosphere::ScatteringOrders;
 use serde::Deserialize;
 use serde::Serialize;
 
-/// A level, coarse before fine: each errs by at most half as much as the one before.
+/// A level, coarse before fine: each errs by about half as much as the one before.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum SkyLevel {

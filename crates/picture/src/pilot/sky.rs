@@ -1,10 +1,10 @@
 //! How finely light that the air scatters more than once is solved, and what the picture errs by for it.
 //!
-//! e(coarse) = M |L(coarse) - L(fine)|,   e(fine) = |L(coarse) - L(fine)| / 2,   e(finer) = e(fine) / 2
+//! e(coarse) = M |L(coarse) - L(fine)|,   e(fine) = e(coarse) / 2,   e(finer) = e(fine) / 2
 //! `L` luminance of sky and ground without drops, over display white; `coarse` and `fine` two levels that follow each
-//! other; `M` margin. From each level to the next the error falls to at most a half. So the difference is most of the
-//! error of the coarser one, and half of it bounds that of the finer one. The finest levels are not looked at: they
-//! take longer than the picture.
+//! other; `M` margin. From each level to the next the error falls to about a half. The finest level is not looked at,
+//! it takes longer than the picture; nor is what the draft level differs by, which says little of finer ones: with the
+//! sun 5 degrees high in haze it is as much as the next level still errs by, in clear air ten times as much.
 //!
 //! Drops and surfaces are left out: what they hide errs no more than what is seen, and what drops take from the
 //! sky behind them they give back from their surroundings, which are of the same light.
@@ -32,8 +32,8 @@ use crate::air;
 use crate::error::Error;
 use crate::watch::Watch;
 
-/// What the difference of two levels is multiplied by: the finer one errs too.
-const MARGIN: f64 = 1.25;
+/// What the difference of two levels is multiplied by: the finer one errs too, by a third of what the coarser one does.
+const MARGIN: f64 = 1.5;
 
 /// What the error falls to from a level to the next.
 const HALF: f64 = 0.5;
@@ -73,29 +73,29 @@ pub(crate) fn sky(scene: &Scene, plan: &Plan, watch: Watch) -> Result<Option<Sky
     let seen = |level| luminance(&small, (levels, level), watch);
     // By how many levels it is finer than the coarser of the two that were compared.
     let error = |difference: &Array2<f64>, n_finer: i32| {
-        let part = if n_finer == 0 {
-            MARGIN
-        } else {
-            HALF.powi(n_finer)
-        };
-        let part = part / plan.display_white_cd_m2;
+        let part = MARGIN * HALF.powi(n_finer) / plan.display_white_cd_m2;
         SmallPicture::new(&small.camera, &difference.mapv(|it| part * it.abs()))
     };
     let quick = seen(SkyLevel::Quick)?;
-    let to_quick = &quick - &seen(SkyLevel::Draft)?;
-    let of_first = error(&to_quick, first as i32 - SkyLevel::Draft as i32);
-    let found = |(level, error)| Ok(Some(SkySeen { level, error }));
-    if !is_chosen || of_first.bound().rms <= allowed {
-        return found((first, of_first));
+    if first == SkyLevel::Draft {
+        let error = error(&(&quick - &seen(first)?), 0);
+        return Ok(Some(SkySeen {
+            level: first,
+            error,
+        }));
     }
     let to_standard = seen(SkyLevel::Standard)? - &quick;
-    for (level, n_finer) in [(SkyLevel::Quick, 0), (SkyLevel::Standard, 1)] {
-        let error = error(&to_standard, n_finer);
-        if error.bound().rms <= allowed {
-            return found((level, error));
-        }
-    }
-    found((SkyLevel::Fine, error(&to_standard, 2)))
+    let levels = [SkyLevel::Quick, SkyLevel::Standard, SkyLevel::Fine];
+    let levels = levels.into_iter().zip(0..);
+    let found = levels
+        .filter(|(level, _)| *level >= first)
+        .map(|(level, n_finer)| SkySeen {
+            level,
+            error: error(&to_standard, n_finer),
+        });
+    let is_enough =
+        |it: &SkySeen| !is_chosen || it.level == SkyLevel::Fine || it.error.bound().rms <= allowed;
+    Ok(found.into_iter().find(is_enough))
 }
 
 /// Luminance of every pixel of a scene without drops [cd/m²].

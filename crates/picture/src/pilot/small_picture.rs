@@ -73,6 +73,26 @@ impl SmallPicture {
         self
     }
 
+    /// The same with the brightest of each pixel and those around it.
+    pub(crate) fn widened(&self) -> Self {
+        let n_columns = self.luminance.first().map_or(0, Vec::len);
+        let around = |at: usize, n: usize| at.saturating_sub(1)..(at + 2).min(n);
+        let brightest = |(row, column): (usize, usize)| {
+            let rows = &self.luminance[around(row, self.luminance.len())];
+            let near = rows.iter().flat_map(|it| &it[around(column, n_columns)]);
+            near.copied().fold(f32::NEG_INFINITY, f32::max)
+        };
+        let row = |row| {
+            (0..n_columns)
+                .map(|column| brightest((row, column)))
+                .collect()
+        };
+        Self {
+            luminance: (0..self.luminance.len()).map(row).collect(),
+            ..*self
+        }
+    }
+
     /// Its light at a place in parts of the frame, linear between pixels; the nearest ones hold outside.
     pub(crate) fn at(&self, right: f64, down: f64) -> f64 {
         let [width, height] = self.frame_px.map(f64::from);
