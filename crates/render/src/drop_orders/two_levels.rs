@@ -97,7 +97,9 @@ fn on_both(
     let few_of_each = 0..of_each(few_of(n_many));
     let few = coarse.means(paths, few_of_each.clone())?;
     let mut means = fine.means(paths, few_of_each)?;
-    let mut left_out_cd_m2 = Vec::with_capacity(means.len());
+    // Of each difference the direction it lies at, the part that is left out, and what is expected of its square
+    // beyond that of its noise.
+    let mut differences = Vec::with_capacity(means.len());
     for (index, mean) in means.iter_mut().enumerate() {
         let around = coarse.grid.around(fine.grid.direction(index / N_STRATA));
         let between = |of: &[Mean]| {
@@ -113,12 +115,41 @@ fn on_both(
         sum.add(share, &difference);
         sum.keep_positive();
         *mean = sum;
-        left_out_cd_m2.push((1.0 - share) * difference.luminance_cd_m2());
+        let noise = standard_error(&difference.replicates_cd_m2);
+        let beyond = difference.luminance_cd_m2().powi(2) - noise * noise;
+        differences.push((around, 1.0 - share, beyond));
     }
+    let left_out = left_out_cd_m2(&differences, coarse.grid.n_nodes());
     let between = interpolation_errors(&fine.grid, &means);
-    let both = between.iter().zip(&left_out_cd_m2);
+    let both = between.iter().zip(&left_out);
     let interpolation_cd_m2 = both.map(|(a, b)| a.hypot(*b)).collect();
     Ok((means, interpolation_cd_m2))
+}
+
+/// Nodes of the coarse lattice around a direction with their weights.
+type Around = [(usize, f32); 4];
+
+/// What differences are expected to be that are left out, from those around them: a single one below its noise tells
+/// nothing but that, many of them how large they are.
+///
+/// e(d) = (1 - k) sqrt(max(0, <delta² - sigma²>)),   `<>` mean over the directions around, by the coarse lattice
+fn left_out_cd_m2(differences: &[(Around, f32, f32)], n_nodes: usize) -> Vec<f32> {
+    let mut sums = vec![[0.0_f32; 2]; n_nodes * N_STRATA];
+    for (index, (around, _, beyond)) in differences.iter().enumerate() {
+        for (node, weight) in around {
+            let [sum, weights] = &mut sums[node * N_STRATA + index % N_STRATA];
+            *sum += weight * beyond;
+            *weights += weight;
+        }
+    }
+    let expected = |(index, (around, share_out, _)): (usize, &(Around, f32, f32))| {
+        let near = around.iter().map(|(node, weight)| {
+            let [sum, weights] = sums[node * N_STRATA + index % N_STRATA];
+            weight * sum / weights.max(f32::MIN_POSITIVE)
+        });
+        share_out * near.sum::<f32>().max(0.0).sqrt()
+    };
+    differences.iter().enumerate().map(expected).collect()
 }
 
 /// Paths of each replicate where there are so many together, or a few more.
@@ -249,6 +280,29 @@ mod tests {
         assert_eq!(OrdersError::ANY.further_paths(512, 1e9), 512);
         // None are enough.
         assert!(further(1e300) > usize::MAX / 4);
+    }
+
+    #[test]
+    fn of_what_is_left_out_only_noise_is_not_told() {
+        // Around two nodes, of the first stratum; its neighbors have nothing.
+        let around = |part: f32| [(0, 1.0 - part), (1, part), (2, 0.0), (3, 0.0)];
+        let told = |beyond: &dyn Fn(usize) -> f32, share_out: f32| {
+            let at = |index: usize| {
+                let (node, stratum) = (index / N_STRATA, index % N_STRATA);
+                let is_own = if stratum == 0 { 1.0 } else { 0.0 };
+                (around(node as f32 / 16.0), share_out, is_own * beyond(node))
+            };
+            let differences: Vec<_> = (0..16 * N_STRATA).map(at).collect();
+            left_out_cd_m2(&differences, 4)
+        };
+        // A difference of 3 is found below noise that is as large, whatever single nodes are.
+        let found = told(&|node| if node % 2 == 0 { 18.0 } else { 0.0 }, 1.0);
+        assert!((found[8 * N_STRATA] - 3.0).abs() < 0.05, "{found:?}");
+        assert!(found[1..N_STRATA].iter().all(|it| *it == 0.0));
+        // Of what is half left out half is told, of noise alone nothing.
+        assert!((told(&|_| 9.0, 0.5)[0] - 1.5).abs() < 1e-5);
+        let of_noise = told(&|node| if node % 2 == 0 { 2.0 } else { -2.1 }, 1.0);
+        assert!(of_noise.iter().all(|it| *it < 0.3), "{of_noise:?}");
     }
 
     #[test]
