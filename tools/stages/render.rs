@@ -90,7 +90,7 @@ pub(crate) fn make(stage: RenderStage, options: StageOptions) -> Result<Done, Fa
     let companions = companions(stage.target.path);
     let mut spent = None;
     let done = perform(&request(&stage, &companions)?, options, |provenance| {
-        let image = picture(stage, provenance, options.verbosity)?;
+        let image = picture(stage, &provenance, options.verbosity)?;
         spent = image.1;
         write(&image.0, &stage.settings.picture, stage.target.path)
     })?;
@@ -204,29 +204,41 @@ fn work(stage: RenderStage) -> Result<PictureWork, Failure> {
 
 fn picture(
     stage: RenderStage,
-    provenance: Provenance,
+    provenance: &Provenance,
     verbosity: Verbosity,
 ) -> Result<(SpectralImage, Option<Spent>), Failure> {
     let RenderStage { inputs, target, .. } = stage;
-    let work = work(stage)?;
-    let bar = progress::bar("render", target.region.n_pixels(), verbosity);
-    let start = Instant::now();
-    let work = Work {
-        request: work.request(target.region),
-        provenance,
-        image: &|rendered, region, provenance| work.image(rendered, region, provenance),
-        progress: &|n_pixels| {
-            bar.inc(n_pixels);
-            ControlFlow::Continue(())
-        },
-        deadline: Deadline {
-            now_s: &|| start.elapsed().as_secs_f64(),
-            ..Deadline::NEVER
-        },
-    };
-    let image = saved_rows::render(&work, target.path, Saving::STANDARD);
+    let is_mean = stage.settings.shutter.is_some();
+    let n_pixels = stage.settings.n_pictures() * target.region.n_pixels();
+    let bar = progress::bar("render", n_pixels, verbosity);
+    let (start, mut spent) = (Instant::now(), None);
+    let image = work(stage)?.over_shutter(&unwatched, |work, place| {
+        let work = Work {
+            request: work.request(target.region),
+            provenance: provenance.clone(),
+            image: &|rendered, region, provenance| work.image(rendered, region, provenance),
+            progress: &|n_pixels| {
+                bar.inc(n_pixels);
+                ControlFlow::Continue(())
+            },
+            deadline: Deadline {
+                now_s: &|| start.elapsed().as_secs_f64(),
+                ..Deadline::NEVER
+            },
+        };
+        let to = if is_mean {
+            saved_rows::at_instant(target.path, place)
+        } else {
+            target.path.to_owned()
+        };
+        let image = saved_rows::render(&work, &to, Saving::STANDARD);
+        let (image, of_all) = image.map_err(|error| refusal(&error, inputs))?;
+        // Of a mean nothing is told of its parts.
+        spent = of_all.filter(|_| !is_mean);
+        Ok::<_, Failure>(image)
+    });
     bar.finish_and_clear();
-    image.map_err(|error| refusal(&error, inputs))
+    Ok((image?, spent))
 }
 
 /// A picture that was refused, said of the file that contradicts the scene.
