@@ -196,6 +196,10 @@ fn a_frame_of_a_sequence() {
         plan: request(folder.path()),
         settings: &sequence.settings(),
         frames: &frames,
+        shutter: sequence.shutter,
+        beside: &|frame, after| {
+            scene_from_toml(&sequence.scene_text_beside(frame, after), folder.path())
+        },
     };
     let mut choice = sequence_request.decide(&frames).unwrap();
     let written = fs::read_to_string(out.join("choice.toml")).unwrap();
@@ -207,7 +211,7 @@ fn a_frame_of_a_sequence() {
         frame: 3,
         frames_per_second: 24.0,
     };
-    let planned = PlannedScene::of_frame((scene(3), time), folder.path(), &choice);
+    let planned = PlannedScene::of_frame((scene(3), time, Vec::new()), folder.path(), &choice);
     compare(&planned, &out, "image.0003.exr");
 }
 

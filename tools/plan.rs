@@ -21,6 +21,7 @@ use crate::measure_effects::measure;
 use crate::output;
 use crate::scene_file;
 use crate::sequence_file::SequenceFile;
+use crate::sequence_file::refuse_shutter;
 use crate::shell_word::quoted;
 use crate::stages;
 use niji_picture::PlannedScene;
@@ -83,6 +84,7 @@ pub(crate) fn execute(command: &PlanCommand, common: &Common) -> Result<(), Fail
         return choice_file::write(&planned.choice, file, common.options().existing);
     }
     let text = if command.script {
+        refuse_shutter(&command.scene, &planned.scene)?;
         let folder = output.unwrap_or(Path::new(FOLDER));
         script(&planned, &command.scene, folder, common)
     } else if let Some(name) = &command.explain {

@@ -10,6 +10,7 @@ use niji_picture::SurfaceFiles;
 use crate::failure::Failure;
 use crate::flags::Common;
 use crate::scene_file;
+use crate::sequence_file;
 use crate::stages;
 use crate::stages::render::Inputs;
 use crate::stages::render::RenderStage;
@@ -69,6 +70,7 @@ pub(crate) struct RenderCommand {
 /// As [`stages::render::make`]; a file that the scene's plan needs and that is not named.
 pub(crate) fn execute(command: &RenderCommand, common: &Common) -> Result<(), Failure> {
     let planned = scene_file::load(&command.scene, common)?;
+    sequence_file::refuse_shutter(&command.scene, &planned.scene)?;
     planned.check_light()?;
     let need = |(name, maker), is_needed: bool, given: &Option<PathBuf>| match (is_needed, given) {
         (true, None) => Err(Failure::Usage(format!(

@@ -3,13 +3,16 @@
 use std::path::Path;
 
 use niji_exchange::FrameTime;
+use niji_picture::Error;
 use niji_picture::PlanRequest;
 use niji_picture::PlannedScene;
 use niji_picture::SequenceChoice;
 use niji_picture::SequenceRequest;
 use niji_picture::check_files;
+use niji_scene::Effect;
 use niji_scene::Scene;
 use niji_scene::Sequence;
+use niji_scene::Switch;
 use niji_scene::canonical_json;
 
 use crate::choice_file;
@@ -19,6 +22,24 @@ use crate::frame_list::FrameList;
 use crate::scene_file;
 use crate::sequence_frames::SequenceFrames;
 use crate::text_file;
+
+/// Refuses a scene whose frames have a shutter where it is taken as it stands.
+///
+/// # Errors
+/// What makes frames, and the key that leaves the shutter out.
+pub(crate) fn refuse_shutter(path: &Path, scene: &Scene) -> Result<(), Failure> {
+    let sequence = Sequence::from_toml(&text_file::read(path)?);
+    let sequence = sequence.map_err(|error| Failure::bad_input(path, error))?;
+    let has_shutter = sequence.is_some_and(|it| it.shutter.is_open());
+    if !has_shutter || scene.effects.of(Effect::MotionBlur) == Switch::Off {
+        return Ok(());
+    }
+    Err(Failure::Usage(format!(
+        "{}: found sequence.shutter_deg, expected no shutter where stages are run one by one, which make no frames: \
+         `niji run {0} --frames LIST -o DIR` makes them, effects.motion_blur = \"off\" leaves it out",
+        path.display()
+    )))
+}
 
 /// A scene file with a sequence.
 pub(crate) struct SequenceFile<'a> {
@@ -54,9 +75,23 @@ impl<'a> SequenceFile<'a> {
     /// # Errors
     /// What is wrong with it, with its number.
     pub(crate) fn scene(&self, number: u32) -> Result<Scene, Failure> {
-        let text = self.sequence.scene_text(number);
+        let scene = self.scene_beside(number, 0.0);
+        scene.map_err(|failure| failure.within(&format!("frame {number}")))
+    }
+
+    /// The scene so many frames after one.
+    fn scene_beside(&self, number: u32, after: f64) -> Result<Scene, Failure> {
+        let text = self.sequence.scene_text_beside(number, after);
         scene_file::frame_scene(&text, self.path, self.common)
-            .map_err(|failure| failure.within(&format!("frame {number}")))
+    }
+
+    /// Scenes while the shutter of a frame is open.
+    fn scenes_beside(&self, number: u32, after: &[f64]) -> Result<Vec<Scene>, Failure> {
+        let scenes = after.iter().map(|after| self.scene_beside(number, *after));
+        let scenes = scenes.collect::<Result<_, _>>();
+        scenes.map_err(|failure: Failure| {
+            failure.within(&format!("frame {number}, while its shutter is open"))
+        })
     }
 
     /// A frame as it was decided.
@@ -72,7 +107,9 @@ impl<'a> SequenceFile<'a> {
             frame: number,
             frames_per_second: self.sequence.frames_per_second,
         };
-        let frame = (self.scene(number)?, time);
+        let instants = choice.instants(self.sequence.shutter);
+        let instants = self.scenes_beside(number, &instants)?;
+        let frame = (self.scene(number)?, time, instants);
         Ok(PlannedScene::of_frame(frame, self.request().folder, choice))
     }
 
@@ -81,7 +118,11 @@ impl<'a> SequenceFile<'a> {
     /// # Errors
     /// As [`Self::scene`]; a file that is missing.
     pub(crate) fn check(&self, numbers: &FrameList) -> Result<(), Failure> {
+        let shutter = self.sequence.shutter;
         numbers.iter().try_for_each(|number| {
+            if shutter.is_open() {
+                self.scenes_beside(number, &shutter.ends())?;
+            }
             let found = check_files(&self.scene(number)?, self.request().folder);
             found.map_err(|error| Failure::from(error).within(&format!("frame {number}")))
         })
@@ -150,6 +191,11 @@ impl<'a> SequenceFile<'a> {
             plan: self.request(),
             settings: &canonical_json(&settings),
             frames: &scenes,
+            shutter: self.sequence.shutter,
+            beside: &|number, after| {
+                let scene = self.scene_beside(number, after);
+                scene.map_err(|failure| Error::Scene(failure.to_string()))
+            },
         };
         ask(&request).map_err(|error| scene_file::unplannable(self.path, error))
     }

@@ -20,11 +20,12 @@ use crate::failure::Failure;
 use crate::stages::Done;
 use niji_picture::DROP_SPACING;
 use niji_picture::LEFT_OUT;
+use niji_picture::MOTION;
 use niji_picture::PlannedScene;
 use niji_picture::SKY;
 
 /// What to do about each cause of error, by its channel.
-const REMEDIES: [(&str, &str); 9] = [
+const REMEDIES: [(&str, &str); 10] = [
     (
         "footprint",
         "edges inside pixels: --tolerance gives them up to 256 rays, a larger picture more",
@@ -64,6 +65,10 @@ const REMEDIES: [(&str, &str); 9] = [
     (
         DROP_SPACING,
         "what lies between the nodes of the drops: a smaller voxel_m in [drops]",
+    ),
+    (
+        MOTION,
+        "what moves while the shutter is open: more accuracy.shutter_instants, or a smaller sequence.shutter_deg",
     ),
 ];
 

@@ -91,7 +91,7 @@ pub(crate) fn make(stage: RenderStage, options: StageOptions) -> Result<Done, Fa
     shown.check_free(options)?;
     let (mut rendered, mut spent) = (None, None);
     let done = perform(&request(&stage)?, options, |provenance| {
-        let image = picture(stage, provenance, options.verbosity)?;
+        let image = picture(stage, &provenance, options.verbosity)?;
         spent = image.1;
         write_spectral(&image.0, stage.target.path)?;
         rendered = Some(image.0);
@@ -157,7 +157,8 @@ impl<'a> Shown<'a> {
         let settings = stage.settings;
         if settings.shown != settings.picture && stage.target.region != settings.whole()? {
             return Err(Failure::Usage(format!(
-                "tiles are shown as their picture was decided on, at picture.exposure_ev = {}, found {}: plan it anew,                  or leave --tiles and --region out",
+                "tiles are shown as their picture was decided on, at picture.exposure_ev = {}, found {}: plan it anew, \
+                 or leave --tiles and --region out",
                 settings.picture.exposure_ev, settings.shown.exposure_ev
             )));
         }
@@ -295,29 +296,41 @@ fn work(stage: RenderStage) -> Result<PictureWork, Failure> {
 
 fn picture(
     stage: RenderStage,
-    provenance: Provenance,
+    provenance: &Provenance,
     verbosity: Verbosity,
 ) -> Result<(SpectralImage, Option<Spent>), Failure> {
     let RenderStage { inputs, target, .. } = stage;
-    let work = work(stage)?;
-    let bar = progress::bar("render", target.region.n_pixels(), verbosity);
-    let start = Instant::now();
-    let work = Work {
-        request: work.request(target.region),
-        provenance,
-        image: &|rendered, region, provenance| work.image(rendered, region, provenance),
-        progress: &|n_pixels| {
-            bar.inc(n_pixels);
-            ControlFlow::Continue(())
-        },
-        deadline: Deadline {
-            now_s: &|| start.elapsed().as_secs_f64(),
-            ..Deadline::NEVER
-        },
-    };
-    let image = saved_rows::render(&work, target.path, Saving::STANDARD);
+    let is_mean = stage.settings.shutter.is_some();
+    let n_pixels = stage.settings.n_pictures() * target.region.n_pixels();
+    let bar = progress::bar("render", n_pixels, verbosity);
+    let (start, mut spent) = (Instant::now(), None);
+    let image = work(stage)?.over_shutter(&unwatched, |work, place| {
+        let work = Work {
+            request: work.request(target.region),
+            provenance: provenance.clone(),
+            image: &|rendered, region, provenance| work.image(rendered, region, provenance),
+            progress: &|n_pixels| {
+                bar.inc(n_pixels);
+                ControlFlow::Continue(())
+            },
+            deadline: Deadline {
+                now_s: &|| start.elapsed().as_secs_f64(),
+                ..Deadline::NEVER
+            },
+        };
+        let to = if is_mean {
+            saved_rows::at_instant(target.path, place)
+        } else {
+            target.path.to_owned()
+        };
+        let image = saved_rows::render(&work, &to, Saving::STANDARD);
+        let (image, of_all) = image.map_err(|error| refusal(&error, inputs))?;
+        // Of a mean nothing is told of its parts.
+        spent = of_all.filter(|_| !is_mean);
+        Ok::<_, Failure>(image)
+    });
     bar.finish_and_clear();
-    image.map_err(|error| refusal(&error, inputs))
+    Ok((image?, spent))
 }
 
 /// A picture that was refused, said of the file that contradicts the scene.

@@ -5,6 +5,8 @@
 //! and is the one that an uninterrupted render gives, because no pixel depends on the region that it
 //! is rendered in. Files of another request are not taken.
 //!
+//! An image that is the mean of several over the time a shutter is open has a folder for each of them in its own.
+//!
 //! Saving is decided by the clock and changes nothing but the time: rows are saved when there was
 //! something to lose for a while, and only where that costs little of the time they took.
 
@@ -115,9 +117,19 @@ pub(crate) fn render(
     Ok((assembly.finish(), None))
 }
 
+/// What an image is called that is one of those over which another is the mean: its rows are saved beside the other's
+/// own until that is there.
+pub(crate) fn at_instant(image: &Path, place: usize) -> PathBuf {
+    folder(image).join(format!("instant-{place:03}"))
+}
+
 /// Removes what was saved of an image that is there.
 pub(crate) fn clear(image: &Path) {
     let folder = folder(image);
+    let entries = fs::read_dir(&folder).into_iter().flatten().flatten();
+    for entry in entries.filter(|entry| entry.path().is_dir()) {
+        clear(&entry.path().with_extension(""));
+    }
     let is_own = |file: &PathBuf| {
         stored_provenance(file)
             .as_ref()

@@ -116,6 +116,10 @@ impl World {
 
     /// Renders with one thread; the bytes of the image, and how many pixels were not rendered again.
     fn render(&self, settings: &str, saving: Saving) -> (Vec<u8>, u64) {
+        self.render_to(&self.path(), (settings, saving))
+    }
+
+    fn render_to(&self, to: &Path, (settings, saving): (&str, Saving)) -> (Vec<u8>, u64) {
         let done = Mutex::new(Vec::new());
         let work = Work {
             request: RenderRequest {
@@ -154,9 +158,7 @@ impl World {
             deadline: Deadline::NEVER,
         };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
-        let picture = pool
-            .unwrap()
-            .install(|| render(&work, &self.path(), saving));
+        let picture = pool.unwrap().install(|| render(&work, to, saving));
         let done = done.into_inner().unwrap();
         assert_eq!(done.iter().sum::<u64>(), u64::from(WIDTH * HEIGHT));
         let (picture, spent) = picture.unwrap();
@@ -219,6 +221,21 @@ fn an_interrupted_render_goes_on_to_the_picture_of_an_uninterrupted_one() {
         assert!(resumed == expected, "{n_saved} files");
         assert!(n_kept > 0 && n_kept < u64::from(WIDTH * HEIGHT));
     }
+    clear(&world.path());
+    assert!(!folder(&world.path()).exists());
+}
+
+#[test]
+fn rows_of_each_instant_of_a_mean_are_found_again_and_go_with_the_image() {
+    let world = World::new();
+    let (expected, _) = world.render("{}", NEVER);
+    let instants = [0, 12].map(|place| at_instant(&world.path(), place));
+    for instant in &instants {
+        world.render_to(instant, ("{}", ALWAYS));
+    }
+    fs::remove_file(files(&folder(&instants[1])).pop().unwrap()).unwrap();
+    let (resumed, n_kept) = world.render_to(&instants[1], ("{}", NEVER));
+    assert!(resumed == expected && n_kept > 0);
     clear(&world.path());
     assert!(!folder(&world.path()).exists());
 }

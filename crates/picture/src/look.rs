@@ -110,7 +110,7 @@ impl Looks {
         let key = decided_by(&scene);
         let known = self.decided.iter().find(|it| it.0 == look && it.1 == key);
         if let Some((_, _, planned)) = known {
-            return Ok(planned.seen_otherwise(scene));
+            return Ok(planned.moved_to(scene));
         }
         let request = PlanRequest {
             is_hasty: true,
@@ -121,7 +121,7 @@ impl Looks {
             need.theta_range_rad = (0.0, std::f64::consts::PI);
         }
         self.decided.retain(|it| it.0 != look);
-        let looked = planned.seen_otherwise(scene);
+        let looked = planned.moved_to(scene);
         // Where no drops are in view it says nothing of their table.
         if planned.plan.scattering.is_some() {
             self.decided.push((look, key, planned));

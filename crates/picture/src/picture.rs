@@ -37,10 +37,12 @@ use niji_scene::tolerance_for_orders;
 use niji_scene::tolerance_for_rays;
 use serde::Serialize;
 
+use crate::air;
 use crate::error::Error;
 use crate::foreseen_errors::ForeseenErrors;
 use crate::foreseen_errors::Place;
 use crate::image;
+use crate::open_shutter::OpenShutter;
 use crate::planned_scene::PlannedScene;
 use crate::sun_volume;
 use crate::sun_volume::Allowed;
@@ -98,6 +100,9 @@ pub struct PictureSettings {
     /// The same, and what of its light is followed.
     #[serde(skip)]
     pub mirrored_water: Option<(WaterSurface, MirroredLight)>,
+    /// The frame while its shutter is open, where that is followed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shutter: Option<OpenShutter>,
     /// What it errs by beside what is estimated with it; last in the file, so that of two pictures what a person
     /// wrote is told first.
     #[serde(rename = "unseen")]
@@ -146,6 +151,7 @@ impl PictureSettings {
             picture: scene.picture,
             shown: planned.shown,
             frame: (planned.time).map(|time| (time.frame, time.frames_per_second)),
+            shutter: planned.shutter.clone(),
             water_surface: mirrored_water.map(|(surface, _)| surface),
             mirrored_water,
             foreseen_errors: ForeseenErrors::of(plan, &planned.choice.seen),
@@ -219,17 +225,76 @@ impl PictureWork {
         parts: PictureParts,
         watch: Watch,
     ) -> Result<Self, Error> {
+        let drops = bricks(&settings, parts.drops)?;
+        let others = (parts.table, parts.air, parts.surfaces);
+        Self::of_bricks(settings, (drops, others), watch)
+    }
+
+    fn of_bricks(
+        settings: PictureSettings,
+        (drops, (table, air, surfaces)): (Vec<Bricks>, OtherParts),
+        watch: Watch,
+    ) -> Result<Self, Error> {
         let wavelengths = settings.spectrum;
         Ok(Self {
             camera: settings.camera.camera().map_err(Error::scene)?,
             wavelengths,
             sun_irradiance: settings.sun.irradiance(&wavelengths),
-            drops: lit(&settings, parts.drops, watch)?,
-            table: parts.table,
-            air: parts.air,
-            surfaces: parts.surfaces,
+            drops: lit(&settings, drops, watch)?,
+            table,
+            air,
+            surfaces,
             settings,
         })
+    }
+
+    /// The same scene at another instant: of its parts those that differ there are made anew.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub(crate) fn moved(
+        self,
+        (from, to): (&PlannedScene, &PlannedScene),
+        watch: Watch,
+    ) -> Result<Self, Error> {
+        let settings = PictureSettings::of(to);
+        let air_of = |it: &PlannedScene| air::settings(&it.scene, it.plan.scattering_orders());
+        let air = if air_of(from) == air_of(to) {
+            self.air
+        } else {
+            to.air(watch)?
+        };
+        let surfaces = if from.scene.occluders == to.scene.occluders {
+            self.surfaces
+        } else {
+            to.surfaces(None)?
+        };
+        let has_same_drops = from.scene.drops == to.scene.drops
+            && reaches_ground(&self.settings) == reaches_ground(&settings);
+        let has_same_light = from.scene.sun.direction() == to.scene.sun.direction()
+            && from.scene.water_surface == to.scene.water_surface;
+        if has_same_drops && has_same_light {
+            return Ok(Self {
+                camera: settings.camera.camera().map_err(Error::scene)?,
+                sun_irradiance: settings.sun.irradiance(&self.wavelengths),
+                air,
+                surfaces,
+                settings,
+                ..self
+            });
+        }
+        let drops = if has_same_drops {
+            self.drops.into_bricks()
+        } else {
+            drop(self.drops);
+            bricks(&settings, to.drops()?)?
+        };
+        Self::of_bricks(settings, (drops, (self.table, air, surfaces)), watch)
+    }
+
+    /// What it depends on besides its parts.
+    pub(crate) fn settings(&self) -> &PictureSettings {
+        &self.settings
     }
 
     /// What the renderer is asked for.
@@ -289,11 +354,30 @@ impl PictureWork {
         image
     }
 
-    /// Renders a region; the image has no provenance.
+    /// Renders a region, over the time its shutter is open; the image has no provenance.
     ///
     /// # Errors
     /// Parts that contradict each other or the settings; [`Error::Stopped`].
-    pub fn render(&self, region: PixelRegion, watch: Watch) -> Result<SpectralImage, Error> {
+    pub fn render(self, region: PixelRegion, watch: Watch) -> Result<SpectralImage, Error> {
+        let part = 1.0 / self.settings.n_pictures() as f64;
+        let mut n_done = 0.0;
+        self.over_shutter(watch, |work, _| {
+            let before = n_done;
+            n_done += 1.0;
+            let part_of = |stage, it| watch(stage, part * (before + it));
+            work.at_once(region, &part_of)
+        })
+    }
+
+    /// Renders a region as it is at one instant; the image has no provenance.
+    ///
+    /// # Errors
+    /// As [`Self::render`].
+    pub(crate) fn at_once(
+        &self,
+        region: PixelRegion,
+        watch: Watch,
+    ) -> Result<SpectralImage, Error> {
         let watched = Watched::new(Stage::Render, region.n_pixels(), watch);
         let next = &mut |_: &Rendered, _| rows_of_step(region);
         let watch = |n| watched.add(n);
@@ -302,6 +386,13 @@ impl PictureWork {
         Ok(self.image(rendered, region, Provenance::default()))
     }
 }
+
+/// Table, air and surfaces.
+type OtherParts = (
+    Option<ScatteringTable>,
+    Option<AtmosphereTable>,
+    Option<Surfaces>,
+);
 
 /// Whether nothing is to be said of it.
 #[allow(clippy::trivially_copy_pass_by_ref, reason = "serde hands it over so")]
@@ -316,14 +407,19 @@ pub fn rows_of_step(region: PixelRegion) -> u32 {
     n_rows.saturating_mul(n_threads).max(1)
 }
 
-/// Drops in the light of the sun, and of water that mirrors it.
-fn lit(settings: &PictureSettings, volume: DropVolume, watch: Watch) -> Result<LitDrops, Error> {
+/// Whether drops that stand on the ground reach it.
+fn reaches_ground(settings: &PictureSettings) -> bool {
+    let eye = settings.camera.position_m.into();
+    (settings.render_effects).ground_hides(settings.levels.sky, eye)
+}
+
+/// Drops as rays meet them.
+fn bricks(settings: &PictureSettings, volume: DropVolume) -> Result<Vec<Bricks>, Error> {
     // A mode is given back as soon as its bricks stand.
-    let bricks = volume.modes.into_iter();
+    let modes = volume.modes.into_iter();
     let interpolation = settings.levels.interpolation;
-    let has_ground = (settings.render_effects)
-        .ground_hides(settings.levels.sky, settings.camera.position_m.into());
-    let bricks = bricks.map(|mode| {
+    let has_ground = reaches_ground(settings);
+    let bricks = modes.map(|mode| {
         let mode = if has_ground {
             mode.down_to_ground()
         } else {
@@ -331,7 +427,11 @@ fn lit(settings: &PictureSettings, volume: DropVolume, watch: Watch) -> Result<L
         };
         Bricks::build(&mode, interpolation)
     });
-    let bricks = bricks.collect::<Result<Vec<_>, _>>()?;
+    Ok(bricks.collect::<Result<_, _>>()?)
+}
+
+/// Drops in the light of the sun, and of water that mirrors it.
+fn lit(settings: &PictureSettings, bricks: Vec<Bricks>, watch: Watch) -> Result<LitDrops, Error> {
     let sun_path = if settings.render_effects.drop_shadow.is_on() {
         settings.levels.sun_path
     } else {

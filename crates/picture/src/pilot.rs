@@ -1,12 +1,12 @@
 //! What a plan cannot derive, measured in small pictures of the view of its own scene.
 //!
-//! Light that drops scatter more than once, light that the air scatters more than once, and what lies between the
-//! nodes of the drops have no proved bound. They change slowly from place to place, so pictures of few pixels and
-//! wavelengths tell them: whether an effect or a finer level is called for, and what the picture errs by without
-//! it.
+//! Light that drops scatter more than once, light that the air scatters more than once, what lies between the nodes of
+//! the drops, and what moves while a shutter is open have no proved bound. Pictures of few pixels and wavelengths tell
+//! them: whether an effect or a finer level is called for, and what the picture errs by without it.
 
 mod drop_spacing;
 mod further_orders;
+pub(crate) mod motion;
 mod sky;
 mod small_picture;
 mod small_scene;

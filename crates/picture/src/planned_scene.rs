@@ -37,6 +37,7 @@ use crate::composite::CompositeRequest;
 use crate::drop_volume::VolumePart;
 use crate::drop_volume::VolumeSource;
 use crate::error::Error;
+use crate::open_shutter::OpenShutter;
 use crate::photo_depth::DepthMap;
 use crate::photo_depth::Distances;
 use crate::photo_depth::EYE_HEIGHT;
@@ -63,6 +64,7 @@ const LIGHT_NEEDS: &str = "a bow needs drops in view at its angle and the sun ab
                            `niji plan` says what each effect contributes";
 
 /// A scene and what it calls for.
+#[derive(Clone, Debug)]
 pub struct PlannedScene {
     /// Where the files lie that it names.
     pub folder: PathBuf,
@@ -80,6 +82,8 @@ pub struct PlannedScene {
     pub time: Option<FrameTime>,
     /// How its picture is shown, where it was decided on for [`Scene::picture`].
     pub shown: Picture,
+    /// It while its shutter is open, where that is followed.
+    pub shutter: Option<OpenShutter>,
 }
 
 /// How a scene is planned.
@@ -244,17 +248,21 @@ impl PlannedScene {
         Self::with_drops(scene, request, (Some(drops), Measured::Now))
     }
 
-    /// A frame of a sequence as it was decided for all of them: nothing is measured, and no file of drops read.
+    /// A frame of a sequence as it was decided for all of them, at the scenes of its instants
+    /// ([`SequenceChoice::instants`]): nothing is measured, and no file of drops read.
     #[must_use]
     pub fn of_frame(
-        (scene, time): (Scene, FrameTime),
+        (scene, time, instants): (Scene, FrameTime, Vec<Scene>),
         folder: &Path,
         choice: &SequenceChoice,
     ) -> Self {
-        let scene = with_scales(scene, &choice.densest_lines_m);
-        let scene = with_spacing(scene, choice.seen.spacing());
+        let decided = |scene: Scene| {
+            let scene = with_scales(scene, &choice.densest_lines_m);
+            with_spacing(scene, choice.seen.spacing())
+        };
+        let scene = decided(scene);
         let plan = choice.plan.of_frame(&scene);
-        Self {
+        let frame = Self {
             folder: folder.to_owned(),
             drop_file: scene.drops.file().map(|file| folder.join(file)),
             drop_source: VolumeSource::of(&scene, folder),
@@ -265,21 +273,26 @@ impl PlannedScene {
                 choice.seen.clone(),
             ),
             time: Some(time),
+            shutter: None,
             scene,
             plan,
-        }
+        };
+        let instants: Vec<Scene> = instants.into_iter().map(decided).collect();
+        let shutter = (!instants.is_empty()).then(|| OpenShutter::new(&frame, instants));
+        Self { shutter, ..frame }
     }
 
-    /// The same for a scene that differs in its sun, its view and how it is shown alone, as it was decided.
-    pub(crate) fn seen_otherwise(&self, scene: Scene) -> Self {
+    /// The same for a scene that needs no other tables, levels and effects, as it was decided.
+    pub(crate) fn moved_to(&self, scene: Scene) -> Self {
         Self {
             folder: self.folder.clone(),
             plan: self.plan.of_frame(&scene),
-            drop_file: self.drop_file.clone(),
-            drop_source: self.drop_source.clone(),
+            drop_file: scene.drops.file().map(|file| self.folder.join(file)),
+            drop_source: VolumeSource::of(&scene, &self.folder),
             choice: self.choice.clone(),
-            time: None,
+            time: self.time,
             shown: scene.picture,
+            shutter: None,
             scene,
         }
     }
@@ -360,6 +373,7 @@ impl PlannedScene {
             drop_file,
             drop_source,
             time: None,
+            shutter: None,
         })
     }
 

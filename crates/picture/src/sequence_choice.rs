@@ -4,7 +4,7 @@
 //! A few frames are looked at: an effect that any of them shows is on in all, the finest level that any of them needs
 //! is that of all, and what they err by beside what is estimated is the largest of theirs in every place. Where each
 //! frame has a volume of drops of its own, those with the smallest and largest drops and with the densest are looked at
-//! too. Densities that are told by an optical depth have one factor:
+//! too. Where a shutter is open, the ends of its time are looked at with them. Densities that are told by an optical depth have one factor:
 //! k = s k_1 / l,   l the largest of max_line(sum_line(d) h) in the frames that are looked at
 //! `s` scale of the scene, `d` values of the grid, `h` its voxel, `k` extinction at Q = 2 where the grid says 1.
 
@@ -14,19 +14,26 @@ use std::collections::BTreeSet;
 use niji_dropfield::DensityMeans;
 use niji_dropfield::DropVolume;
 use niji_exchange::Provenance;
+use niji_scene::Blur;
 use niji_scene::DropSource;
 use niji_scene::DropSpacing;
 use niji_scene::DropSummary;
+use niji_scene::Effect;
 use niji_scene::FromVdb;
 use niji_scene::Plan;
 use niji_scene::PlannedFrame;
 use niji_scene::Scene;
+use niji_scene::Shutter;
+use niji_scene::Switch;
 use serde::Deserialize;
 use serde::Serialize;
 
 use crate::drop_volume::VolumePart;
 use crate::error::Error;
+use crate::kept_parts::KeptParts;
 use crate::pilot::Seen;
+use crate::pilot::motion;
+use crate::pilot::motion::MovingFrame;
 use crate::planned_scene::PlanRequest;
 use crate::planned_scene::PlannedScene;
 use crate::planned_scene::drop_hashes;
@@ -59,6 +66,19 @@ pub struct SequenceRequest<'a> {
     pub settings: &'a str,
     /// The frames to look at, with their numbers.
     pub frames: &'a [(u32, Scene)],
+    /// How long of each frame its shutter is open.
+    pub shutter: Shutter,
+    /// The scene so many frames after one.
+    pub beside: &'a dyn Fn(u32, f64) -> Result<Scene, Error>,
+}
+
+impl SequenceChoice {
+    /// The instants of a frame over which it is the mean, in frames after it; none where it is seen at once.
+    #[must_use]
+    pub fn instants(&self, shutter: Shutter) -> Vec<f64> {
+        let n_instants = self.plan.levels.shutter_instants;
+        n_instants.map_or_else(Vec::new, |n| shutter.instants(n))
+    }
 }
 
 impl SequenceRequest<'_> {
@@ -93,7 +113,40 @@ impl SequenceRequest<'_> {
             frames: &frames,
             ..*self
         };
-        looking.decide_on(between.iter().map(|(_, scene)| scene))
+        let mut moved = Vec::new();
+        for (number, scene) in between.iter().filter(|it| self.follows_shutter(&it.1)) {
+            for after in self.shutter.ends() {
+                let end = (self.beside)(*number, after);
+                let end = end.map_err(|error| Error::Frame(*number, Box::new(error)))?;
+                moved.extend((end != *scene).then_some(end));
+            }
+        }
+        looking.decide_on(between.iter().map(|(_, scene)| scene).chain(&moved))
+    }
+
+    /// Whether a scene may be seen over the time that a shutter is open.
+    fn follows_shutter(&self, scene: &Scene) -> bool {
+        self.shutter.is_open() && scene.effects.of(Effect::MotionBlur) != Switch::Off
+    }
+
+    /// What the shutter changes in any of the frames that are looked at.
+    fn blur(
+        &self,
+        frames: &[PlannedFrame],
+        (plan, densest_lines_m): (&Plan, &[f64]),
+    ) -> Result<Blur, Error> {
+        let (mut blur, mut kept) = (Blur::NONE, KeptParts::default());
+        for PlannedFrame { number, scene, .. } in frames {
+            let beside = |after| Ok(with_scales((self.beside)(*number, after)?, densest_lines_m));
+            let moving = MovingFrame {
+                scene,
+                beside: &beside,
+                shutter: self.shutter,
+            };
+            let own = motion::blur(&moving, (plan, self.plan), &mut kept);
+            blur = blur.or_more(own.map_err(|error| Error::Frame(*number, Box::new(error)))?);
+        }
+        Ok(blur)
     }
 
     /// Those of some frames with the smallest and largest drops and the densest, where frames have volumes of their
@@ -181,6 +234,14 @@ impl SequenceRequest<'_> {
         let mut plan = Plan::of_sequence((first, others), between)?;
         if let Some(sky) = &seen.sky {
             plan.sky_level = Some(sky.level);
+        }
+        if self.shutter.is_open() {
+            let blur = if self.follows_shutter(&first.scene) {
+                self.blur(&planned, (&plan, &densest_lines_m))?
+            } else {
+                Blur::NONE
+            };
+            plan = plan.with_shutter(&first.scene, (self.shutter, blur));
         }
         Ok(SequenceChoice {
             version: request.version.to_owned(),

@@ -184,6 +184,12 @@ impl LitDrops {
         &self.bricks
     }
 
+    /// The modes, to be lit by another sun.
+    #[must_use]
+    pub fn into_bricks(self) -> Vec<Bricks> {
+        self.bricks
+    }
+
     /// The box outside of which there are no drops.
     pub fn bounds(&self) -> Option<Aabb> {
         self.bounds

@@ -68,6 +68,7 @@ impl Preset {
             pixel_footprint: PixelFootprint::Prefiltered,
             mirrored_light: MirroredLight::Polarized,
             drop_spacing: DropSpacing::AsGiven,
+            shutter_instants: None,
         };
         match self {
             Self::Draft => Levels {
@@ -164,6 +165,9 @@ pub struct Levels {
     /// The nodes of drops that are laid out from a shape; written where they are closer than the scene says.
     #[serde(default, skip_serializing_if = "is_as_given")]
     pub drop_spacing: DropSpacing,
+    /// Instants of an open shutter over which a frame is the mean; written where there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shutter_instants: Option<u32>,
 }
 
 impl Levels {
@@ -295,6 +299,11 @@ pub struct Accuracy {
     /// need.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drop_spacing: Option<DropSpacing>,
+    /// Instants of an open shutter over which a frame of a sequence is the mean, in place of what its frames are seen
+    /// to need; of an odd number the frame itself is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 3, max = 256))]
+    pub shutter_instants: Option<u32>,
 }
 
 impl Accuracy {
@@ -319,6 +328,8 @@ impl Accuracy {
             pixel_footprint: self.pixel_footprint.unwrap_or(levels.pixel_footprint),
             mirrored_light: self.mirrored_light.unwrap_or(levels.mirrored_light),
             drop_spacing: self.drop_spacing.unwrap_or(levels.drop_spacing),
+            // Sequences say whether there is a shutter.
+            shutter_instants: levels.shutter_instants,
         }
     }
 }

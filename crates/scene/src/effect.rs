@@ -66,6 +66,8 @@ pub enum Effect {
     Sky,
     /// Surfaces in front of the drops hide them.
     Occluders,
+    /// A frame of a sequence is the mean over the time its shutter is open; it takes a picture for each of some instants.
+    MotionBlur,
 }
 
 /// What an effect is to the others.
@@ -93,6 +95,8 @@ pub(crate) enum Role {
 pub(crate) enum Section {
     Air,
     WaterSurface,
+    /// That of frames: a scene by itself has none.
+    Shutter,
 }
 
 impl Section {
@@ -101,6 +105,7 @@ impl Section {
         match self {
             Self::Air => "an [air]",
             Self::WaterSurface => "a [water_surface]",
+            Self::Shutter => "a shutter_deg in [sequence], and its frames",
         }
     }
 }
@@ -143,7 +148,7 @@ const PLAIN: Row = Row {
 };
 
 /// Every effect, in the order in which plans list them.
-static ROWS: [Row; 19] = [
+static ROWS: [Row; 20] = [
     Row {
         effect: Effect::PrimaryBow,
         name: "primary_bow",
@@ -415,6 +420,20 @@ static ROWS: [Row; 19] = [
         },
         ..PLAIN
     },
+    Row {
+        effect: Effect::MotionBlur,
+        name: "motion_blur",
+        what: "camera, sun and drops move while the shutter of a frame is open: the frame is the mean over \
+               that time",
+        formula: "max |mean of L - L|, in small pictures of the frames that are looked at",
+        source: "Cook, Porter and Carpenter, Proc. SIGGRAPH 84, 137-145 (1984)",
+        section: Some(Section::Shutter),
+        fact: |_| {
+            "a scene by itself has no shutter, frames of a [sequence] with shutter_deg have one"
+                .to_string()
+        },
+        ..PLAIN
+    },
 ];
 
 impl Effect {
@@ -507,7 +526,7 @@ mod tests {
         let mut sorted = Effect::ALL;
         sorted.sort_unstable();
         assert_eq!(sorted, Effect::ALL);
-        assert_eq!(Effect::ALL.len(), Effect::Occluders as usize + 1);
+        assert_eq!(Effect::ALL.len(), Effect::MotionBlur as usize + 1);
         for effect in Effect::ALL {
             let quoted = serde_json::to_string(&effect).unwrap();
             assert_eq!(quoted, format!("\"{effect}\""));

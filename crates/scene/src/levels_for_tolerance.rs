@@ -4,7 +4,7 @@
 //! `T` tolerance: RMS of luminance over the picture, over display white; `a` the half of it that is
 //! for levels, the other being for effects left out. The parts are those of the renderer's estimate,
 //! which adds up their squares too. Beside them light that the air scatters more than once, which is no light of drops,
-//! may be off by a_rays, and so may what lies between the nodes of drops.
+//! may be off by a_rays, and so may what lies between the nodes of drops, and between the instants of a shutter.
 //!
 //! The preset `standard` is its tolerance. A level whose setting is an error gets its part: the table's
 //! relative error, but no more than half of the tolerance within 0.005 and 0.02, that of an adaptive integral, the
@@ -47,10 +47,11 @@ const OF_INTEGRAL: f64 = OF_TABLE;
 const OF_ORDERS: f64 = OF_TABLE;
 const OF_RAYS: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
-/// Parts of the light that air scatters more than once, which is no light of drops, and of what lies between the nodes
-/// of drops.
+/// Parts of the light that air scatters more than once, which is no light of drops, of what lies between the nodes of
+/// drops, and of what lies between the instants of a shutter.
 const OF_SPACING: f64 = std::f64::consts::FRAC_1_SQRT_2;
 const OF_SKY: f64 = std::f64::consts::FRAC_1_SQRT_2;
+const OF_MOTION: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
 /// Part that light of further orders may have at most of what effects left out leave of a tolerance.
 const OF_REST: f64 = 0.7;
@@ -170,6 +171,11 @@ pub fn tolerance_for_sky(tolerance: f64) -> f64 {
 /// RMS that the spacing of the drops' nodes may change, over display white.
 pub fn tolerance_for_spacing(tolerance: f64) -> f64 {
     OF_SPACING * SHARE_FOR_LEVELS * tolerance
+}
+
+/// RMS that a frame may be off by for what lies between the instants of its shutter, over display white.
+pub fn tolerance_for_motion(tolerance: f64) -> f64 {
+    OF_MOTION * SHARE_FOR_LEVELS * tolerance
 }
 
 /// What a pixel may err by before it gets more rays, over display white.

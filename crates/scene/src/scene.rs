@@ -125,6 +125,7 @@ impl Scene {
         match section {
             Section::Air => self.air.is_some(),
             Section::WaterSurface => self.water_surface.is_some(),
+            Section::Shutter => false,
         }
     }
 

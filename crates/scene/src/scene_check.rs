@@ -31,6 +31,9 @@ use crate::scene::FORMAT;
 use crate::scene::Scene;
 use crate::sections::Body;
 
+/// Instants of a shutter: of fewer nothing tells what lies between them.
+const INSTANTS: (u32, u32) = (3, 256);
+
 /// Largest settings of the levels that count something.
 const MAX_STEPS: usize = 1_000_000;
 const MAX_NODES: usize = 256;
@@ -177,6 +180,9 @@ fn accuracy(accuracy: &Accuracy, check: &Check<'_>) -> Result<(), SceneError> {
     }
     if let Some(error) = accuracy.table_relative_error {
         check.number("accuracy.table_relative_error", error, (1e-6, 0.5))?;
+    }
+    if let Some(n_instants) = accuracy.shutter_instants {
+        check.count("accuracy.shutter_instants", &n_instants, INSTANTS)?;
     }
     if let Some(Theory::Debye { max_order }) = accuracy.theory {
         check.count(

@@ -19,7 +19,8 @@
 //! A table of a list has the key of its name, and where it has none that of its place, counted from 0:
 //! `drops.fine.voxel_m`, `drops.1.voxel_m`.
 //!
-//! `frames_per_second` is no key of a scene: how many frames are shown in a second, 24 where it is left out.
+//! `frames_per_second` is no key of a scene: how many frames are shown in a second, 24 where it is left out. Nor is
+//! `shutter_deg` (see [`Shutter`]): how long the shutter is open, centred on the frame.
 //!
 //! Besides, `####` in the name of a file of `[drops]` or `[occluders]` is the frame, with zeros in front
 //! up to the number of `#`: drops and depths that another program made for every frame.
@@ -28,6 +29,8 @@
 //! everything that can be wrong with a scene is said of a frame in the same words.
 
 mod number;
+mod shutter;
+mod tracks;
 
 use std::collections::BTreeMap;
 use std::collections::BTreeSet;
@@ -41,15 +44,25 @@ use toml::de::DeValue;
 
 use crate::canonical_json::canonical_json;
 use crate::error::SceneError;
-use crate::error::suggest;
 
 use number::Number;
+use shutter::Within;
+use tracks::Setting;
+use tracks::Tracks;
+
+pub use shutter::Shutter;
 
 /// Name of the section.
 const SECTION: &str = "sequence";
-/// Key of the section that is none of the scene, and its range.
-const RATE: &str = "frames_per_second";
+/// Keys of the section that are none of the scene.
 pub(crate) const RATES: (f64, f64) = (1.0, 1000.0);
+const RATE: Setting = ("frames_per_second", RATES, "frames in a second");
+pub(crate) const ANGLES_DEG: (f64, f64) = (0.0, 360.0);
+const ANGLE: Setting = (
+    "shutter_deg",
+    ANGLES_DEG,
+    "degrees, all of a frame being 360",
+);
 /// Rate of films.
 pub(crate) const USUAL_RATE: f64 = 24.0;
 /// Says how the scene is read, so that no frame can have another.
@@ -66,6 +79,8 @@ pub const LAST_FRAME: u32 = 9_999_999;
 pub struct Sequence {
     /// Frames that are shown in a second.
     pub frames_per_second: f64,
+    /// How long of each frame the shutter is open.
+    pub shutter: Shutter,
     text: String,
     /// What changes and where it stands in the text, from its end to its beginning.
     changes: Vec<(Range<usize>, Change)>,
@@ -73,8 +88,8 @@ pub struct Sequence {
 
 #[derive(Debug, Clone, PartialEq)]
 enum Change {
-    /// Values at frames, in ascending order.
-    Keys(Vec<(u32, Number)>),
+    /// Values at frames, in ascending order, and what they do between two frames.
+    Keys(Vec<(u32, Number)>, Within),
     /// A name with digits to be filled in.
     File(String),
 }
@@ -98,7 +113,7 @@ impl Sequence {
             message: error.message().replace('\n', "; "),
         })?;
         let (mut numbers, mut changes) = (BTreeMap::new(), Vec::new());
-        let mut frames_per_second = USUAL_RATE;
+        let (mut frames_per_second, mut shutter) = (USUAL_RATE, Shutter::default());
         for (section, value) in root.get_ref() {
             let name = section.get_ref();
             if name != SECTION && name != VERSION {
@@ -120,9 +135,11 @@ impl Sequence {
             })?;
             let tracks = Tracks { numbers, line };
             let mut section = parsed[SECTION].clone();
-            let rate = section.as_table_mut().and_then(|it| it.remove(RATE));
-            if let Some(rate) = rate {
-                frames_per_second = tracks.rate(&rate)?;
+            if let Some(rate) = tracks.setting(&mut section, RATE)? {
+                frames_per_second = rate;
+            }
+            if let Some(angle_deg) = tracks.setting(&mut section, ANGLE)? {
+                shutter = Shutter::of_angle(angle_deg);
             }
             tracks.collect("", &section, &mut changes)?;
         }
@@ -133,6 +150,7 @@ impl Sequence {
         let text = text.to_owned();
         Ok(Some(Self {
             frames_per_second,
+            shutter,
             text,
             changes,
         }))
@@ -142,7 +160,7 @@ impl Sequence {
     #[must_use]
     pub fn keys(&self) -> BTreeSet<u32> {
         let frames = self.changes.iter().flat_map(|(_, change)| match change {
-            Change::Keys(keys) => keys.iter().map(|(frame, _)| *frame).collect(),
+            Change::Keys(keys, _) => keys.iter().map(|(frame, _)| *frame).collect(),
             Change::File(_) => Vec::new(),
         });
         frames.collect()
@@ -151,7 +169,7 @@ impl Sequence {
     /// The names of files with a place for the frame.
     pub fn file_names(&self) -> impl Iterator<Item = &str> {
         self.changes.iter().filter_map(|(_, change)| match change {
-            Change::Keys(_) => None,
+            Change::Keys(..) => None,
             Change::File(name) => Some(name.as_str()),
         })
     }
@@ -167,10 +185,17 @@ impl Sequence {
     /// The scene of a frame.
     #[must_use]
     pub fn scene_text(&self, frame: u32) -> String {
+        self.scene_text_beside(frame, 0.0)
+    }
+
+    /// The scene so many frames after one, or before: of it is what stands still within a frame.
+    #[must_use]
+    pub fn scene_text_beside(&self, frame: u32, after: f64) -> String {
         let mut text = self.text.clone();
         for (place, change) in &self.changes {
             let mut written = match change {
-                Change::Keys(keys) => at(keys, frame).to_toml(),
+                Change::Keys(keys, Within::Still) => at(keys, frame, 0.0).to_toml(),
+                Change::Keys(keys, Within::Moves) => at(keys, frame, after).to_toml(),
                 Change::File(name) => Value::String(with_frame(name, frame)).to_string(),
             };
             // A list over several lines: what follows keeps its line.
@@ -245,116 +270,20 @@ pub fn with_frame(name: &str, frame: u32) -> String {
     written + rest
 }
 
-/// What the section may name, and where it stands.
-struct Tracks {
-    numbers: BTreeMap<String, Found>,
-    line: usize,
-}
-
-impl Tracks {
-    fn rate(&self, value: &Value) -> Result<f64, SceneError> {
-        let rate = value.as_float().or(value.as_integer().map(|it| it as f64));
-        rate.filter(|rate| (RATES.0..=RATES.1).contains(rate))
-            .ok_or_else(|| SceneError::OutOfRange {
-                line: self.line,
-                key: format!("{SECTION}.{RATE}"),
-                found: value.to_string(),
-                expected: format!("{} to {} frames in a second", RATES.0, RATES.1),
-            })
-    }
-
-    /// Reads the section, which has the tables of the scene.
-    fn collect(
-        &self,
-        path: &str,
-        value: &Value,
-        changes: &mut Vec<(Range<usize>, Change)>,
-    ) -> Result<(), SceneError> {
-        let Value::Table(table) = value else {
-            let found = self.numbers.get(path).ok_or_else(|| self.unknown(path))?;
-            let keys = self.keys(path, value, &found.value)?;
-            changes.push((found.place.clone(), Change::Keys(keys)));
-            return Ok(());
-        };
-        for (key, child) in table {
-            let path = if path.is_empty() {
-                key.clone()
-            } else {
-                format!("{path}.{key}")
-            };
-            self.collect(&path, child, changes)?;
-        }
-        Ok(())
-    }
-
-    fn keys(
-        &self,
-        path: &str,
-        value: &Value,
-        like: &Number,
-    ) -> Result<Vec<(u32, Number)>, SceneError> {
-        let wrong = |found: String| SceneError::WrongType {
-            line: self.line,
-            key: format!("{SECTION}.{path}"),
-            found,
-            expected: format!(
-                "pairs of a frame and a value like that of the scene, say [[1, {0}], [240, {0}]]",
-                like.to_toml()
-            ),
-        };
-        let pairs = value.as_array().filter(|pairs| !pairs.is_empty());
-        let pairs = pairs.ok_or_else(|| wrong(value.to_string()))?;
-        let mut keys: Vec<(u32, Number)> = Vec::new();
-        for pair in pairs {
-            let (frame, value) = match pair.as_array().map(Vec::as_slice) {
-                Some([frame, value]) => (frame.as_integer(), Number::of(value)),
-                _ => (None, None),
-            };
-            let frame = frame.and_then(|frame| u32::try_from(frame).ok());
-            let frame = frame.filter(|frame| *frame <= LAST_FRAME);
-            let (Some(frame), Some(value)) = (frame, value.filter(|value| value.is_like(like)))
-            else {
-                return Err(wrong(pair.to_string()));
-            };
-            if keys.last().is_some_and(|(last, _)| *last >= frame) {
-                return Err(SceneError::OutOfRange {
-                    line: self.line,
-                    key: format!("{SECTION}.{path}"),
-                    found: format!("frame {frame} after a frame that is not before it"),
-                    expected: "frames in ascending order".to_owned(),
-                });
-            }
-            keys.push((frame, value));
-        }
-        if !like.is_whole() || keys.iter().any(|(_, value)| !value.is_whole()) {
-            keys = keys
-                .into_iter()
-                .map(|(frame, value)| (frame, value.into_real()))
-                .collect();
-        }
-        Ok(keys)
-    }
-
-    fn unknown(&self, path: &str) -> SceneError {
-        let allowed: Vec<String> = self.numbers.keys().cloned().collect();
-        SceneError::UnknownKey {
-            line: self.line,
-            section: format!("[{SECTION}]"),
-            key: path.to_owned(),
-            suggestion: suggest(path, &allowed),
-            allowed,
-        }
-    }
-}
-
-/// The value at a frame.
-fn at(keys: &[(u32, Number)], frame: u32) -> Number {
-    let after = keys.partition_point(|(key, _)| *key <= frame);
-    if after == 0 {
+/// The value so many frames after one, less than one either way.
+fn at(keys: &[(u32, Number)], frame: u32, after: f64) -> Number {
+    // In whole frames as far as it goes: they are exact.
+    let is_over = |key: u32| key < frame || key == frame && after >= 0.0;
+    let n_over = keys.partition_point(|(key, _)| is_over(*key));
+    if n_over == 0 {
         return keys[0].1.clone();
     }
-    let (before, value) = &keys[after - 1];
-    match keys.get(after) {
+    let (before, value) = &keys[n_over - 1];
+    match keys.get(n_over) {
+        Some((next, next_value)) if after != 0.0 => {
+            let way = f64::from(frame) - f64::from(*before) + after;
+            value.mix_real(next_value, way / f64::from(next - before))
+        }
         Some((next, next_value)) if frame > *before => {
             value.mix(next_value, (frame - before, next - before))
         }

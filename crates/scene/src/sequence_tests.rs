@@ -198,3 +198,57 @@ fn frames_with_written_values_and_numbered_files_are_told() {
     let again = Sequence::from_toml(&commented).unwrap().unwrap();
     assert_eq!(again.settings(), sequence.settings());
 }
+
+#[test]
+fn within_a_frame_values_go_on_and_counts_and_grids_stay() {
+    let scene = "[sun]\nelevation_deg = 20\n[camera]\nwidth_px = 64\n[drops]\nvoxel_m = 4.0\nfile = \"a.##.vdb\"\n\
+                 [spectrum]\nstep_nm = 10.0\n[sequence]\nshutter_deg = 180\n";
+    let keys = "sun.elevation_deg = [[1, 10], [3, 12], [5, 8]]\ncamera.width_px = [[1, 64], [5, 68]]\n\
+                drops.voxel_m = [[1, 4.0], [5, 8.0]]\nspectrum.step_nm = [[1, 10.0], [5, 14.0]]\n";
+    let sequence = sequence(&format!("{scene}{keys}"));
+    assert_eq!(sequence.shutter.ends(), [-0.25, 0.25]);
+    let at = |after: f64| -> toml::Table { sequence.scene_text_beside(3, after).parse().unwrap() };
+    for (after, elevation_deg) in [(-0.25, 11.75), (0.0, 12.0), (0.25, 11.5)] {
+        let scene = at(after);
+        let found = &scene["sun"]["elevation_deg"];
+        let found = found.as_float().or(found.as_integer().map(|it| it as f64));
+        assert_eq!(found, Some(elevation_deg), "{after}");
+        let still = [
+            ("camera", "width_px"),
+            ("drops", "voxel_m"),
+            ("drops", "file"),
+            ("spectrum", "step_nm"),
+        ];
+        for (section, key) in still {
+            assert_eq!(scene[section][key], at(0.0)[section][key], "{after} {key}");
+        }
+    }
+    // Beyond the keys nothing moves, and a shutter alone makes no sequence.
+    assert_eq!(sequence.scene_text_beside(5, 0.2), sequence.scene_text(5));
+    assert_eq!(sequence.scene_text_beside(1, -0.2), sequence.scene_text(1));
+    let none = scene.replace("##", "01");
+    assert_eq!(Sequence::from_toml(&none), Ok(None));
+    let wide = Sequence::from_toml(&format!("{}{keys}", scene.replace("180", "361")));
+    let message = wide.unwrap_err().to_string();
+    assert!(
+        message.contains("sequence.shutter_deg") && message.contains("0 to 360"),
+        "{message}"
+    );
+}
+
+#[test]
+fn of_an_odd_number_of_instants_the_frame_is_one_and_they_lie_evenly_about_it() {
+    let shutter = Shutter { angle_deg: 180.0 };
+    for n_instants in [3, 5, 9, 17, 33, 65] {
+        let instants = shutter.instants(n_instants);
+        assert_eq!(instants[n_instants as usize / 2], 0.0);
+        assert!(
+            instants
+                .iter()
+                .zip(instants.iter().rev())
+                .all(|(a, b)| *a == -b)
+        );
+        let first = -0.25 + 0.25 / f64::from(n_instants);
+        assert!((instants[0] - first).abs() < 1e-15);
+    }
+}

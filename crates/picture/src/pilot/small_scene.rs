@@ -1,5 +1,6 @@
 //! The drops of a scene as a small picture shows them: by few pixels and wavelengths, from a coarse table.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use niji_dropfield::DropVolume;
@@ -108,6 +109,44 @@ pub(super) fn open(scene: &Scene, (foretold, folder): (&Foretold, &Path)) -> Ope
     }
 }
 
+/// A scene by few pixels and wavelengths, with the effects that are on, and with light of further orders where that is
+/// open.
+pub(super) fn coarse(
+    scene: &Scene,
+    (on, theory): (&BTreeSet<Effect>, Theory),
+    is_open: bool,
+) -> Scene {
+    let mut scene = smaller(scene);
+    scene.accuracy = Accuracy {
+        preset: Preset::Draft,
+        theory: Some(match theory {
+            // Fringes are no matter here.
+            Theory::Uniform => Theory::Geometric,
+            theory => theory,
+        }),
+        table_relative_error: Some(TABLE_ERROR),
+        integration: Some(Integration::CellExact),
+        pixel_footprint: Some(PixelFootprint::Center),
+        drop_orders: Some(ORDERS),
+        drop_spacing: scene.accuracy.drop_spacing,
+        ..Accuracy::default()
+    };
+    for effect in Effect::ALL {
+        let is_on = match effect {
+            Effect::MultipleScattering => is_open,
+            // Cheap as well, and of the light of further orders.
+            Effect::SizeSpread | Effect::SunDisc | Effect::Supernumeraries => true,
+            _ => {
+                let is_needed = Effect::MultipleScattering.needs().contains(&effect);
+                on.contains(&effect) || is_open && is_needed
+            }
+        };
+        let switch = if is_on { Switch::On } else { Switch::Off };
+        scene.effects.set(effect, switch);
+    }
+    scene
+}
+
 impl<'a> SmallScene<'a> {
     /// With the effects that are on, and light of further orders where it is open; `None` where nothing is.
     ///
@@ -125,34 +164,7 @@ impl<'a> SmallScene<'a> {
         if !is_open && other_nodes.is_none() {
             return Ok(None);
         }
-        let mut scene = smaller(scene);
-        scene.accuracy = Accuracy {
-            preset: Preset::Draft,
-            theory: Some(match foretold.levels.theory {
-                // Fringes are no matter here.
-                Theory::Uniform => Theory::Geometric,
-                theory => theory,
-            }),
-            table_relative_error: Some(TABLE_ERROR),
-            integration: Some(Integration::CellExact),
-            pixel_footprint: Some(PixelFootprint::Center),
-            drop_orders: Some(ORDERS),
-            drop_spacing: scene.accuracy.drop_spacing,
-            ..Accuracy::default()
-        };
-        for effect in Effect::ALL {
-            let is_on = match effect {
-                Effect::MultipleScattering => is_open,
-                // Cheap as well, and of the light of further orders.
-                Effect::SizeSpread | Effect::SunDisc | Effect::Supernumeraries => true,
-                _ => {
-                    let is_needed = Effect::MultipleScattering.needs().contains(&effect);
-                    foretold.on.contains(&effect) || is_open && is_needed
-                }
-            };
-            let switch = if is_on { Switch::On } else { Switch::Off };
-            scene.effects.set(effect, switch);
-        }
+        let scene = coarse(scene, (foretold.on, foretold.levels.theory), is_open);
         let others = other_nodes.iter().flat_map(|it| [&it.apart, &it.closer]);
         let planned = PlannedScene::unmeasured(scene, request.folder, others)?;
         let watch = request.watch;

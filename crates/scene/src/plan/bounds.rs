@@ -354,7 +354,7 @@ impl BoundScene<'_> {
             }
             Effect::AirInscatter => (BoundKind::Proved, Change::Inscatter),
             Effect::Sky => (BoundKind::Proved, Change::Sky),
-            Effect::Occluders => (BoundKind::Proved, Change::Nothing),
+            Effect::Occluders | Effect::MotionBlur => (BoundKind::Proved, Change::Nothing),
         }
     }
 

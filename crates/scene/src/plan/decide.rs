@@ -33,13 +33,14 @@ pub(super) struct Decision {
 }
 
 /// The switches of a scene, with light of further orders left out where it is not weighed, and wherever the scene
-/// leaves out what it needs.
+/// leaves out what it needs; without the shutter, of which sequences decide.
 pub(super) fn settled(switches: &EffectSwitches, accuracy: &Accuracy) -> EffectSwitches {
     let mut settled = switches.clone();
     let effect = Effect::MultipleScattering;
     if switches.of(effect) == Switch::Auto && !weighs_further_orders(switches, accuracy) {
         settled.set(effect, Switch::Off);
     }
+    settled.set(Effect::MotionBlur, Switch::Off);
     settled
 }
 
@@ -219,7 +220,7 @@ mod tests {
         assert!(
             Effect::ALL
                 .iter()
-                .filter(|effect| **effect != Effect::MultipleScattering)
+                .filter(|effect| ![Effect::MultipleScattering, Effect::MotionBlur].contains(effect))
                 .all(|effect| effect.comes_with_theory() != on.contains(effect))
         );
     }

@@ -31,19 +31,31 @@ pub(super) fn reason(decided: &Decided, facts: &Facts) -> String {
     }
     let fact = effect.fact(facts);
     match asked {
-        Switch::On => format!("the scene asks for it; {fact}"),
         Switch::Off if effect.row().role == Role::Order && facts.theory.holds_every_order() => {
             format!("the scene leaves it out, but exact light of drops is not without it; {fact}")
         }
-        Switch::Off => format!("the scene leaves it out; {fact}"),
         Switch::Auto if is_on && effect == Effect::Occluders => fact,
-        Switch::Auto if is_on => format!("kept; {fact}"),
-        Switch::Auto if bound.value <= 0.0 => format!("adds nothing; {fact}"),
-        Switch::Auto if effect == Effect::MultipleScattering && !facts.weighs_further_orders => {
+        Switch::Auto
+            if effect == Effect::MultipleScattering
+                && !(is_on || bound.value <= 0.0 || facts.weighs_further_orders) =>
+        {
             format!("not without drop extinction, drop shadow and their sun path; {fact}")
         }
-        Switch::Auto => format!("too small to be seen; {fact}"),
+        Switch::On | Switch::Off | Switch::Auto => of_switch(decided, &fact),
     }
+}
+
+/// The reason that follows from what a scene asks and from the bound, with a fact.
+pub(super) fn of_switch(decided: &Decided, fact: &str) -> String {
+    let why = match decided.asked {
+        Switch::On if !decided.is_on => "the scene asks for what it cannot have",
+        Switch::On => "the scene asks for it",
+        Switch::Off => "the scene leaves it out",
+        Switch::Auto if decided.is_on => "kept",
+        Switch::Auto if decided.bound.value <= 0.0 => "adds nothing",
+        Switch::Auto => "too small to be seen",
+    };
+    format!("{why}; {fact}")
 }
 
 /// The reason for an effect that a theory has or lacks.

@@ -21,6 +21,7 @@ use crate::effect::Effect;
 use crate::effect::Role;
 use crate::effect_switches::EffectSwitches;
 use crate::effect_switches::Switch;
+use crate::sequence::ANGLES_DEG;
 use crate::sequence::LAST_FRAME;
 use crate::sequence::RATES;
 use crate::sequence::USUAL_RATE;
@@ -164,6 +165,12 @@ impl JsonSchema for Tracks {
                 "minimum": RATES.0,
                 "maximum": RATES.1,
                 "default": USUAL_RATE,
+            }, "shutter_deg": {
+                "description": "How long the shutter is open, of a frame's 360 degrees: 180 is usual in films. It stands open half before and half after the frame; at 0 nothing is blurred. Within a frame counts (names that end in _px, seed), voxel_m, files with #### and the sections spectrum, accuracy and picture stay those of the frame.",
+                "type": "number",
+                "minimum": ANGLES_DEG.0,
+                "maximum": ANGLES_DEG.1,
+                "default": 0.0,
             } },
             "additionalProperties": { "anyOf": [inner, {
                 "description": "Pairs of a frame and a value like that of the scene, frames in ascending order; between them values are interpolated as numbers, so that a turn over north is from 350 to 370 degrees.",

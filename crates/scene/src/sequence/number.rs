@@ -81,9 +81,8 @@ impl Number {
     pub(super) fn mix(&self, other: &Self, (done, all): (u32, u32)) -> Self {
         match (self, other) {
             (Self::Whole(a), Self::Whole(b)) => whole_between((*a, *b), (done, all)),
-            (Self::Real(a), Self::Real(b)) => {
-                let t = f64::from(done) / f64::from(all);
-                Self::Real((1.0 - t) * a + t * b)
+            (Self::Real(_), Self::Real(_)) => {
+                self.mix_real(other, f64::from(done) / f64::from(all))
             }
             (Self::Many(a), Self::Many(b)) => {
                 let pairs = a.iter().zip(b);
@@ -93,6 +92,18 @@ impl Number {
             (Self::Whole(_), Self::Real(_) | Self::Many(_))
             | (Self::Real(_), Self::Whole(_) | Self::Many(_))
             | (Self::Many(_), Self::Whole(_) | Self::Real(_)) => self.clone(),
+        }
+    }
+
+    /// The value a part of the way to another.
+    pub(super) fn mix_real(&self, other: &Self, part: f64) -> Self {
+        match (self.clone().into_real(), other.clone().into_real()) {
+            (Self::Real(a), Self::Real(b)) => Self::Real((1.0 - part) * a + part * b),
+            (Self::Many(a), Self::Many(b)) => {
+                let pairs = a.iter().zip(&b);
+                Self::Many(pairs.map(|(a, b)| a.mix_real(b, part)).collect())
+            }
+            (same, _) => same,
         }
     }
 
