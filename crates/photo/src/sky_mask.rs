@@ -36,10 +36,10 @@ const THROUGH: f32 = -0.5;
 const HOLE: f32 = 0.5;
 /// Where each sign of a sky says nothing for it, and where all: parts of the top edge and of its own, roughness over
 /// that of the ground, difference of color (Oklab). Skies of plates have 0.75 to 1, 0.84 to 1, 0.02 to 0.38 and 0.16
-/// to 0.43; rooms and thickets roughness from 0.63 on.
+/// to 0.43; rooms and thickets roughness from 0.52 on.
 const TOP: (f64, f64) = (0.05, 0.3);
 const EDGE: (f64, f64) = (0.2, 0.7);
-const SMOOTHER: (f64, f64) = (0.45, 0.65);
+const SMOOTHER: (f64, f64) = (0.4, 0.55);
 const COLOR: (f64, f64) = (0.0, 0.1);
 /// Sharpness of an edge over that of the sky.
 const SHARP_EDGE: f64 = 2.0;
