@@ -53,7 +53,7 @@ const SMALLER: [(&str, &str); 5] = [
 const WIDTH_PX: i64 = 64;
 
 /// Pages whose links are followed.
-const PAGES: [&str; 13] = [
+const PAGES: [&str; 14] = [
     "README.md",
     "ARCHITECTURE.md",
     "CONTRIBUTING.md",
@@ -64,6 +64,7 @@ const PAGES: [&str; 13] = [
     "docs/farm.md",
     "docs/houdini.md",
     "docs/nuke.md",
+    "docs/photo.md",
     "docs/upstream/README.md",
     "docs/view.md",
     "fuzz/README.md",
@@ -210,6 +211,7 @@ fn recipes_for_other_programs_use_commands_that_are_understood() {
         "docs/farm.md",
         "docs/houdini.md",
         "docs/nuke.md",
+        "docs/photo.md",
         "docs/view.md",
     ] {
         let texts = blocks(&page(name), "text").concat();

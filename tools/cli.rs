@@ -18,6 +18,7 @@ use crate::ice::IceCommand;
 use crate::info::InfoCommand;
 use crate::lee::LeeCommand;
 use crate::merge::MergeCommand;
+use crate::photo::PhotoCommand;
 use crate::plan::PlanCommand;
 use crate::render::RenderCommand;
 use crate::run::RunCommand;
@@ -50,6 +51,7 @@ Stages, in order:
   merge        Put tiles of a picture together (EXR, PNG)
 
 Photographs:
+  photo        Set a bow into a photograph with one command
   depth        Find layers of depth in a photograph, or take a depth map from elsewhere
   sun          Find the sun from pixels where the bow should stand
   check        Say where the wanted bow contradicts the photograph
@@ -117,6 +119,7 @@ pub(crate) enum Command {
     Atmosphere(AtmosphereCommand),
     Render(RenderCommand),
     Merge(MergeCommand),
+    Photo(PhotoCommand),
     Depth(DepthCommand),
     Sun(SunCommand),
     Check(CheckCommand),

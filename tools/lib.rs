@@ -28,6 +28,7 @@ mod measure_effects;
 mod merge;
 mod output;
 mod peak_memory;
+mod photo;
 mod photo_source;
 mod plan;
 mod plot;
@@ -132,6 +133,7 @@ fn dispatch(arguments: &Arguments) -> Result<(), Failure> {
         Command::Atmosphere(command) => atmosphere::execute(command, common),
         Command::Render(command) => render::execute(command, common),
         Command::Merge(command) => merge::execute(command, common),
+        Command::Photo(command) => photo::execute(command, common),
         Command::Depth(command) => depth::execute(command, common),
         Command::Sun(command) => sun::execute(command, common),
         Command::Check(command) => check::execute(command, common),

@@ -325,7 +325,7 @@ pub(crate) fn time(text: &str) -> Result<[u32; 6], String> {
 }
 
 /// `48.1,11.6`.
-fn place(text: &str) -> Result<[f64; 2], String> {
+pub(crate) fn place(text: &str) -> Result<[f64; 2], String> {
     let values = flags::numbers(text)?;
     match values[..] {
         [latitude, longitude] if latitude.abs() <= 90.0 && longitude.abs() <= 180.0 => {

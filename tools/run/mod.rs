@@ -97,6 +97,21 @@ pub(crate) struct RunCommand {
     until: Option<Until>,
 }
 
+impl RunCommand {
+    /// The whole picture of a scene.
+    pub(crate) fn of(scene: PathBuf, output: PathBuf) -> Self {
+        Self {
+            scene,
+            output,
+            table: None,
+            budget: None,
+            frames: None,
+            tiles: None,
+            until: None,
+        }
+    }
+}
+
 /// The last of what is made.
 #[derive(Clone, Copy, Debug, clap::ValueEnum)]
 enum Until {

@@ -66,6 +66,9 @@ pub(crate) struct Camera {
     pub(crate) horizontal_fov_deg: f64,
     /// Where the field of view comes from.
     pub(crate) fov_source: &'static str,
+    /// Where elevation and roll come from; none where the camera is taken to be level.
+    #[serde(skip)]
+    pub(crate) tilt_source: Option<&'static str>,
     /// Azimuth of the axis, degrees.
     pub(crate) azimuth_deg: f64,
     /// Elevation of the axis, degrees.
@@ -107,6 +110,7 @@ impl CameraFlags {
             height_px: height as u32,
             horizontal_fov_deg: self.fov_deg.unwrap_or_else(|| fov.to_degrees()),
             fov_source,
+            tilt_source: self.tilt_source(),
             azimuth_deg: self.azimuth_deg.or(photo.notes.azimuth_deg).unwrap_or(0.0),
             elevation_deg: self.elevation_deg.unwrap_or(0.0),
             roll_deg: self.roll_deg.unwrap_or(0.0),
@@ -132,6 +136,12 @@ impl CameraFlags {
             }
         }
         Ok(camera)
+    }
+
+    fn tilt_source(&self) -> Option<&'static str> {
+        let is_said = self.elevation_deg.or(self.roll_deg).is_some();
+        let said = is_said.then_some("--elevation-deg and --roll-deg");
+        said.or((!self.horizon.is_empty()).then_some("--horizon"))
     }
 
     fn lens(&self, notes: &ExifNotes) -> Result<(Lens, &'static str), Failure> {
@@ -174,6 +184,18 @@ impl Camera {
     /// [`Failure::Usage`] for a camera that cannot be.
     pub(crate) fn pinhole(&self) -> Result<PinholeCamera, Failure> {
         PinholeCamera::new(self.request()).map_err(|error| Failure::Usage(error.to_string()))
+    }
+
+    /// Where it looks, in words.
+    pub(crate) fn told(&self) -> String {
+        let tilt = match self.tilt_source {
+            Some(source) => format!("tilted by {source}"),
+            None => "taken to be level: give --horizon X,Y twice if it is not".to_owned(),
+        };
+        format!(
+            "{:.1} degrees across by {}, {tilt}",
+            self.horizontal_fov_deg, self.fov_source
+        )
     }
 
     /// What that is made from.

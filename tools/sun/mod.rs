@@ -68,7 +68,7 @@ pub(crate) struct SunCommand {
     /// The photograph.
     #[command(flatten)]
     source: PhotoSource,
-    /// A point of the bow in pixels; give three or more, on one color edge.
+    /// A point of the bow in pixels; give three or more, on one color edge (two, unless --no-prior).
     #[arg(long = "pick", value_name = "X,Y", value_parser = point, required_unless_present = "scene", allow_hyphen_values = true)]
     picks: Vec<[f64; 2]>,
     /// Which bow was picked.

@@ -8,6 +8,7 @@
 //! were not processed afterwards, within a stop.
 //! [ISO12232] ISO 12232:2019, Photography, digital still cameras, determination of sensitivity.
 
+use ndarray::Array2;
 use ndarray::parallel::prelude::*;
 
 use crate::compositing::check_gain;
@@ -84,10 +85,19 @@ pub(crate) fn mean_luminance(photo: &LinearPicture) -> f64 {
     rows.iter().sum::<f64>() / photo.len().max(1) as f64
 }
 
+/// Mean luminance of the pixels at which a mask has this value; 0 where it has none.
+#[must_use]
+pub fn mean_luminance_where(photo: &LinearPicture, mask: &Array2<bool>, value: bool) -> f64 {
+    let pixels = photo.iter().zip(mask).filter(|(_, it)| **it == value);
+    let (sum, n) = pixels.fold((0.0, 0.0), |(sum, n), (pixel, _)| {
+        (sum + luminance(*pixel), n + 1.0)
+    });
+    sum / f64::max(n, 1.0)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ndarray::Array2;
 
     #[test]
     fn a_grey_card_makes_white_one() {

@@ -1,4 +1,4 @@
-//! The sun from three or more pixels where a bow is or should be.
+//! The sun from three or more pixels, or two of a known bow angle, where a bow is or should be.
 //!
 //! The sun lies opposite to the antisolar point s. Every fit ([`fit_bow`]) from three kinds of start
 //! is listed: the circle through the first, middle and last pick, and the two circles of the expected
@@ -23,7 +23,7 @@ use crate::error::Error;
 const SAME_RAD: f64 = 1e-4;
 /// A bow angle from which circles start where none is known: the primary's, 42 degrees.
 const START_RAD: f64 = 0.733;
-/// Fewest picks.
+/// Fewest picks; one less where the bow angle is known.
 const FEWEST_PICKS: usize = 3;
 
 /// A place for the sun.
@@ -59,7 +59,7 @@ pub enum Verdict {
 /// misfit.
 ///
 /// # Errors
-/// Fewer than three picks, a noise that is not positive, or offsets of another number.
+/// Too few picks, a noise that is not positive, or offsets of another number.
 pub fn sun_from_picks(request: &FitRequest) -> Result<Vec<SunSolution>, Error> {
     check(request)?;
     let mut solutions: Vec<SunSolution> = Vec::new();
@@ -82,10 +82,11 @@ pub fn sun_from_picks(request: &FitRequest) -> Result<Vec<SunSolution>, Error> {
 
 fn check(request: &FitRequest) -> Result<(), Error> {
     let found = request.picks_px.len();
-    if found < FEWEST_PICKS || request.offsets_rad.len() != found {
+    let expected = FEWEST_PICKS - usize::from(request.prior.is_some());
+    if found < expected || request.offsets_rad.len() != found {
         return Err(Error::TooFewPicks {
             found: found.min(request.offsets_rad.len()),
-            expected: FEWEST_PICKS,
+            expected,
         });
     }
     let finite = request.picks_px.iter().flatten();
