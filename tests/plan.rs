@@ -410,3 +410,29 @@ fn the_glory_of_fog_stands_where_the_exact_light_has_it() {
         "{ring_deg} {brightest:?}"
     );
 }
+
+#[test]
+fn a_preview_has_the_bow_where_the_plan_says_and_replaces_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = variant("reflection-bow.toml", folder.path(), &[]);
+    let preview = folder.path().join("where.png");
+    let arguments = ["plan", text(&scene), "--preview", text(&preview)];
+    let plan = niji_ends_with(0, &arguments).stdout;
+    let plan = String::from_utf8(plan).unwrap();
+    let line = plan.lines().find(|line| line.contains("primary   its top"));
+    let top: usize = line.unwrap().rsplit(' ').next().unwrap().parse().unwrap();
+    let file = std::io::BufReader::new(std::fs::File::open(&preview).unwrap());
+    let mut reader = png::Decoder::new(file).read_info().unwrap();
+    let mut rgb = vec![0; reader.output_buffer_size().unwrap()];
+    let size = reader.next_frame(&mut rgb).unwrap();
+    assert_eq!((size.width, size.height), (480, 360));
+    // The line of its red edge, in the column of its top.
+    let is_red = |row: &usize| rgb[3 * (480 * row + 240)..].starts_with(&[255, 70, 60]);
+    let rows: Vec<usize> = (0..360).filter(is_red).collect();
+    assert!(rows.len() < 5, "{rows:?}");
+    assert!(
+        rows.iter().any(|row| row.abs_diff(top) <= 1),
+        "{rows:?} {top}"
+    );
+    niji_ends_with(2, &arguments);
+}

@@ -31,6 +31,7 @@ mod peak_memory;
 mod photo;
 mod photo_source;
 mod plan;
+mod plan_preview;
 mod plot;
 mod progress;
 mod render;

@@ -19,6 +19,7 @@ use crate::frame_list::FrameList;
 use crate::measure_effects::MeasuredEffects;
 use crate::measure_effects::measure;
 use crate::output;
+use crate::plan_preview;
 use crate::scene_file;
 use crate::sequence_file::SequenceFile;
 use crate::sequence_file::refuse_shutter;
@@ -35,6 +36,7 @@ use niji_picture::PlannedScene;
   niji plan data/scenes/garden-fountain.toml
   niji plan data/scenes/rain-cell-8-km.toml --explain air_inscatter
   niji plan data/scenes/garden-fountain.toml --measure
+  niji plan data/scenes/reflection-bow.toml --preview where.png
   niji plan scene.toml -o choice.toml && niji run scene.toml --choice choice.toml -o out
   niji plan sequence.toml --frames 1-240 -o choice.toml
   niji plan scene.toml --script -o out > chain.sh && sh chain.sh")]
@@ -61,6 +63,9 @@ pub(crate) struct PlanCommand {
     /// [default: out].
     #[arg(short, long, value_name = "FILE", conflicts_with_all = ["json", "explain", "measure"])]
     output: Option<PathBuf>,
+    /// Draw where the bows, the horizon and the antisolar point lie over a coarse picture, beside the plan.
+    #[arg(long, value_name = "PNG", conflicts_with_all = ["script", "explain", "measure", "frames"])]
+    preview: Option<PathBuf>,
 }
 
 /// The folder of a chain, unless another is asked for.
@@ -79,6 +84,10 @@ pub(crate) fn execute(command: &PlanCommand, common: &Common) -> Result<(), Fail
     }
     let planned = scene_file::load(&command.scene, common)?;
     planned.check_inputs()?;
+    if let Some(preview) = &command.preview {
+        let existing = common.options().existing;
+        plan_preview::write(&planned, (&command.scene, preview), existing)?;
+    }
     let output = command.output.as_deref();
     if let (Some(file), false) = (output, command.script) {
         return choice_file::write(&planned.choice, file, common.options().existing);

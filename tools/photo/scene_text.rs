@@ -116,8 +116,8 @@ format = 1
 name = {name:?}
 description = \"A bow in a photograph\"
 
-# The layers: white is the last label. All that is no sky is taken to stand before the rain; give hills and shores
-# behind it their distances in {LAYERS}, and the bow stands before them.
+# The layers, each a gray in photo.labels.png. All that is no sky is taken to stand before the rain; give hills and
+# shores behind it their distances in {LAYERS}, and the bow stands before them.
 [photo]
 picture = {path:?}
 layers = {LAYERS:?}

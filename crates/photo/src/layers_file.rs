@@ -46,7 +46,7 @@ struct Entry {
 pub fn layers_to_toml(layers: &[Layer]) -> String {
     let mut text = String::from(
         "# Distances along the view ray in metres, inf for the sky; proposed, to be corrected.\n\
-         # Layers stand in the order of their labels, the largest first.\n",
+         # Layers stand in the order of their labels.\n",
     );
     for (label, layer) in layers.iter().enumerate() {
         let code = |channel: f32| {
