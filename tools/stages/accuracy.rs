@@ -167,13 +167,15 @@ const LEAST_PERCENT: f64 = 1e-4;
 /// # Errors
 /// A file that cannot be read.
 pub(crate) fn reached(planned: &PlannedScene, image: &Path) -> Result<Option<Reached>, Failure> {
-    let picture = SpectralImage::read_spectral(image).map_err(|e| Failure::bad_input(image, e))?;
-    Ok(reached_by(&planned.plan_as_shown(), &picture))
+    let layers = [PictureLayer::Error, PictureLayer::BowMultiple].map(PictureLayer::name);
+    let aovs =
+        SpectralImage::read_aovs(image, &layers).map_err(|e| Failure::bad_input(image, e))?;
+    Ok(reached_by(&planned.plan_as_shown(), &aovs))
 }
 
 /// How accurate a picture is; `None` if it holds no estimate.
-pub(crate) fn reached_by(plan: &Plan, picture: &SpectralImage) -> Option<Reached> {
-    let layer = |layer: PictureLayer| picture.aovs.iter().find(|aov| aov.name == layer.name());
+pub(crate) fn reached_by(plan: &Plan, aovs: &[Aov]) -> Option<Reached> {
+    let layer = |layer: PictureLayer| aovs.iter().find(|aov| aov.name == layer.name());
     let error = layer(PictureLayer::Error)?;
     let part = |channel| {
         let told = rms(error, channel) / plan.display_white_cd_m2;

@@ -138,7 +138,7 @@ impl<'a> Painter<'a> {
         let image = work.render(whole, &watch)?;
         self.n_pictures += 1;
         let is_finished = matches!(level, Level::Full);
-        let reached = is_finished.then(|| accuracy::reached_by(&planned.plan, &image));
+        let reached = is_finished.then(|| accuracy::reached_by(&planned.plan, &image.aovs));
         let picture = Picture {
             number: self.n_pictures,
             revision,

@@ -55,9 +55,21 @@ const BATCH_BYTES: usize = 32 << 20;
 /// A missing, truncated or damaged file, a header that promises more than the file can hold, a part
 /// that does not fit its checksum, or a value that is not finite.
 pub(crate) fn read_parts(path: &Path) -> Result<Vec<Part<'static>>, Error> {
+    read_parts_where(path, |_| true)
+}
+
+/// The same of parts whose names are wanted; the pixels of others are not read.
+///
+/// # Errors
+/// As for [`read_parts`], of these parts.
+pub(crate) fn read_parts_where(
+    path: &Path,
+    is_wanted: impl Fn(&str) -> bool,
+) -> Result<Vec<Part<'static>>, Error> {
     let (file, file_bytes) = open_file(path)?;
     guarded(Error::Damaged, || {
-        read_from(BufReader::with_capacity(1 << 18, file), file_bytes)
+        let source = BufReader::with_capacity(1 << 18, file);
+        read_from((source, file_bytes), is_wanted)
     })
 }
 
@@ -86,22 +98,28 @@ fn first_attributes(mut source: impl Read + Seek, file_bytes: u64) -> Result<Att
         .unwrap_or_default())
 }
 
-/// Reads all parts from a source of `file_bytes` bytes.
-pub(crate) fn read_from(
-    source: impl Read + Seek,
-    file_bytes: u64,
+/// Reads the wanted parts from a source of so many bytes.
+fn read_from(
+    (source, file_bytes): (impl Read + Seek, u64),
+    is_wanted: impl Fn(&str) -> bool,
 ) -> Result<Vec<Part<'static>>, Error> {
     let reader = exr::block::read(source, false)?;
     check_sizes(reader.meta_data(), 0, file_bytes)?;
     let meta_data = reader.meta_data().clone();
-    check_memory(&meta_data.headers)?;
-    let mut pages = meta_data
-        .headers
-        .iter()
-        .map(Page::new)
-        .collect::<Result<Vec<_>, _>>()?;
-    let n_per_batch = batch_length(&meta_data.headers);
-    let mut chunks = reader.all_chunks(false)?;
+    let headers = &meta_data.headers;
+    let name = |header: &Header| header.own_attributes.layer_name.as_ref().map(text);
+    let are_wanted: Vec<bool> = (headers.iter())
+        .map(|header| is_wanted(&name(header).unwrap_or_default()))
+        .collect();
+    let wanted = headers.iter().zip(&are_wanted);
+    let wanted: Vec<&Header> = wanted.filter(|it| *it.1).map(|it| it.0).collect();
+    check_memory(&wanted)?;
+    let page = |(header, is_wanted): (_, &bool)| is_wanted.then(|| Page::new(header)).transpose();
+    let pages = headers.iter().zip(&are_wanted).map(page);
+    let mut pages = pages.collect::<Result<Vec<_>, _>>()?;
+    let n_per_batch = batch_length(&wanted);
+    let of_wanted = |_: &MetaData, _: TileCoordinates, block: BlockIndex| are_wanted[block.layer];
+    let mut chunks = reader.filter_chunks(false, of_wanted)?;
     loop {
         let batch = chunks
             .by_ref()
@@ -116,14 +134,13 @@ pub(crate) fn read_from(
             .collect::<Result<_, _>>()?;
         for block in blocks {
             let layer = block.index.layer;
-            pages[layer].insert(&meta_data.headers[layer], &block)?;
+            if let Some(page) = &mut pages[layer] {
+                page.insert(&headers[layer], &block)?;
+            }
         }
     }
-    let parts = meta_data
-        .headers
-        .iter()
-        .zip(pages)
-        .map(|(header, page)| page.finish(header));
+    let parts = headers.iter().zip(pages);
+    let parts = parts.filter_map(|(header, page)| Some(page?.finish(header)));
     parts.collect()
 }
 
@@ -159,8 +176,8 @@ fn check_sizes(meta_data: &MetaData, header_bytes: u64, file_bytes: u64) -> Resu
 }
 
 /// Refuses more pixels than fit into memory.
-fn check_memory(headers: &[Header]) -> Result<(), Error> {
-    let n_samples = |header: &Header| {
+fn check_memory(headers: &[&Header]) -> Result<(), Error> {
+    let n_samples = |header: &&Header| {
         let n_channels = header.channels.list.len() as u128;
         n_channels * header.layer_size.area() as u128
     };
@@ -202,8 +219,8 @@ fn max_expansion(header: &Header) -> u128 {
     }
 }
 
-fn batch_length(headers: &[Header]) -> usize {
-    let longest = headers.iter().map(Header::max_block_byte_size).max();
+fn batch_length(headers: &[&Header]) -> usize {
+    let longest = headers.iter().map(|it| it.max_block_byte_size()).max();
     (BATCH_BYTES / longest.unwrap_or(BATCH_BYTES).max(1)).clamp(1, 4096)
 }
 

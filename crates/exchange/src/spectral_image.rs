@@ -233,6 +233,15 @@ impl SpectralImage {
         Ok(image)
     }
 
+    /// Reads layers by their names, and of the rest of a file nothing but headers; those that it lacks are left out.
+    ///
+    /// # Errors
+    /// A missing, truncated or damaged file, or values that are not finite.
+    pub fn read_aovs(path: &Path, names: &[&str]) -> Result<Vec<Aov>, Error> {
+        let parts = exr_read::read_parts_where(path, |name| names.contains(&name))?;
+        Ok(parts.into_iter().map(aov).collect())
+    }
+
     /// Writes a plain image with R, G, B, A and Z, for programs that know no layers. A bow is added
     /// light: R, G, B may be above 0 where A is 0.
     ///

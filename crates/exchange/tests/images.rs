@@ -109,6 +109,26 @@ fn an_image_comes_back_bit_for_bit_with_wavelengths_aovs_and_camera() {
 }
 
 #[test]
+fn layers_are_read_alone_and_damage_elsewhere_is_not_met() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("image.exr");
+    let mut bytes = spectral_bytes(&image());
+    fs::write(&path, &bytes).unwrap();
+    let names = ["depth", "transmittance", "none of these"];
+    let expected = image().aovs[1..].to_vec();
+    assert_eq!(SpectralImage::read_aovs(&path, &names).unwrap(), expected);
+    // The spectra come first after the headers, the layers last.
+    let middle = bytes.len() / 3;
+    bytes[middle..middle + 64].fill(0x5a);
+    fs::write(&path, &bytes).unwrap();
+    assert!(SpectralImage::read_spectral(&path).is_err());
+    assert_eq!(SpectralImage::read_aovs(&path, &names).unwrap(), expected);
+    let cut = bytes.len() - 10;
+    fs::write(&path, &bytes[..cut]).unwrap();
+    assert!(SpectralImage::read_aovs(&path, &names).is_err());
+}
+
+#[test]
 fn an_image_that_was_cut_short_has_no_provenance() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("image.exr");
