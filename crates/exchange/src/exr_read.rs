@@ -58,7 +58,7 @@ pub(crate) fn read_parts(path: &Path) -> Result<Vec<Part<'static>>, Error> {
     read_parts_where(path, |_| true)
 }
 
-/// The same of parts whose names are wanted; the pixels of others are not read.
+/// The same of parts whose names are wanted; the pixels of others are not unpacked.
 ///
 /// # Errors
 /// As for [`read_parts`], of these parts.
@@ -118,8 +118,7 @@ fn read_from(
     let pages = headers.iter().zip(&are_wanted).map(page);
     let mut pages = pages.collect::<Result<Vec<_>, _>>()?;
     let n_per_batch = batch_length(&wanted);
-    let of_wanted = |_: &MetaData, _: TileCoordinates, block: BlockIndex| are_wanted[block.layer];
-    let mut chunks = reader.filter_chunks(false, of_wanted)?;
+    let mut chunks = reader.all_chunks(false)?;
     loop {
         let batch = chunks
             .by_ref()
@@ -130,6 +129,7 @@ fn read_from(
         }
         let blocks: Vec<UncompressedBlock> = batch
             .into_par_iter()
+            .filter(|chunk| are_wanted[chunk.layer_index])
             .map(|chunk| unpack(chunk, &meta_data))
             .collect::<Result<_, _>>()?;
         for block in blocks {

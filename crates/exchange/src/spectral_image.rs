@@ -233,7 +233,7 @@ impl SpectralImage {
         Ok(image)
     }
 
-    /// Reads layers by their names, and of the rest of a file nothing but headers; those that it lacks are left out.
+    /// Reads layers by their names and unpacks nothing else of a file; those that it lacks are left out.
     ///
     /// # Errors
     /// A missing, truncated or damaged file, or values that are not finite.
