@@ -144,6 +144,22 @@ pub(crate) fn write_text(path: &Path, text: &str) -> Result<(), Failure> {
     write_file(path, |writer| writer.write_all(text.as_bytes()))
 }
 
+/// Writes pixels of three bytes as a picture of so many columns and rows.
+///
+/// # Errors
+/// As [`write_file`].
+pub(crate) fn write_rgb_png(path: &Path, size_px: [usize; 2], rgb: &[u8]) -> Result<(), Failure> {
+    let [width, height] = size_px.map(|it| it as u32);
+    write_file(path, |writer| {
+        let mut encoder = png::Encoder::new(writer, width, height);
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_depth(png::BitDepth::Eight);
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(rgb)?;
+        writer.finish()
+    })
+}
+
 /// Writes rows as CSV, with the names of their fields as header.
 ///
 /// # Errors

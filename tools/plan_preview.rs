@@ -143,15 +143,7 @@ impl Sheet {
     }
 
     fn write(&self, to: &Path) -> Result<(), Failure> {
-        let [width, height] = self.size_px.map(|it| it as u32);
-        output::write_file(to, |writer| {
-            let mut encoder = png::Encoder::new(writer, width, height);
-            encoder.set_color(png::ColorType::Rgb);
-            encoder.set_depth(png::BitDepth::Eight);
-            let mut writer = encoder.write_header()?;
-            writer.write_image_data(&self.rgb)?;
-            writer.finish()
-        })
+        output::write_rgb_png(to, self.size_px, &self.rgb)
     }
 }
 

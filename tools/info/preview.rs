@@ -50,14 +50,7 @@ pub(super) fn write(
         return Err(Failure::bad_input(source, none));
     }
     let (width, height, bytes) = sheet(&rows);
-    output::write_file(to, |writer| {
-        let mut encoder = png::Encoder::new(writer, width as u32, height as u32);
-        encoder.set_color(png::ColorType::Rgb);
-        encoder.set_depth(png::BitDepth::Eight);
-        let mut writer = encoder.write_header()?;
-        writer.write_image_data(&bytes)?;
-        writer.finish()
-    })
+    output::write_rgb_png(to, [width, height], &bytes)
 }
 
 /// What a grid shows.

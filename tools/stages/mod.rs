@@ -92,12 +92,9 @@ pub(crate) fn perform(
     let start = Instant::now();
     // Before they are opened: that alone would wait for the other end of a pipe.
     (request.outputs.iter()).try_for_each(|path| output::check_regular(path))?;
-    let made_for = provenance(request)?;
+    let (made_for, up_to_date) = checked(request, options)?;
     let hash = made_for.request_hash();
-    let fits = |path: &&Path| checksums::fits(path, &hash, options.verifies);
-    let up_to_date = request.outputs.iter().all(fits);
     if !up_to_date {
-        check_free_for(&made_for, &request.outputs, options.existing)?;
         make(made_for.clone())?;
         // Of inputs that changed meanwhile nobody knows what it was made from.
         if provenance(request)? == made_for {
@@ -128,13 +125,19 @@ pub(crate) fn perform(
 /// # Errors
 /// As [`perform`].
 pub(crate) fn check_free_to_make(request: &Request, options: StageOptions) -> Result<(), Failure> {
+    checked(request, options).map(|_| ())
+}
+
+/// What outputs are made for, and whether they are up to date; others that are taken are refused.
+fn checked(request: &Request, options: StageOptions) -> Result<(Provenance, bool), Failure> {
     let made_for = provenance(request)?;
     let hash = made_for.request_hash();
     let fits = |path: &&Path| checksums::fits(path, &hash, options.verifies);
-    if request.outputs.iter().all(fits) {
-        return Ok(());
+    let up_to_date = request.outputs.iter().all(fits);
+    if !up_to_date {
+        check_free_for(&made_for, &request.outputs, options.existing)?;
     }
-    check_free_for(&made_for, &request.outputs, options.existing)
+    Ok((made_for, up_to_date))
 }
 
 /// Says that a stage has nothing to do.
