@@ -3,7 +3,6 @@
 use std::borrow::Cow;
 
 use glam::DVec3;
-use niji_exchange::InterpolationError;
 use niji_exchange::ScatteringTable;
 use niji_geometry::Aabb;
 use niji_geometry::PixelRegion;
@@ -287,13 +286,12 @@ fn range_seen(
     Ok(Some((low_rad - margin_rad, high_rad + margin_rad)))
 }
 
-/// What the table errs by between its angles and radii, rms in parts of the peak of a bow; where that was
-/// not measured, what it was made for.
+/// What sums of moved rows err by, rms in parts of the peak of a bow: what the table was made for, which sums of its
+/// radii keep (single radii err many times more between those of the table, and none is taken alone); or what lies
+/// between its angles, where that is more.
 fn table_error(table: &ScatteringTable) -> f64 {
-    let measured = |error: InterpolationError| error.theta.rms + error.radius.rms;
-    table
-        .interpolation_error
-        .map_or(table.relative_error, measured)
+    let between_angles = table.interpolation_error.map_or(0.0, |it| it.theta.rms);
+    table.relative_error.max(between_angles)
 }
 
 /// From a spectrum for unit irradiance to luminance in the sun.

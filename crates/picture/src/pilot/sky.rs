@@ -2,9 +2,9 @@
 //!
 //! e(coarse) = M |L(coarse) - L(fine)|,   e(fine) = e(coarse) / 2,   e(finer) = e(fine) / 2
 //! `L` luminance of sky and ground without drops, over display white; `coarse` and `fine` two levels that follow each
-//! other; `M` margin. From each level to the next the error falls to about a half. The finest level is not looked at,
-//! it takes longer than the picture; nor is what the draft level differs by, which says little of finer ones: with the
-//! sun 5 degrees high in haze it is as much as the next level still errs by, in clear air ten times as much.
+//! other; `M` margin. From each level to the next the error falls to about a half. The finest level is
+//! looked at where it is taken alone. What the draft level differs by says little of finer ones: with the sun 5 degrees
+//! high in haze it is as much as the next level still errs by, in clear air ten times as much.
 //!
 //! Drops and surfaces are left out: what they hide errs no more than what is seen, and what drops take from the
 //! sky behind them they give back from their surroundings, which are of the same light.
@@ -84,18 +84,20 @@ pub(crate) fn sky(scene: &Scene, plan: &Plan, watch: Watch) -> Result<Option<Sky
             error,
         }));
     }
-    let to_standard = seen(SkyLevel::Standard)? - &quick;
-    let levels = [SkyLevel::Quick, SkyLevel::Standard, SkyLevel::Fine];
-    let levels = levels.into_iter().zip(0..);
-    let found = levels
-        .filter(|(level, _)| *level >= first)
-        .map(|(level, n_finer)| SkySeen {
-            level,
-            error: error(&to_standard, n_finer),
-        });
-    let is_enough =
-        |it: &SkySeen| !is_chosen || it.level == SkyLevel::Fine || it.error.bound().rms <= allowed;
-    Ok(found.into_iter().find(is_enough))
+    let standard = seen(SkyLevel::Standard)?;
+    let to_standard = &standard - &quick;
+    let coarser = [SkyLevel::Quick, SkyLevel::Standard];
+    for (level, n_finer) in coarser.into_iter().zip(0..) {
+        let error = error(&to_standard, n_finer);
+        if level >= first && (!is_chosen || error.bound().rms <= allowed) {
+            return Ok(Some(SkySeen { level, error }));
+        }
+    }
+    let to_fine = seen(SkyLevel::Fine)? - standard;
+    Ok(Some(SkySeen {
+        level: SkyLevel::Fine,
+        error: error(&to_fine, 1),
+    }))
 }
 
 /// Luminance of every pixel of a scene without drops [cd/m²].
