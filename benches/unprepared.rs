@@ -8,6 +8,7 @@
 //!
 //!     cargo bench --bench unprepared -- truths [SCENE]...
 //!     cargo bench --bench unprepared -- measure [SCENE]... [-- FLAGS OF NIJI RUN]
+//!     cargo bench --bench unprepared -- lines [SCENE]...
 //!     cargo bench --bench unprepared -- draw SEED FOLDER
 //!
 //! A scene is a name in `tests/unprepared` or the path of a file, whose truth then lies in `truths` beside it.
@@ -15,7 +16,8 @@
 //!
 //! `measure` runs the program as a stranger does and prints, in percent of display white, the true RMS
 //! error, the error that was told, and of the pixels whose error is above 0.01 % how many err by no more than
-//! the layer `error` says and how many times too much it says in the median.
+//! the layer `error` says and how many times too much it says in the median. `lines` does what the lines
+//! `cheaper:` at the end of a run say, each by itself, and prints what they promised beside what came of it.
 
 #[path = "unprepared/draw.rs"]
 mod draw;
@@ -77,8 +79,9 @@ fn main() -> Result<()> {
     match (asked.first().map(String::as_str), rest) {
         (Some("truths"), _) => names(rest)?.iter().try_for_each(|name| make_truth(name)),
         (Some("measure"), _) => measure(&names(rest)?, flags),
+        (Some("lines"), _) => names(rest)?.iter().try_for_each(|name| hold_lines(name)),
         (Some("draw"), [seed, folder]) => draw_scenes(seed, Path::new(folder)),
-        _ => Err("say `truths` or `measure`, then names of scenes, or `draw SEED FOLDER`".into()),
+        _ => Err("say `truths`, `measure` or `lines`, then names of scenes, or `draw SEED FOLDER`".into()),
     }
 }
 
@@ -223,11 +226,82 @@ fn measure(names: &[String], flags: &[String]) -> Result<()> {
         "scene", "code", "true %", "told %", "s", "covered", "times"
     );
     for name in names {
+        let run = match Run::of((name, &scene_file(name)), flags)? {
+            Ok(run) => run,
+            Err((code, said)) => {
+                println!("{name:<20} {code:>4} {said}");
+                continue;
+            }
+        };
+        let (covered, times) = run.coverage();
+        println!(
+            "{name:<20} {:>4} {:>8.4} {:>8.4} {:>7.2} {covered:>8.3} {times:>7.2}",
+            run.code,
+            100.0 * run.true_error(),
+            100.0 * run.told(),
+            run.seconds
+        );
+    }
+    Ok(())
+}
+
+/// Runs a scene, then with the change of each line `cheaper:`.
+fn hold_lines(name: &str) -> Result<()> {
+    let path = scene_file(name);
+    let asked = Run::of((name, &path), &[])?.map_err(|(_, said)| said)?;
+    let text = std::fs::read_to_string(&path)?;
+    for line in asked.report["cheaper"].as_array().into_iter().flatten() {
+        let number = |key: &str| line[key].as_f64().ok_or("a line without its numbers");
+        let change = line["change"].as_str().ok_or("a line without its change")?;
+        // Beside the scene, whose files have names from there.
+        let changed = tempfile::Builder::new()
+            .suffix(".toml")
+            .tempfile_in(path.parent().unwrap_or(Path::new(".")))?;
+        std::fs::write(changed.path(), with_key(&text, change)?)?;
+        let run = Run::of((name, changed.path()), &[])?.map_err(|(_, said)| said)?;
+        println!(
+            "{name:<20} {change:<46} less: said {:>6.2} s, found {:>6.2} s; error: said {:.3} %, told then \
+             {:.3} %, true {:.3} %",
+            number("seconds")?,
+            asked.seconds - run.seconds,
+            100.0 * number("error")?,
+            100.0 * run.told(),
+            100.0 * run.true_error()
+        );
+    }
+    Ok(())
+}
+
+/// A scene with a key as a line says it, `section.key = value`.
+fn with_key(text: &str, change: &str) -> Result<String> {
+    let (key, value) = change.split_once(" = ").ok_or("expected a key = value")?;
+    let (section, key) = key.split_once('.').ok_or("expected a section.key")?;
+    let mut scene: toml::Table = text.parse()?;
+    let section = scene.entry(section).or_insert(toml::Table::new().into());
+    let keys = section.as_table_mut().ok_or("expected a section")?;
+    let line: toml::Table = format!("value = {value}").parse()?;
+    keys.extend(line.into_iter().map(|(_, value)| (key.to_owned(), value)));
+    Ok(toml::to_string(&scene)?)
+}
+
+/// What a run of the program made of a scene.
+struct Run {
+    code: i32,
+    seconds: f64,
+    report: Value,
+    /// Over display white, by row and column.
+    off: Array2<f64>,
+    estimate: Option<Array2<f64>>,
+}
+
+impl Run {
+    /// Of a scene whose truth has that name; the code and what was said last where there is no picture.
+    fn of((name, scene): (&str, &Path), flags: &[String]) -> Result<Outcome> {
         let out = tempfile::tempdir()?;
         let start = Instant::now();
         let ended = Command::new(env!("CARGO_BIN_EXE_niji"))
             .arg("run")
-            .arg(scene_file(name))
+            .arg(scene)
             .arg("-o")
             .arg(out.path())
             .args(flags)
@@ -236,33 +310,46 @@ fn measure(names: &[String], flags: &[String]) -> Result<()> {
         let code = ended.status.code().unwrap_or(-1);
         let Ok(report) = std::fs::read_to_string(out.path().join("report.json")) else {
             let said = String::from_utf8_lossy(&ended.stderr).into_owned();
-            println!(
-                "{name:<20} {code:>4} {}",
-                said.lines().last().unwrap_or_default()
-            );
-            continue;
+            let last = said.lines().last().unwrap_or_default();
+            return Ok(Err((code, last.to_owned())));
         };
         let report: Value = serde_json::from_str(&report)?;
-        let told = report["accuracy"]["error"].as_f64().unwrap_or(f64::NAN);
         let white = report["plan"]["display_white_cd_m2"].as_f64();
         let white = white.ok_or("a report without its white")?;
         let image = SpectralImage::read_spectral(&out.path().join("image.exr"))?;
         let found = luminance(&image.radiance, &image.wavelengths) / white;
         let truth = read_plain(&truth_file(name))?;
         let truth = truth[0].channels[0].values.mapv(f64::from);
-        let off = found - &truth;
-        let rms = (off.mapv(|it| it * it).sum() / off.len() as f64).sqrt();
         let estimate = (image.aovs.iter()).find(|aov| aov.name == "error");
-        let estimate = estimate.map(|aov| aov.channels[0].1.mapv(|it| f64::from(it) / white));
-        let (covered, times) = estimate.map_or((f64::NAN, f64::NAN), |it| coverage(&off, &it));
-        println!(
-            "{name:<20} {code:>4} {:>8.4} {:>8.4} {seconds:>7.2} {covered:>8.3} {times:>7.2}",
-            100.0 * rms,
-            100.0 * told
-        );
+        Ok(Ok(Self {
+            code,
+            seconds,
+            report,
+            off: found - &truth,
+            estimate: estimate.map(|aov| aov.channels[0].1.mapv(|it| f64::from(it) / white)),
+        }))
     }
-    Ok(())
+
+    /// RMS over the pixels.
+    fn true_error(&self) -> f64 {
+        (self.off.mapv(|it| it * it).sum() / self.off.len() as f64).sqrt()
+    }
+
+    /// What the program said of that.
+    fn told(&self) -> f64 {
+        let told = self.report["accuracy"]["error"].as_f64();
+        told.unwrap_or(f64::NAN)
+    }
+
+    /// Part of the pixels whose error is told, and how many times too much in the median.
+    fn coverage(&self) -> (f64, f64) {
+        let estimate = self.estimate.as_ref();
+        estimate.map_or((f64::NAN, f64::NAN), |it| coverage(&self.off, it))
+    }
 }
+
+/// A run, or the code and the last line of one without a picture.
+type Outcome = std::result::Result<Run, (i32, String)>;
 
 /// Part of the pixels with an error that is told, and estimate over error in the median.
 fn coverage(off: &Array2<f64>, estimate: &Array2<f64>) -> (f64, f64) {
