@@ -229,18 +229,18 @@ impl Cheaper {
 /// What would have taken a tenth less, as the stages that ran measured it: pixels without more rays, no light of
 /// further orders. Nothing where the picture was there already or was made in parts.
 ///
-/// e_rays = sqrt(e^2 - <after^2> + <before^2>),   e_orders = e + rms of their light
-/// `e` error of the picture; `before`, `after` what its pixels err by with one ray each and in the end.
+/// e_rays = sqrt(e^2 + <d^2>),   e_orders = e + rms of their light
+/// `e` error of the picture; `d` what more than one ray each changed its pixels by.
 pub(crate) fn cheaper(planned: &PlannedScene, done: &[Done], reached: &Reached) -> Vec<Cheaper> {
     let Some(spent) = done.iter().find_map(|it| it.spent) else {
         return Vec::new();
     };
     let white = planned.plan_as_shown().display_white_cd_m2;
-    let [before, after] = spent.mean_squares.map(|it| it / (white * white));
+    let change = spent.mean_square_change / (white * white);
     let of_rays = Cheaper {
         change: "accuracy.pixel_footprint = \"prefiltered\"",
         seconds: spent.more_rays_s,
-        error: (reached.estimated.powi(2) - after + before).max(0.0).sqrt() + reached.left_out,
+        error: (reached.estimated.powi(2) + change).sqrt() + reached.left_out,
     };
     let of_orders = Cheaper {
         change: "effects.multiple_scattering = \"off\"",

@@ -46,8 +46,8 @@ pub struct Spent {
     pub paths_s: f64,
     /// Seconds in which pixels got more rays.
     pub more_rays_s: f64,
-    /// Mean over the pixels of the square of their error [cd²/m⁴], with one ray each and in the end.
-    pub mean_squares: [f64; 2],
+    /// Mean over the pixels of the square of what more than one ray each changed [cd²/m⁴].
+    pub mean_square_change: f64,
 }
 
 /// What there was time for.

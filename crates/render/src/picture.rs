@@ -98,7 +98,7 @@ pub fn render_in_steps(
     tracer.trace_around(&mut lights_around);
     let (mut traced, mut finished) = (0, 0);
     let mut coarser_rays = request.coarser_rays;
-    let (mut more_rays_s, mut squares) = (0.0, [0.0; 2]);
+    let (mut more_rays_s, mut squares) = (0.0, 0.0);
     while traced < height {
         let n_rows = if has_end {
             height
@@ -141,9 +141,13 @@ pub fn render_in_steps(
                     tracer.affordable(&mut picture, &refining, (tolerance_cd_m2, deadline));
             }
             let start_s = (deadline.now_s)();
-            squares[0] += picture.sum_of_squares(&refining.rows);
+            let luminance = |picture: &Rendered| {
+                picture.luminance_of(&refining.rows, &tracer.xyz_weights)
+            };
+            let of_one_ray = luminance(&picture);
             tracer.refine(&mut picture, &refining, coarser_rays * tolerance_cd_m2);
-            squares[1] += picture.sum_of_squares(&refining.rows);
+            let change = luminance(&picture) - of_one_ray;
+            squares += change.iter().map(|it| it * it).sum::<f64>();
             more_rays_s += (deadline.now_s)() - start_s;
         }
         tracer.frame.check_rows()?;
@@ -157,7 +161,7 @@ pub fn render_in_steps(
         },
         paths_s: multiple.map_or(0.0, |it| it.seconds),
         more_rays_s,
-        mean_squares: squares.map(|it| it / (width * height) as f64),
+        mean_square_change: squares / (width * height) as f64,
     };
     Ok((picture, spent))
 }

@@ -7,6 +7,7 @@
 use std::ops::Range;
 
 use glam::Vec4;
+use ndarray::Array2;
 use ndarray::ArrayViewMut;
 use ndarray::ArrayViewMut3;
 use ndarray::Axis;
@@ -48,9 +49,14 @@ impl Rendered {
         of_rows.map(|error| f64::from(*error))
     }
 
-    /// The sum of their squares.
-    pub(crate) fn sum_of_squares(&self, rows: &Range<usize>) -> f64 {
-        self.errors_of(rows).map(|error| error * error).sum()
+    /// Luminance of rows of pixels [cd/m²].
+    pub(crate) fn luminance_of(&self, rows: &Range<usize>, xyz_weights: &[Vec4]) -> Array2<f64> {
+        let radiance = self.radiance.slice(s![.., rows.clone(), ..]);
+        let mut luminance = Array2::zeros((rows.len(), self.radiance.dim().2));
+        for (plane, weight) in radiance.outer_iter().zip(xyz_weights) {
+            luminance.zip_mut_with(&plane, |sum, value| *sum += f64::from(value * weight.y));
+        }
+        luminance
     }
 
     /// Rows of pixels by tiles, from left to right and top to bottom.
