@@ -81,7 +81,10 @@ fn main() -> Result<()> {
         (Some("measure"), _) => measure(&names(rest)?, flags),
         (Some("lines"), _) => names(rest)?.iter().try_for_each(|name| hold_lines(name)),
         (Some("draw"), [seed, folder]) => draw_scenes(seed, Path::new(folder)),
-        _ => Err("say `truths`, `measure` or `lines`, then names of scenes, or `draw SEED FOLDER`".into()),
+        _ => Err(
+            "say `truths`, `measure` or `lines`, then names of scenes, or `draw SEED FOLDER`"
+                .into(),
+        ),
     }
 }
 

@@ -229,7 +229,7 @@ fn planned(
     (common, budget): (&Common, Option<&Budget>),
     kept: &Path,
 ) -> Result<PlannedScene, Failure> {
-    let mut before: Option<Choice> = choice_file::kept(kept, common.options_of_run().existing)?;
+    let before: Option<Choice> = choice_file::kept(kept, common.options_of_run().existing)?;
     if common.choice.is_some() {
         return scene_file::load(&command.scene, common);
     }
@@ -237,10 +237,8 @@ fn planned(
     if let Some(budget) = budget {
         return budget.planned(&scene, &command.scene, before.as_ref());
     }
-    // Without a budget nothing is left out for one.
-    if let Some(before) = &mut before {
-        before.afforded = None;
-    }
+    // Without a budget nothing is left out for one, nor left unmeasured.
+    let before = before.filter(|it| it.afforded.is_none());
     let planned = scene_file::planned(scene.clone(), &command.scene, before.as_ref())?;
     if planned.shown == planned.scene.picture || serves(&planned, kept)? {
         return Ok(planned);

@@ -128,7 +128,8 @@ impl Default for PlanRequest<'_> {
 /// What is measured for a plan.
 enum Measured {
     Never,
-    Now,
+    /// For a choice of this request.
+    Now(String),
     /// It was, and is kept with what was decided from it.
     Before(Box<Choice>),
 }
@@ -190,35 +191,45 @@ pub fn check_files(scene: &Scene, folder: &Path) -> Result<(), Error> {
 impl PlannedScene {
     /// Plans a scene; files of drops are read, and what no bound settles is measured in small pictures: what light
     /// that drops scatter more than once adds, how finely that of the air has to be solved, what the spacing of the
-    /// drops' nodes changes. What was chosen before for the same scene shown otherwise is taken as it is.
+    /// drops' nodes changes. What was chosen before for the same scene, however shown, is taken as it is.
     ///
     /// # Errors
     /// A drop volume that is missing or wrong, or a scene that cannot be planned; [`Error::Stopped`].
     pub fn new(scene: Scene, request: PlanRequest) -> Result<Self, Error> {
-        let shown = scene.picture;
-        if let Some(before) = request.choice.filter(|it| it.picture != shown) {
+        let files = drop_hashes(&scene, request)?;
+        let key = |scene: &Scene| choice::request((request.version, &files), scene);
+        if let Some(before) = request.choice {
+            let shown = scene.picture;
             let scene = Scene {
                 picture: before.picture,
                 ..scene.clone()
             };
-            let unmeasured = PlanRequest {
-                is_hasty: true,
-                ..request
-            };
-            let planned = Self::as_shown(scene, unmeasured)?;
-            if planned.choice == *before {
-                return Ok(Self { shown, ..planned });
+            if before.request == key(&scene) {
+                let decided = Self::decided(scene, request.folder, before.clone());
+                return Ok(Self { shown, ..decided });
             }
         }
-        Self::as_shown(scene, request)
-    }
-
-    /// The same, decided for how it is shown.
-    fn as_shown(scene: Scene, request: PlanRequest) -> Result<Self, Error> {
         let drops = drops_of(&scene, request)?;
-        let planned = Self::with_drops(scene, request, (drops, Measured::Now))?;
+        let key = key(&scene);
+        let planned = Self::with_drops(scene, request, (drops, Measured::Now(key)))?;
         let spacing = planned.choice.seen.spacing();
         planned.at_spacing(spacing, request)
+    }
+
+    /// A scene as it was decided: nothing is measured, and no file of drops read.
+    fn decided(scene: Scene, folder: &Path, choice: Choice) -> Self {
+        let scene = with_spacing(scene, choice.seen.spacing());
+        Self {
+            folder: folder.to_owned(),
+            drop_file: scene.drops.file().map(|file| folder.join(file)),
+            drop_source: VolumeSource::of(&scene, folder),
+            plan: choice.plan.clone(),
+            choice,
+            time: None,
+            shown: scene.picture,
+            shutter: None,
+            scene,
+        }
     }
 
     /// The same with the nodes of its drops as close as they were seen to be needed.
@@ -245,7 +256,8 @@ impl PlannedScene {
         request: PlanRequest,
         drops: DropSummary,
     ) -> Result<Self, Error> {
-        Self::with_drops(scene, request, (Some(drops), Measured::Now))
+        let key = String::new();
+        Self::with_drops(scene, request, (Some(drops), Measured::Now(key)))
     }
 
     /// A frame of a sequence as it was decided for all of them, at the scenes of its instants
@@ -256,44 +268,39 @@ impl PlannedScene {
         folder: &Path,
         choice: &SequenceChoice,
     ) -> Self {
-        let decided = |scene: Scene| {
-            let scene = with_scales(scene, &choice.densest_lines_m);
-            with_spacing(scene, choice.seen.spacing())
+        let scaled = |scene: Scene| with_scales(scene, &choice.densest_lines_m);
+        let scene = scaled(scene);
+        let of_frame = Choice {
+            version: choice.version.clone(),
+            request: choice.request.clone(),
+            picture: scene.picture,
+            afforded: None,
+            plan: choice.plan.of_frame(&scene),
+            seen: choice.seen.clone(),
         };
-        let scene = decided(scene);
-        let plan = choice.plan.of_frame(&scene);
+        let decided = Self::decided(scene, folder, of_frame);
         let frame = Self {
-            folder: folder.to_owned(),
-            drop_file: scene.drops.file().map(|file| folder.join(file)),
-            drop_source: VolumeSource::of(&scene, folder),
-            shown: scene.picture,
-            choice: Choice::of(
-                (&plan, scene.picture),
-                (&choice.version, choice.request.clone()),
-                choice.seen.clone(),
-            ),
             time: Some(time),
-            shutter: None,
-            scene,
-            plan,
+            ..decided
         };
-        let instants: Vec<Scene> = instants.into_iter().map(decided).collect();
+        let instants = instants.into_iter();
+        let instants: Vec<Scene> = instants
+            .map(|it| with_spacing(scaled(it), choice.seen.spacing()))
+            .collect();
         let shutter = (!instants.is_empty()).then(|| OpenShutter::new(&frame, instants));
         Self { shutter, ..frame }
     }
 
     /// The same for a scene that needs no other tables, levels and effects, as it was decided.
     pub(crate) fn moved_to(&self, scene: Scene) -> Self {
+        let plan = self.plan.of_frame(&scene);
+        let choice = Choice {
+            plan,
+            ..self.choice.clone()
+        };
         Self {
-            folder: self.folder.clone(),
-            plan: self.plan.of_frame(&scene),
-            drop_file: scene.drops.file().map(|file| self.folder.join(file)),
-            drop_source: VolumeSource::of(&scene, &self.folder),
-            choice: self.choice.clone(),
             time: self.time,
-            shown: scene.picture,
-            shutter: None,
-            scene,
+            ..Self::decided(scene, &self.folder, choice)
         }
     }
 
@@ -324,30 +331,13 @@ impl PlannedScene {
         request: PlanRequest,
         (drops, measured): (Option<DropSummary>, Measured),
     ) -> Result<Self, Error> {
-        let folder = request.folder;
-        let drop_file = scene.drops.file().map(|file| folder.join(file));
-        let drop_source = VolumeSource::of(&scene, folder);
-        let measures = matches!(measured, Measured::Now);
-        let (mut seen, mut key, mut afforded) = match measured {
-            Measured::Before(choice) => (choice.seen, choice.request, choice.afforded),
-            Measured::Never | Measured::Now => (Seen::default(), String::new(), None),
-        };
-        let mut is_known = !measures;
-        let of_drops = format!("{drops:?}");
-        let files = if measures {
-            drop_hashes(&scene, request)?
-        } else {
-            BTreeMap::new()
+        let (mut seen, key, afforded, measures) = match measured {
+            Measured::Before(choice) => (choice.seen, choice.request, choice.afforded, false),
+            Measured::Never => (Seen::default(), String::new(), None, false),
+            Measured::Now(key) => (Seen::default(), key, None, !request.is_hasty),
         };
         let look = |foretold: &Foretold| {
-            if !measures {
-                return Ok(seen.further_orders.as_ref().map(SmallPicture::bound));
-            }
-            key = choice::request((request.version, &files), &scene, &of_drops, foretold);
-            if let Some(choice) = request.choice.filter(|choice| choice.request == key) {
-                (seen, is_known) = (choice.seen.clone(), true);
-                afforded = choice.afforded;
-            } else if !request.is_hasty {
+            if measures {
                 let before = request.measured.map(|it| it.seen.clone());
                 seen =
                     pilot::seen_of_drops(&scene, (foretold, request), before.unwrap_or_default())?;
@@ -355,26 +345,21 @@ impl PlannedScene {
             Ok::<_, Error>(seen.further_orders.as_ref().map(SmallPicture::bound))
         };
         let mut plan = plan_looking(&scene, drops, look)?;
-        if !is_known && !request.is_hasty {
+        if measures {
             seen.sky = pilot::sky(&scene, &plan, request.watch)?;
         }
         if let Some(sky) = &seen.sky {
             plan.sky_level = Some(sky.level);
         }
-        Ok(Self {
-            folder: folder.to_owned(),
-            choice: Choice {
-                afforded,
-                ..Choice::of((&plan, scene.picture), (request.version, key), seen)
-            },
-            shown: scene.picture,
-            scene,
+        let choice = Choice {
+            version: request.version.to_owned(),
+            request: key,
+            picture: scene.picture,
+            afforded,
             plan,
-            drop_file,
-            drop_source,
-            time: None,
-            shutter: None,
-        })
+            seen,
+        };
+        Ok(Self::decided(scene, request.folder, choice))
     }
 
     /// The same scene with other switches or levels, planned anew.

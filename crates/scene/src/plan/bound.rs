@@ -49,7 +49,7 @@ impl BoundKind {
 }
 
 /// The numbers that a bound is made of, at the part of the picture where it is largest.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct BoundTerms {
     /// Scattering angles of rays there, degrees.
     pub theta_deg: (f64, f64),

@@ -38,7 +38,6 @@ pub struct EffectDecision {
     /// What it contributes at most.
     pub bound: Bound,
     /// The numbers of the bound; `None` where it is 0, and for a sequence.
-    #[serde(skip_deserializing)]
     pub terms: Option<BoundTerms>,
 }
 
