@@ -45,6 +45,15 @@ pub(crate) fn cut_normal_share(deviations: f64) -> f64 {
     below(deviations.clamp(-CUT, CUT)) / below(CUT)
 }
 
+/// One of a row of parcels.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Parcel {
+    /// Its middle, x and z (m).
+    pub(crate) middle: DVec2,
+    /// Its part of the row's water.
+    pub(crate) share: f64,
+}
+
 /// Shares of the cells of one axis, from a first cell on.
 #[derive(Debug, Clone)]
 pub(crate) struct Shares {
@@ -126,21 +135,13 @@ impl Parcels {
         }
     }
 
-    /// Lay out water (g) as equal parcels at places (x, z) of one height profile and one standard
-    /// deviation (m).
+    /// Lay out water (g) as parcels of one height profile and one standard deviation (m).
     ///
     /// The parcels are added up as seen from above before they are spread over the layers: a row of
     /// a hundred costs little more than one.
-    pub(crate) fn add_row(
-        &mut self,
-        water_g: f64,
-        places: &[DVec2],
-        spread_m: f64,
-        layers: &Shares,
-    ) {
-        let above = self.seen_from_above(places, spread_m);
+    pub(crate) fn add_row(&mut self, water_g: f64, row: &[Parcel], spread_m: f64, layers: &Shares) {
+        let above = self.seen_from_above(row, spread_m);
         let [_, ny, nz] = self.n_cells;
-        let grams = water_g / places.len() as f64;
         for (x, line) in (above.first_x..).zip(above.shares.chunks_exact(above.n_z)) {
             let Some(first) = line.iter().position(|share| *share > 0.0) else {
                 continue;
@@ -149,13 +150,13 @@ impl Parcels {
                 let start = (x * ny + y) * nz + above.first_z;
                 let cells = &mut self.grams[start + first..start + above.n_z];
                 for (cell, share) in cells.iter_mut().zip(&line[first..]) {
-                    *cell += grams * y_share * share;
+                    *cell += water_g * y_share * share;
                 }
             }
         }
     }
 
-    fn seen_from_above(&self, places: &[DVec2], spread_m: f64) -> FromAbove {
+    fn seen_from_above(&self, row: &[Parcel], spread_m: f64) -> FromAbove {
         let s = resolved_spread_m(spread_m, self.grid.voxel_m);
         let around = |axis: usize, middle_m: f64| {
             let span = Span {
@@ -166,16 +167,19 @@ impl Parcels {
                 cut_normal_share((edge_m - middle_m) / s)
             })
         };
-        let parcel = |place: &DVec2| (around(0, place.x), around(2, place.y));
-        let parcels: Vec<(Shares, Shares)> = places.iter().map(parcel).collect();
-        let (first_x, n_x) = cells_of(parcels.iter().map(|(columns, _)| columns));
-        let (first_z, n_z) = cells_of(parcels.iter().map(|(_, rows)| rows));
+        let parcel = |parcel: &Parcel| {
+            let DVec2 { x, y: z } = parcel.middle;
+            (around(0, x), around(2, z), parcel.share)
+        };
+        let parcels: Vec<(Shares, Shares, f64)> = row.iter().map(parcel).collect();
+        let (first_x, n_x) = cells_of(parcels.iter().map(|(columns, ..)| columns));
+        let (first_z, n_z) = cells_of(parcels.iter().map(|(_, rows, _)| rows));
         let mut shares = vec![0.0; n_x * n_z];
-        for (columns, rows) in &parcels {
+        for (columns, rows, share) in &parcels {
             for (x, x_share) in (columns.first - first_x..).zip(&columns.shares) {
                 let line = &mut shares[x * n_z + rows.first - first_z..];
                 for (cell, z_share) in line.iter_mut().zip(&rows.shares) {
-                    *cell += x_share * z_share;
+                    *cell += share * x_share * z_share;
                 }
             }
         }
@@ -217,6 +221,15 @@ mod tests {
 
     use super::*;
 
+    fn alike(middles: &[DVec2]) -> Vec<Parcel> {
+        let share = 1.0 / middles.len() as f64;
+        let parcel = |middle: &DVec2| Parcel {
+            middle: *middle,
+            share,
+        };
+        middles.iter().map(parcel).collect()
+    }
+
     fn dry(voxel_m: f64) -> Parcels {
         let grid = GridBox {
             min: DVec3::new(-10.0, 0.0, -10.0),
@@ -237,7 +250,7 @@ mod tests {
                 let mut parcels = dry(voxel_m);
                 let layers = even(&parcels, 1.3, 1.31);
                 let center = DVec2::new(0.37, -2.9);
-                parcels.add_row(5.0, &[center], spread_m, &layers);
+                parcels.add_row(5.0, &alike(&[center]), spread_m, &layers);
                 let sum: f64 = parcels.grams.iter().sum();
                 assert!((sum / 5.0 - 1.0).abs() < 1e-13, "{sum}");
                 let first_m: f64 = (0..parcels.n_cells[0])
@@ -261,7 +274,7 @@ mod tests {
         let places: Vec<DVec2> = (0..64)
             .map(|index| DVec2::splat((f64::from(index) - 31.5) * 0.25 / SQRT_2))
             .collect();
-        parcels.add_row(64.0, &places, 0.25, &layers);
+        parcels.add_row(64.0, &alike(&places), 0.25, &layers);
         let column = |x: usize| {
             let row = |z: usize| parcels.grams_at(DVec3::new(x as f64 - 9.5, 0.5, z as f64 - 9.5));
             (0..20).map(row).sum::<f64>()
@@ -291,7 +304,7 @@ mod tests {
     fn water_becomes_drops_of_its_sizes() {
         let mut parcels = dry(2.0);
         let layers = even(&parcels, 0.0, 4.0);
-        parcels.add_row(3.0, &[DVec2::ZERO], 1.0, &layers);
+        parcels.add_row(3.0, &alike(&[DVec2::ZERO]), 1.0, &layers);
         let law = niji_sizes::Monodisperse { radius_um: 100.0 };
         let mode = parcels.into_mode("mist", &law.moments()).unwrap();
         // f32.

@@ -115,7 +115,7 @@ impl Turbulence {
     }
 
     /// The noise with all that does not depend on the place worked out.
-    fn noise(&self) -> Noise {
+    pub(crate) fn noise(&self) -> Noise {
         let finer = |octave: u32| f64::from(1_u32 << octave);
         let amplitude = |octave| finer(octave).cbrt().recip();
         let variance: f64 = (0..N_OCTAVES).map(|octave| amplitude(octave).powi(2)).sum();
@@ -167,19 +167,23 @@ struct Octave {
 
 /// A noise at one time.
 #[derive(Debug, Clone, Copy)]
-struct Noise {
+pub(crate) struct Noise {
     octaves: [Octave; N_OCTAVES as usize],
 }
 
 impl Noise {
     /// The noise g at a point (m), within -1..1.
     fn at(&self, position: DVec3) -> f64 {
+        squeezed(self.sum(position))
+    }
+
+    /// The sum of its octaves at a point (m), x, of unit root mean square.
+    pub(crate) fn sum(&self, position: DVec3) -> f64 {
         let octave = |octave: &Octave| {
             let q = (position * octave.cells_m1).extend(0.0) + octave.origin;
             octave.amplitude * gradient_noise(q, octave.seed)
         };
-        let x: f64 = self.octaves.iter().map(octave).sum();
-        x / (1.0 + x * x).sqrt()
+        self.octaves.iter().map(octave).sum()
     }
 
     /// The mean of the noise over the water, m; `None` without drops. Leaves are added up in their
@@ -202,6 +206,11 @@ impl Noise {
             .fold((0.0, 0.0), |sum, leaf| (sum.0 + leaf.0, sum.1 + leaf.1));
         (water > 0.0).then(|| noise / water)
     }
+}
+
+/// x/sqrt(1 + x²).
+pub(crate) fn squeezed(x: f64) -> f64 {
+    x / (1.0 + x * x).sqrt()
 }
 
 /// Noise of one octave, n(q), within -1..=1.

@@ -38,6 +38,7 @@ use crate::error::require_not_negative;
 use crate::error::require_positive;
 use crate::gusts;
 use crate::parcels::Parcels;
+use crate::strands::Strands;
 use crate::waterfall_curtain::Curtain;
 use crate::waterfall_frame::Frame;
 use crate::waterfall_frame::Part;
@@ -87,6 +88,9 @@ pub struct Waterfall {
     pub mist_effective_radius_um: f64,
     /// Wind at the foot, x and z (m/s).
     pub wind_xz_m_s: [f64; 2],
+    /// Strands and clumps of the curtain; an even sheet without.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub strands: Option<Strands>,
     /// Gusts in splash and mist.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub turbulence: Option<Turbulence>,
@@ -152,6 +156,7 @@ impl Waterfall {
             require_positive(name, radius_um)?;
             GammaSizes::new(Micrometers(radius_um), variance)?;
         }
+        self.strands.map_or(Ok(()), |it| it.validate())?;
         gusts::check(self.turbulence)?;
         self.grid().n_nodes()?;
         Ok(())
@@ -172,7 +177,11 @@ impl Waterfall {
     /// Curtain, splash and mist.
     fn populations(&self) -> [Population; 3] {
         let (frame, flow_g_s) = (self.frame(), 1e3 * self.flow_kg_s);
-        let curtain = Curtain { frame, flow_g_s };
+        let curtain = Curtain {
+            frame,
+            flow_g_s,
+            strands: self.strands,
+        };
         let splash = Splash {
             frame,
             flow_g_s: flow_g_s * self.splash_fraction,

@@ -20,6 +20,7 @@ use crate::drag::WATER_DENSITY_KG_M3;
 use crate::parcels::Parcels;
 use crate::parcels::Span;
 use crate::parcels::resolved_spread_m;
+use crate::strands::Strands;
 use crate::waterfall_frame::Frame;
 use crate::waterfall_frame::Part;
 use crate::waterfall_frame::Row;
@@ -40,6 +41,8 @@ pub(crate) struct Curtain {
     pub(crate) frame: Frame,
     /// Flow F (g/s).
     pub(crate) flow_g_s: f64,
+    /// What it falls apart into.
+    pub(crate) strands: Option<Strands>,
 }
 
 impl Curtain {
@@ -105,11 +108,15 @@ impl Part for Curtain {
         let spread_m = resolved_spread_m(self.spread_m(0.0), voxel_m);
         let across_m2 = peak_m1(spread_m).min(2.0_f64.sqrt() / voxel_m) / self.frame.width_m;
         let layer_g = self.flow_g_s * Frame::fall_s(layer_m);
-        layer_g / voxel_m * across_m2.min(voxel_m.powi(-2))
+        let factor = self.strands.map_or(1.0, |it| it.max_factor());
+        factor * layer_g / voxel_m * across_m2.min(voxel_m.powi(-2))
     }
 
     fn lay(&self, parcels: &mut Parcels) {
         let lip_y_m = self.frame.foot.y + self.frame.height_m;
+        let strands = self
+            .strands
+            .map(|it| it.falling(self.unit_discharge_m2_s()));
         let n_steps = self.n_steps();
         let step_s = Frame::fall_s(self.frame.height_m) / n_steps as f64;
         let depth_m = |time_s: f64| 0.5 * GRAVITY_M_S2 * time_s * time_s;
@@ -128,7 +135,11 @@ impl Part for Curtain {
                 spread_m: self.spread_m(depth_m(middle_s)),
             };
             let water_g = self.flow_g_s * step_s;
-            self.frame.add_row(parcels, water_g, row, &layers);
+            let mut of_row = self.frame.parcels(row);
+            if let Some(strands) = &strands {
+                strands.gather(&mut of_row, &self.frame, depth_m(middle_s));
+            }
+            parcels.add_row(water_g, &of_row, row.spread_m, &layers);
         }
     }
 }

@@ -10,6 +10,7 @@ use glam::DVec3;
 
 use crate::drag::GRAVITY_M_S2;
 use crate::parcels::CUT;
+use crate::parcels::Parcel;
 use crate::parcels::Parcels;
 use crate::parcels::Shares;
 use crate::parcels::Span;
@@ -80,13 +81,20 @@ impl Frame {
 
     /// Lay out water evenly over a row.
     pub(crate) fn add_row(&self, parcels: &mut Parcels, water_g: f64, row: Row, layers: &Shares) {
-        let Row { middle, spread_m } = row;
-        let spacing_m = resolved_spread_m(spread_m, parcels.voxel_m());
-        let n_strands = (self.width_m / spacing_m).ceil().max(1.0) as usize;
+        let even = self.parcels(row);
+        parcels.add_row(water_g, &even, row.spread_m, layers);
+    }
+
+    /// The parcels of a row, of equal water.
+    pub(crate) fn parcels(&self, row: Row) -> Vec<Parcel> {
+        let spacing_m = resolved_spread_m(row.spread_m, self.voxel_m);
+        let n_parcels = (self.width_m / spacing_m).ceil().max(1.0) as usize;
         let across = self.forward.perp() * self.width_m;
-        let place = |strand| middle + across * ((strand as f64 + 0.5) / n_strands as f64 - 0.5);
-        let places: Vec<DVec2> = (0..n_strands).map(place).collect();
-        parcels.add_row(water_g, &places, spread_m, layers);
+        let parcel = |index| Parcel {
+            middle: row.middle + across * ((index as f64 + 0.5) / n_parcels as f64 - 0.5),
+            share: 1.0 / n_parcels as f64,
+        };
+        (0..n_parcels).map(parcel).collect()
     }
 
     /// Lowest and highest corner of rows of parcels, between two heights (m).

@@ -18,6 +18,7 @@ fn fall() -> Waterfall {
         splash_effective_radius_um: 300.0,
         mist_effective_radius_um: 40.0,
         wind_xz_m_s: [1.5, -1.0],
+        strands: None,
         turbulence: None,
         voxel_m: 1.0,
     }
@@ -300,6 +301,27 @@ fn gusts_stir_splash_and_mist_and_keep_their_water() {
 }
 
 #[test]
+fn strands_gather_the_curtain_alone_and_keep_its_water_and_its_bound() {
+    let strands = Strands {
+        strength: 1.0,
+        width_m: 3.0,
+        seed: 5,
+        time_s: 2.0,
+    };
+    let torn = Waterfall {
+        strands: Some(strands),
+        ..fall()
+    };
+    let (even, gathered) = (fall().volume().unwrap(), torn.volume().unwrap());
+    assert_ne!(even.modes[0], gathered.modes[0]);
+    assert_eq!(even.modes[1..], gathered.modes[1..]);
+    let ratio = gathered.modes[0].total_water_g() / even.modes[0].total_water_g();
+    assert!((ratio - 1.0).abs() < 1e-6);
+    let densest = |volume: &DropVolume| volume.summary().max_extinction_m1_q1;
+    assert!(densest(&gathered) <= torn.max_extinction_m1_q1());
+}
+
+#[test]
 fn a_dry_part_has_no_drops_and_a_dry_fall_none_at_all() {
     let shape = Waterfall {
         mist_fraction: 0.0,
@@ -336,6 +358,14 @@ fn unsound_falls_are_refused() {
     refused(|fall| fall.mist_effective_radius_um = 0.0);
     refused(|fall| fall.wind_xz_m_s[0] = f64::NAN);
     refused(|fall| fall.voxel_m = 0.0);
+    refused(|fall| {
+        fall.strands = Some(Strands {
+            strength: 2.0,
+            width_m: 3.0,
+            seed: 0,
+            time_s: 0.0,
+        });
+    });
     let both = Waterfall {
         splash_fraction: 0.6,
         mist_fraction: 0.6,
