@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Makes the heights of `data/scenes/lit-valley.toml`: a PNG of 16 bits of gray, with nothing but Python's own library.
 
-    python3 examples/valley_heights.py data/scenes/lit-valley.png
+    python3 examples/valley_heights.py data/heights/valley.png
 
 A valley winds northwards between two ridges, through noise of seven octaves whose hollows are smoothed as rivers and
 frost do. Black is 0 m and white 1000 m; steps are of a quarter of a metre, which compresses.

@@ -38,6 +38,7 @@ use crate::spectra::multiply;
 use crate::surface_light::Shade;
 use crate::surface_light::Spot;
 use crate::surface_light::SurfaceLight;
+use crate::surface_light::SurfaceRoom;
 use crate::surfaces::Sight;
 use crate::surround::skylit_radiance;
 
@@ -86,6 +87,7 @@ struct Scratch {
     transmitted: Vec<f32>,
     nodes: GlowNodes,
     glow: Glow,
+    surface: SurfaceRoom,
 }
 
 impl RayLight {
@@ -123,6 +125,7 @@ impl RayLight {
                 transmitted: dark.clone(),
                 nodes: GlowNodes::default(),
                 glow: Glow::dark(dark.len(), frame.brightest),
+                surface: SurfaceRoom::new(dark.len()),
             },
         }
     }
@@ -131,6 +134,11 @@ impl RayLight {
     pub(crate) fn reflected(&self) -> &[f32] {
         let light = self.scratch.reflection.as_ref().map(|room| &room.light[..]);
         light.unwrap_or_default()
+    }
+
+    /// Forget the pixel before.
+    pub(crate) fn begin_pixel(&mut self) {
+        self.scratch.surface.clear();
     }
 
     fn clear(&mut self) {
@@ -275,11 +283,14 @@ impl Frame<'_> {
             return;
         };
         out.glows = true;
-        let light = &mut out.scratch.transmitted;
-        lit.radiance(&spot, (sight, air), light);
+        let room = &mut out.scratch.surface;
+        lit.radiance(&spot, (sight, air), room);
         let through = out.transmittance as f32;
-        for ((background, irradiance), light) in
-            out.background.iter_mut().zip(&self.irradiance).zip(light)
+        for ((background, irradiance), light) in out
+            .background
+            .iter_mut()
+            .zip(&self.irradiance)
+            .zip(&room.light)
         {
             *background += irradiance * through * *light;
         }

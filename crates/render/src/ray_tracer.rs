@@ -130,6 +130,7 @@ impl RayTracer<'_> {
         let n = rays_along(self.footprint);
         let share = 1.0 / f64::from(n * n);
         room.pixel.clear();
+        room.light.begin_pixel();
         let mut any_light = false;
         for (dx, dy) in offsets(n) {
             // Outside the image circle of a fisheye there is nothing.

@@ -29,6 +29,11 @@ use crate::surfaces::Surfaces;
 /// How far from a surface rays towards sun and sky begin, so that it does not shade itself (m).
 const LIFT_M: f64 = 1e-5;
 
+/// Within a pixel a place sees the sky as the one before that is no farther from it than this part of the distance from
+/// the eye, and whose normal has at least this cosine to its own.
+const NEAR: f64 = 0.02;
+const ALIKE: f64 = 0.999;
+
 /// Shares of the light of the sun and of the sky that reach a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Shade {
@@ -54,6 +59,30 @@ impl Spot {
         let face = sight.face?;
         let point = sight.ray.at(sight.surface_m);
         Some(Self { point, face })
+    }
+}
+
+/// Room to work in.
+#[derive(Clone, Debug)]
+pub(crate) struct SurfaceRoom {
+    /// What a place sends to the eye for unit sun irradiance, but for drops between [1/sr].
+    pub(crate) light: Vec<f32>,
+    /// The last place of the pixel whose view of the sky was looked at, its distance (m), and what that was.
+    sky: Option<(Face, f64, f64)>,
+}
+
+impl SurfaceRoom {
+    /// Darkness at so many wavelengths.
+    pub(crate) fn new(n_wavelengths: usize) -> Self {
+        Self {
+            light: vec![0.0; n_wavelengths],
+            sky: None,
+        }
+    }
+
+    /// Forget the pixel before: no pixel depends on another.
+    pub(crate) fn clear(&mut self) {
+        self.sky = None;
     }
 }
 
@@ -108,14 +137,14 @@ impl<'a> SurfaceLight<'a> {
         }
     }
 
-    /// Writes what a place at the end of a sight sends to the eye for unit sun irradiance, but for drops
-    /// between [1/sr].
+    /// Writes what a place at the end of a sight sends to the eye.
     pub(crate) fn radiance(
         &self,
         spot: &Spot,
         (sight, air): (&Sight, Option<&Air>),
-        out: &mut [f32],
+        room: &mut SurfaceRoom,
     ) {
+        let SurfaceRoom { light: out, sky } = room;
         let Face {
             side,
             normal,
@@ -135,7 +164,9 @@ impl<'a> SurfaceLight<'a> {
         out.fill(0.0);
         if let (Some(to_sun), true) = (&to_sun, sunlit > 0.0) {
             air.transmit(&both_ways(to_sun, &to_eye), out);
-            out.iter_mut().for_each(|value| *value *= sunlit as f32);
+            for value in out.iter_mut() {
+                *value *= sunlit as f32;
+            }
         }
         if let Some(diffuse) = air.diffuse() {
             let mut transmitted = vec![0.0; out.len()];
@@ -148,8 +179,16 @@ impl<'a> SurfaceLight<'a> {
                 normal,
                 sunlight: &transmitted,
             };
-            let sky = self.sky_share((spot.point, side), normal);
-            let light = diffuse.on_face(&face, (sky, air.ground_albedo()));
+            let seen = sky.filter(|(known, distance_m, _)| {
+                let is_near = (distance_m - sight.surface_m).abs() <= NEAR * distance_m;
+                is_near && known.solid == solid && known.normal.dot(normal) >= ALIKE
+            });
+            let share = match seen {
+                Some((_, _, share)) => share,
+                None => self.sky_share((spot.point, side), normal),
+            };
+            *sky = Some((spot.face, sight.surface_m, share));
+            let light = diffuse.on_face(&face, (share, air.ground_albedo()));
             air.transmit(&to_eye, &mut transmitted);
             for ((sum, light), transmitted) in out.iter_mut().zip(light).zip(&transmitted) {
                 *sum += light * transmitted;

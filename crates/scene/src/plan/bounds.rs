@@ -186,7 +186,9 @@ impl BoundScene<'_> {
         let mut changes = self.by_block(change, assumed, self.own_sun(effect));
         if effect == Effect::DropShadow {
             let on_surfaces = self.lit(assumed) * taken(self.sun.sun_depth);
-            changes.iter_mut().for_each(|change| *change += on_surfaces);
+            for change in &mut changes {
+                *change += on_surfaces;
+            }
         }
         let water = self.mirrored.as_ref().filter(|_| {
             effect != Effect::ReflectionBow && assumed.may_be_on.contains(&Effect::ReflectionBow)
