@@ -20,6 +20,7 @@ use niji_picture::PictureSettings;
 use niji_picture::PictureWork;
 use niji_picture::PlanRequest;
 use niji_picture::PlannedScene;
+use niji_picture::SurfaceFiles;
 use niji_picture::unwatched;
 use niji_scene::Effect;
 use niji_scene::Scene;
@@ -297,6 +298,14 @@ fn the_effect_is_on_where_something_has_an_albedo_and_the_terrain_counts_as_an_i
     assert!(is_lit(&format!("{terrain}albedo = [0.2, 0.3, 0.1]\n")));
     let scene = Scene::from_toml(&format!("{SCENE}{terrain}albedo = 1\n")).unwrap();
     assert_eq!(scene.files(), ["a.png"]);
+    let path = folder.path().join("a.png");
+    let files = SurfaceFiles::of_scene(&scene, folder.path());
+    assert_eq!(files.inputs(), [("terrain", &*path)]);
+    let moved = Scene::from_toml(&format!(
+        "{SCENE}{terrain}position_m = [0, 1, 0]\nalbedo = 1\n"
+    ));
+    let moved = SurfaceFiles::of_scene(&moved.unwrap(), folder.path());
+    assert_ne!(files.settings(&()), moved.settings(&()));
     let again = Scene::from_json(&scene.canonical_json()).unwrap();
     assert_eq!(again, scene);
 }

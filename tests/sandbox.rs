@@ -120,6 +120,9 @@ fn no_link_and_no_name_leads_out_of_the_sandbox() {
         (mesh("/dev/zero"), "/dev/zero"),
         (
             format!("{SCENE}{SHAPE}[occluders]\ndepth = \"../secret/a.exr\"\n"),
+            "a.exr",
+        ),
+        (
             format!("{SCENE}{SHAPE}[terrain]\nfile = \"../secret/a.exr\"\nspacing_m = 9\n"),
             "a.exr",
         ),

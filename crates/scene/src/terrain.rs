@@ -19,7 +19,7 @@ pub struct Terrain {
     pub spacing_m: f64,
     /// Heights of black and of white, metres; where it is left out, the values of the EXR are metres.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(inner(inner(range(min = -1e7, max = 1e7))))]
+    #[schemars(inner(range(min = -1e7, max = 1e7)))]
     pub height_m: Option<[f64; 2]>,
     /// Where height 0 of the middle of the map lies, metres: x east, y up, z south.
     #[serde(default)]
