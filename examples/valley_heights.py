@@ -14,7 +14,7 @@ import zlib
 
 SIZE = 289
 SPACING_M = 30.0
-NORTH_M = -7400.0
+NORTH_M = -6500.0
 WHITE_M = 1000.0
 STEP = 16
 
