@@ -112,7 +112,9 @@ impl Workplace {
         fs::create_dir_all(root.join("data/scenes")).unwrap();
         fs::create_dir(root.join("bin")).unwrap();
         symlink(env!("CARGO_BIN_EXE_niji"), root.join("bin/niji")).unwrap();
-        symlink(repository("data/photos"), root.join("data/photos")).unwrap();
+        for beside in ["data/photos", "data/heights"] {
+            symlink(repository(beside), root.join(beside)).unwrap();
+        }
         for entry in fs::read_dir(repository("data/scenes")).unwrap() {
             let path = entry.unwrap().path();
             let scene = small_scene(&fs::read_to_string(&path).unwrap());

@@ -123,6 +123,10 @@ fn no_link_and_no_name_leads_out_of_the_sandbox() {
             "a.exr",
         ),
         (
+            format!("{SCENE}{SHAPE}[terrain]\nfile = \"../secret/a.exr\"\nspacing_m = 9\n"),
+            "a.exr",
+        ),
+        (
             format!("{SCENE}[drops]\nfile = \"/etc/passwd\"\n"),
             "/etc/passwd",
         ),

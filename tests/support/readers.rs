@@ -4,6 +4,7 @@ use std::fs;
 use std::io::Cursor;
 use std::path::Path;
 
+use glam::DVec3;
 use niji_dropfield::DensityImport;
 use niji_dropfield::DensityMeans;
 use niji_dropfield::DropVolume;
@@ -14,7 +15,10 @@ use niji_exchange::TableFile;
 use niji_exchange::contents;
 use niji_exchange::read_plain;
 use niji_exchange::read_provenance;
+use niji_geometry::HeightField;
+use niji_geometry::HeightMap;
 use niji_geometry::MeshBvh;
+use niji_geometry::Ray;
 use niji_geometry::mesh_buffers;
 use niji_geometry::read_mesh;
 use niji_photo::Photograph;
@@ -126,7 +130,32 @@ fn plate(path: &Path) -> bool {
 fn photograph(path: &Path) -> bool {
     let _ = read_labels(path, 4);
     let _ = read_picture_provenance(path);
-    Photograph::read(path).is_ok() | read_depth_values(path).is_ok()
+    Photograph::read(path).is_ok() | heights(path)
+}
+
+/// Values of a map are distances, or heights of which a field is made or refused.
+fn heights(path: &Path) -> bool {
+    let Ok(values) = read_depth_values(path) else {
+        return false;
+    };
+    let (n_z, n_x) = values.dim();
+    let field = HeightField::new(HeightMap {
+        size: (n_x, n_z),
+        height_m: values.into_iter().collect(),
+        spacing_m: 1.0,
+        corner: DVec3::ZERO,
+    });
+    let _ = field.map(|field| {
+        let origin = DVec3::new(1.5, 1e9, 1.5);
+        field.nearest(
+            &Ray {
+                origin,
+                direction: DVec3::NEG_Y,
+            },
+            0.0,
+        )
+    });
+    true
 }
 
 fn mesh(path: &Path) -> bool {

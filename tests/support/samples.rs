@@ -286,7 +286,7 @@ pub fn small_scenes() -> Vec<Vec<u8>> {
         let few = "width_px = 8\nheight_px = 6\n".parse::<toml::Table>();
         let plain = "[spectrum]\nfirst_nm = 450.0\nstep_nm = 100.0\nn_wavelengths = 2\n\
                      [effects]\nsky = \"off\"\nair_inscatter = \"off\"\n[accuracy]\npreset = \"draft\"\n";
-        let is_small = ["photo", "occluders"]
+        let is_small = ["photo", "occluders", "terrain"]
             .iter()
             .all(|key| !scene.contains_key(*key));
         let camera = scene.get_mut("camera")?.as_table_mut()?;

@@ -133,6 +133,22 @@ pub enum Error {
         /// The file.
         path: PathBuf,
     },
+    /// Heights of which no field is made.
+    #[error("found {n_x} x {n_z} heights, expected at least 2 x 2 and one number for each")]
+    HeightCount {
+        /// From west to east.
+        n_x: usize,
+        /// From north to south.
+        n_z: usize,
+    },
+    /// A height with NaN or infinity.
+    #[error("found a height, column {x}, row {z}, that is not finite")]
+    HeightNotFinite {
+        /// Its column, from 0 in the west.
+        x: usize,
+        /// Its row, from 0 in the north.
+        z: usize,
+    },
     /// A mesh file that is missing or damaged.
     #[error("{}: {message}", path.display())]
     MeshFile {

@@ -1,4 +1,4 @@
-//! Rays, cameras, boxes, meshes and the geometry of a spherical planet.
+//! Rays, cameras, boxes, meshes, fields of heights and the geometry of a spherical planet.
 //!
 //! World space is right-handed and in metres: x east, y up, z south; azimuths run clockwise from
 //! north. [`Camera`] is any of the cameras; all of them give a [`Ray`] for a point of the picture.
@@ -37,6 +37,7 @@ mod camera;
 mod camera_pose;
 mod error;
 mod fisheye;
+mod height_field;
 mod lens;
 mod mesh;
 mod mesh_bvh;
@@ -50,6 +51,7 @@ mod pinhole;
 mod pixel_region;
 mod planet;
 mod ray;
+mod slabs;
 mod sobol;
 
 pub use aabb::Aabb;
@@ -60,6 +62,9 @@ pub use error::Error;
 pub use fisheye::FisheyeCamera;
 pub use fisheye::FisheyeMapping;
 pub use fisheye::FisheyeRequest;
+pub use height_field::HeightField;
+pub use height_field::HeightHit;
+pub use height_field::HeightMap;
 pub use lens::FocalLength;
 pub use lens::Lens;
 pub use mesh::TriangleMesh;

@@ -11,6 +11,7 @@ use crate::mesh::TriangleMesh;
 use crate::mesh::box_around;
 use crate::mesh_triangle::ShearedRay;
 use crate::ray::Ray;
+use crate::slabs::Slabs;
 
 /// Most triangles in a leaf that could be split.
 const LEAF_SIZE: usize = 4;
@@ -18,9 +19,6 @@ const LEAF_SIZE: usize = 4;
 const N_BINS: usize = 16;
 /// Deeper nodes than this become leaves; balanced trees of 2^32 triangles are half as deep.
 const MAX_DEPTH: usize = 64;
-/// Boxes are left this much later than computed, so that rounding cuts off no triangle (three
-/// roundings, WBW13 as in `mesh_triangle`).
-const LATER: f64 = 1.0 + 4.0 * f64::EPSILON;
 
 /// Where a ray meets a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,6 +31,15 @@ pub struct MeshHit {
     pub normal: DVec3,
     /// Whether the ray meets it from inside.
     pub is_from_inside: bool,
+}
+
+/// What is asked of the surfaces along a ray.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Wanted {
+    /// The first of them.
+    Nearest,
+    /// Whether there is one.
+    Any,
 }
 
 /// A mesh with a tree over it.
@@ -90,6 +97,24 @@ impl MeshBvh {
     /// that one.
     #[must_use]
     pub fn nearest(&self, ray: &Ray, after_m: f64) -> Option<MeshHit> {
+        let (distance_m, triangle, is_from_inside) = self.search(ray, after_m, Wanted::Nearest)?;
+        let [a, b, c] = self.mesh.corners(triangle as usize);
+        Some(MeshHit {
+            distance_m,
+            triangle_index: triangle as usize,
+            normal: (b - a).cross(c - a).normalize_or_zero(),
+            is_from_inside,
+        })
+    }
+
+    /// Whether there is any triangle farther along the ray than `after_m`: what a shadow asks.
+    #[must_use]
+    pub fn is_met(&self, ray: &Ray, after_m: f64) -> bool {
+        self.search(ray, after_m, Wanted::Any).is_some()
+    }
+
+    /// Distance, triangle, and whether it is met from inside.
+    fn search(&self, ray: &Ray, after_m: f64, wanted: Wanted) -> Option<(f64, u32, bool)> {
         let sheared = ShearedRay::new(ray)?;
         let slabs = Slabs::new(ray);
         let mut best: Option<(f64, u32, bool)> = None;
@@ -122,17 +147,13 @@ impl MeshBvh {
                 });
                 if distance_m > after_m && is_nearer {
                     best = Some((distance_m, triangle, is_inside));
+                    if wanted == Wanted::Any {
+                        return best;
+                    }
                 }
             }
         }
-        let (distance_m, triangle, is_from_inside) = best?;
-        let [a, b, c] = self.mesh.corners(triangle as usize);
-        Some(MeshHit {
-            distance_m,
-            triangle_index: triangle as usize,
-            normal: (b - a).cross(c - a).normalize_or_zero(),
-            is_from_inside,
-        })
+        best
     }
 
     fn is_right_nearer(&self, [left, right]: [u32; 2], ray: &Ray) -> bool {
@@ -141,40 +162,6 @@ impl MeshBvh {
             bounds.min + bounds.max
         };
         (middle(right) - middle(left)).dot(ray.direction) < 0.0
-    }
-}
-
-/// A ray for many boxes.
-struct Slabs {
-    origin: DVec3,
-    inverse: DVec3,
-}
-
-impl Slabs {
-    fn new(ray: &Ray) -> Self {
-        Self {
-            origin: ray.origin,
-            inverse: ray.direction.recip(),
-        }
-    }
-
-    /// Whether the ray meets a box between two distances; sometimes yes where it just misses.
-    fn meets(&self, bounds: &Aabb, after_m: f64, before_m: f64) -> bool {
-        let (mut enter_m, mut leave_m) = (after_m, before_m);
-        for axis in 0..3 {
-            let inverse = self.inverse[axis];
-            let low = (bounds.min[axis] - self.origin[axis]) * inverse;
-            let high = (bounds.max[axis] - self.origin[axis]) * inverse;
-            let (near, far) = if inverse.is_sign_positive() {
-                (low, high)
-            } else {
-                (high, low)
-            };
-            // A ray within a face makes 0 times infinity; `max` and `min` pass over the NaN.
-            enter_m = enter_m.max(near);
-            leave_m = leave_m.min(far * LATER);
-        }
-        enter_m <= leave_m
     }
 }
 

@@ -85,7 +85,7 @@ impl KeptParts {
             };
             self.airs.of(key, make)
         });
-        let surfaces = canonical_json(&(&scene.occluders, scene.camera, files));
+        let surfaces = canonical_json(&(&scene.occluders, &scene.terrain, scene.camera, files));
         Ok(PictureParts {
             drops: (self.drops).of(canonical_json(&(source, files)), || planned.drops())?,
             table: table.transpose()?,

@@ -144,11 +144,13 @@ fn decided_by(scene: &Scene) -> String {
         effects,
         accuracy,
         occluders,
+        terrain,
         ..
     } = scene;
+    let surfaces = (occluders, terrain);
     let of_drops = (drops, water, drop_motion, water_surface);
     canonical_json(&(
-        light, spectrum, of_drops, air, ground, effects, accuracy, occluders,
+        light, spectrum, of_drops, air, ground, effects, accuracy, surfaces,
     ))
 }
 

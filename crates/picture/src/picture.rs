@@ -264,7 +264,9 @@ impl PictureWork {
         } else {
             to.air(watch)?
         };
-        let surfaces = if from.scene.occluders == to.scene.occluders {
+        let surfaces_of =
+            |it: &PlannedScene| (it.scene.occluders.clone(), it.scene.terrain.clone());
+        let surfaces = if surfaces_of(from) == surfaces_of(to) {
             self.surfaces
         } else {
             to.surfaces(None)?

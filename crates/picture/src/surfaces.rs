@@ -1,21 +1,27 @@
-//! What ends view rays: maps of distances and meshes in files.
+//! What ends view rays: maps of distances, meshes and terrain in files.
 
 use std::path::Path;
 use std::path::PathBuf;
 
 use glam::DVec3;
+use niji_geometry::HeightField;
+use niji_geometry::HeightMap;
 use niji_geometry::MeshBvh;
-use niji_geometry::TriangleMesh;
 use niji_geometry::read_mesh;
 use niji_photo::DepthAlong;
 use niji_photo::DepthKind;
 use niji_photo::depth_from_values;
 use niji_photo::read_depth_map;
+use niji_photo::read_depth_values;
+use niji_render::Solid;
+use niji_render::SolidShape;
 use niji_render::Surfaces;
+use niji_scene::Albedo;
 use niji_scene::Along;
 use niji_scene::Camera;
 use niji_scene::OccluderMesh;
 use niji_scene::Scene;
+use niji_scene::Terrain;
 use niji_scene::canonical_json;
 use serde::Serialize;
 
@@ -33,6 +39,8 @@ pub struct SurfaceFiles {
     pub depth: Option<DepthFile>,
     /// Meshes among them, and where they stand.
     pub meshes: Vec<(PathBuf, OccluderMesh)>,
+    /// Heights of the land, and where it lies.
+    pub terrain: Option<(PathBuf, Terrain)>,
 }
 
 /// A depth map, and what it is measured along.
@@ -48,8 +56,13 @@ impl SurfaceFiles {
     /// The surfaces that a scene names whose files lie in `folder`.
     #[must_use]
     pub fn of_scene(scene: &Scene, folder: &Path) -> Self {
+        let terrain = scene.terrain.as_ref();
+        let terrain = terrain.map(|it| (folder.join(&it.file), it.clone()));
         let Some(occluders) = &scene.occluders else {
-            return Self::default();
+            return Self {
+                terrain,
+                ..Self::default()
+            };
         };
         let depth = occluders.depth.as_ref().map(|path| DepthFile {
             path: folder.join(path),
@@ -60,6 +73,7 @@ impl SurfaceFiles {
         Self {
             depth,
             meshes: meshes.collect(),
+            terrain,
         }
     }
 
@@ -98,7 +112,9 @@ impl SurfaceFiles {
     pub fn inputs(&self) -> Vec<(&'static str, &Path)> {
         let depth = self.depth.iter().map(|depth| ("depth", &*depth.path));
         let meshes = self.meshes.iter().map(|(path, _)| &**path);
-        depth.chain(MESH_ROLES.into_iter().zip(meshes)).collect()
+        let terrain = self.terrain.iter().map(|(path, _)| ("terrain", &**path));
+        let meshes = MESH_ROLES.into_iter().zip(meshes);
+        depth.chain(meshes).chain(terrain).collect()
     }
 
     /// The settings of a picture before them; files are known by their content, not by their names.
@@ -109,6 +125,13 @@ impl SurfaceFiles {
             ..mesh.clone()
         };
         let meshes: Vec<_> = self.meshes.iter().map(|(_, mesh)| nameless(mesh)).collect();
+        if let Some((_, terrain)) = &self.terrain {
+            let terrain = Terrain {
+                file: String::new(),
+                ..terrain.clone()
+            };
+            return canonical_json(&(settings, along, meshes, terrain));
+        }
         if !meshes.is_empty() {
             return canonical_json(&(settings, along, meshes));
         }
@@ -128,16 +151,20 @@ impl SurfaceFiles {
         self.beside(depth.map(|depth| read_depth(depth, camera)).transpose()?)
     }
 
-    /// Reads its meshes beside surfaces whose distances are there; `None` if there is neither.
+    /// Reads its meshes and terrain beside surfaces whose distances are there; `None` if there are none of all.
     ///
     /// # Errors
     /// A file that is missing or damaged.
     pub fn beside(&self, depth: Option<Surfaces>) -> Result<Option<Surfaces>, Error> {
-        Ok(match (depth, read_meshes(&self.meshes)?) {
-            (Some(depth), Some(mesh)) => Some(depth.with_mesh(mesh)),
-            (None, Some(mesh)) => Some(Surfaces::of_mesh(mesh)),
-            (depth, None) => depth,
-        })
+        let is_any = depth.is_some() || !self.meshes.is_empty() || self.terrain.is_some();
+        let mut surfaces = depth.unwrap_or_default();
+        for (path, mesh) in &self.meshes {
+            surfaces = surfaces.with(read_solid(path, mesh)?);
+        }
+        if let Some((path, terrain)) = &self.terrain {
+            surfaces = surfaces.with(read_terrain(path, terrain)?);
+        }
+        Ok(is_any.then_some(surfaces))
     }
 }
 
@@ -160,24 +187,38 @@ fn read_depth(depth: &DepthFile, camera: Camera) -> Result<Surfaces, Error> {
     Surfaces::new(distance_m).map_err(|error| bad(&error))
 }
 
-/// Reads meshes and puts all of them into one tree.
-fn read_meshes(meshes: &[(PathBuf, OccluderMesh)]) -> Result<Option<MeshBvh>, Error> {
-    let (mut corners, mut triangles) = (Vec::<DVec3>::new(), Vec::new());
-    let Some((first_file, _)) = meshes.first() else {
-        return Ok(None);
-    };
-    for (path, placed) in meshes {
-        let bad = |error: &dyn std::fmt::Display| Error::file(path, error);
-        let mesh = read_mesh(path).map_err(|error| bad(&error))?;
-        let to_world = placed.to_world();
-        let moved = mesh.moved(|corner| to_world.transform_point3(corner));
-        let moved = moved.map_err(|error| bad(&error))?;
-        let first = corners.len() as u32;
-        corners.extend_from_slice(moved.vertices());
-        let own = moved.triangles().iter();
-        triangles.extend(own.map(|triangle| triangle.map(|index| first + index)));
+/// Reads a mesh and puts it in its place.
+fn read_solid(path: &Path, placed: &OccluderMesh) -> Result<Solid, Error> {
+    let bad = |error: &dyn std::fmt::Display| Error::file(path, error);
+    let mesh = read_mesh(path).map_err(|error| bad(&error))?;
+    let to_world = placed.to_world();
+    let moved = mesh.moved(|corner| to_world.transform_point3(corner));
+    Ok(Solid {
+        shape: SolidShape::Mesh(MeshBvh::new(moved.map_err(|error| bad(&error))?)),
+        albedo: placed.albedo.map(Albedo::reflectance),
+    })
+}
+
+/// Reads heights.
+fn read_terrain(path: &Path, terrain: &Terrain) -> Result<Solid, Error> {
+    let bad = |error: &dyn std::fmt::Display| Error::file(path, error);
+    let mut heights = read_depth_values(path).map_err(|error| bad(&error))?;
+    if let Some([low_m, high_m]) = terrain.height_m {
+        let metres = |value: f32| low_m + f64::from(value) * (high_m - low_m);
+        // f32: as the field has them.
+        heights.mapv_inplace(|value| metres(value) as f32);
     }
-    let all = TriangleMesh::new(&corners, &triangles);
-    let all = all.map_err(|error| Error::file(first_file, error))?;
-    Ok(Some(MeshBvh::new(all)))
+    let (n_z, n_x) = heights.dim();
+    let size_m = terrain.spacing_m * DVec3::new(n_x as f64 - 1.0, 0.0, n_z as f64 - 1.0);
+    let (height_m, _) = heights.into_raw_vec_and_offset();
+    let field = HeightField::new(HeightMap {
+        size: (n_x, n_z),
+        height_m,
+        spacing_m: terrain.spacing_m,
+        corner: DVec3::from(terrain.position_m) - 0.5 * size_m,
+    });
+    Ok(Solid {
+        shape: SolidShape::Heights(field.map_err(|error| bad(&error))?),
+        albedo: terrain.albedo.map(Albedo::reflectance),
+    })
 }

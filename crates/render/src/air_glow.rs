@@ -7,7 +7,8 @@
 //! phase function [1/sr], `A` albedo of the ground, `mu_sun` cosine of the sun's zenith angle there,
 //! `T_drops` what the drops in front let pass, without diffraction. At the level of multiple
 //! scattering the source of diffuse light is added at every node (`air_diffuse`), and skylight on the
-//! ground. The shadow of the drops on the air and on the ground is left out.
+//! ground. The ground has the shadow of drops and surfaces where surfaces are lit (`surface_light`); the shadow of
+//! both on the air is left out.
 //! \[NMN87\] Nishita, Miyawaki, Nakamae, Computer Graphics 21(4), 303-310 (1987), and the same sum
 //! with constant steps as published for rainbows.
 //!
@@ -31,6 +32,7 @@ use crate::gauss_nodes::GaussRule;
 use crate::gauss_nodes::RayNode;
 use crate::levels::AirPath;
 use crate::march::Probe;
+use crate::surface_light::Shade;
 
 /// How far errors exceed the difference from twice as many nodes, or parts among the drops, at kinks.
 pub(crate) const DOUBT: f64 = 1.5;
@@ -63,6 +65,8 @@ pub(crate) struct GlowRay<'a> {
     pub(crate) theta_rad: f64,
     /// What all drops on it let pass; `None` if they dim nothing.
     pub(crate) dimmed_by_drops: Option<f64>,
+    /// What of its light reaches the ground.
+    pub(crate) ground_shade: Shade,
 }
 
 /// Nodes of a ray in the air.
@@ -82,6 +86,11 @@ pub(crate) struct GlowNodes {
 }
 
 impl GlowNodes {
+    /// Distance of the ground where it is seen (m).
+    pub(crate) fn ground_m(&self) -> Option<f64> {
+        self.ground_m
+    }
+
     /// Mean distance at which the view loses light to the drops: int s dT / int dT (m); `None` where it
     /// loses none, or was not asked.
     pub(crate) fn lost_at_m(&self) -> Option<f64> {
@@ -295,6 +304,7 @@ impl Glow {
             ray,
             theta_rad,
             dimmed_by_drops,
+            ..
         } = *glow_ray;
         air.scattering_towards(theta_rad, &mut self.towards_eye);
         let air_ray = air.ray(ray.origin, ray.direction);
@@ -320,7 +330,7 @@ impl Glow {
             let before = self.in_front[self.brightest];
             let to_eye = air.to_eye(air_ray, node.distance_m);
             if let Some(to_sun) = air.to_sun(ray.at(node.distance_m)) {
-                air.transmit(&sum(&to_sun, &to_eye), &mut self.transmitted);
+                air.transmit(&both_ways(&to_sun, &to_eye), &mut self.transmitted);
                 self.add_scattered_once(&weighted, is_in_front);
             }
             if let Some(diffuse) = air.diffuse() {
@@ -341,7 +351,7 @@ impl Glow {
         if let Some(ground_m) = nodes.ground_m {
             let in_front = nodes.probes.last().filter(|_| dimmed_by_drops.is_some());
             let through_drops = in_front.map_or(1.0, |probe| (-probe.depth).exp());
-            self.add_ground(air, ray, ground_m, through_drops);
+            self.add_ground(glow_ray, (ground_m, through_drops));
         }
     }
 
@@ -375,7 +385,13 @@ impl Glow {
         }
     }
 
-    fn add_ground(&mut self, air: &Air, ray: &Ray, ground_m: f64, through_drops: f64) {
+    fn add_ground(&mut self, glow_ray: &GlowRay, (ground_m, through_drops): (f64, f64)) {
+        let GlowRay {
+            air,
+            ray,
+            ground_shade: shade,
+            ..
+        } = *glow_ray;
         let air_ray = air.ray(ray.origin, ray.direction);
         let scale = (through_drops * std::f64::consts::FRAC_1_PI) as f32;
         let to_eye = air.to_eye(air_ray, ground_m);
@@ -385,7 +401,7 @@ impl Glow {
             for (transmitted, irradiance) in self.transmitted.iter_mut().zip(irradiance) {
                 *transmitted *= irradiance;
             }
-            self.add_reflected(air, scale);
+            self.add_reflected(air, scale * shade.sky as f32);
         }
         let cos_sun = air
             .planet()
@@ -393,8 +409,8 @@ impl Glow {
         let (true, Some(to_sun)) = (cos_sun > 0.0, air.to_sun(ray.at(ground_m))) else {
             return;
         };
-        air.transmit(&sum(&to_sun, &to_eye), &mut self.transmitted);
-        self.add_reflected(air, scale * cos_sun as f32);
+        air.transmit(&both_ways(&to_sun, &to_eye), &mut self.transmitted);
+        self.add_reflected(air, scale * (shade.sun * cos_sun) as f32);
     }
 
     /// What is left of the light on the ground on its way to the eye, times albedo and `scale`.
@@ -407,6 +423,6 @@ impl Glow {
 }
 
 /// Both ways, one after the other.
-fn sum(a: &Lengths, b: &Lengths) -> Lengths {
+pub(crate) fn both_ways(a: &Lengths, b: &Lengths) -> Lengths {
     std::array::from_fn(|index| a[index] + b[index])
 }

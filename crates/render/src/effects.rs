@@ -48,6 +48,8 @@ pub struct RenderEffects {
     pub air_inscatter: Toggle,
     /// Air beyond the drops, the whole ray where there are none, and the ground.
     pub sky: Toggle,
+    /// Surfaces with an albedo send light of sun and sky, and the ground has the shadow of drops and surfaces.
+    pub lit_surfaces: Toggle,
 }
 
 impl RenderEffects {
@@ -74,6 +76,7 @@ impl RenderEffects {
         air_extinction: Toggle::Off,
         air_inscatter: Toggle::Off,
         sky: Toggle::Off,
+        lit_surfaces: Toggle::Off,
     };
 
     /// Everything.
@@ -88,5 +91,6 @@ impl RenderEffects {
         air_extinction: Toggle::On,
         air_inscatter: Toggle::On,
         sky: Toggle::On,
+        lit_surfaces: Toggle::On,
     };
 }

@@ -1,4 +1,5 @@
-//! Parts of a pixel that edges cut: the horizon, edges of surfaces, of the drops' box and of the image circle.
+//! Parts of a pixel that edges cut: the horizon, edges of surfaces and of their shadows, of the
+//! drops' box and of the image circle.
 //!
 //! L = sum_k sum_j (b_kj - a_kj)/n L(x_k, (a_kj + b_kj)/2)
 //! `n` strips, x_k = (k + 1/2)/n their middles, `a_kj` and `b_kj` ends of the parts of a strip: n cells, of which
@@ -8,6 +9,7 @@
 //! across most edges. An edge within a cell whose ends meet the same is not seen.
 
 use crate::frame::Frame;
+use crate::surface_light::Spot;
 use crate::surfaces::Sight;
 
 /// Cells along a side of the lattice on which edges are looked for.
@@ -38,8 +40,15 @@ pub(crate) struct Part {
 #[derive(Clone, Copy, Debug)]
 enum End {
     Sky,
-    Ground,
-    Surface { distance_m: f64 },
+    Ground { is_sunlit: bool },
+    Surface { distance_m: f64, lit: Option<Lit> },
+}
+
+/// What a lit surface is told from another by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Lit {
+    solid: usize,
+    is_sunlit: bool,
 }
 
 /// What a view ray meets.
@@ -59,10 +68,20 @@ impl Met {
         });
         let distance_m = sight.surface_m;
         let end = match ground_m {
-            Some(ground_m) if ground_m < distance_m => End::Ground,
-            Some(_) => End::Surface { distance_m },
-            None if distance_m.is_finite() => End::Surface { distance_m },
-            None => End::Sky,
+            Some(ground_m) if ground_m < distance_m => {
+                let lit = frame.lit.as_ref();
+                let is_sunlit = lit.is_none_or(|lit| !lit.is_ground_shaded(sight.ray.at(ground_m)));
+                End::Ground { is_sunlit }
+            }
+            None if distance_m.is_infinite() => End::Sky,
+            Some(_) | None => {
+                let lit = frame.lit.as_ref().zip(Spot::of(sight));
+                let lit = lit.map(|(light, spot)| Lit {
+                    solid: spot.face.solid,
+                    is_sunlit: !light.is_shaded(&spot),
+                });
+                End::Surface { distance_m, lit }
+            }
         };
         Self {
             end,
@@ -72,10 +91,15 @@ impl Met {
 
     fn is_like(&self, other: &Self) -> bool {
         let ends = match (self.end, other.end) {
-            (End::Sky, End::Sky) | (End::Ground, End::Ground) => true,
-            (End::Surface { distance_m: a }, End::Surface { distance_m: b }) => {
-                (a - b).abs() <= JUMP * a.min(b)
-            }
+            (End::Sky, End::Sky) => true,
+            (End::Ground { is_sunlit: a }, End::Ground { is_sunlit: b }) => a == b,
+            (
+                End::Surface { distance_m: a, lit },
+                End::Surface {
+                    distance_m: b,
+                    lit: other,
+                },
+            ) => lit == other && (a - b).abs() <= JUMP * a.min(b),
             _ => false,
         };
         ends && self.drops == other.drops
@@ -194,7 +218,7 @@ mod tests {
         drops: false,
     };
     const GROUND: Met = Met {
-        end: End::Ground,
+        end: End::Ground { is_sunlit: true },
         drops: false,
     };
 
@@ -212,7 +236,7 @@ mod tests {
             matches!(
                 meets(place),
                 Some(Met {
-                    end: End::Ground,
+                    end: End::Ground { .. },
                     ..
                 })
             )
@@ -272,7 +296,10 @@ mod tests {
     #[test]
     fn a_mast_within_a_pixel_has_its_width() {
         let mast = |distance_m| Met {
-            end: End::Surface { distance_m },
+            end: End::Surface {
+                distance_m,
+                lit: None,
+            },
             drops: false,
         };
         let meets = |(x, _): (f64, f64)| {

@@ -36,6 +36,7 @@ use crate::scattering_rows::ScatteringRows;
 use crate::shadow_error::ShadowError;
 use crate::size_nodes::SizeNodes;
 use crate::size_nodes::table_of_laws;
+use crate::surface_light::SurfaceLight;
 use crate::surround::mean_surround;
 
 /// What all rays of a picture share.
@@ -80,6 +81,8 @@ pub(crate) struct Frame<'a> {
     pub(crate) diffraction: Option<Diffraction<'a>>,
     /// Light of the drops in the sun that water mirrors.
     pub(crate) reflection: Option<Reflection<'a>>,
+    /// Light of surfaces, where it is wanted.
+    pub(crate) lit: Option<SurfaceLight<'a>>,
 }
 
 /// Which bows are wanted, on both sides of the angle between them.
@@ -134,7 +137,8 @@ impl<'a> FrameBasis<'a> {
             sunlight: effects.sunlight_through_air.is_on(),
             view: effects.air_extinction.is_on(),
         };
-        let needs_air = glows.0 || glows.1 || !dimmed_by.nothing();
+        let is_lit = effects.lit_surfaces.is_on();
+        let needs_air = glows.0 || glows.1 || !dimmed_by.nothing() || is_lit;
         let eye = request.camera.position();
         let air = request
             .air
@@ -194,7 +198,9 @@ pub(crate) fn frame<'a>(
     });
     let multiple = multiple(request, &basis, (progress, deadline))?;
     let of_diffraction = rows.as_ref().filter(|_| multiple.is_some());
+    let is_lit = request.effects.lit_surfaces.is_on();
     Ok(Frame {
+        lit: is_lit.then(|| SurfaceLight::new(request, &basis)),
         diffraction: of_diffraction.and_then(|rows| diffraction(request, &basis, rows)),
         sun_direction: request.sun_direction,
         irradiance: request

@@ -87,6 +87,18 @@ struct Progress<'a, F: FnMut(&mut Deposits)> {
 }
 
 impl March<'_> {
+    /// Optical depth of the drops at Q = 1 between two distances of a ray.
+    pub(crate) fn depth(&self, ray: &Ray, range_m: (f64, f64)) -> f64 {
+        let walk = Walk {
+            ray,
+            range_m,
+            axes: None,
+            slab_ends_m: &[],
+        };
+        let no_sizes = SizeAxes::new(&[1.0], &[0.0]);
+        self.along(&walk, &mut [], &mut Deposits::new(&no_sizes), |_| ())
+    }
+
     /// March along a ray; returns the optical depth of the drops at Q = 1 and fills the probes.
     /// `close_slab` gets the light of each slab, in order, to shade and clear.
     pub(crate) fn along(

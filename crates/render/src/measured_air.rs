@@ -65,6 +65,7 @@ impl RayTracer<'_> {
                     let Some(sight) = self.eye.sight(x + 0.5, y + 0.5) else {
                         return Default::default();
                     };
+                    room.light.begin_pixel();
                     let sight = (&sight, frame.range_m(&sight));
                     let mut light = |settings: RaySettings| {
                         frame.trace(sight, settings, &mut room.light);

@@ -9,6 +9,7 @@
 
 use niji_geometry::Ray;
 
+use crate::air::Air;
 use crate::air_glow::Glow;
 use crate::air_glow::GlowNodes;
 use crate::air_glow::GlowRange;
@@ -34,6 +35,10 @@ use crate::scattering_rows::ScatteringRows;
 use crate::size_axes::SizeAxes;
 use crate::spectra::add_product;
 use crate::spectra::multiply;
+use crate::surface_light::Shade;
+use crate::surface_light::Spot;
+use crate::surface_light::SurfaceLight;
+use crate::surface_light::SurfaceRoom;
 use crate::surfaces::Sight;
 use crate::surround::skylit_radiance;
 
@@ -82,6 +87,7 @@ struct Scratch {
     transmitted: Vec<f32>,
     nodes: GlowNodes,
     glow: Glow,
+    surface: SurfaceRoom,
 }
 
 impl RayLight {
@@ -119,6 +125,7 @@ impl RayLight {
                 transmitted: dark.clone(),
                 nodes: GlowNodes::default(),
                 glow: Glow::dark(dark.len(), frame.brightest),
+                surface: SurfaceRoom::new(dark.len()),
             },
         }
     }
@@ -127,6 +134,11 @@ impl RayLight {
     pub(crate) fn reflected(&self) -> &[f32] {
         let light = self.scratch.reflection.as_ref().map(|room| &room.light[..]);
         light.unwrap_or_default()
+    }
+
+    /// Forget the pixel before.
+    pub(crate) fn begin_pixel(&mut self) {
+        self.scratch.surface.clear();
     }
 
     fn clear(&mut self) {
@@ -162,6 +174,11 @@ impl Frame<'_> {
     /// Whether anything but drops sends light.
     pub(crate) fn glows_without_drops(&self) -> bool {
         self.glows.1
+    }
+
+    /// Whether the end of a sight is lit.
+    pub(crate) fn lights(&self, sight: &Sight) -> bool {
+        self.lit.is_some() && sight.face.is_some()
     }
 
     /// How rays are followed at the level of the picture, in pixels that span an angle.
@@ -235,12 +252,61 @@ impl Frame<'_> {
                 ray,
                 theta_rad,
                 dimmed_by_drops: self.drops_dim.then_some(out.transmittance),
+                ground_shade: self.ground_shade(ray, out.scratch.nodes.ground_m()),
             };
             self.add_glow(&glow_ray, out);
         }
         if let (Some(surround), Some(way)) = (&self.surround, way) {
             self.add_surround(surround, way, out);
         }
+        if let Some(lit) = &self.lit {
+            self.add_surface(lit, (sight, settings.air), out);
+        }
+    }
+
+    /// What of sun and sky reaches the ground at the end of a ray.
+    fn ground_shade(&self, ray: &Ray, ground_m: Option<f64>) -> Shade {
+        match (&self.lit, ground_m) {
+            (Some(lit), Some(ground_m)) => lit.shade_of_ground(ray.at(ground_m)),
+            _ => Shade::NONE,
+        }
+    }
+
+    /// Light of the surface that ends a ray.
+    fn add_surface(
+        &self,
+        lit: &SurfaceLight,
+        (sight, air): (&Sight, Option<&Air>),
+        out: &mut RayLight,
+    ) {
+        let Some(spot) = self.lit_spot(sight) else {
+            return;
+        };
+        out.glows = true;
+        let room = &mut out.scratch.surface;
+        lit.radiance(&spot, (sight, air), room);
+        let through = out.transmittance as f32;
+        for ((background, irradiance), light) in out
+            .background
+            .iter_mut()
+            .zip(&self.irradiance)
+            .zip(&room.light)
+        {
+            *background += irradiance * through * *light;
+        }
+    }
+
+    /// The lit place at the end of a sight; `None` where it ends on the ground, or nothing is lit.
+    pub(crate) fn lit_spot(&self, sight: &Sight) -> Option<Spot> {
+        self.lit.as_ref()?;
+        let spot = Spot::of(sight)?;
+        let ground_m = self.air.as_ref().and_then(|air| {
+            let ray = air.ray(sight.ray.origin, sight.ray.direction);
+            air.planet()
+                .distance_to_ground(ray.height_m, ray.cos_zenith)
+        });
+        let is_hidden = self.glows.1 && ground_m.is_some_and(|it| it < sight.surface_m);
+        (!is_hidden).then_some(spot)
     }
 
     fn through_drops(&self, way: RayThroughDrops, theta_rad: f64, out: &mut RayLight) {

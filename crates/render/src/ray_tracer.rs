@@ -23,6 +23,7 @@ use crate::pixel::Pixel;
 use crate::ray_light::RayLight;
 use crate::scattering_angle::scattering_angle_slopes;
 use crate::surfaces::Eye;
+use crate::surfaces::Sight;
 use crate::turned::turn;
 
 /// What makes tiles.
@@ -129,6 +130,7 @@ impl RayTracer<'_> {
         let n = rays_along(self.footprint);
         let share = 1.0 / f64::from(n * n);
         room.pixel.clear();
+        room.light.begin_pixel();
         let mut any_light = false;
         for (dx, dy) in offsets(n) {
             // Outside the image circle of a fisheye there is nothing.
@@ -138,7 +140,8 @@ impl RayTracer<'_> {
                 .as_ref()
                 .map_or(f64::INFINITY, |sight| sight.surface_m);
             let drops_m = sight.as_ref().and_then(|sight| self.frame.range_m(sight));
-            let Some(sight) = sight.filter(|_| glows || drops_m.is_some()) else {
+            let shines = |sight: &Sight| glows || drops_m.is_some() || self.frame.lights(sight);
+            let Some(sight) = sight.filter(shines) else {
                 room.pixel.transmittance += share;
                 continue;
             };

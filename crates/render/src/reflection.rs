@@ -345,13 +345,5 @@ fn transmitted_before(march: &March, ray: &Ray, (from_m, to_m): (f64, f64)) -> f
     if efficiency <= 0.0 || from_m >= to_m {
         return 1.0;
     }
-    let walk = Walk {
-        ray,
-        range_m: (from_m, to_m),
-        axes: None,
-        slab_ends_m: &[],
-    };
-    let no_sizes = crate::size_axes::SizeAxes::new(&[1.0], &[0.0]);
-    let depth = march.along(&walk, &mut [], &mut Deposits::new(&no_sizes), |_| ());
-    (-efficiency * depth).exp()
+    (-efficiency * march.depth(ray, (from_m, to_m))).exp()
 }

@@ -179,7 +179,14 @@ impl RenderRequest<'_> {
         if effects.air_inscatter.is_on() || self.wants_sky() {
             self.check_diffuse_light()?;
         }
-        Ok(())
+        // In a vacuum surfaces have the sun.
+        match self.air.filter(|_| effects.lit_surfaces.is_on()) {
+            Some(air) => {
+                self.check_air(air)?;
+                self.check_diffuse_light()
+            }
+            None => Ok(()),
+        }
     }
 
     /// Ask for the memory of the picture before a ray is followed: a refusal later would end the program.

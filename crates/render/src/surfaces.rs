@@ -4,17 +4,73 @@
 //! `D` distances along the rays [m], `H` x `W` pixels, of a picture of `h` x `w` pixels in which
 //! (x, y) is a point. The nearest pixel counts and nothing is mixed: between a tree and the sky
 //! behind it there is no surface at half the distance. A map finer than the picture serves rays that
-//! share a pixel, one by one. A mesh ends every ray for itself, where it first meets a triangle; of map
-//! and mesh the nearer counts.
+//! share a pixel, one by one. A mesh or terrain ends every ray for itself, where it first meets a triangle; of all
+//! the nearest counts. What has an albedo is lit (`surface_light`); the rest is black.
 
+use glam::DVec3;
 use ndarray::Array2;
 use niji_geometry::Camera;
+use niji_geometry::HeightField;
 use niji_geometry::MeshBvh;
 use niji_geometry::Ray;
+use niji_radiometry::Reflectance;
 
 use crate::error::Error;
 
-/// The surfaces of a picture: a map of distances, a mesh, or both.
+/// A surface in the world (m), seen from both sides.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Solid {
+    /// Where it is.
+    pub shape: SolidShape,
+    /// What it gives back, as much in all directions; `None` for one that hides and nothing else.
+    pub albedo: Option<Reflectance>,
+}
+
+/// Where a surface is.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SolidShape {
+    /// Triangles.
+    Mesh(MeshBvh),
+    /// Terrain.
+    Heights(HeightField),
+}
+
+/// A place on a lit surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Face {
+    /// Unit normal of the triangle, towards the eye.
+    pub(crate) side: DVec3,
+    /// Unit normal by which light is taken, of a smooth surface where that is known.
+    pub(crate) normal: DVec3,
+    /// Of which solid.
+    pub(crate) solid: usize,
+}
+
+impl SolidShape {
+    /// Distance (m), normal and smooth normal where a ray first meets it.
+    fn nearest(&self, ray: &Ray) -> Option<(f64, [DVec3; 2])> {
+        // One on which the eye itself lies does not blind it.
+        match self {
+            Self::Mesh(mesh) => {
+                let hit = mesh.nearest(ray, 0.0)?;
+                Some((hit.distance_m, [hit.normal; 2]))
+            }
+            Self::Heights(field) => {
+                let hit = field.nearest(ray, 0.0)?;
+                Some((hit.distance_m, [hit.normal, hit.smooth_normal]))
+            }
+        }
+    }
+
+    fn is_met(&self, ray: &Ray) -> bool {
+        match self {
+            Self::Mesh(mesh) => mesh.is_met(ray, 0.0),
+            Self::Heights(field) => field.is_met(ray, 0.0),
+        }
+    }
+}
+
+/// The surfaces of a picture: a map of distances, meshes, terrain.
 ///
 /// ```
 /// use ndarray::array;
@@ -25,10 +81,10 @@ use crate::error::Error;
 /// # drop(surfaces);
 /// # Ok::<(), niji_render::Error>(())
 /// ```
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Surfaces {
     distance_m: Option<Array2<f32>>,
-    mesh: Option<MeshBvh>,
+    solids: Vec<Solid>,
 }
 
 impl Surfaces {
@@ -53,26 +109,40 @@ impl Surfaces {
         }
         Ok(Self {
             distance_m: Some(distance_m),
-            mesh: None,
+            solids: Vec::new(),
         })
     }
 
-    /// The triangles of a mesh in the world (m), seen from both sides.
+    /// The triangles of a mesh in the world (m), which hide and nothing else.
     #[must_use]
     pub fn of_mesh(mesh: MeshBvh) -> Self {
-        Self {
-            distance_m: None,
-            mesh: Some(mesh),
-        }
+        Self::default().with_mesh(mesh)
     }
 
-    /// The same with the triangles of a mesh in the world (m) before or behind them.
+    /// The same with the triangles of such a mesh before or behind them.
     #[must_use]
     pub fn with_mesh(self, mesh: MeshBvh) -> Self {
-        Self {
-            mesh: Some(mesh),
-            ..self
-        }
+        self.with(Solid {
+            shape: SolidShape::Mesh(mesh),
+            albedo: None,
+        })
+    }
+
+    /// The same with a surface before or behind them.
+    #[must_use]
+    pub fn with(mut self, solid: Solid) -> Self {
+        self.solids.push(solid);
+        self
+    }
+
+    /// What each of the solids gives back.
+    pub(crate) fn albedos(&self) -> impl Iterator<Item = Option<Reflectance>> {
+        self.solids.iter().map(|solid| solid.albedo)
+    }
+
+    /// Whether a ray meets any solid.
+    pub(crate) fn are_met(&self, ray: &Ray) -> bool {
+        self.solids.iter().any(|solid| solid.shape.is_met(ray))
     }
 
     /// Do width and height have the ratio of the picture's, up to the rounding of a pixel?
@@ -92,13 +162,31 @@ impl Surfaces {
         Err(Error::SurfaceShape { found, expected })
     }
 
-    /// Distance along the ray through a point of a picture of `size` pixels; infinite for the sky.
-    fn distance_m(&self, ray: &Ray, point: (f64, f64), size: (u32, u32)) -> f64 {
+    /// Distance along the ray through a point of a picture of `size` pixels, infinite for the sky, and the lit place
+    /// there.
+    fn end(&self, ray: &Ray, point: (f64, f64), size: (u32, u32)) -> (f64, Option<Face>) {
         let of_map = self.distance_m.as_ref();
         let of_map_m = of_map.map_or(f64::INFINITY, |map| nearest_pixel_m(map, point, size));
-        // A mesh on which the eye itself lies does not blind it.
-        let hit = self.mesh.as_ref().and_then(|mesh| mesh.nearest(ray, 0.0));
-        hit.map_or(of_map_m, |hit| of_map_m.min(hit.distance_m))
+        let mut end = (of_map_m, None);
+        for (index, solid) in self.solids.iter().enumerate() {
+            let Some((distance_m, normals)) = solid.shape.nearest(ray) else {
+                continue;
+            };
+            if distance_m < end.0 {
+                let [side, normal] = if normals[0].dot(ray.direction) > 0.0 {
+                    normals.map(|normal| -normal)
+                } else {
+                    normals
+                };
+                let face = Face {
+                    side,
+                    normal,
+                    solid: index,
+                };
+                end = (distance_m, solid.albedo.map(|_| face));
+            }
+        }
+        end
     }
 }
 
@@ -119,6 +207,8 @@ pub(crate) struct Sight {
     pub(crate) ray: Ray,
     /// Distance of the surface (m); infinite where there is none.
     pub(crate) surface_m: f64,
+    /// The place there, where it is lit.
+    pub(crate) face: Option<Face>,
 }
 
 /// What the eye sees.
@@ -136,10 +226,15 @@ impl Eye<'_> {
     pub(crate) fn sight(&self, x_px: f64, y_px: f64) -> Option<Sight> {
         let ray = self.camera.ray(x_px, y_px)?;
         let size = (self.camera.width_px(), self.camera.height_px());
-        let surface_m = self.surfaces.map_or(f64::INFINITY, |surfaces| {
-            surfaces.distance_m(&ray, (x_px, y_px), size)
-        });
-        Some(Sight { ray, surface_m })
+        let nothing = (f64::INFINITY, None);
+        let (surface_m, face) = self
+            .surfaces
+            .map_or(nothing, |surfaces| surfaces.end(&ray, (x_px, y_px), size));
+        Some(Sight {
+            ray,
+            surface_m,
+            face,
+        })
     }
 }
 

@@ -22,6 +22,7 @@ use crate::air_glow::GlowRange;
 use crate::air_glow::GlowRay;
 use crate::gauss_nodes::GaussRule;
 use crate::scattering_angle::scattering_angle_rad;
+use crate::surface_light::Shade;
 
 /// Gauss nodes of the cosine of the zenith angle in each hemisphere.
 const N_COSINES: NonZeroUsize = NonZeroUsize::new(8).unwrap();
@@ -66,6 +67,7 @@ pub(crate) fn mean_surround(air: &Air, at: DVec3, n_wavelengths: usize) -> Vec<f
                     ray: &ray,
                     theta_rad,
                     dimmed_by_drops: None,
+                    ground_shade: Shade::NONE,
                 };
                 light.gather(&glow_ray, &nodes);
                 let share = (0.5 * weight / N_AZIMUTHS as f64) as f32;

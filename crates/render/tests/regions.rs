@@ -13,7 +13,10 @@ use ndarray::Array3;
 use ndarray::s;
 use niji_exchange::AtmosphereTable;
 use niji_geometry::Camera;
+use niji_geometry::HeightField;
+use niji_geometry::HeightMap;
 use niji_geometry::PixelRegion;
+use niji_radiometry::Reflectance;
 use niji_render::Afforded;
 use niji_render::Deadline;
 use niji_render::DropOrders;
@@ -28,6 +31,8 @@ use niji_render::RenderEffects;
 use niji_render::RenderLevels;
 use niji_render::RenderRequest;
 use niji_render::Rendered;
+use niji_render::Solid;
+use niji_render::SolidShape;
 use niji_render::SunPath;
 use niji_render::Surfaces;
 use niji_render::Toggle;
@@ -78,8 +83,25 @@ impl World {
             surfaces: Surfaces::new(Array2::from_shape_fn((HEIGHT, WIDTH), |(_, x)| {
                 if x > 15 { 60.0 } else { f32::INFINITY }
             }))
-            .unwrap(),
+            .unwrap()
+            .with(hills()),
         }
+    }
+}
+
+/// Terrain with an albedo in front of the map, whose hills shade each other.
+fn hills() -> Solid {
+    let height_m =
+        |index: usize| 2.0 * (0.7 * (index % 40) as f32).sin() * (index / 40) as f32 / 40.0;
+    let field = HeightField::new(HeightMap {
+        size: (40, 30),
+        height_m: (0..1200).map(height_m).collect(),
+        spacing_m: 2.0,
+        corner: DVec3::new(-40.0, 0.5, -58.0),
+    });
+    Solid {
+        shape: SolidShape::Heights(field.unwrap()),
+        albedo: Some(Reflectance::of_rgb([0.3, 0.5, 0.1])),
     }
 }
 
@@ -118,6 +140,7 @@ fn with_each_request(world: &World, check: impl Fn(&RenderRequest)) {
                 air_inscatter: Toggle::On,
                 skylit_drops: Toggle::On,
                 sky: Toggle::On,
+                lit_surfaces: Toggle::On,
                 ..with_shadow()
             },
             air: Some(&world.air),

@@ -66,6 +66,8 @@ pub enum Effect {
     Sky,
     /// Surfaces in front of the drops hide them.
     Occluders,
+    /// Surfaces with an albedo send light of sun and sky, and the ground has the shadow of drops and surfaces.
+    LitSurfaces,
     /// A frame of a sequence is the mean over the time its shutter is open; it takes a picture for each of some instants.
     MotionBlur,
 }
@@ -148,7 +150,7 @@ const PLAIN: Row = Row {
 };
 
 /// Every effect, in the order in which plans list them.
-static ROWS: [Row; 20] = [
+static ROWS: [Row; 21] = [
     Row {
         effect: Effect::PrimaryBow,
         name: "primary_bow",
@@ -417,6 +419,22 @@ static ROWS: [Row; 20] = [
                 "; none is given"
             };
             format!("surfaces always hide what is behind them{none}")
+        },
+        ..PLAIN
+    },
+    Row {
+        effect: Effect::LitSurfaces,
+        name: "lit_surfaces",
+        what: "surfaces with an albedo send light of sun and sky, and they, terrain and drops shade each other and \
+               the ground; what surfaces take of the sky is an estimate, what they send each other is left out",
+        formula: "1.2 A E/pi; A the largest albedo",
+        source: "Lambert, Photometria, Augsburg (1760); Ramamoorthi and Hanrahan, J. Opt. Soc. Am. A 18, 2448-2459 \
+               (2001)",
+        toggle: Some(|it| &mut it.lit_surfaces),
+        fact: |facts| match facts.n_lit {
+            0 => "no surface has an albedo".to_string(),
+            1 => "one surface has an albedo".to_string(),
+            n => format!("{n} surfaces have an albedo"),
         },
         ..PLAIN
     },

@@ -10,6 +10,8 @@ pub(crate) struct Facts {
     pub(crate) has_air: bool,
     /// Are surfaces given that hide drops?
     pub(crate) has_surfaces: bool,
+    /// How many of them have an albedo.
+    pub(crate) n_lit: usize,
     pub(crate) sun_elevation_deg: f64,
     /// Scattering angles of rays that may meet drops, degrees.
     pub(crate) theta_deg: Option<(f64, f64)>,

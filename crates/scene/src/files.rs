@@ -6,7 +6,7 @@ use crate::ice_scene::IceShape;
 use crate::scene::Scene;
 
 impl Scene {
-    /// Names of all files of the scene, as they stand in it: of drops, photograph and surfaces.
+    /// Names of all files of the scene, as they stand in it: of drops, photograph, surfaces and terrain.
     pub fn files(&self) -> Vec<&str> {
         let populations = self.drops.populations().iter();
         let mut files: Vec<&String> = populations
@@ -24,6 +24,7 @@ impl Scene {
             files.extend(&occluders.depth);
             files.extend(occluders.meshes.iter().map(|mesh| &mesh.file));
         }
+        files.extend(self.terrain.as_ref().map(|terrain| &terrain.file));
         files.into_iter().map(String::as_str).collect()
     }
 }
@@ -105,12 +106,16 @@ mod tests {
             labels = "e.png"
             [occluders]
             meshes = [{ file = "f.obj" }, { file = "g.gltf" }]
+            [terrain]
+            file = "h.png"
+            spacing_m = 30.0
+            height_m = [0.0, 900.0]
             "#;
         let scene = Scene::from_toml(text).unwrap();
         let mut names = scene.files();
         names.sort_unstable();
         let expected = [
-            "a.vdb", "b.vdb", "c.jpg", "d.toml", "e.png", "f.obj", "g.gltf",
+            "a.vdb", "b.vdb", "c.jpg", "d.toml", "e.png", "f.obj", "g.gltf", "h.png",
         ];
         assert_eq!(names, expected);
     }

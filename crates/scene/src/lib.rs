@@ -19,6 +19,7 @@
 
 mod accuracy;
 mod air;
+mod albedo;
 mod camera_section;
 mod canonical_json;
 mod check;
@@ -44,6 +45,7 @@ mod sections;
 mod sequence;
 mod sky_level;
 mod sun_section;
+mod terrain;
 mod water_surface;
 
 pub use accuracy::Accuracy;
@@ -56,6 +58,7 @@ pub use air::Haze;
 pub use air::Layer;
 pub use air::LayerLaw;
 pub use air::RayleighModel;
+pub use albedo::Albedo;
 pub use camera_section::Camera;
 pub use camera_section::Projection;
 pub use canonical_json::canonical_json;
@@ -132,4 +135,5 @@ pub use sequence::Shutter;
 pub use sequence::with_frame;
 pub use sky_level::SkyLevel;
 pub use sun_section::SunSection;
+pub use terrain::Terrain;
 pub use water_surface::WaterSurface;

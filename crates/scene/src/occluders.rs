@@ -8,6 +8,8 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
 
+use crate::albedo::Albedo;
+
 /// Most meshes that hide what is behind them.
 pub(crate) const MAX_MESHES: usize = 8;
 
@@ -29,7 +31,7 @@ pub struct Occluders {
     pub meshes: Vec<OccluderMesh>,
 }
 
-/// A mesh that hides what is behind it: `[[occluders.meshes]]`.
+/// A mesh that hides what is behind it, lit where it has an albedo: `[[occluders.meshes]]`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OccluderMesh {
@@ -51,6 +53,9 @@ pub struct OccluderMesh {
     #[serde(default)]
     #[schemars(inner(range(min = -1e7, max = 1e7)))]
     pub position_m: [f64; 3],
+    /// Share of the light that it gives back, 0..1, or red, green and blue; black where it is left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub albedo: Option<Albedo>,
 }
 
 impl OccluderMesh {
@@ -62,6 +67,7 @@ impl OccluderMesh {
             scale: 1.0,
             turn_deg: 0.0,
             position_m: [0.0; 3],
+            albedo: None,
         }
     }
 

@@ -106,6 +106,7 @@ impl<S> Scene<S> {
             accuracy: self.accuracy,
             picture: self.picture,
             occluders: self.occluders,
+            terrain: self.terrain,
             photo: self.photo,
             sequence: self.sequence,
         }

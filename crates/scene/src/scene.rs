@@ -9,6 +9,7 @@ use serde::de::IgnoredAny;
 
 use crate::accuracy::Accuracy;
 use crate::air::Air;
+use crate::albedo::Albedo;
 use crate::camera_section::Camera;
 use crate::canonical_json::canonical_json;
 use crate::drops::Drops;
@@ -21,6 +22,7 @@ use crate::sections::Ground;
 use crate::sections::Picture;
 use crate::sections::Sun;
 use crate::sections::Water;
+use crate::terrain::Terrain;
 use crate::water_surface::WaterSurface;
 
 /// The version of the scene format that this crate reads.
@@ -109,6 +111,9 @@ pub struct Scene<S = Sun> {
     /// Surfaces that hide what is behind them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub occluders: Option<Occluders>,
+    /// Heights of the land.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub terrain: Option<Terrain>,
     /// The photograph that the bow stands in.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub photo: Option<Photo>,
@@ -127,6 +132,18 @@ impl Scene {
             Section::WaterSurface => self.water_surface.is_some(),
             Section::Shutter => false,
         }
+    }
+
+    /// Whether anything may stand in front of the drops.
+    pub(crate) fn has_surfaces(&self) -> bool {
+        self.occluders.is_some() || self.terrain.is_some() || self.photo.is_some()
+    }
+
+    /// What the surfaces with an albedo give back.
+    pub(crate) fn albedos(&self) -> impl Iterator<Item = Albedo> {
+        let meshes = self.occluders.iter().flat_map(|it| &it.meshes);
+        let of_meshes = meshes.filter_map(|mesh| mesh.albedo);
+        of_meshes.chain(self.terrain.iter().filter_map(|it| it.albedo))
     }
 
     /// What the drops are made of: the sea's water where all of them are its spray, otherwise pure, unless

@@ -251,6 +251,7 @@ fn photo(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {
         (!path.trim().is_empty()).then_some(()).ok_or_else(empty)
     };
     occluders(scene, check)?;
+    terrain(scene, check)?;
     let Some(photo) = &scene.photo else {
         return Ok(());
     };
@@ -400,6 +401,38 @@ fn occluders(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {
         for coordinate in mesh.position_m {
             check.coordinate(&key("position_m"), coordinate)?;
         }
+        if let Some(albedo) = mesh.albedo {
+            albedo.check(&key("albedo"), check)?;
+        }
     }
     Ok(())
+}
+
+fn terrain(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {
+    let Some(terrain) = &scene.terrain else {
+        return Ok(());
+    };
+    let refused = |key: &str, found: &str, expected: &str| {
+        Err(check.out_of_range(key, found.to_string(), expected))
+    };
+    let file = terrain.file.trim();
+    if file.is_empty() {
+        return refused("terrain.file", "empty", "a path");
+    }
+    let has_metres = file.to_ascii_lowercase().ends_with(".exr");
+    if terrain.height_m.is_none() && !has_metres {
+        let expected = "the heights of black and of white, for a file that is no EXR";
+        return refused("terrain.height_m", "none", expected);
+    }
+    check.positive("terrain.spacing_m", terrain.spacing_m)?;
+    for height_m in terrain.height_m.into_iter().flatten() {
+        check.coordinate("terrain.height_m", height_m)?;
+    }
+    for coordinate in terrain.position_m {
+        check.coordinate("terrain.position_m", coordinate)?;
+    }
+    match terrain.albedo {
+        Some(albedo) => albedo.check("terrain.albedo", check),
+        None => Ok(()),
+    }
 }

@@ -22,7 +22,7 @@
 //! `frames_per_second` is no key of a scene: how many frames are shown in a second, 24 where it is left out. Nor is
 //! `shutter_deg` (see [`Shutter`]): how long the shutter is open, centred on the frame.
 //!
-//! Besides, `####` in the name of a file of `[drops]` or `[occluders]` is the frame, with zeros in front
+//! Besides, `####` in the name of a file of `[drops]`, `[occluders]` or `[terrain]` is the frame, with zeros in front
 //! up to the number of `#`: drops and depths that another program made for every frame.
 //!
 //! A frame is a scene of its own: its text is the scene's with other numbers in the same lines, so that
@@ -68,7 +68,7 @@ pub(crate) const USUAL_RATE: f64 = 24.0;
 /// Says how the scene is read, so that no frame can have another.
 const VERSION: &str = "format";
 /// Sections whose texts may name a file for every frame.
-const SECTIONS_WITH_FILES: [&str; 2] = ["drops", "occluders"];
+const SECTIONS_WITH_FILES: [&str; 3] = ["drops", "occluders", "terrain"];
 /// Stands for a digit of the frame.
 const DIGIT: char = '#';
 /// Last frame that can be asked for.

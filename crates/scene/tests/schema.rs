@@ -171,6 +171,11 @@ fn wrong_scenes_are_refused_by_schema_and_reader() {
         // No such name.
         (rain, "/drops/shape", json!("drizzle")),
         (rain, "/effects", json!({ "occluders": "off" })),
+        (
+            rain,
+            "/terrain",
+            json!({ "file": "a.png", "spacing_m": 30.0, "height_m": [0.0, 900.0], "albedo": "grass" }),
+        ),
         (rain, "/accuracy", json!({ "sun_path": "march" })),
         (rain, "/accuracy", json!({ "theory": { "level": "debye" } })),
         // Twice, or not at all.
@@ -255,7 +260,9 @@ fn scenes_with_everything() -> Vec<Value> {
             "pressure_hpa": 900.0, "visibility_km": 20.0, "ozone_dobson": 350.0,
             "precipitable_water_cm": 2.0 })),
         with(&rain, "/occluders", json!({ "depth": "depth.exr", "meshes": [{ "file": "ship.stl",
-            "scale": 2.0, "turn_deg": 30.0, "position_m": [0.0, 1.0, 2.0] }] })),
+            "scale": 2.0, "turn_deg": 30.0, "position_m": [0.0, 1.0, 2.0], "albedo": [0.1, 0.2, 0.3] }] })),
+        with(&rain, "/terrain", json!({ "file": "a.png", "spacing_m": 30.0, "height_m": [0.0, 900.0],
+            "position_m": [0.0, -9.0, 2.0], "albedo": 0.3 })),
         with(&rain, "/photo", json!({ "picture": "lake.jpg", "white_card": 0.8, "cloud_cover": 0.4 })),
         with(&rain, "/accuracy", json!({ "tolerance": 0.02, "table_relative_error": 0.01,
             "theory": { "level": "debye", "max_order": 3 },

@@ -24,6 +24,7 @@
 //! * water adds no more than R_s P(theta') c, theta' from the sun in the water, R_s the reflectance of light
 //!   polarized along it, for no polarization is mirrored better (waves: at the largest P within their
 //!   streak); and what else changes the bow of the sun changes the water's by as much, R_s times;
+//! * a lit surface is no brighter than one that faces the sun above the air, and a fifth for the sky;
 //! * flat drops change P by what moving the bow of every size does (see `flat_drops`).
 //!
 //! All of it is the light itself: the error of the tables that a picture is made with, which is a level
@@ -105,6 +106,8 @@ pub(super) struct BoundScene<'a> {
     /// The sun in the water; `None` where there is none.
     pub(super) mirrored: Option<LitBy<'a>>,
     pub(super) lines: &'a [Line],
+    /// Largest albedo of a surface that is lit.
+    pub(super) lit_albedo: f64,
     pub(super) air: Option<&'a AirLight>,
     /// Extinction efficiency of the level.
     pub(super) efficiency: f64,
@@ -126,6 +129,9 @@ fn taken(depth: f64) -> f64 {
 /// Mean cosine of scattering by large drops without diffraction: 0.87 with it, whose own is 1.
 const MEAN_COSINE: f64 = 0.74;
 
+/// Light of sun and sky on a surface over sunlight above the air, at most: air takes from the sun what it gives.
+const LIT: f64 = 1.2;
+
 /// Share of further orders that is even over all directions.
 fn returned(depth: f64) -> f64 {
     1.0 - MEAN_COSINE * (-(1.0 - MEAN_COSINE) * depth).exp()
@@ -145,6 +151,8 @@ enum Change {
     Inscatter,
     /// Light of the whole ray beyond.
     Sky,
+    /// Light of a surface.
+    Lit { light: f64 },
     /// None.
     Nothing,
 }
@@ -176,6 +184,12 @@ impl BoundScene<'_> {
     /// Changes by block: of the light of the own sun, and of what water may mirror besides.
     fn of_both_suns(&self, effect: Effect, assumed: &Assumed, change: &Change) -> Vec<f64> {
         let mut changes = self.by_block(change, assumed, self.own_sun(effect));
+        if effect == Effect::DropShadow {
+            let on_surfaces = self.lit(assumed) * taken(self.sun.sun_depth);
+            for change in &mut changes {
+                *change += on_surfaces;
+            }
+        }
         let water = self.mirrored.as_ref().filter(|_| {
             effect != Effect::ReflectionBow && assumed.may_be_on.contains(&Effect::ReflectionBow)
         });
@@ -252,7 +266,7 @@ impl BoundScene<'_> {
             ),
             Change::Taken { light } => (None, Some(*light), Some(taken(depth))),
             Change::Further { light } => (None, Some(light * returned(depth)), Some(taken(depth))),
-            Change::Inscatter | Change::Sky => (None, Some(value), None),
+            Change::Inscatter | Change::Sky | Change::Lit { .. } => (None, Some(value), None),
             Change::Nothing => (None, None, None),
         };
         let shaded = [Effect::DropShadow, Effect::MultipleScattering].contains(&effect);
@@ -283,8 +297,9 @@ impl BoundScene<'_> {
         }
         let whole = |light: DirectedCurve| Change::Column { light, share: 1.0 };
         // Where drops pass their light on to others, that light changes too, and of it there is an
-        // estimate only.
-        let proved = if assumed.may_be_on.contains(&Effect::MultipleScattering) {
+        // estimate only, as of the light of surfaces behind them.
+        let is_estimate = assumed.may_be_on.contains(&Effect::MultipleScattering);
+        let proved = if is_estimate || self.lit(assumed) > 0.0 {
             BoundKind::Estimated
         } else {
             BoundKind::Proved
@@ -354,6 +369,10 @@ impl BoundScene<'_> {
             }
             Effect::AirInscatter => (BoundKind::Proved, Change::Inscatter),
             Effect::Sky => (BoundKind::Proved, Change::Sky),
+            Effect::LitSurfaces => {
+                let light = self.lit(assumed);
+                (BoundKind::Estimated, Change::Lit { light })
+            }
             Effect::Occluders | Effect::MotionBlur => (BoundKind::Proved, Change::Nothing),
         }
     }
@@ -394,6 +413,7 @@ impl BoundScene<'_> {
             }
             Change::Inscatter => self.inscatter(index),
             Change::Sky => self.sky(index),
+            Change::Lit { light } => *light,
             Change::Nothing => 0.0,
         }
     }
@@ -431,6 +451,16 @@ impl BoundScene<'_> {
         self.air.map_or(0.0, |air| air.sky(block_index))
     }
 
+    /// Light of a surface in sun and sky, at most.
+    fn lit(&self, assumed: &Assumed) -> f64 {
+        if assumed.may_be_on.contains(&Effect::LitSurfaces) {
+            let sunlight: f64 = self.lines.iter().map(|line| line.weight).sum();
+            LIT * self.lit_albedo * sunlight / PI
+        } else {
+            0.0
+        }
+    }
+
     fn surround(&self, assumed: &Assumed) -> f64 {
         match self.air {
             Some(air) if assumed.may_be_on.contains(&Effect::Sky) => air.mean_surround(),
@@ -458,7 +488,8 @@ impl BoundScene<'_> {
             }
         };
         let behind = when(Effect::Sky, self.sky(block_index))
-            + when(Effect::AirInscatter, self.inscatter(block_index));
+            + when(Effect::AirInscatter, self.inscatter(block_index))
+            + self.lit(assumed);
         let skylit = when(Effect::SkylitDrops, self.surround(assumed)) * taken(depth);
         (from_bow + behind * share).max(skylit)
     }

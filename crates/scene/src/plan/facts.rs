@@ -15,6 +15,7 @@ use niji_scatter::Band;
 use niji_scatter::dark_band_rad;
 
 use crate::accuracy::Levels;
+use crate::albedo::Albedo;
 use crate::drops::DropSource;
 use crate::effect::Effect;
 use crate::effect_facts::Facts;
@@ -60,6 +61,8 @@ pub(super) struct Situation {
     pub(super) bows_rad: (f64, f64),
     /// The sun in the water, where there is water and a sun above it.
     pub(super) mirrored: Option<MirroredSun>,
+    /// Largest albedo of a surface; 0 where none is lit.
+    lit_albedo: f64,
     lines: Vec<Line>,
     blocks: Vec<Block>,
 }
@@ -133,6 +136,7 @@ impl Situation {
             display_white_cd_m2: display_white_cd_m2(scene),
             bows_rad: dark_band_rad(scene.water()).into(),
             mirrored,
+            lit_albedo: scene.albedos().map(Albedo::largest).fold(0.0, f64::max),
             lines,
             grid,
             blocks,
@@ -255,6 +259,7 @@ impl Situation {
                     reach_rad: sun.reach_rad,
                 }),
             lines: &self.lines,
+            lit_albedo: self.lit_albedo,
             air,
             efficiency: self.levels.drop_extinction.efficiency(),
             table_error: self.levels.table_relative_error,
@@ -286,7 +291,8 @@ impl Situation {
         Facts {
             weighs_further_orders: weighs_further_orders(&scene.effects, &scene.accuracy),
             has_air: scene.air.is_some(),
-            has_surfaces: scene.occluders.is_some() || scene.photo.is_some(),
+            has_surfaces: scene.has_surfaces(),
+            n_lit: scene.albedos().count(),
             sun_elevation_deg: scene.sun.elevation_deg,
             theta_deg: self.view.theta_deg,
             distance_m: self.view.distance_m,

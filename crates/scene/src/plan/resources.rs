@@ -196,7 +196,7 @@ pub(super) fn picture(
     // Light of the surroundings and of further orders in XYZ, distances of surfaces.
     let layers = on.iter().filter_map(|effect| effect.row().layer);
     let n_more: usize = layers.map(|layer| layer.channels().len()).sum();
-    let surface = f64::from(u8::from(scene.occluders.is_some() || scene.photo.is_some()));
+    let surface = f64::from(u8::from(scene.has_surfaces()));
     let planes = situation.grid.len() as f64 + PLANES + n_more as f64 + surface;
     let picture = NUMBER_BYTES * planes * width * height;
     // Drops keep a second way of the light, and the table both its polarizations.

@@ -1,0 +1,151 @@
+//! Tests of fields of heights.
+
+use super::*;
+use crate::mesh::TriangleMesh;
+use crate::mesh_bvh::MeshBvh;
+
+const SPACING_M: f64 = 5.0;
+
+fn field(size: (usize, usize), height_m: impl Fn(DVec3) -> f64) -> HeightField {
+    let corner = DVec3::new(-200.0, 30.0, -450.0);
+    let places = (0..size.1).flat_map(|z| (0..size.0).map(move |x| (x, z)));
+    let at = |(x, z): (usize, usize)| corner + SPACING_M * DVec3::new(x as f64, 0.0, z as f64);
+    HeightField::new(HeightMap {
+        size,
+        height_m: places.map(|place| height_m(at(place)) as f32).collect(),
+        spacing_m: SPACING_M,
+        corner,
+    })
+    .unwrap()
+}
+
+fn hills(point: DVec3) -> f64 {
+    25.0 * (0.031 * point.x).sin() * (0.043 * point.z + 0.01 * point.x).cos() + 0.01 * point.z
+}
+
+/// The same triangles as a mesh.
+fn mesh_of(field: &HeightField) -> MeshBvh {
+    let (n_x, n_z) = field.map.size;
+    let places = (0..n_z).flat_map(|z| (0..n_x).map(move |x| (x, z)));
+    let corners: Vec<DVec3> = places.map(|(x, z)| field.node(x, z)).collect();
+    let cells = (0..n_z - 1).flat_map(|z| (0..n_x - 1).map(move |x| z * n_x + x));
+    let triangles: Vec<[u32; 3]> = cells
+        .flat_map(|a| [[a, a + n_x, a + n_x + 1], [a, a + n_x + 1, a + 1]])
+        .map(|triangle| triangle.map(|corner| corner as u32))
+        .collect();
+    MeshBvh::new(TriangleMesh::new(&corners, &triangles).unwrap())
+}
+
+/// Rays from around the field, above and below, most of which meet it, and some along the axes.
+fn rays(bounds: Aabb, n: u32) -> impl Iterator<Item = Ray> {
+    let fraction = |index: u32, step: f64| (f64::from(index) * step).fract();
+    let axes = [DVec3::X, DVec3::NEG_Z, DVec3::NEG_Y, DVec3::Y];
+    (0..n).map(move |index| {
+        let f = |step| fraction(index, step);
+        let target = bounds.min + bounds.size() * DVec3::new(f(0.7548), f(0.5698), f(0.3247));
+        let away = DVec3::new(f(0.6180) - 0.5, f(0.4142) - 0.3, f(0.7320) - 0.5);
+        let direction = if index % 16 < 4 {
+            axes[index as usize % 16]
+        } else {
+            -away.normalize()
+        };
+        let origin = target - 300.0 * f(0.2360) * direction;
+        Ray { origin, direction }
+    })
+}
+
+#[test]
+fn a_field_is_met_where_its_triangles_are_met_as_a_mesh() {
+    for size in [(2, 2), (5, 2), (64, 97), (65, 33)] {
+        let field = field(size, hills);
+        let mesh = mesh_of(&field);
+        let mut n_met = 0;
+        for ray in rays(field.bounds(), 4000) {
+            for after_m in [0.0, 40.0] {
+                let found = field.nearest(&ray, after_m);
+                let expected = mesh.nearest(&ray, after_m);
+                let distance_m = |it: Option<f64>| it.unwrap_or(f64::INFINITY);
+                // Stored corners are the same, so that distances are too.
+                assert_eq!(
+                    distance_m(found.map(|it| it.distance_m)),
+                    distance_m(expected.map(|it| it.distance_m)),
+                    "{size:?} {ray:?}"
+                );
+                assert_eq!(field.is_met(&ray, after_m), expected.is_some());
+                assert_eq!(mesh.is_met(&ray, after_m), expected.is_some());
+                if let (Some(found), Some(expected)) = (found, expected) {
+                    n_met += 1;
+                    assert!(found.normal.distance(expected.normal) < 1e-9);
+                    assert_eq!(found.is_from_below, expected.is_from_inside);
+                }
+            }
+        }
+        assert!(n_met > 1000, "{size:?}: {n_met}");
+    }
+}
+
+#[test]
+fn a_tilted_plane_is_met_where_algebra_says() {
+    let slope = |point: DVec3| 0.3 * point.x - 0.2 * point.z;
+    let plane = field((80, 90), slope);
+    let normal = DVec3::new(-0.3, 1.0, 0.2).normalize();
+    for ray in rays(plane.bounds(), 2000) {
+        let Some(hit) = plane.nearest(&ray, 0.0) else {
+            continue;
+        };
+        let point = ray.origin + hit.distance_m * ray.direction;
+        // Heights in f32: 1e-5 m.
+        let off_m = (point.y - 30.0 - slope(point)).abs();
+        assert!(off_m < 2e-5, "{off_m}");
+        // Worst found 5e-6, of heights in f32.
+        assert!(hit.normal.distance(normal) < 2e-5);
+        assert!(hit.smooth_normal.distance(normal) < 2e-5);
+    }
+}
+
+#[test]
+fn a_paraboloid_errs_by_the_sagitta_of_its_cells() {
+    let bowl = |point: DVec3| 1e-3 * (point.x * point.x + point.z * point.z);
+    let field = field((80, 90), bowl);
+    let mut n_met = 0;
+    for ray in rays(field.bounds(), 2000) {
+        let Some(hit) = field.nearest(&ray, 0.0) else {
+            continue;
+        };
+        n_met += 1;
+        let point = ray.origin + hit.distance_m * ray.direction;
+        // A chord lies s²/8 times the second derivative above, along the diagonal twice that.
+        let above_m = point.y - 30.0 - bowl(point);
+        assert!(
+            (-2e-5..=2e-3 * SPACING_M * SPACING_M / 4.0).contains(&above_m),
+            "{above_m}"
+        );
+        let inside = |value: f64, low: f64, n: usize| {
+            let cells = (value - low) / SPACING_M;
+            (1.0..n as f64 - 2.0).contains(&cells)
+        };
+        if inside(point.x, -200.0, 80) && inside(point.z, -450.0, 90) {
+            // Central differences are exact for it, and linear between nodes.
+            let normal = DVec3::new(-2e-3 * point.x, 1.0, -2e-3 * point.z).normalize();
+            assert!(hit.smooth_normal.distance(normal) < 2e-5);
+        }
+    }
+    assert!(n_met > 500, "{n_met}");
+}
+
+#[test]
+fn heights_that_make_no_surface_are_refused() {
+    let map = |size, height_m| HeightMap {
+        size,
+        height_m,
+        spacing_m: 1.0,
+        corner: DVec3::ZERO,
+    };
+    for (size, n) in [((1, 5), 5), ((5, 1), 5), ((2, 2), 3), ((usize::MAX, 2), 4)] {
+        let found = HeightField::new(map(size, vec![0.0; n]));
+        assert!(matches!(found, Err(Error::HeightCount { .. })), "{size:?}");
+    }
+    let nan = vec![0.0, 1.0, 2.0, 3.0, f32::NAN, 5.0];
+    let found = HeightField::new(map((3, 2), nan));
+    assert_eq!(found, Err(Error::HeightNotFinite { x: 1, z: 1 }));
+}

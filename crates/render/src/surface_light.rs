@@ -1,0 +1,239 @@
+//! Light of surfaces with an albedo, and what shades them and the ground.
+//!
+//! L = A/pi T_drops T_eye (E_sun (n . w) S exp(-tau_drops) T_sun + V (E(n) - D(n)) + D(n))
+//!
+//! `A` albedo, `n` normal, `w` towards the sun, `T_eye` and `T_sun` what air lets pass, `S` 1 where no surface stands
+//! before the sun, `tau_drops` of the drops before it (Q = 1: what diffraction turns aside falls next to it),
+//! `E(n)` irradiance of all diffuse light on a tilted face, as sky and ground send it to an open place of this
+//! height (`air_diffuse`), `D(n) = A_g/2 (1 - n_y) E_g` what of it the ground sends, `E_g` light on the level ground,
+//! `V` share of the sky that surfaces leave (`sky_view`).
+//!
+//! The sun is a point. Left out: what surfaces send to each other, the shadow of the drops on skylight, and the shadow
+//! of surfaces on air and drops.
+
+use glam::DVec3;
+use niji_geometry::Aabb;
+use niji_geometry::Ray;
+
+use crate::air::Air;
+use crate::air_diffuse::FaceOfAir;
+use crate::air_glow::both_ways;
+use crate::frame::FrameBasis;
+use crate::march::March;
+use crate::request::RenderRequest;
+use crate::sky_view::free_share;
+use crate::surfaces::Face;
+use crate::surfaces::Sight;
+use crate::surfaces::Surfaces;
+
+/// How far from a surface rays towards sun and sky begin, so that it does not shade itself (m).
+const LIFT_M: f64 = 1e-5;
+
+/// Within a pixel a place sees the sky as the one before that is no farther from it than this part of the distance from
+/// the eye, and whose normal has at least this cosine to its own.
+const NEAR: f64 = 0.02;
+const ALIKE: f64 = 0.999;
+
+/// Shares of the light of the sun and of the sky that reach a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Shade {
+    pub(crate) sun: f64,
+    pub(crate) sky: f64,
+}
+
+impl Shade {
+    /// All of both.
+    pub(crate) const NONE: Self = Self { sun: 1.0, sky: 1.0 };
+}
+
+/// A lit place at the end of a sight.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Spot {
+    point: DVec3,
+    pub(crate) face: Face,
+}
+
+impl Spot {
+    /// The place where a sight ends; `None` where that is not lit.
+    pub(crate) fn of(sight: &Sight) -> Option<Self> {
+        let face = sight.face?;
+        let point = sight.ray.at(sight.surface_m);
+        Some(Self { point, face })
+    }
+}
+
+/// Room to work in.
+#[derive(Clone, Debug)]
+pub(crate) struct SurfaceRoom {
+    /// What a place sends to the eye for unit sun irradiance, but for drops between [1/sr].
+    pub(crate) light: Vec<f32>,
+    /// The last place of the pixel whose view of the sky was looked at, its distance (m), and what that was.
+    sky: Option<(Face, f64, f64)>,
+}
+
+impl SurfaceRoom {
+    /// Darkness at so many wavelengths.
+    pub(crate) fn new(n_wavelengths: usize) -> Self {
+        Self {
+            light: vec![0.0; n_wavelengths],
+            sky: None,
+        }
+    }
+
+    /// Forget the pixel before: no pixel depends on another.
+    pub(crate) fn clear(&mut self) {
+        self.sky = None;
+    }
+}
+
+/// What all lit surfaces of a picture share.
+pub(crate) struct SurfaceLight<'a> {
+    surfaces: Option<&'a Surfaces>,
+    /// Albedos over pi by solid and wavelength; none of those that are black.
+    // f32: spectra leave in f32.
+    reflected: Vec<Vec<f32>>,
+    sun_direction: DVec3,
+    /// Drops that shade.
+    drops: Option<(Aabb, March<'a>)>,
+}
+
+impl<'a> SurfaceLight<'a> {
+    /// The surfaces and drops of a picture.
+    pub(crate) fn new(request: &RenderRequest<'a>, basis: &FrameBasis<'a>) -> Self {
+        let albedos = request.surfaces.into_iter().flat_map(Surfaces::albedos);
+        let reflected = albedos.map(|albedo| {
+            let values = albedo.map_or(Vec::new(), |it| it.on(&request.wavelengths));
+            let over_pi = values
+                .iter()
+                .map(|value| value * std::f64::consts::FRAC_1_PI);
+            over_pi.map(|value| value as f32).collect()
+        });
+        let has_shadow = request.effects.drop_shadow.is_on();
+        Self {
+            surfaces: request.surfaces,
+            reflected: reflected.collect(),
+            sun_direction: request.sun_direction,
+            drops: (request.drops.bounds().filter(|_| has_shadow)).map(|it| (it, basis.march)),
+        }
+    }
+
+    /// Whether a surface stands between a place and the sun, or the place turns away from it.
+    pub(crate) fn is_shaded(&self, spot: &Spot) -> bool {
+        let sun = self.sun_direction;
+        let Face { side, normal, .. } = spot.face;
+        side.dot(sun) <= 0.0 || normal.dot(sun) <= 0.0 || self.is_met((spot.point, side), sun)
+    }
+
+    /// The same of the ground at a point.
+    pub(crate) fn is_ground_shaded(&self, point: DVec3) -> bool {
+        self.is_met((point, DVec3::Y), self.sun_direction)
+    }
+
+    /// What reaches the ground at a point.
+    pub(crate) fn shade_of_ground(&self, point: DVec3) -> Shade {
+        Shade {
+            sun: self.sun_share(self.is_ground_shaded(point), point),
+            sky: self.sky_share((point, DVec3::Y), DVec3::Y),
+        }
+    }
+
+    /// Writes what a place at the end of a sight sends to the eye.
+    pub(crate) fn radiance(
+        &self,
+        spot: &Spot,
+        (sight, air): (&Sight, Option<&Air>),
+        room: &mut SurfaceRoom,
+    ) {
+        let SurfaceRoom { light: out, sky } = room;
+        let Face {
+            side,
+            normal,
+            solid,
+        } = spot.face;
+        let cos_sun = normal.dot(self.sun_direction).max(0.0);
+        let sunlit = cos_sun * self.sun_share(self.is_shaded(spot), spot.point);
+        let Some(air) = air else {
+            out.fill(sunlit as f32);
+            return self.reflect(solid, out);
+        };
+        let to_eye = air.to_eye(
+            air.ray(sight.ray.origin, sight.ray.direction),
+            sight.surface_m,
+        );
+        let to_sun = air.to_sun(spot.point);
+        out.fill(0.0);
+        if let (Some(to_sun), true) = (&to_sun, sunlit > 0.0) {
+            air.transmit(&both_ways(to_sun, &to_eye), out);
+            for value in out.iter_mut() {
+                *value *= sunlit as f32;
+            }
+        }
+        if let Some(diffuse) = air.diffuse() {
+            let mut transmitted = vec![0.0; out.len()];
+            // What the sun adds to the light of level ground.
+            if let Some(to_sun) = &to_sun {
+                air.transmit(to_sun, &mut transmitted);
+            }
+            let face = FaceOfAir {
+                point: spot.point,
+                normal,
+                sunlight: &transmitted,
+            };
+            let seen = sky.filter(|(known, distance_m, _)| {
+                let is_near = (distance_m - sight.surface_m).abs() <= NEAR * distance_m;
+                is_near && known.solid == solid && known.normal.dot(normal) >= ALIKE
+            });
+            let share = match seen {
+                Some((_, _, share)) => share,
+                None => self.sky_share((spot.point, side), normal),
+            };
+            *sky = Some((spot.face, sight.surface_m, share));
+            let light = diffuse.on_face(&face, (share, air.ground_albedo()));
+            air.transmit(&to_eye, &mut transmitted);
+            for ((sum, light), transmitted) in out.iter_mut().zip(light).zip(&transmitted) {
+                *sum += light * transmitted;
+            }
+        }
+        self.reflect(solid, out);
+    }
+
+    fn reflect(&self, solid: usize, light: &mut [f32]) {
+        for (light, reflected) in light.iter_mut().zip(&self.reflected[solid]) {
+            *light *= reflected;
+        }
+    }
+
+    /// Share of sunlight at a point that a surface shades or not.
+    fn sun_share(&self, is_shaded: bool, point: DVec3) -> f64 {
+        if is_shaded {
+            return 0.0;
+        }
+        let to_sun = Ray {
+            origin: point,
+            direction: self.sun_direction,
+        };
+        let drops = self.drops.as_ref();
+        let crossed = drops.and_then(|(bounds, march)| Some((bounds.intersect(&to_sun)?, march)));
+        crossed.map_or(1.0, |(range_m, march)| {
+            (-march.depth(&to_sun, range_m)).exp()
+        })
+    }
+
+    /// Share of the sky that surfaces leave to a face at a point with a side.
+    fn sky_share(&self, place: (DVec3, DVec3), normal: DVec3) -> f64 {
+        if self.surfaces.is_none() {
+            return 1.0;
+        }
+        free_share(normal, |towards| {
+            // Below its own plane a face sees itself.
+            place.1.dot(towards) <= 0.0 || self.is_met(place, towards)
+        })
+    }
+
+    /// Whether any surface is met from a side of a point in a direction.
+    fn is_met(&self, (point, side): (DVec3, DVec3), direction: DVec3) -> bool {
+        let origin = point + LIFT_M * side;
+        self.surfaces
+            .is_some_and(|surfaces| surfaces.are_met(&Ray { origin, direction }))
+    }
+}

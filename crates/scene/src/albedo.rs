@@ -1,0 +1,94 @@
+//! What a surface gives back: as much of all light, or a color.
+
+use std::fmt;
+
+use niji_radiometry::Reflectance;
+use schemars::JsonSchema;
+use serde::Deserialize;
+use serde::Deserializer;
+use serde::Serialize;
+use serde::de::SeqAccess;
+use serde::de::Visitor;
+
+use crate::check::Check;
+use crate::error::SceneError;
+
+/// Share of the light that a surface gives back, as much in all directions: a number, 0..1, or red, green and blue of
+/// linear Rec.709, for which a smooth spectrum is taken.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Albedo {
+    /// As much of every wavelength.
+    Even(#[schemars(range(min = 0.0, max = 1.0))] f64),
+    /// Red, green, blue.
+    Rgb(#[schemars(inner(range(min = 0.0, max = 1.0)))] [f64; 3]),
+}
+
+impl Albedo {
+    /// Its spectrum.
+    pub fn reflectance(self) -> Reflectance {
+        match self {
+            Self::Even(value) => Reflectance::Even(value),
+            Self::Rgb(rgb) => Reflectance::of_rgb(rgb),
+        }
+    }
+
+    /// The largest of its numbers.
+    pub(crate) fn largest(self) -> f64 {
+        match self {
+            Self::Even(value) => value,
+            Self::Rgb(rgb) => rgb.into_iter().fold(0.0, f64::max),
+        }
+    }
+
+    /// Checks that all are shares.
+    pub(crate) fn check(self, key: &str, check: &Check<'_>) -> Result<(), SceneError> {
+        let numbers = match self {
+            Self::Even(value) => [value; 3],
+            Self::Rgb(rgb) => rgb,
+        };
+        numbers
+            .into_iter()
+            .try_for_each(|it| check.number(key, it, (0.0, 1.0)))
+    }
+}
+
+/// By hand: serde's own way with untagged enums loses lines.
+impl<'de> Deserialize<'de> for Albedo {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(Either)
+    }
+}
+
+struct Either;
+
+impl<'de> Visitor<'de> for Either {
+    type Value = Albedo;
+
+    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("a number or a list of red, green and blue")
+    }
+
+    fn visit_f64<E>(self, value: f64) -> Result<Albedo, E> {
+        Ok(Albedo::Even(value))
+    }
+
+    fn visit_i64<E>(self, value: i64) -> Result<Albedo, E> {
+        Ok(Albedo::Even(value as f64))
+    }
+
+    fn visit_u64<E>(self, value: u64) -> Result<Albedo, E> {
+        Ok(Albedo::Even(value as f64))
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<Albedo, A::Error> {
+        let mut rgb = Vec::new();
+        while let Some(channel) = items.next_element::<f64>()? {
+            rgb.push(channel);
+        }
+        let n = rgb.len();
+        let rgb = rgb.try_into();
+        rgb.map(Albedo::Rgb)
+            .map_err(|_| serde::de::Error::invalid_length(n, &self))
+    }
+}
