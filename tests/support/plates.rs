@@ -7,7 +7,8 @@
 #![allow(
     dead_code,
     unreachable_pub,
-    reason = "each test target uses its own part"
+    clippy::unwrap_used,
+    reason = "each target uses its own part, and may panic"
 )]
 
 #[path = "plate_noise.rs"]
