@@ -23,6 +23,7 @@ use niji_photo::Photograph;
 use niji_photo::read_labels;
 use niji_photo::write_jpeg;
 use niji_photo::write_labels;
+use plates::horizon;
 use plates::plate;
 use plates::without_sky;
 use support::repository;
@@ -37,7 +38,7 @@ fn the_shipped_photograph_has_a_bow_through_its_apex_with_one_command() {
     let pavilion = repository("data/photos/pavilion.jpg");
     let flags = ["--apex", "400,45", "--fov-deg", "60"];
     let told = photo(0, &pavilion, &out, &flags);
-    for word in ["confidence", "level", "24.1 degrees high", "mm/h"] {
+    for word in ["confidence", "by the lowest sky", "--horizon", "mm/h"] {
         assert!(told.contains(word), "{word}: {told}");
     }
     let off = off_deg(&out, [400.0, 45.0]);
@@ -97,6 +98,16 @@ fn bows_in_plates_stand_where_they_are_wanted_and_before_nothing() {
         photo(0, &file, &out, &["--apex", &at, "--fov-deg", "60"]);
         let off = off_deg(&out, apex);
         assert!(off < 0.5, "{seed}: {off}");
+        // The sky says how far the camera looks up at least: hills may stand before the rest.
+        let scene = std::fs::read_to_string(out.join("photo.toml")).unwrap();
+        let scene: toml::Table = scene.parse().unwrap();
+        let found_deg = scene["camera"]["elevation_deg"].as_float().unwrap();
+        let up = (horizon(seed) - 0.5) * SIZE[1] as f64;
+        let true_deg = (up / 120.0 * 30_f64.to_radians().tan()).atan().to_degrees();
+        assert!(found_deg < true_deg + 0.3, "{seed}: {found_deg} {true_deg}");
+        // The photograph is named from where the scene lies.
+        let named = format!("../{seed}.jpg");
+        assert_eq!(scene["photo"]["picture"].as_str(), Some(named.as_str()));
         let [foreground, sky] = painted(&photograph, &out, |y, x| truth.sky[[y, x]] > 0.0);
         assert_eq!(foreground.n_painted, 0, "{seed}");
         assert!(sky.part() > 0.9, "{seed}: {sky:?}");
@@ -136,7 +147,9 @@ fn what_cannot_be_is_refused_with_its_code_and_a_way_out() {
     assert!(!out.exists(), "nothing was written");
     // The top of a bow in rain stands at most 40.9 degrees high.
     let high = [&flags[..], &["--elevation-deg", "40"]].concat();
-    assert!(photo(4, &room, &out, &high).contains("expected at most 40.9"));
+    let open = folder.path().join("open.jpg");
+    plate(2, SIZE).through_jpeg(&open);
+    assert!(photo(4, &open, &out, &high).contains("expected at most 40.9"));
     photo(2, &room, &out, &["--fov-deg", "60"]);
     photo(2, &room, &out, &["--bow", "10,20", "--fov-deg", "60"]);
     photo(2, &room, &out, &[&flags[..], &["--rain", "-1"]].concat());

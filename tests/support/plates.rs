@@ -64,6 +64,11 @@ pub fn plate(seed: u64, size: [usize; 2]) -> Plate {
     drawn(size, seed, |x, y| world.at(x, y))
 }
 
+/// Where its horizon lies, from 0 at the top to 1.
+pub fn horizon(seed: u64) -> f64 {
+    World::new(seed).horizon
+}
+
 /// A room under a white ceiling, or a thicket that fills the picture: no sky in either.
 pub fn without_sky(seed: u64, size: [usize; 2]) -> Plate {
     let random = Random(seed);

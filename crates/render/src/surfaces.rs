@@ -29,6 +29,7 @@ use crate::error::Error;
 pub struct Surfaces {
     distance_m: Option<Array2<f32>>,
     mesh: Option<MeshBvh>,
+    stands_for_pixels: bool,
 }
 
 impl Surfaces {
@@ -54,6 +55,7 @@ impl Surfaces {
         Ok(Self {
             distance_m: Some(distance_m),
             mesh: None,
+            stands_for_pixels: false,
         })
     }
 
@@ -63,6 +65,7 @@ impl Surfaces {
         Self {
             distance_m: None,
             mesh: Some(mesh),
+            stands_for_pixels: false,
         }
     }
 
@@ -71,6 +74,17 @@ impl Surfaces {
     pub fn with_mesh(self, mesh: MeshBvh) -> Self {
         Self {
             mesh: Some(mesh),
+            stands_for_pixels: false,
+            ..self
+        }
+    }
+
+    /// The same map as distances of whole pixels, as those of a photograph are: each pixel has the light of the surface
+    /// in its middle, so that an edge beside it is no error of its own.
+    #[must_use]
+    pub fn of_whole_pixels(self) -> Self {
+        Self {
+            stands_for_pixels: self.mesh.is_none(),
             ..self
         }
     }
@@ -131,6 +145,11 @@ pub(crate) struct Eye<'a> {
 }
 
 impl Eye<'_> {
+    /// Whether the surface in the middle of a pixel is that of all of it.
+    pub(crate) fn sees_whole_pixels(&self) -> bool {
+        self.surfaces.is_some_and(|it| it.stands_for_pixels)
+    }
+
     /// The sight through a point of the picture, in pixels from its top left corner; `None` where the
     /// camera sees nothing.
     pub(crate) fn sight(&self, x_px: f64, y_px: f64) -> Option<Sight> {
