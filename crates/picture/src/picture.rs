@@ -300,6 +300,11 @@ impl PictureWork {
         Self::of_bricks(settings, (drops, (self.table, air, surfaces)), watch)
     }
 
+    /// Its drops, without the light of the sun.
+    pub(crate) fn into_bricks(self) -> Vec<Bricks> {
+        self.drops.into_bricks()
+    }
+
     /// What it depends on besides its parts.
     pub(crate) fn settings(&self) -> &PictureSettings {
         &self.settings
