@@ -120,6 +120,60 @@ fn a_wrong_value_is_told_with_its_key_as_a_run_tells_it_and_changes_nothing() {
 }
 
 #[test]
+fn the_sun_goes_to_date_and_place_and_back_and_no_scene_on_the_way_is_wrong() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = tiny(folder.path());
+    let view = View::of(&scene);
+    let before = view.json("scene");
+    let set = |values: Value| view.post("set", &json!({ "values": values }));
+    let timed = json!({
+        "sun.elevation_deg": null, "sun.azimuth_deg": null,
+        "sun.date_time": "2026-06-21T18:30:00+02:00", "sun.latitude_deg": 48.1, "sun.longitude_deg": 11.6,
+    });
+    let (status, told) = set(timed);
+    assert_eq!(status, 200, "{told}");
+    let sun = |told: &Value, key: &str| told["sun"][key].as_f64().unwrap();
+    // Munich, 16:30 UTC: 25 degrees high, a little north of west.
+    assert!((sun(&told, "elevation_deg") - 25.0).abs() < 3.0, "{told}");
+    assert!((sun(&told, "azimuth_deg") - 277.0).abs() < 3.0, "{told}");
+    // Half of either way is none.
+    let (status, told) = view.set("sun.elevation_deg", &json!(20));
+    assert_eq!((status, &told["key"]), (422, &json!("sun")), "{told}");
+    let back = json!({
+        "sun.date_time": null, "sun.latitude_deg": null, "sun.longitude_deg": null,
+        "sun.elevation_deg": 20.0, "sun.azimuth_deg": 180.0,
+    });
+    let (status, told) = set(back);
+    assert_eq!((status, &told["sun"]), (200, &before["sun"]));
+}
+
+#[test]
+fn the_drops_under_the_pointer_have_their_radius_and_their_box_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = tiny(folder.path());
+    let view = View::of(&scene);
+    view.pixels();
+    let told = view.json("at?right=0.5&down=0.5");
+    let radius_um = told["effective_radius_um"].as_f64().unwrap();
+    assert!((radius_um - 500.0).abs() < 0.1, "{told}");
+    // Straight down there is nothing between the eye and the near face.
+    assert_eq!(
+        view.json("at?right=0.5&down=0.999")["effective_radius_um"],
+        Value::Null
+    );
+    let lines = view.picture()["drops"].clone();
+    assert!(lines.as_array().unwrap().len() > 3, "{lines}");
+    let places = lines
+        .as_array()
+        .unwrap()
+        .iter()
+        .flat_map(|line| line.as_array().unwrap());
+    for place in places.flat_map(|place| place.as_array().unwrap()) {
+        assert!((0.0..=1.0).contains(&place.as_f64().unwrap()), "{place}");
+    }
+}
+
+#[test]
 fn a_file_that_somebody_else_changed_is_not_written_over() {
     let folder = tempfile::tempdir().unwrap();
     let scene = tiny(folder.path());

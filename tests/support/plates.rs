@@ -7,7 +7,8 @@
 #![allow(
     dead_code,
     unreachable_pub,
-    reason = "each test target uses its own part"
+    clippy::unwrap_used,
+    reason = "each target uses its own part, and may panic"
 )]
 
 #[path = "plate_noise.rs"]
@@ -61,6 +62,11 @@ pub fn agreement(found: &Array2<bool>, truth: &Array2<f32>) -> f64 {
 pub fn plate(seed: u64, size: [usize; 2]) -> Plate {
     let world = World::new(seed);
     drawn(size, seed, |x, y| world.at(x, y))
+}
+
+/// Where its horizon lies, from 0 at the top to 1.
+pub fn horizon(seed: u64) -> f64 {
+    World::new(seed).horizon
 }
 
 /// A room under a white ceiling, or a thicket that fills the picture: no sky in either.

@@ -209,6 +209,67 @@ def check_other_origin(page, address):
         server.server_close()
 
 
+def check_drops(page):
+    """The box of the drops is drawn when it is asked for, where the camera has it."""
+    box = page.one("#show-drops")
+    shown = "return getComputedStyle(document.querySelector('#marks .drops')).display"
+    assert page.run(shown) == "none"
+    box.click()
+    assert page.run(shown) != "none"
+    lines = page.run("""
+        return [...document.querySelectorAll('#marks .drops polyline')].map((line) =>
+          line.getAttribute('points').split(' ').map((pair) => pair.split(',').map(Number)));""")
+    # Its far lower edge, 1.6 m below the eye and 1200 m away or a voxel farther, goes across the picture, which looks up
+    # by 12 degrees and sees 90 across 240 pixels.
+    def row(below, away):
+        sin, cos = math.sin(math.radians(12.0)), math.cos(math.radians(12.0))
+        return 67.5 + 120.0 * (below * cos + away * sin) / (away * cos - below * sin)
+
+    rows = (row(1.6, 1200.0) - 0.5, row(101.6, 1300.0) + 0.5)
+    across = [line for line in lines if abs(line[-1][0] - line[0][0]) > 200.0]
+    assert any(all(rows[0] < y < rows[1] for _, y in line) for line in across), (rows, across)
+    box.click()
+    print(f"  drops: {len(lines)} lines of their box")
+
+
+def check_date(page):
+    """The sun by date and place and back; every scene on the way is one, and two steps take it back."""
+    azimuth = page.value("sun.azimuth_deg")
+
+    def choose(way):
+        page.run("""
+            const choice = document.getElementById('sun by');
+            choice.value = arguments[0];
+            choice.dispatchEvent(new Event('change', { bubbles: true }));""", way)
+
+    def has(path):
+        return page.run("return Boolean(document.getElementById(arguments[0]))", path)
+
+    choose("date and place")
+    page.until("a date", lambda: has("sun.date_time") and not has("sun.elevation_deg"))
+    assert page.value("sun.latitude_deg") == "48.1"
+    page.run("""
+        const slider = document.getElementById('sun.date_time').closest('.field').querySelector('input[type=range]');
+        slider.value = 60 * 19 + 5;
+        slider.dispatchEvent(new Event('input', { bubbles: true }));
+        slider.dispatchEvent(new Event('change', { bubbles: true }));""")
+    page.until("another time", lambda: "2026-06-21T19:05:00+02:00" in page.run(
+        "return document.querySelector('textarea').value"))
+    page.type_into("sun.date_time", "yesterday")
+    beside = "return document.getElementById('sun.date_time').closest('.field').querySelector('.wrong')?.textContent"
+    page.until("what is wrong", lambda: page.run(beside))
+    choose("elevation and azimuth")
+    page.until("an elevation", lambda: has("sun.elevation_deg") and not has("sun.date_time"))
+    # 21 June 2026, 17:05 UTC, 48.1 N, 11.6 E.
+    elevation = float(page.value("sun.elevation_deg"))
+    assert 18.0 < elevation < 21.0, elevation
+    for _ in range(3):
+        page.one("#undo").click()
+    page.until("the sun of before", lambda: has("sun.azimuth_deg") and page.value("sun.azimuth_deg") == azimuth)
+    page.finished()
+    print(f"  date and place: sun at {elevation} degrees, and back")
+
+
 def drive(page, niji, address, scene, folder):
     page.driver.get(address)
     page.finished()
@@ -234,6 +295,10 @@ def drive(page, niji, address, scene, folder):
     page.finished()
     print(f"  drag: sun at azimuth {page.value('sun.azimuth_deg')}")
     assert page.one("#reading").text.count("\n") >= 5, page.one("#reading").text
+
+    assert "2000 µm" in page.one("#reading").text, page.one("#reading").text
+    check_drops(page)
+    check_date(page)
 
     page.type_into("sun.elevation_deg", "95")
     beside = "return document.getElementById('sun.elevation_deg').closest('.field').querySelector('.wrong')?.textContent"

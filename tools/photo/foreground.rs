@@ -1,8 +1,9 @@
 //! The layers of a photograph whose sky is known: the sky, what stands before it, and level ground.
 //!
 //! d = h/sin(delta), `h` the height of the eye, `delta` how far a view ray points down, gives the ground its
-//! distances, in bands of a factor of 2. All of them end before the rain, so that its light falls on nothing but the
-//! sky until somebody says that hills lie farther away.
+//! distances, in bands of a factor of 2, each as near as its nearest pixel, so that no band lies below the ground. All of
+//! them end before the rain, so that its light falls on nothing but the sky until somebody says that hills lie farther
+//! away.
 
 use ndarray::Array2;
 use niji_geometry::PinholeCamera;
@@ -55,8 +56,9 @@ pub(super) fn foreground(
         distance_m: match label {
             0 => f64::INFINITY,
             1 => STANDING_M,
-            // The middle of a band, as factors go.
-            _ => NEAREST_M * 2_f64.powf(label as f64 - 1.5),
+            // The ground under the eye is nearer than the first band.
+            2 => EYE_HEIGHT.0,
+            _ => NEAREST_M * 2_f64.powi(label as i32 - 2),
         },
     });
     Layers {

@@ -1,5 +1,6 @@
 //! `niji photo`: a bow set into a photograph with one command, by a scene that is written for it.
 
+mod beside;
 mod foreground;
 mod scene_text;
 mod wanted;
@@ -98,19 +99,22 @@ pub(crate) struct PhotoCommand {
 pub(crate) fn execute(command: &PhotoCommand, common: &Common) -> Result<(), Failure> {
     let photo = Photograph::read(&command.photo)
         .map_err(|error| Failure::bad_input(&command.photo, error))?;
+    WantedBow::check_points(command)?;
     let camera = command.camera.camera(&photo)?;
-    let wanted = WantedBow::of(command, &camera)?;
     let (is_sky, told) = sky(command, &photo)?;
+    let camera = camera.below_sky(&is_sky)?;
+    let wanted = WantedBow::of(command, &camera)?;
     let rain = Rain::of(command.rain, &photo.light, (&is_sky, &camera))?;
     let layers = foreground(&photo.light, &is_sky, &camera.pinhole()?);
+    let folder = &command.output;
     let text = SceneText {
-        picture: &command.photo,
+        picture: &beside::name_from(folder, &command.photo)
+            .map_err(|error| Failure::bad_input(&command.photo, error))?,
         camera: &camera,
         wanted: &wanted,
         rain: &rain,
     };
     let text = text.toml()?;
-    let folder = &command.output;
     let existing = common.options().existing;
     let labels = |labels: &Array2<u8>, n_layers: usize| {
         let mut bytes = Vec::new();

@@ -80,7 +80,7 @@ impl Rain {
 
 /// What the scene says.
 pub(super) struct SceneText<'a> {
-    /// The photograph.
+    /// The photograph, as it is named from the folder of the scene.
     pub(super) picture: &'a Path,
     /// What took it.
     pub(super) camera: &'a Camera,
@@ -96,10 +96,8 @@ impl SceneText<'_> {
     /// # Errors
     /// A photograph whose name is no text.
     pub(super) fn toml(&self) -> Result<String, Failure> {
-        let path = self.picture.canonicalize();
-        let path = path.map_err(|error| Failure::bad_input(self.picture, error))?;
         let no_text = || Failure::bad_input(self.picture, "expected a name in UTF-8");
-        let path = path.to_str().ok_or_else(no_text)?;
+        let path = self.picture.to_str().ok_or_else(no_text)?;
         let stem = self.picture.file_stem().unwrap_or_default();
         let stem = stem.to_str().ok_or_else(no_text)?;
         let camera = self.camera;

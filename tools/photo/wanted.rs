@@ -37,7 +37,7 @@ impl WantedBow {
     /// What the flags ask for.
     ///
     /// # Errors
-    /// [`Failure::Usage`] for a number of points that is none, [`Failure::Impossible`] for a bow without a sun.
+    /// [`Failure::Impossible`] for a bow without a sun.
     pub(super) fn of(command: &PhotoCommand, camera: &Camera) -> Result<Self, Failure> {
         if let (Some([latitude, longitude]), Some(time)) = (command.place, &command.time) {
             return Ok(Self {
@@ -67,13 +67,20 @@ impl WantedBow {
             check_up(position, view.y.asin())?;
             return Ok(Self::by(position, "its top where --apex says"));
         }
-        let found = command.bow.len();
-        if !(2..=3).contains(&found) {
-            return Err(Failure::Usage(format!(
-                "found {found} points of the bow, expected --bow X,Y two or three times"
-            )));
-        }
         Self::by_points(&command.bow, camera)
+    }
+
+    /// Refuses a number of points that is none, before anything is looked for.
+    ///
+    /// # Errors
+    /// [`Failure::Usage`].
+    pub(super) fn check_points(command: &PhotoCommand) -> Result<(), Failure> {
+        match command.bow.len() {
+            0 | 2 | 3 => Ok(()),
+            found => Err(Failure::Usage(format!(
+                "found {found} points of the bow, expected --bow X,Y two or three times"
+            ))),
+        }
     }
 
     fn by(position: SunPosition, why: &str) -> Self {

@@ -28,7 +28,7 @@ use niji_picture::SKY;
 const REMEDIES: [(&str, &str); 10] = [
     (
         "footprint",
-        "edges inside pixels: --tolerance gives them up to 256 rays, a larger picture more",
+        "edges inside pixels: a larger picture, or --tolerance, which gives them up to 256 rays, but none in a photograph",
     ),
     (
         ORDERS,

@@ -2,6 +2,7 @@
 
 use clap::Args;
 use glam::DVec3;
+use ndarray::Array2;
 use niji_geometry::PinholeCamera;
 use niji_geometry::PinholeRequest;
 use niji_photo::ExifNotes;
@@ -9,6 +10,7 @@ use niji_photo::Lens;
 use niji_photo::Photograph;
 use niji_photo::is_cropped;
 use niji_photo::tilt_from_horizon;
+use niji_photo::tilt_from_sky;
 use niji_radiometry::Radians;
 use serde::Serialize;
 
@@ -178,6 +180,20 @@ impl CameraFlags {
 }
 
 impl Camera {
+    /// The same, looking up as far as its sky tells where nothing else tells how it is tilted.
+    ///
+    /// # Errors
+    /// [`Failure::Usage`] for a camera that cannot be.
+    pub(crate) fn below_sky(mut self, is_sky: &Array2<bool>) -> Result<Self, Failure> {
+        if self.tilt_source.is_none()
+            && let Some(elevation) = tilt_from_sky(&self.pinhole()?, is_sky)
+        {
+            self.elevation_deg = elevation.to_degrees();
+            self.tilt_source = Some("the lowest sky, which lies above the horizon");
+        }
+        Ok(self)
+    }
+
     /// The camera as geometry, its eye at the origin.
     ///
     /// # Errors
@@ -186,14 +202,23 @@ impl Camera {
         PinholeCamera::new(self.request()).map_err(|error| Failure::Usage(error.to_string()))
     }
 
-    /// Where it looks, in words.
+    /// Where it looks, in words, and what says it better.
     pub(crate) fn told(&self) -> String {
         let tilt = match self.tilt_source {
-            Some(source) => format!("tilted by {source}"),
-            None => "taken to be level: give --horizon X,Y twice if it is not".to_owned(),
+            Some(source) => {
+                let (up, roll) = (self.elevation_deg, self.roll_deg);
+                format!("{up:.1} degrees up, turned by {roll:.1} degrees, by {source}")
+            }
+            None => "taken to be level, its horizon across the middle".to_owned(),
+        };
+        let is_said = self.tilt_source.is_some_and(|it| it.starts_with("--"));
+        let better = if is_said {
+            ""
+        } else {
+            "; --horizon X,Y twice tells it, or --elevation-deg and --roll-deg"
         };
         format!(
-            "{:.1} degrees across by {}, {tilt}",
+            "{:.1} degrees across by {}, {tilt}{better}",
             self.horizontal_fov_deg, self.fov_source
         )
     }

@@ -7,7 +7,7 @@ const CSS: &str = "text/css; charset=utf-8";
 const JS: &str = "text/javascript; charset=utf-8";
 
 /// Names, kinds and contents.
-const FILES: [(&str, &str, &str); 9] = [
+const FILES: [(&str, &str, &str); 11] = [
     ("", HTML, include_str!("page/index.html")),
     ("style.css", CSS, include_str!("page/style.css")),
     ("view.js", JS, include_str!("page/view.js")),
@@ -16,6 +16,8 @@ const FILES: [(&str, &str, &str); 9] = [
     ("picture.js", JS, include_str!("page/picture.js")),
     ("marks.js", JS, include_str!("page/marks.js")),
     ("controls.js", JS, include_str!("page/controls.js")),
+    ("elements.js", JS, include_str!("page/elements.js")),
+    ("sun.js", JS, include_str!("page/sun.js")),
     ("pointer.js", JS, include_str!("page/pointer.js")),
 ];
 

@@ -135,7 +135,8 @@ impl<'a> Painter<'a> {
         let settings = PictureSettings::of(&planned);
         let whole = settings.whole()?;
         let work = PictureWork::new(settings, parts, &watch)?;
-        let image = work.render(whole, &watch)?;
+        // A sequence, whose shutter could be open, is not shown.
+        let (image, drops) = work.render_with_drops(whole, &watch)?;
         self.n_pictures += 1;
         let is_finished = matches!(level, Level::Full);
         let reached = is_finished.then(|| accuracy::reached_by(&planned.plan, &image.aovs));
@@ -149,6 +150,7 @@ impl<'a> Painter<'a> {
             error_of_white: reached.flatten().map(|it| it.error),
             scene: planned.scene,
             image,
+            drops,
         };
         let plan = is_finished.then(|| told(&planned.plan));
         desk.show(picture, plan);

@@ -4,7 +4,9 @@ use std::time::Duration;
 
 use ndarray::Axis;
 use niji_exchange::SpectralImage;
+use niji_picture::Lines;
 use niji_picture::Scene;
+use niji_picture::SeenDrops;
 use niji_picture::bow_angle;
 use niji_radiometry::Colorimetry;
 use niji_radiometry::Radians;
@@ -26,6 +28,7 @@ pub(super) struct Picture {
     /// What a finished picture errs by, over display white, as `niji run` tells it.
     pub(super) error_of_white: Option<f64>,
     pub(super) image: SpectralImage,
+    pub(super) drops: SeenDrops,
 }
 
 impl Picture {
@@ -39,7 +42,25 @@ impl Picture {
             "seconds": self.time.as_secs_f64(),
             "size": [self.scene.camera.width_px, self.scene.camera.height_px],
             "error_of_white": self.error_of_white,
+            "drops": self.box_lines(),
         })
+    }
+
+    /// Edges of the boxes that the drops are in, in parts of the frame.
+    fn box_lines(&self) -> Lines {
+        let camera = &self.scene.camera;
+        let size = [camera.width_px, camera.height_px].map(f64::from);
+        let part = |[x, y]: [f64; 2]| [x / size[0], y / size[1]];
+        let lines = (camera.camera()).map_or_else(|_| Lines::new(), |it| self.drops.box_lines(&it));
+        let in_parts = |line: Vec<_>| line.into_iter().map(part).collect();
+        lines.into_iter().map(in_parts).collect()
+    }
+
+    /// Effective radius of the drops on the ray through a place of the frame, up to the surface there.
+    fn effective_radius_um(&self, place: [f64; 2], surface_m: Option<f32>) -> Option<f64> {
+        let ray = (self.scene.camera.camera().ok()?).ray(place[0], place[1])?;
+        let end_m = surface_m.map_or(f64::INFINITY, f64::from);
+        self.drops.effective_radius_um(&ray, end_m)
     }
 
     /// Red, green and blue of each pixel of the frame by rows, linear, 1 is a white card in the sun: as in the
@@ -95,6 +116,7 @@ impl Picture {
             "of_white": luminance / self.display_white_cd_m2,
             "error_of_white": value("error", "Y").map(|it| f64::from(it) / self.display_white_cd_m2),
             "passes": value("transmittance", "Y"),
+            "effective_radius_um": self.effective_radius_um(place, value("surface", "Z")),
             "distance_m": value("depth", "Z"),
             "wavelength_nm": nm.collect::<Vec<f64>>(),
             "radiance": spectrum,

@@ -142,6 +142,7 @@ impl Routes<'_> {
                 "values": toml_values::values(document.text()),
                 "size": [scene.camera.width_px, scene.camera.height_px],
                 "exposure_ev": scene.picture.exposure_ev,
+                "sun": { "elevation_deg": scene.sun.elevation_deg, "azimuth_deg": scene.sun.azimuth_deg },
                 "degrees_per_pixel": degrees_per_pixel(&scene),
                 "marks": marks(&scene),
                 "can_undo": can_undo,

@@ -21,16 +21,27 @@ const N_STEPS: usize = 1440;
 pub fn bow_path(camera: &Camera, antisolar: DVec3, bow_angle: Radians) -> Vec<Vec<[f64; 2]>> {
     let (right, up) = across_and_up(antisolar);
     let (sin, cos) = bow_angle.0.sin_cos();
+    // From the bottom around to the bottom, where bows are cut anyway.
+    let directions = (0..=N_STEPS).map(|step| {
+        let clock = TAU * (step as f64 / N_STEPS as f64 - 0.5);
+        let rim = clock.cos() * up + clock.sin() * right;
+        cos * antisolar + sin * rim
+    });
+    broken_lines(camera, directions)
+}
+
+/// A line through directions as broken lines of points in pixels, where it runs through the picture.
+pub fn broken_lines(
+    camera: &Camera,
+    directions: impl Iterator<Item = DVec3>,
+) -> Vec<Vec<[f64; 2]>> {
     let (width, height) = (f64::from(camera.width_px()), f64::from(camera.height_px()));
     // Over the seam of a panorama.
     let leaps = |from: &[f64; 2], to: [f64; 2]| (to[0] - from[0]).abs() > 0.5 * width;
     let mut lines = Vec::new();
     let mut line: Vec<[f64; 2]> = Vec::new();
-    // From the bottom around to the bottom, where bows are cut anyway.
-    for step in 0..=N_STEPS {
-        let clock = TAU * (step as f64 / N_STEPS as f64 - 0.5);
-        let rim = clock.cos() * up + clock.sin() * right;
-        let point = camera.project(cos * antisolar + sin * rim);
+    for direction in directions {
+        let point = camera.project(direction);
         let inside = point
             .filter(|(x, y)| (0.0..=width).contains(x) && (0.0..=height).contains(y))
             .map(|(x, y)| [x, y]);

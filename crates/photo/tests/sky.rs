@@ -2,6 +2,9 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
+#[allow(dead_code, unreachable_pub, reason = "others use the rest")]
+#[path = "../../../tests/support/pavilion.rs"]
+mod pavilion;
 #[path = "../../../tests/support/plates.rs"]
 mod plates;
 
@@ -17,6 +20,7 @@ use niji_photo::SkyMask;
 use niji_photo::find_sky;
 use niji_photo::read_labels;
 use niji_photo::write_png;
+use pavilion::changed;
 use plates::agreement;
 use plates::plate;
 use plates::without_sky;
@@ -103,30 +107,7 @@ fn the_shipped_photograph_keeps_its_sky_cropped_turned_and_darkened() {
         assert!(mask.confidence > SURE_OF_SKY, "{name}: {:?}", mask.reasons);
     };
     check("pavilion", &photo, &truth);
-    let part = ndarray::s![30..390, 60..600];
-    check(
-        "cropped",
-        &photo.slice(part).to_owned(),
-        &truth.slice(part).to_owned(),
-    );
-    let turned = |y: usize, x: usize| {
-        let (sin, cos) = 3_f64.to_radians().sin_cos();
-        let (dx, dy) = (x as f64 - 300.0, y as f64 - 193.5);
-        let at = |value: f64, n: usize| (value.round() as usize).min(n - 1);
-        [
-            at(213.5 + cos * dy - sin * dx, 427),
-            at(320.0 + cos * dx + sin * dy, 640),
-        ]
-    };
-    let size = (387, 600);
-    check(
-        "turned",
-        &Array2::from_shape_fn(size, |(y, x)| photo[turned(y, x)]),
-        &Array2::from_shape_fn(size, |(y, x)| truth[turned(y, x)]),
-    );
-    check(
-        "darkened",
-        &photo.mapv(|pixel| pixel.map(|it| 0.25 * it)),
-        &truth,
-    );
+    for it in changed(&photo, &truth) {
+        check(it.name, &it.light, &it.sky);
+    }
 }

@@ -110,6 +110,9 @@ pub struct PictureSettings {
     /// What is simulated, as the renderer takes it.
     #[serde(skip)]
     pub render_effects: RenderEffects,
+    /// Whether its surfaces are those of a photograph, whose distances are those of whole pixels.
+    #[serde(skip)]
+    pub is_of_photo: bool,
     /// What a tolerance is relative to [cd/m²].
     #[serde(skip)]
     pub display_white_cd_m2: f64,
@@ -125,8 +128,8 @@ impl PictureSettings {
         let (scene, plan) = (&planned.scene, &planned.plan);
         let accuracy = &scene.accuracy;
         let tolerance = tolerance_for_rays(plan.tolerance);
-        // The distances of a photograph are those of whole pixels.
-        let adds_rays = accuracy.pixel_footprint.is_none() && scene.photo.is_none();
+        let is_of_photo = scene.photo.is_some();
+        let adds_rays = accuracy.pixel_footprint.is_none() && !is_of_photo;
         let mut render_effects = plan.render_effects();
         // The level that ignores the sun's path is the shadow left out.
         if plan.sun_path() == SunPath::Ignore {
@@ -143,6 +146,7 @@ impl PictureSettings {
             effects: plan.effects_on().map(Effect::name).collect(),
             levels: plan.levels,
             tolerance: adds_rays.then_some(tolerance),
+            is_of_photo,
             shadow_relative_error: (accuracy.sun_path.is_none())
                 .then_some(tolerance / BRIGHT_DROPS),
             orders_noise: follows_rounds.then_some(tolerance_for_orders(plan.tolerance)),
@@ -243,7 +247,11 @@ impl PictureWork {
             drops: lit(&settings, drops, watch)?,
             table,
             air,
-            surfaces,
+            surfaces: if settings.is_of_photo {
+                surfaces.map(Surfaces::of_whole_pixels)
+            } else {
+                surfaces
+            },
             settings,
         })
     }
@@ -292,6 +300,11 @@ impl PictureWork {
             bricks(&settings, to.drops()?)?
         };
         Self::of_bricks(settings, (drops, (self.table, air, surfaces)), watch)
+    }
+
+    /// Its drops, without the light of the sun.
+    pub(crate) fn into_bricks(self) -> Vec<Bricks> {
+        self.drops.into_bricks()
     }
 
     /// What it depends on besides its parts.

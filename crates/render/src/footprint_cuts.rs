@@ -99,11 +99,16 @@ impl Met {
                     distance_m: b,
                     lit: other,
                 },
-            ) => lit == other && (a - b).abs() <= JUMP * a.min(b),
+            ) => lit == other && is_one_surface(a, b),
             _ => false,
         };
         ends && self.drops == other.drops
     }
+}
+
+/// Whether distances (m) that lie beside each other are of one surface, or of none.
+pub(crate) fn is_one_surface(a_m: f64, b_m: f64) -> bool {
+    a_m.total_cmp(&b_m).is_eq() || (a_m - b_m).abs() <= JUMP * a_m.min(b_m)
 }
 
 /// What the rays through the places of a pixel meet; nothing where the camera sees nothing.

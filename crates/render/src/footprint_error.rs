@@ -14,6 +14,9 @@
 //! The corner of a surface that hides a diagonal neighbor and none beside the pixel covers up to a quarter of it: half
 //! of the sum along a diagonal stands for it where that is more.
 //!
+//! Where distances are those of whole pixels, a pixel beside an edge of surfaces has the light of its own: on
+//! another surface the last pixel before it stands for the next.
+//!
 //! A prefiltered pixel has the mean of the table's row, so that its light L = W t errs only by what
 //! the row knows nothing of: the light W that reaches drops, t d2(W)/24 and so on, the product of
 //! both slopes, W' t'/12, and a part of what the ray in the middle would miss: drops of other sizes
@@ -25,6 +28,7 @@
 use ndarray::Array2;
 
 use crate::footprint::REACH_PX;
+use crate::footprint_cuts::is_one_surface;
 use crate::levels::PixelFootprint;
 
 /// Over what even bends miss. Without it 97 to 99.7 % of the pixels of smooth pictures were covered, with ratios
@@ -52,6 +56,8 @@ pub(crate) struct PixelLight {
     pub(crate) beside: f32,
     /// Light that drops get and send on [-].
     pub(crate) light: f32,
+    /// Distance of the surface that all of it has (m); 0 where there may be several in it.
+    pub(crate) surface_m: f32,
 }
 
 /// A pixel, two before it and two behind it.
@@ -98,12 +104,24 @@ pub(crate) fn lines_through(lights_around: &Array2<PixelLight>, x: usize, y: usi
             lights_around[[y + down, x + across]]
         })
     };
-    [
+    let lines = [
         line(|step, reach| [reach, step]),
         line(|step, reach| [step, reach]),
         line(|step, _| [step, step]),
         line(|step, reach| [step, 2 * reach - step]),
-    ]
+    ];
+    lines.map(on_one_surface)
+}
+
+/// A line on the surface of its middle.
+fn on_one_surface(mut five: [PixelLight; 5]) -> [PixelLight; 5] {
+    for (at, inwards) in [(1, 2), (0, 1), (3, 2), (4, 3)] {
+        let [here, before] = [at, inwards].map(|it: usize| f64::from(five[it].surface_m));
+        if !is_one_surface(here, before) {
+            five[at] = five[inwards];
+        }
+    }
+    five
 }
 
 /// Estimated error of a pixel's luminance [cd/m²], from lines of pixels through it, which are `width_rad` wide.
@@ -168,6 +186,28 @@ mod tests {
     use crate::scattering_angle::scattering_angle_rad;
 
     #[test]
+    fn an_edge_of_whole_pixels_is_no_error_and_one_inside_of_them_is() {
+        let lights = |surface_m: fn(usize) -> f32| {
+            Array2::from_shape_fn((5, 5), |(_, x)| PixelLight {
+                beside: if x < 2 { 0.0 } else { 100.0 },
+                surface_m: surface_m(x),
+                ..PixelLight::default()
+            })
+        };
+        let missed = |lights: &Array2<PixelLight>| {
+            let lines = lines_through(lights, 0, 0);
+            (
+                footprint_error(&lines, PixelFootprint::Prefiltered, 1e-3),
+                half_step(&lines),
+            )
+        };
+        let far = |x: usize| if x < 2 { 200.0 } else { f32::INFINITY };
+        assert_eq!(missed(&lights(far)), (0.0, 0.0));
+        let (error, step) = missed(&lights(|_| 0.0));
+        assert!(error > 30.0 && step >= 50.0, "{error} {step}");
+    }
+
+    #[test]
     fn a_prefiltered_straight_row_errs_by_the_bend_of_the_scattering_angle() {
         // Even light and a row that is linear in the angle: in the middle of a pixel its mean.
         let sun_direction = DVec3::new(0.1, 0.3, 1.0).normalize();
@@ -187,6 +227,7 @@ mod tests {
                 |x, y| scattering_angle_rad(camera.ray(x, y).unwrap().direction, sun_direction);
             let seen_light = |x: u32, y: u32| PixelLight {
                 bow: angle(f64::from(x) + 0.5, f64::from(y) + 0.5) as f32,
+                surface_m: 0.0,
                 beside: 0.0,
                 light: 1.0,
             };

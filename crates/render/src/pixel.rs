@@ -74,9 +74,10 @@ impl Pixel {
         self.errors.air += error.at(place_px) * air_cd_m2 + error.relative_of_bows * bows_cd_m2;
     }
 
-    /// What an estimate of a footprint's error looks at.
-    pub(crate) fn seen_light(&self) -> PixelLight {
+    /// What an estimate of a footprint's error looks at; `surface_m` as there.
+    pub(crate) fn seen_light(&self, surface_m: f32) -> PixelLight {
         PixelLight {
+            surface_m,
             bow: self.bows_cd_m2(),
             beside: self.beside_cd_m2,
             light: self.light as f32,

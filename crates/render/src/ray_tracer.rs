@@ -82,7 +82,7 @@ impl RayTracer<'_> {
                         let x = f64::from(strip.x_px) + (index % width) as f64;
                         let y = f64::from(strip.y_px) + (index / width) as f64;
                         self.trace_pixel(x, y, room);
-                        room.pixel.seen_light()
+                        room.pixel.seen_light(self.whole_surface_m((x, y), room))
                     },
                 )
                 .collect();
@@ -113,7 +113,7 @@ impl RayTracer<'_> {
                 room.row.extend_from_slice(&room.pixel.radiance);
                 tile.put((x, y), &room.pixel);
                 tile.put_surface((x, y), || self.middle_surface_m(place, room));
-                lights_around[[y, x]] = room.pixel.seen_light();
+                lights_around[[y, x]] = (room.pixel).seen_light(self.whole_surface_m(place, room));
             }
             // Planes of a black row keep their untouched zeros.
             if any_light {
@@ -162,6 +162,15 @@ impl RayTracer<'_> {
     /// Estimated error of luminance [cd/m²] of a pixel because of its footprint.
     pub(crate) fn missed(&self, lines: &Lines, footprint: PixelFootprint) -> f64 {
         footprint_error(lines, footprint, self.pixel_rad)
+    }
+
+    /// Distance of the surface of a whole pixel that was just traced (m); 0 where it may have several.
+    fn whole_surface_m(&self, place: (f64, f64), room: &Room) -> f32 {
+        if self.eye.sees_whole_pixels() && rays_along(self.footprint) == 1 {
+            self.middle_surface_m(place, room) as f32
+        } else {
+            0.0
+        }
     }
 
     /// Where the ray through the middle of a pixel ends that was just traced (m). A single ray went

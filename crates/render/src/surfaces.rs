@@ -85,6 +85,7 @@ impl SolidShape {
 pub struct Surfaces {
     distance_m: Option<Array2<f32>>,
     solids: Vec<Solid>,
+    stands_for_pixels: bool,
 }
 
 impl Surfaces {
@@ -110,6 +111,7 @@ impl Surfaces {
         Ok(Self {
             distance_m: Some(distance_m),
             solids: Vec::new(),
+            stands_for_pixels: false,
         })
     }
 
@@ -132,6 +134,7 @@ impl Surfaces {
     #[must_use]
     pub fn with(mut self, solid: Solid) -> Self {
         self.solids.push(solid);
+        self.stands_for_pixels = false;
         self
     }
 
@@ -143,6 +146,16 @@ impl Surfaces {
     /// Whether a ray meets any solid.
     pub(crate) fn are_met(&self, ray: &Ray) -> bool {
         self.solids.iter().any(|solid| solid.shape.is_met(ray))
+    }
+
+    /// The same map as distances of whole pixels, as those of a photograph are: each pixel has the light of the surface
+    /// in its middle, so that an edge beside it is no error of its own.
+    #[must_use]
+    pub fn of_whole_pixels(self) -> Self {
+        Self {
+            stands_for_pixels: self.solids.is_empty(),
+            ..self
+        }
     }
 
     /// Do width and height have the ratio of the picture's, up to the rounding of a pixel?
@@ -221,6 +234,11 @@ pub(crate) struct Eye<'a> {
 }
 
 impl Eye<'_> {
+    /// Whether the surface in the middle of a pixel is that of all of it.
+    pub(crate) fn sees_whole_pixels(&self) -> bool {
+        self.surfaces.is_some_and(|it| it.stands_for_pixels)
+    }
+
     /// The sight through a point of the picture, in pixels from its top left corner; `None` where the
     /// camera sees nothing.
     pub(crate) fn sight(&self, x_px: f64, y_px: f64) -> Option<Sight> {

@@ -1,5 +1,8 @@
 // Controls made from the schema of scenes: a section each, a field for every key.
 
+import { make } from './elements.js';
+import { momentField, sunField } from './sun.js';
+
 const panel = document.getElementById('controls');
 
 // What is opened at first, and what is not shown: format, name and sections of other pictures.
@@ -23,16 +26,6 @@ function words(key) {
   return unit ? [parts.slice(0, -1).join(' '), unit] : [parts.join(' '), ''];
 }
 
-function make(kind, attributes = {}, ...children) {
-  const element = document.createElement(kind);
-  for (const [name, value] of Object.entries(attributes)) {
-    if (name in element) element[name] = value;
-    else element.setAttribute(name, value);
-  }
-  element.append(...children);
-  return element;
-}
-
 export class Controls {
   // `set` takes values by their keys and the name of the movement that they belong to.
   constructor(schema, set) {
@@ -50,6 +43,7 @@ export class Controls {
   // Shows a scene; fields are made anew only where it has other keys.
   show(scene) {
     this.asked = scene.values.effects ?? {};
+    this.scene = scene;
     const shape = JSON.stringify(scene.values, (_, value) => (typeof value === 'number' ? 0 : value));
     if (shape !== this.shape) {
       this.shape = shape;
@@ -66,6 +60,7 @@ export class Controls {
     this.fields.clear();
     const sections = ORDER.filter((key) => key in this.schema.properties).map((key) => {
       const fields = this.fieldsOf(this.schema.properties[key], key, scene.values[key]);
+      if (key === 'sun') fields.unshift(sunField(this));
       const section = make('details', {}, make('summary', { textContent: words(key)[0] }), ...fields);
       section.dataset.path = key;
       section.open = isFirst ? OPEN.includes(key) : opened.has(key);
@@ -112,6 +107,11 @@ export class Controls {
       if (branch.type === 'array' || !keys.length) continue;
       if (part.properties === undefined && keys.every((key) => !(branch.required ?? []).includes(key) || key in value)) found = { ...found, ...this.properties(branch, value) };
     }
+    // Of several ways to say a thing the keys of the one that is taken.
+    for (const { required = [], properties = {} } of part.oneOf ?? []) {
+      if (!part.properties || !required.every((key) => key in value)) continue;
+      for (const key of Object.keys(properties)) if (properties[key] === false) delete found[key];
+    }
     for (const { if: condition, then } of part.allOf ?? []) {
       if (!condition || !then) continue;
       const fits = Object.entries(condition.properties ?? {}).every(([key, wanted]) => wanted === false ? !(key in value) : value[key] === wanted.const);
@@ -128,6 +128,7 @@ export class Controls {
     if (part.type === 'number' || part.type === 'integer') return this.numberField(part, path, what);
     if (part.type === 'array' && part.items && this.resolved(part.items).type === 'number' && part.maxItems <= 3) return this.placeField(part, path, what);
     if (part.type === 'boolean') return this.choiceField(['true', 'false'], path, what, (name) => name === 'true');
+    if (key === 'date_time') return momentField(this, path, what);
     if (names.length > 1 && (value === undefined || typeof value === 'string')) return this.choiceField(names, path, what, (name) => name);
     if (value && typeof value === 'object') {
       const fields = this.fieldsOf(schema, path, value);
@@ -231,10 +232,15 @@ export class Controls {
   }
 
   // A change of one value, with what is wrong about it beside its field.
-  async change(path, value, gesture) {
+  change(path, value, gesture) {
+    return this.changeAll({ [path]: value }, path, gesture);
+  }
+
+  // Of several values, told at the field `path`.
+  async changeAll(values, path, gesture) {
     this.right(path);
     try {
-      await this.set({ [path]: value }, gesture);
+      await this.set(values, gesture);
     } catch (error) {
       const key = [...this.fields.keys()].filter((known) => error.key === known || error.key?.startsWith(`${known}.`)).sort((a, b) => b.length - a.length)[0];
       this.wrong(this.fields.has(path) ? path : key, error.message);

@@ -1,4 +1,4 @@
-// Lines over the picture: edges of the bows, horizon, the sun and the point opposite to it.
+// Lines over the picture: edges of the bows, horizon, the sun and the point opposite to it; where the drops are.
 
 const NAMESPACE = 'http://www.w3.org/2000/svg';
 const svg = document.getElementById('marks');
@@ -12,6 +12,8 @@ function element(kind, attributes, title) {
 
 const points = (line) => line.map(([x, y]) => `${x.toFixed(2)},${y.toFixed(2)}`).join(' ');
 
+const groups = Object.fromEntries(['lines', 'drops'].map((name) => [name, svg.appendChild(element('g', { class: name }))]));
+
 export function mark({ size, marks }) {
   svg.setAttribute('viewBox', `0 0 ${size[0]} ${size[1]}`);
   svg.setAttribute('preserveAspectRatio', 'none');
@@ -21,9 +23,14 @@ export function mark({ size, marks }) {
   const spots = [['antisolar', marks.antisolar_px], ['sun', marks.sun_px]]
     .filter(([, place]) => place)
     .map(([name, [cx, cy]]) => element('circle', { class: name, cx, cy, r: radius }));
-  svg.replaceChildren(...horizon, ...lines, ...spots);
+  groups.lines.replaceChildren(...horizon, ...lines, ...spots);
 }
 
-export function showMarks(isShown) {
-  svg.style.display = isShown ? '' : 'none';
+// The boxes that the drops of a picture are in, whose edges are given in parts of the frame.
+export function markDrops(edges, [width, height]) {
+  groups.drops.replaceChildren(...edges.map((line) => element('polyline', { points: points(line.map(([x, y]) => [x * width, y * height])) })));
+}
+
+export function showMarks(name, isShown) {
+  groups[name].style.display = isShown ? '' : 'none';
 }

@@ -15,6 +15,7 @@ function told(at) {
   if (at.error_of_white !== null) rows.push(['error', `${digits(100 * at.error_of_white, 2)} % of white`]);
   if (at.bow_angle_deg !== null) rows.push(['bow angle', `${at.bow_angle_deg.toFixed(2)}°`]);
   if (at.passes !== null) rows.push(['drops let pass', `${digits(100 * at.passes)} %`]);
+  if (at.effective_radius_um !== null) rows.push(['drops’ radius', `${Number(digits(at.effective_radius_um))} µm`]);
   if (at.distance_m > 0) rows.push(['drops’ light from', `${digits(at.distance_m)} m`]);
   reading.replaceChildren(...rows.flatMap(([name, value]) => [element('dt', name), element('dd', value)]));
   plot(at.wavelength_nm, at.radiance);

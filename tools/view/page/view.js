@@ -3,7 +3,7 @@
 import { ask, pixels } from './server.js';
 import { whiteGains } from './tone.js';
 import * as picture from './picture.js';
-import { mark, showMarks } from './marks.js';
+import { mark, markDrops, showMarks } from './marks.js';
 import { Controls } from './controls.js';
 import { place, read } from './pointer.js';
 
@@ -69,7 +69,11 @@ async function act(path) {
 let drag = null;
 function moveSun([dx, dy], gesture) {
   const sun = scene.values.sun ?? {};
-  if (!scene.degrees_per_pixel || sun.elevation_deg === undefined) return;
+  if (!scene.degrees_per_pixel) return;
+  if (sun.elevation_deg === undefined) {
+    say('the sun stands where date and place say: choose "elevation and azimuth" to move it by hand');
+    return;
+  }
   const scale = scene.degrees_per_pixel * (scene.size[0] / by('canvas').clientWidth);
   const from = drag ?? { elevation: sun.elevation_deg, azimuth: sun.azimuth_deg };
   const round = (value) => Math.round(100 * value) / 100;
@@ -90,7 +94,12 @@ function listen() {
     by('white-value').textContent = `${by('white').value} K`;
     picture.show({ gains: whiteGains(by('white').valueAsNumber) });
   });
-  by('show-marks').addEventListener('change', () => showMarks(by('show-marks').checked));
+  for (const name of ['lines', 'drops']) {
+    const box = by(`show-${name}`);
+    const show = () => showMarks(name, box.checked);
+    box.addEventListener('change', show);
+    show();
+  }
   by('keep').addEventListener('click', () => {
     by('keep').textContent = picture.keep() ? 'Drop A' : 'Keep as A';
   });
@@ -120,7 +129,8 @@ function listen() {
     const command = event.ctrlKey || event.metaKey;
     if (command && event.key === 's') act('save');
     else if (command && event.key.toLowerCase() === 'z' && !isTyping) act(event.shiftKey ? 'redo' : 'undo');
-    else if (!command && !isTyping && event.key === 'o') by('show-marks').click();
+    else if (!command && !isTyping && event.key === 'o') by('show-lines').click();
+    else if (!command && !isTyping && event.key === 'd') by('show-drops').click();
     else if (!command && !isTyping && event.key === 'a') by('keep').click();
     else return;
     event.preventDefault();
@@ -150,6 +160,7 @@ async function follow() {
     if (newest && newest.number !== picture.newest()?.number) {
       const rgb = await pixels(newest.number);
       if (rgb) picture.show({ newest: { ...newest, rgb, width: newest.size[0], height: newest.size[1] } });
+      markDrops(newest.drops, scene.size);
       read();
     }
     const done = newest ? `${newest.level}, ${newest.size.join(' × ')} after ${newest.seconds.toFixed(2)} s` : '';
