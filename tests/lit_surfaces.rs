@@ -141,6 +141,24 @@ fn a_level_surface_sends_the_irradiance_of_sun_and_sky_over_pi() {
     }
 }
 
+#[test]
+fn a_surface_has_the_light_of_the_sky_where_that_itself_is_not_seen() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("floor.obj"), FLOOR).unwrap();
+    let mesh = "[[occluders.meshes]]\nfile = \"floor.obj\"\nalbedo = 0.25\n";
+    let with = |effects: &str| {
+        let switched = SCENE.replace("[effects]\n", &format!("[effects]\n{effects}\n"));
+        seen(&format!("{switched}{mesh}"), folder.path()).0
+    };
+    let all = with("");
+    // No effect but that of the surface needs air.
+    let off = "sky = \"off\"\nair_inscatter = \"off\"\nair_extinction = \"off\"\nskylit_drops = \"off\"\n\
+               sunlight_through_air = \"off\"";
+    for (alone, all) in with(off).iter().zip(&all) {
+        assert!((alone / all - 1.0).abs() < 1e-3, "{alone} {all}");
+    }
+}
+
 /// Irradiance of sky and ground on a face, by the radiances of all directions in front of it (W m⁻² nm⁻¹).
 fn irradiance_around(air: &AtmosphereTable, normal: DVec3) -> Vec<f64> {
     let planet = Planet {

@@ -34,7 +34,7 @@ const BREAK_UP_M: f64 = 6.0;
 const BREAK_UP_POWER: f64 = 0.32;
 
 /// Sharpness of strands, k.
-const SHARPNESS: f64 = 2.0;
+const SHARPNESS: f64 = 4.0;
 
 /// Strands between two crests of the lip.
 const OF_RELIEF: f64 = 4.0;

@@ -141,12 +141,7 @@ pub fn render_in_steps(
                     tracer.affordable(&mut picture, &refining, (tolerance_cd_m2, deadline));
             }
             let start_s = (deadline.now_s)();
-            let luminance =
-                |picture: &Rendered| picture.luminance_of(&refining.rows, &tracer.xyz_weights);
-            let of_one_ray = luminance(&picture);
-            tracer.refine(&mut picture, &refining, coarser_rays * tolerance_cd_m2);
-            let change = luminance(&picture) - of_one_ray;
-            squares += change.iter().map(|it| it * it).sum::<f64>();
+            squares += tracer.refine(&mut picture, &refining, coarser_rays * tolerance_cd_m2);
             more_rays_s += (deadline.now_s)() - start_s;
         }
         tracer.frame.check_rows()?;

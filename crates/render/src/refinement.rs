@@ -112,9 +112,18 @@ struct Finer<'a> {
 }
 
 impl RayTracer<'_> {
-    /// Give the pixels of rows whose estimate exceeds a tolerance more rays.
-    pub(crate) fn refine(&self, picture: &mut Rendered, refining: &Refining, tolerance_cd_m2: f64) {
+    /// Give the pixels of rows whose estimate exceeds a tolerance more rays; the sum of the squares of what that changed
+    /// of their luminance [cd²/m⁴].
+    pub(crate) fn refine(
+        &self,
+        picture: &mut Rendered,
+        refining: &Refining,
+        tolerance_cd_m2: f64,
+    ) -> f64 {
+        let before = picture.luminance_of(&refining.rows, &self.xyz_weights);
         self.refine_some(picture, refining, (tolerance_cd_m2, Chosen::All));
+        let change = picture.luminance_of(&refining.rows, &self.xyz_weights) - before;
+        change.iter().map(|it| it * it).sum()
     }
 
     /// How many times the tolerance pixels may err by before they get more rays, so that there is time for those; less

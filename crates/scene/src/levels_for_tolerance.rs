@@ -103,7 +103,8 @@ impl Scene {
     /// for; `None` where the model of the sky or the effects do not ask for it.
     #[must_use]
     pub fn sky_level(&self) -> Option<SkyLevel> {
-        let mut lights = Effect::of_role(Role::AirLight);
+        let lit = self.albedos().next().map(|_| Effect::LitSurfaces);
+        let mut lights = Effect::of_role(Role::AirLight).chain(lit);
         let is_seen = lights.any(|it| self.effects.of(it) != Switch::Off);
         self.sky_level_where_seen().filter(|_| is_seen)
     }

@@ -152,7 +152,7 @@ pub(super) fn stages(scene: &Scene, situation: &Situation, chosen: &Chosen) -> V
         }
         add(Stage::Scatter, what_it_holds(need, situation), table);
     }
-    if on.iter().any(|effect| effect.needs_air()) {
+    if on.iter().any(|effect| effect.needs_air()) || is_lit_through_air(scene, on) {
         let constituents = scene.air.iter().flat_map(|air| &air.constituents);
         let names: Vec<&str> = constituents.map(|constituent| constituent.name()).collect();
         let orders = sky_level(scene, on).map(SkyLevel::orders);
@@ -211,5 +211,11 @@ fn what_it_holds(need: &ScatteringNeed, situation: &Situation) -> String {
 /// How finely light of higher orders by the air is solved, where anything that is on shows it.
 pub(super) fn sky_level(scene: &Scene, on: &BTreeSet<Effect>) -> Option<SkyLevel> {
     let is_shown = Effect::of_role(Role::AirLight).any(|effect| on.contains(&effect));
-    scene.sky_level().filter(|_| is_shown)
+    let is_shown = is_shown || is_lit_through_air(scene, on);
+    scene.sky_level_where_seen().filter(|_| is_shown)
+}
+
+/// Whether surfaces have the light of a sky, seen itself or not.
+fn is_lit_through_air(scene: &Scene, on: &BTreeSet<Effect>) -> bool {
+    scene.air.is_some() && on.contains(&Effect::LitSurfaces)
 }
