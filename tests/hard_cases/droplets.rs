@@ -89,6 +89,7 @@ fn fall() -> Waterfall {
         splash_effective_radius_um: 300.0,
         mist_effective_radius_um: 40.0,
         wind_xz_m_s: [1.5, -1.0],
+        strands: None,
         turbulence: None,
         voxel_m: 2.0,
     }

@@ -210,6 +210,22 @@ mod tests {
     }
 
     #[test]
+    fn strands_far_from_ordinary_keep_their_water_too() {
+        for (width_m, time_s) in [(1e-6, 0.0), (1e9, -5.0), (2.0, 1e12), (1e-300, 1e300)] {
+            let strands = Strands {
+                strength: 1.0,
+                width_m,
+                time_s,
+                ..STRANDS
+            };
+            let shares = shares(strands, 20.0);
+            let sum: f64 = shares.iter().sum();
+            assert!((sum - 1.0).abs() < 1e-12, "{width_m} m, {time_s} s: {sum}");
+            assert!(shares.iter().all(|share| *share >= 0.0));
+        }
+    }
+
+    #[test]
     fn impossible_strands_are_refused() {
         let refused = |strands: Strands| strands.validate().unwrap_err().to_string();
         let strong = Strands {

@@ -215,6 +215,10 @@ pub(crate) fn squeezed(x: f64) -> f64 {
 
 /// Noise of one octave, n(q), within -1..=1.
 fn gradient_noise(q: DVec4, seed: u32) -> f64 {
+    if !q.is_finite() {
+        // Farther away, in cells, than numbers reach.
+        return 0.0;
+    }
     let floor = q.floor();
     let low = (q - floor).to_array();
     // Wrapping casts: the pattern repeats after 2^32 cells.
