@@ -59,13 +59,14 @@ struct Arguments {
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
+    // Some of the sound files are planned.
+    set_memory_limit(Bytes(u128::from(MOST_MEMORY / 2))).expect("nobody asked for it yet");
     let mut readers = mutations::readers();
     readers.retain(|reader| reader.file.contains(&arguments.kind));
     if let Some(folder) = &arguments.corpus {
         write_corpus(&readers, folder);
         return ExitCode::SUCCESS;
     }
-    set_memory_limit(Bytes(u128::from(MOST_MEMORY / 2))).expect("nobody asked for it yet");
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/mutated");
     fs::create_dir_all(&folder).expect("a folder for mutated files");
     let n_read = Arc::new(AtomicU64::new(0));

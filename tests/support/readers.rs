@@ -183,14 +183,20 @@ fn scene(path: &Path) -> bool {
     true
 }
 
-/// A scene is planned, or refused.
+/// A scene is planned, or refused; what was decided survives its file.
 fn planned(path: &Path) -> bool {
     let request = PlanRequest {
         folder: path.parent().unwrap_or(path),
         ..PlanRequest::default()
     };
     let scene = Scene::from_toml(&text(path));
-    scene.is_ok_and(|scene| PlannedScene::new(scene, request).is_ok())
+    let Ok(Ok(planned)) = scene.map(|scene| PlannedScene::new(scene, request)) else {
+        return false;
+    };
+    let choice = toml::to_string(&planned.choice).expect("a choice is TOML");
+    let again: Choice = toml::from_str(&choice).expect("its own TOML is a choice");
+    assert_eq!(toml::to_string(&again).expect("as before"), choice);
+    true
 }
 
 fn ice_scene(path: &Path) -> bool {

@@ -30,8 +30,11 @@ use niji_photo::LinearPicture;
 use niji_photo::PremultipliedPicture;
 use niji_photo::write_labels;
 use niji_photo::write_png;
+use niji_picture::PlanRequest;
+use niji_picture::PlannedScene;
 use niji_radiometry::RgbPrimaries;
 use niji_radiometry::WavelengthGrid;
+use niji_scene::Scene;
 use niji_vdb::Compression;
 use niji_vdb::FOG_VOLUME;
 use niji_vdb::FloatTree;
@@ -327,21 +330,13 @@ pub fn layers() -> Vec<Vec<u8>> {
     vec![niji_photo::layers_to_toml(&[layer(f64::INFINITY), layer(12.5)]).into_bytes()]
 }
 
-/// What `niji plan SCENE -o FILE` writes, with a picture of four pixels.
+/// What `niji plan SCENE -o FILE` writes.
 pub fn choices() -> Vec<Vec<u8>> {
-    let text = r#"
-version = "0.2.0"
-request = "9af64a1e0534a97675cb5f3ded4dad90df4d5caaea205123cae88920a9c5133f"
-effects = ["primary_bow", "sun_disc"]
-[levels]
-theory = "mie"
-table_relative_error = 0.005
-[levels.integration.adaptive]
-relative_error = 0.005
-[seen.further_orders]
-first_px = [0, 0]
-frame_px = [24, 18]
-luminance = [[0.0130, 1.25e-7], [0.0, 0.5]]
-"#;
-    vec![text.as_bytes().to_vec()]
+    let choice = |scene: &Vec<u8>| {
+        let text = std::str::from_utf8(scene).unwrap();
+        let scene = Scene::from_toml(text).unwrap();
+        let planned = PlannedScene::new(scene, PlanRequest::default()).unwrap();
+        toml::to_string(&planned.choice).unwrap().into_bytes()
+    };
+    small_scenes().iter().take(1).map(choice).collect()
 }
