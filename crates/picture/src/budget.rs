@@ -1,8 +1,9 @@
 //! A picture in the time that there is.
 //!
-//! s = (s_1 + (n - 1) (s_2 - s_1))/n_threads
+//! s = (s_1 + (n - 1) (s_2 - s_1) + n a_1)/n_threads
 //! `s` seconds that the tables of a scene take, `n` wavelengths, `s_1` and `s_2` seconds of one thread for one
-//! wavelength and for two, measured. Tables are made wavelength by wavelength.
+//! wavelength of the drops' table and for two, `a_1` for one of the air's, measured. Tables are made wavelength by
+//! wavelength.
 //!
 //! Tables get half of the time that is left, by the finest tolerance of some for which that is enough; the other half
 //! goes into paths and rays ([`niji_render::Deadline`]).
@@ -53,21 +54,29 @@ pub fn table_seconds(planned: &PlannedScene, clock: Clock) -> Result<f64, Error>
     let grid = planned.scene.spectrum;
     let alone = ThreadPoolBuilder::new().num_threads(1).build();
     let airy = planned.airy()?;
-    let seconds_of = |n_wavelengths: usize| {
+    let few = |n_wavelengths: usize| {
         let middle = grid.center(grid.len() / 2).0;
         let few = WavelengthGrid::new(middle, grid.step_nm(), n_wavelengths);
+        few.map_err(Error::scene)
+    };
+    let of_air = || {
         let mut scene = planned.scene.clone();
-        scene.spectrum = few.map_err(Error::scene)?;
+        scene.spectrum = few(1)?;
         let start_s = clock();
         crate::air::table(&scene, planned.plan.scattering_orders(), &unwatched)?;
+        Ok::<_, Error>(clock() - start_s)
+    };
+    let of_drops = |n_wavelengths: usize| {
+        let start_s = clock();
         if let Some(need) = &planned.plan.scattering {
-            crate::scattering::table(need, scene.spectrum, airy.as_ref(), &unwatched)?;
+            crate::scattering::table(need, few(n_wavelengths)?, airy.as_ref(), &unwatched)?;
         }
         Ok::<_, Error>(clock() - start_s)
     };
     let seconds = || {
-        let (one, two) = (seconds_of(1)?, seconds_of(grid.len().min(2))?);
-        Ok(one + (grid.len() as f64 - 1.0) * (two - one).max(0.0))
+        let (one, two) = (of_drops(1)?, of_drops(grid.len().min(2))?);
+        let others = grid.len() as f64 - 1.0;
+        Ok(one + others * (two - one).max(0.0) + (1.0 + others) * of_air()?)
     };
     let of_one_thread: Result<f64, Error> = match alone {
         Ok(alone) => alone.install(seconds),

@@ -2,9 +2,10 @@
 //!
 //! e(coarse) = M |L(coarse) - L(fine)|,   e(fine) = e(coarse) / 2,   e(finer) = e(fine) / 2
 //! `L` luminance of sky and ground without drops, over display white; `coarse` and `fine` two levels that follow each
-//! other; `M` margin. From each level to the next the error falls to about a half. The finest level is
-//! looked at where it is taken alone. What the draft level differs by says little of finer ones: with the sun 5 degrees
-//! high in haze it is as much as the next level still errs by, in clear air ten times as much.
+//! other; `M` margin. From each level to the next the error falls to about a half. The finest level takes longer than
+//! many pictures: it is looked at only where too much is foretold of it. What the draft level differs by says little of
+//! finer ones: with the sun 5 degrees high in haze it is as much as the next level still errs by, in clear air ten times
+//! as much.
 //!
 //! Drops and surfaces are left out: what they hide errs no more than what is seen, and what drops take from the
 //! sky behind them they give back from their surroundings, which are of the same light.
@@ -86,8 +87,8 @@ pub(crate) fn sky(scene: &Scene, plan: &Plan, watch: Watch) -> Result<Option<Sky
     }
     let standard = seen(SkyLevel::Standard)?;
     let to_standard = &standard - &quick;
-    let coarser = [SkyLevel::Quick, SkyLevel::Standard];
-    for (level, n_finer) in coarser.into_iter().zip(0..) {
+    let levels = [SkyLevel::Quick, SkyLevel::Standard, SkyLevel::Fine];
+    for (level, n_finer) in levels.into_iter().zip(0..) {
         let error = error(&to_standard, n_finer);
         if level >= first && (!is_chosen || error.bound().rms <= allowed) {
             return Ok(Some(SkySeen { level, error }));
