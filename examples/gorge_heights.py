@@ -7,32 +7,15 @@ A cliff of 40 m across the picture with buttresses and ledges, its top uneven bu
 sides that come nearer, and a floor of boulders. Black is 0 m and white 100 m.
 """
 
-import math
-import struct
 import sys
-import zlib
+
+from valley_heights import noise, write
 
 WIDTH, DEPTH = 301, 241
 SPACING_M = 1.0
 FALL_M = 40.0
 WHITE_M = 100.0
 STEP = 65
-
-
-def hashed(x, y):
-    """A number from 0 to 1 for each node of a lattice."""
-    n = (x * 374761393 + y * 668265263 + 1013904223) & 0xFFFFFFFF
-    n = ((n ^ (n >> 13)) * 1274126177) & 0xFFFFFFFF
-    return ((n ^ (n >> 16)) & 0xFFFF) / 65535.0
-
-
-def noise(x, y):
-    """Smooth noise from -1 to 1 over a lattice of unit cells."""
-    i, j = math.floor(x), math.floor(y)
-    u, v = (t * t * t * (t * (6.0 * t - 15.0) + 10.0) for t in (x - i, y - j))
-    near = hashed(i, j) * (1.0 - u) + hashed(i + 1, j) * u
-    far = hashed(i, j + 1) * (1.0 - u) + hashed(i + 1, j + 1) * u
-    return 2.0 * (near * (1.0 - v) + far * v) - 1.0
 
 
 def rough(x, y, size_m):
@@ -60,22 +43,17 @@ def height_m(x, z):
 
 
 def main():
-    """Writes the picture."""
-    rows = b""
-    for j in range(DEPTH):
-        rows += b"\x00"
-        z = (j + 0.5 - DEPTH / 2) * SPACING_M + 60.0
-        for i in range(WIDTH):
-            x = (i + 0.5 - WIDTH / 2) * SPACING_M
+    rows = []
+    for row in range(DEPTH):
+        z = (row + 0.5 - DEPTH / 2) * SPACING_M + 60.0
+        codes = []
+        for column in range(WIDTH):
+            x = (column + 0.5 - WIDTH / 2) * SPACING_M
             value = min(max(height_m(x, z) / WHITE_M, 0.0), 1.0) * 65535
-            rows += struct.pack(">H", min(int(value / STEP) * STEP, 65535))
-
-    def chunk(kind, data):
-        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-
-    header = struct.pack(">IIBBBBB", WIDTH, DEPTH, 16, 0, 0, 0, 0)
-    with open(sys.argv[1], "wb") as file:
-        file.write(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(rows, 9)) + chunk(b"IEND", b""))
+            codes.append(min(int(value / STEP) * STEP, 65535))
+        rows.append(codes)
+    write(sys.argv[1], rows)
 
 
-main()
+if __name__ == "__main__":
+    main()

@@ -57,17 +57,9 @@ def height_m(x, z):
     return floor + rise * (90.0 + 400.0 * rough(x, z))
 
 
-def main():
-    west = -0.5 * SPACING_M * (SIZE - 1)
-    rows = []
-    for row in range(SIZE):
-        codes = []
-        for column in range(SIZE):
-            height = height_m(west + SPACING_M * column, NORTH_M + SPACING_M * row)
-            code = round(height / WHITE_M * 65535.0 / STEP) * STEP
-            codes.append(min(max(code, 0), 65535))
-        rows.append(codes)
-    lines, above = [], [0] * SIZE
+def write(path, rows):
+    """Writes rows of codes of 16 bits as a PNG."""
+    lines, above = [], [0] * len(rows[0])
     for codes in rows:
         # The filter Paeth byte by byte, as PNG has it.
         line, over = (b"".join(struct.pack(">H", code) for code in it) for it in (codes, above))
@@ -81,14 +73,28 @@ def main():
             out.append((value - nearest[2]) & 0xFF)
         lines.append(bytes(out))
         above = codes
+
     def chunk(kind, data):
         body = kind + data
         return struct.pack(">I", len(data)) + body + struct.pack(">I", zlib.crc32(body))
 
-    header = struct.pack(">IIBBBBB", SIZE, SIZE, 16, 0, 0, 0, 0)
+    header = struct.pack(">IIBBBBB", len(rows[0]), len(rows), 16, 0, 0, 0, 0)
     data = zlib.compress(b"".join(lines), 9)
-    with open(sys.argv[1], "wb") as file:
+    with open(path, "wb") as file:
         file.write(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", data) + chunk(b"IEND", b""))
+
+
+def main():
+    west = -0.5 * SPACING_M * (SIZE - 1)
+    rows = []
+    for row in range(SIZE):
+        codes = []
+        for column in range(SIZE):
+            height = height_m(west + SPACING_M * column, NORTH_M + SPACING_M * row)
+            code = round(height / WHITE_M * 65535.0 / STEP) * STEP
+            codes.append(min(max(code, 0), 65535))
+        rows.append(codes)
+    write(sys.argv[1], rows)
 
 
 if __name__ == "__main__":
