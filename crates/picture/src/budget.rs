@@ -75,8 +75,8 @@ pub fn table_seconds(planned: &PlannedScene, clock: Clock) -> Result<f64, Error>
     };
     let seconds = || {
         let (one, two) = (of_drops(1)?, of_drops(grid.len().min(2))?);
-        let others = grid.len() as f64 - 1.0;
-        Ok(one + others * (two - one).max(0.0) + (1.0 + others) * of_air()?)
+        let n = grid.len() as f64;
+        Ok(one + (n - 1.0) * (two - one).max(0.0) + n * of_air()?)
     };
     let of_one_thread: Result<f64, Error> = match alone {
         Ok(alone) => alone.install(seconds),
