@@ -9,6 +9,7 @@
 //!     cargo bench --bench unprepared -- truths [SCENE]...
 //!     cargo bench --bench unprepared -- measure [SCENE]... [-- FLAGS OF NIJI RUN]
 //!     cargo bench --bench unprepared -- lines [SCENE]...
+//!     cargo bench --bench unprepared -- seconds [SCENE]...
 //!     cargo bench --bench unprepared -- draw SEED FOLDER
 //!
 //! A scene is a name in `tests/unprepared` or the path of a file, whose truth then lies in `truths` beside it.
@@ -17,7 +18,8 @@
 //! `measure` runs the program as a stranger does and prints, in percent of display white, the true RMS
 //! error, the error that was told, and of the pixels whose error is above 0.01 % how many err by no more than
 //! the layer `error` says and how many times too much it says in the median. `lines` does what the lines
-//! `cheaper:` at the end of a run say, each by itself, and prints what they promised beside what came of it.
+//! `cheaper:` at the end of a run say, each by itself, and prints what they promised beside what came of it. `seconds`
+//! does the same for the lines of `niji plan --seconds`, up to runs of a minute; it needs no truth.
 
 #[path = "unprepared/draw.rs"]
 mod draw;
@@ -61,6 +63,8 @@ const FINEST: f64 = 5e-4;
 const TABLE_ERROR: f64 = 1e-3;
 /// Errors below are not counted against the layer `error`.
 const LEAST_COUNTED: f64 = 1e-4;
+/// No run that is told to take longer is made, seconds.
+const LONGEST_S: f64 = 60.0;
 /// Scenes of a seed.
 const N_DRAWN: usize = 12;
 
@@ -80,9 +84,10 @@ fn main() -> Result<()> {
         (Some("truths"), _) => names(rest)?.iter().try_for_each(|name| make_truth(name)),
         (Some("measure"), _) => measure(&names(rest)?, flags),
         (Some("lines"), _) => names(rest)?.iter().try_for_each(|name| hold_lines(name)),
+        (Some("seconds"), _) => names(rest)?.iter().try_for_each(|name| hold_seconds(name)),
         (Some("draw"), [seed, folder]) => draw_scenes(seed, Path::new(folder)),
         _ => Err(
-            "say `truths`, `measure` or `lines`, then names of scenes, or `draw SEED FOLDER`"
+            "say `truths`, `measure`, `lines` or `seconds`, then names of scenes, or `draw SEED FOLDER`"
                 .into(),
         ),
     }
@@ -270,6 +275,36 @@ fn hold_lines(name: &str) -> Result<()> {
             100.0 * number("error")?,
             100.0 * run.told(),
             100.0 * run.true_error()
+        );
+    }
+    Ok(())
+}
+
+/// Runs a scene for each tolerance that `niji plan --seconds` tells of.
+fn hold_seconds(name: &str) -> Result<()> {
+    let niji = |words: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_niji"));
+        command.args(words);
+        command
+    };
+    let scene = scene_file(name);
+    let scene = scene.to_str().ok_or("a path that is no text")?;
+    let told = niji(&["plan", scene, "--seconds", "--json"]).output()?;
+    let lines: Vec<Value> = serde_json::from_slice(&told.stdout)?;
+    for line in lines {
+        let said = line["seconds"].as_f64().ok_or("a line without seconds")?;
+        if said > LONGEST_S {
+            break;
+        }
+        let tolerance = line["tolerance"].to_string();
+        let out = tempfile::tempdir()?;
+        let start = Instant::now();
+        let run = niji(&["run", scene, "--quiet", "--tolerance", &tolerance, "-o"]);
+        { run }.arg(out.path()).output()?;
+        let found = start.elapsed().as_secs_f64();
+        println!(
+            "{name:<24} {tolerance:>6} said {said:>6.1} s, found {found:>6.1} s, {:.2} times",
+            said / found
         );
     }
     Ok(())

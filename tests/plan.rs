@@ -436,3 +436,26 @@ fn a_preview_has_the_bow_where_the_plan_says_and_replaces_nothing() {
     );
     niji_ends_with(2, &arguments);
 }
+
+#[test]
+fn seconds_are_told_of_every_stage_for_finer_and_coarser_pictures() {
+    let folder = tempfile::tempdir().unwrap();
+    let changes = [&COARSE[..], &[("accuracy.tolerance", "0.02")]].concat();
+    let scene = variant("garden-fountain.toml", folder.path(), &changes);
+    let told = json(&scene, &["--seconds"]);
+    let lines = told.as_array().unwrap();
+    let number = |line: &Value, key: &str| line[key].as_f64().unwrap();
+    let tolerances: Vec<f64> = lines.iter().map(|it| number(it, "tolerance")).collect();
+    assert!(tolerances.starts_with(&[0.03, 0.02, 0.01]), "{told}");
+    for line in lines {
+        assert_eq!(line["asked"], number(line, "tolerance") == 0.02);
+        let stages = line["stages_s"].as_array().unwrap();
+        let names: Vec<&str> = stages.iter().map(|it| it[0].as_str().unwrap()).collect();
+        assert_eq!(names, ["drops", "airy", "scatter", "atmosphere", "render"]);
+        let parts: f64 = stages.iter().map(|it| it[1].as_f64().unwrap()).sum();
+        let sum = parts + number(line, "plan_s");
+        assert!((number(line, "seconds") / sum - 1.0).abs() < 1e-9, "{line}");
+    }
+    let refused = niji_ends_with(2, &["plan", text(&scene), "--seconds", "--script"]);
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("--seconds"));
+}

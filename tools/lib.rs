@@ -32,6 +32,7 @@ mod photo;
 mod photo_source;
 mod plan;
 mod plan_preview;
+mod plan_seconds;
 mod plot;
 mod progress;
 mod render;

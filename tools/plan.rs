@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 use std::path::PathBuf;
+use std::time::Instant;
 
 use clap::Args;
 use niji_scene::Effect;
@@ -20,6 +21,7 @@ use crate::measure_effects::MeasuredEffects;
 use crate::measure_effects::measure;
 use crate::output;
 use crate::plan_preview;
+use crate::plan_seconds;
 use crate::scene_file;
 use crate::sequence_file::SequenceFile;
 use crate::sequence_file::refuse_shutter;
@@ -36,6 +38,7 @@ use niji_picture::PlannedScene;
   niji plan data/scenes/garden-fountain.toml
   niji plan data/scenes/rain-cell-8-km.toml --explain air_inscatter
   niji plan data/scenes/garden-fountain.toml --measure
+  niji plan data/scenes/rain-cell.toml --seconds
   niji plan data/scenes/reflection-bow.toml --preview where.png
   niji plan scene.toml -o choice.toml && niji run scene.toml --choice choice.toml -o out
   niji plan sequence.toml --frames 1-240 -o choice.toml
@@ -54,17 +57,21 @@ pub(crate) struct PlanCommand {
     /// beside changes and times.
     #[arg(long, conflicts_with_all = ["script", "explain"])]
     measure: bool,
+    /// Say how long a run will take on this machine, stage by stage, for several tolerances: by making a part of each
+    /// stage, in seconds.
+    #[arg(long, conflicts_with_all = ["script", "explain", "measure"])]
+    seconds: bool,
     /// Decide for these frames of a sequence, as 1-240, and for all others of it: once for the whole sequence, from
     /// first, last and some frames between.
     #[arg(long, value_name = "LIST", value_parser = FrameList::parse)]
-    #[arg(conflicts_with_all = ["script", "explain", "measure"])]
+    #[arg(conflicts_with_all = ["script", "explain", "measure", "seconds"])]
     frames: Option<FrameList>,
     /// Write what was decided to a file for `--choice` instead; with --script the folder that the chain writes to
     /// [default: out].
-    #[arg(short, long, value_name = "FILE", conflicts_with_all = ["json", "explain", "measure"])]
+    #[arg(short, long, value_name = "FILE", conflicts_with_all = ["json", "explain", "measure", "seconds"])]
     output: Option<PathBuf>,
     /// Draw where the bows, the horizon and the antisolar point lie over a coarse picture, beside the plan.
-    #[arg(long, value_name = "PNG", conflicts_with_all = ["script", "explain", "measure", "frames"])]
+    #[arg(long, value_name = "PNG", conflicts_with_all = ["script", "explain", "measure", "seconds", "frames"])]
     preview: Option<PathBuf>,
 }
 
@@ -82,8 +89,14 @@ pub(crate) fn execute(command: &PlanCommand, common: &Common) -> Result<(), Fail
     if let Some(frames) = &command.frames {
         return execute_sequence(command, frames, common);
     }
+    let start = Instant::now();
     let planned = scene_file::load(&command.scene, common)?;
+    let plan_s = start.elapsed().as_secs_f64();
     planned.check_inputs()?;
+    if command.seconds {
+        planned.check()?;
+        return plan_seconds::print((&planned, plan_s), &command.scene, common);
+    }
     if let Some(preview) = &command.preview {
         let existing = common.options().existing;
         plan_preview::write(&planned, (&command.scene, preview), existing)?;

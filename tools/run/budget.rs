@@ -8,6 +8,7 @@ use niji_picture::Choice;
 use niji_picture::PlanRequest;
 use niji_picture::PlannedScene;
 use niji_picture::TOLERANCES;
+use niji_picture::WRITTEN_BYTES_PER_S;
 use niji_picture::table_seconds;
 use niji_render::Clock;
 use niji_render::Deadline;
@@ -31,8 +32,7 @@ const FIRST: usize = 2;
 /// Plans and tables of the next finer tolerance take at least so many times as long.
 const LIKELY_TIMES: f64 = 1.5;
 
-/// Bytes of a picture that are written in a second, and what else comes after the rays, seconds.
-const WRITTEN_BYTES_PER_S: f64 = 1e8;
+/// What comes after the rays besides writing the picture, seconds.
 const LAST_S: f64 = 0.05;
 
 /// A time to keep, from now on.

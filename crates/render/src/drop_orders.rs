@@ -51,6 +51,8 @@ use phase::PhaseRows;
 pub(crate) use phase::kept_radii;
 pub(crate) use request::OrdersRequest;
 use two_levels::FINER;
+pub(crate) use two_levels::FIRST_PATHS;
+use two_levels::OrdersErr;
 use two_levels::n_paths;
 pub(crate) use view_grid::SeenDirections;
 pub(crate) use view_grid::SunAxes;
@@ -84,6 +86,8 @@ pub(crate) struct MultipleLight {
     interpolation_cd_m2: Vec<f32>,
     /// Paths of each direction of the coarse lattice and stratum.
     pub(crate) n_paths: usize,
+    /// What they err by.
+    pub(crate) errs: OrdersErr,
     /// Seconds it took to follow them.
     pub(crate) seconds: f64,
 }
@@ -121,6 +125,7 @@ impl MultipleLight {
             grid: fine.grid,
             interpolation_cd_m2: fine.interpolation_cd_m2,
             n_paths: fine.n_paths,
+            errs: fine.errs,
             seconds: (request.deadline.now_s)() - start_s,
         }))
     }

@@ -5,6 +5,7 @@
 //! estimate needs of neighbors is rendered around the region, too.
 
 use std::ops::ControlFlow;
+use std::ops::Range;
 
 use glam::Vec4;
 use ndarray::Array2;
@@ -18,6 +19,7 @@ use crate::deadline::Deadline;
 use crate::deadline::Spent;
 use crate::error::Error;
 use crate::footprint::REACH_PX;
+use crate::footprint_error::PixelLight;
 use crate::footprint_error::lines_through;
 use crate::frame::frame;
 use crate::picture_layers::PictureLayer;
@@ -64,6 +66,60 @@ pub fn render_in_steps(
     let has_end = deadline.end_s.is_finite();
     request.check()?;
     request.check_memory()?;
+    let tracer = tracer(request, (progress, deadline))?;
+    let height = request.region.height_px as usize;
+    let n_pixels = request.region.n_pixels();
+    let mut taken = Taken::dark(&tracer, request);
+    let (mut traced, mut finished) = (0, 0);
+    let mut coarser_rays = request.coarser_rays;
+    let (mut more_rays_s, mut squares) = (0.0, 0.0);
+    while traced < height {
+        let n_rows = if has_end {
+            height
+        } else {
+            next_rows(&taken.picture, finished as u32).max(1) as usize
+        };
+        let step = traced..traced.saturating_add(n_rows).min(height);
+        taken.trace(&tracer, &step, progress)?;
+        traced = step.end;
+        // The last rows wait for the neighbors below them.
+        let known = if traced == height {
+            height
+        } else {
+            traced.saturating_sub(REACH_PX as usize)
+        };
+        let rows = finished..known;
+        taken.add_missed(&tracer, &rows);
+        if let Some(tolerance_cd_m2) = request.tolerance_cd_m2 {
+            let (picture, refining) = taken.refining(&rows);
+            if has_end {
+                coarser_rays = tracer.affordable(picture, &refining, (tolerance_cd_m2, deadline));
+            }
+            let start_s = (deadline.now_s)();
+            squares += tracer.refine(picture, &refining, coarser_rays * tolerance_cd_m2);
+            more_rays_s += (deadline.now_s)() - start_s;
+        }
+        tracer.frame.check_rows()?;
+        finished = known;
+    }
+    let multiple = tracer.frame.multiple.as_ref();
+    let spent = Spent {
+        afforded: Afforded {
+            coarser_rays,
+            paths_per_node: multiple.map(|it| it.n_paths),
+        },
+        paths_s: multiple.map_or(0.0, |it| it.seconds),
+        more_rays_s,
+        mean_square_change: squares / n_pixels as f64,
+    };
+    Ok((taken.picture, spent))
+}
+
+/// What follows the rays of a picture.
+pub(crate) fn tracer<'a>(
+    request: &RenderRequest<'a>,
+    (progress, deadline): (Progress, Deadline),
+) -> Result<RayTracer<'a>, Error> {
     let colorimetry = Colorimetry::new(&request.wavelengths);
     let frame = frame(request, &colorimetry, (progress, deadline))?;
     let to_vector = |[x, y, z]: &[f64; 3]| Vec4::new(*x as f32, *y as f32, *z as f32, 0.0);
@@ -80,82 +136,82 @@ pub fn render_in_steps(
     if let Some(tolerance_cd_m2) = request.tolerance_cd_m2 {
         tracer.refine_air(tolerance_cd_m2);
     }
-    let (width, height) = (
-        request.region.width_px as usize,
-        request.region.height_px as usize,
-    );
-    let frame = &tracer.frame;
-    let layers = PictureLayer::all().filter(|layer| match layer {
-        PictureLayer::Skylit => frame.surround.is_some(),
-        PictureLayer::BowMultiple => frame.multiple.is_some(),
-        PictureLayer::BowReflected => frame.reflection.is_some(),
-        PictureLayer::Surface => request.surfaces.is_some(),
-        _ => true,
-    });
-    let mut picture = Rendered::dark([request.wavelengths.len(), height, width], layers);
-    let reach = REACH_PX as usize;
-    let mut lights_around = Array2::default((height + 2 * reach, width + 2 * reach));
-    tracer.trace_around(&mut lights_around);
-    let (mut traced, mut finished) = (0, 0);
-    let mut coarser_rays = request.coarser_rays;
-    let (mut more_rays_s, mut squares) = (0.0, 0.0);
-    while traced < height {
-        let n_rows = if has_end {
-            height
-        } else {
-            next_rows(&picture, finished as u32).max(1) as usize
-        };
-        let step = traced..traced.saturating_add(n_rows).min(height);
-        let inner = lights_around.slice_mut(s![reach..reach + height, reach..reach + width]);
-        let pictured = picture.tiles_mut(&step).into_iter();
+    Ok(tracer)
+}
+
+/// A picture while its rays are followed.
+pub(crate) struct Taken {
+    picture: Rendered,
+    /// Light of its pixels and of those around it.
+    lights_around: Array2<PixelLight>,
+}
+
+impl Taken {
+    /// A black one of the tracer's region; what stands around it is seen.
+    pub(crate) fn dark(tracer: &RayTracer, request: &RenderRequest) -> Self {
+        let frame = &tracer.frame;
+        let layers = PictureLayer::all().filter(|layer| match layer {
+            PictureLayer::Skylit => frame.surround.is_some(),
+            PictureLayer::BowMultiple => frame.multiple.is_some(),
+            PictureLayer::BowReflected => frame.reflection.is_some(),
+            PictureLayer::Surface => request.surfaces.is_some(),
+            _ => true,
+        });
+        let region = tracer.region;
+        let [width, height] = [region.width_px, region.height_px].map(|it| it as usize);
+        let reach = REACH_PX as usize;
+        let mut lights_around = Array2::default((height + 2 * reach, width + 2 * reach));
+        tracer.trace_around(&mut lights_around);
+        Self {
+            picture: Rendered::dark([request.wavelengths.len(), height, width], layers),
+            lights_around,
+        }
+    }
+
+    /// Follow a ray of each pixel of some rows, or those of the level.
+    ///
+    /// # Errors
+    /// [`Error::Stopped`].
+    pub(crate) fn trace(
+        &mut self,
+        tracer: &RayTracer,
+        rows: &Range<usize>,
+        progress: Progress,
+    ) -> Result<(), Error> {
+        let reach = REACH_PX as usize;
+        let (height, width) = self.lights_around.dim();
+        let inner = s![reach..height - reach, reach..width - reach];
+        let inner = self.lights_around.slice_mut(inner);
+        let pictured = self.picture.tiles_mut(rows).into_iter();
         pictured
-            .zip(tiles(inner, &step))
+            .zip(tiles(inner, rows))
             .collect::<Vec<_>>()
             .into_par_iter()
             .with_max_len(1)
             .try_for_each_init(
-                || Room::new(&tracer),
+                || Room::new(tracer),
                 |room, (tile, lights_around)| {
                     let n_pixels = lights_around.len() as u64;
                     tracer.trace_tile(tile, lights_around, room);
                     tell(progress, n_pixels)
                 },
-            )?;
-        traced = step.end;
-        // The last rows wait for the neighbors below them.
-        let known = if traced == height {
-            height
-        } else {
-            traced.saturating_sub(reach)
-        };
-        picture.add_missed(finished..known, &|x, y| {
-            tracer.missed(&lines_through(&lights_around, x, y), tracer.footprint)
-        });
-        if let Some(tolerance_cd_m2) = request.tolerance_cd_m2 {
-            let refining = Refining {
-                rows: finished..known,
-                lights_around: &lights_around,
-            };
-            if has_end {
-                coarser_rays =
-                    tracer.affordable(&mut picture, &refining, (tolerance_cd_m2, deadline));
-            }
-            let start_s = (deadline.now_s)();
-            squares += tracer.refine(&mut picture, &refining, coarser_rays * tolerance_cd_m2);
-            more_rays_s += (deadline.now_s)() - start_s;
-        }
-        tracer.frame.check_rows()?;
-        finished = known;
+            )
     }
-    let multiple = tracer.frame.multiple.as_ref();
-    let spent = Spent {
-        afforded: Afforded {
-            coarser_rays,
-            paths_per_node: multiple.map(|it| it.n_paths),
-        },
-        paths_s: multiple.map_or(0.0, |it| it.seconds),
-        more_rays_s,
-        mean_square_change: squares / (width * height) as f64,
-    };
-    Ok((picture, spent))
+
+    /// Add to the error of rows what their footprint misses, once the neighbors of these are followed.
+    pub(crate) fn add_missed(&mut self, tracer: &RayTracer, rows: &Range<usize>) {
+        let lights_around = &self.lights_around;
+        self.picture.add_missed(rows.clone(), &|x, y| {
+            tracer.missed(&lines_through(lights_around, x, y), tracer.footprint)
+        });
+    }
+
+    /// The picture, and what its rows need to get more rays.
+    pub(crate) fn refining(&mut self, rows: &Range<usize>) -> (&mut Rendered, Refining<'_>) {
+        let refining = Refining {
+            rows: rows.clone(),
+            lights_around: &self.lights_around,
+        };
+        (&mut self.picture, refining)
+    }
 }

@@ -89,7 +89,7 @@ impl OrdersError {
     };
 }
 
-impl RenderRequest<'_> {
+impl<'a> RenderRequest<'a> {
     /// Whether any drop can send sunlight into the picture.
     pub(crate) fn wants_bow(&self) -> bool {
         let (below, above) = self.wanted_sides();
@@ -141,7 +141,7 @@ impl RenderRequest<'_> {
     }
 
     /// What the eye sees.
-    pub(crate) fn eye(&self) -> Eye<'_> {
+    pub(crate) fn eye(&self) -> Eye<'a> {
         Eye {
             camera: self.camera,
             surfaces: self.surfaces,

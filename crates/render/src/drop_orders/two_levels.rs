@@ -33,7 +33,7 @@ pub(super) const FINER: usize = 4;
 const FEWER: usize = FINER * FINER;
 
 /// Paths of the first round.
-const FIRST_PATHS: usize = 512;
+pub(crate) const FIRST_PATHS: usize = 512;
 
 /// How many times the paths of a level are followed at most, where their error is too large.
 const MOST_TIMES: usize = 16;
@@ -77,6 +77,10 @@ pub(super) fn means(paths: &Paths, coarse: &Lattice, fine: Lattice) -> Result<Fi
         let will_last_s = lasted_s * n_all as f64 / n_many as f64;
         if n_all == n_many || n_all > most || will_last_s > 0.5 * request.deadline.left_s() {
             return Ok(FineMeans {
+                errs: OrdersErr {
+                    noise_cd_m2: coarse.noise_cd_m2(&many),
+                    all_cd_m2: error_cd_m2,
+                },
                 n_paths: n_many,
                 grid: fine.grid,
                 means,
@@ -211,10 +215,41 @@ impl OrdersError {
         }
         n_all
     }
+
+    /// So many paths as will be followed where a level has so many, by what those of the first round err by.
+    ///
+    /// All that it errs by is told to fall as noise does, with the root of their number.
+    pub(crate) fn foretold_paths(
+        self,
+        of_level: usize,
+        (n_first, errs): (usize, OrdersErr),
+    ) -> usize {
+        let after = |error: f64, n: usize| error * (n_first as f64 / n as f64).sqrt();
+        let mut n_paths = n_first;
+        while n_paths < of_level && after(errs.noise_cd_m2, n_paths) > self.enough_noise_cd_m2 {
+            n_paths = (2 * n_paths).min(of_level);
+        }
+        let further = self.further_paths(n_paths, after(errs.all_cd_m2, n_paths));
+        if further > MOST_TIMES * of_level {
+            n_paths
+        } else {
+            further
+        }
+    }
+}
+
+/// What light of further orders errs by, RMS over the directions [cd/m²].
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct OrdersErr {
+    /// By noise, on the coarse lattice.
+    noise_cd_m2: f64,
+    /// By all that is told of it.
+    all_cd_m2: f64,
 }
 
 /// The means of the fine lattice by node and stratum.
 pub(super) struct FineMeans {
+    pub(super) errs: OrdersErr,
     pub(super) grid: ViewGrid,
     pub(super) means: Vec<Mean>,
     /// What interpolation errs by, between them and where it is kept of the coarse lattice [cd/m²].
@@ -280,6 +315,41 @@ mod tests {
         assert_eq!(OrdersError::ANY.further_paths(512, 1e9), 512);
         // None are enough.
         assert!(further(1e300) > usize::MAX / 4);
+    }
+
+    #[test]
+    fn paths_are_foretold_by_the_noise_of_the_first_then_by_all_that_errs() {
+        let allowed = OrdersError {
+            enough_noise_cd_m2: 0.5,
+            at_most_cd_m2: 1.0,
+        };
+        let foretold = |noise_cd_m2, all_cd_m2| {
+            let errs = OrdersErr {
+                noise_cd_m2,
+                all_cd_m2,
+            };
+            allowed.foretold_paths(4096, (512, errs))
+        };
+        assert_eq!(foretold(0.4, 0.9), 512);
+        // Four times as many have half the noise, no more are of the level.
+        assert_eq!(foretold(0.9, 0.9), 2048);
+        assert_eq!(foretold(9.0, 2.0), 4096);
+        // Twice too much is left of all: four times as many again. What none are enough for is left.
+        assert_eq!(foretold(0.4, 2.0), 2048);
+        assert_eq!(foretold(0.4, 1e9), 512);
+        assert_eq!(
+            OrdersError::ANY.foretold_paths(
+                4096,
+                (
+                    512,
+                    OrdersErr {
+                        noise_cd_m2: 1.0,
+                        all_cd_m2: 1.0
+                    }
+                )
+            ),
+            4096
+        );
     }
 
     #[test]
