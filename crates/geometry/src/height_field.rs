@@ -8,6 +8,8 @@
 //!
 //! Light sees a smooth surface: gradients by central differences at the nodes, linear along both axes between.
 
+mod horizon;
+
 use std::ops::Range;
 
 use glam::DVec2;
@@ -160,20 +162,7 @@ impl HeightField {
                 continue;
             }
             if block.level > 0 {
-                let size = self.levels[block.level - 1].size;
-                for (dx, dz) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
-                    let child = Block {
-                        level: block.level - 1,
-                        place: [
-                            2 * block.place[0] + (far[0] ^ dx),
-                            2 * block.place[1] + (far[1] ^ dz),
-                        ],
-                    };
-                    if child.x() < size.0 && child.z() < size.1 {
-                        waiting[n_waiting] = child;
-                        n_waiting += 1;
-                    }
-                }
+                self.wait(block, far, (&mut waiting, &mut n_waiting));
                 continue;
             }
             // Loops: iterators that hand over triangles took a third longer.
@@ -209,6 +198,29 @@ impl HeightField {
         best
     }
 
+    /// Has the children of a block wait, last the one that a ray comes from.
+    fn wait(
+        &self,
+        block: Block,
+        far: [u32; 2],
+        (waiting, n_waiting): (&mut [Block; MAX_WAITING], &mut usize),
+    ) {
+        let size = self.levels[block.level - 1].size;
+        for (dx, dz) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+            let child = Block {
+                level: block.level - 1,
+                place: [
+                    2 * block.place[0] + (far[0] ^ dx),
+                    2 * block.place[1] + (far[1] ^ dz),
+                ],
+            };
+            if child.x() < size.0 && child.z() < size.1 {
+                waiting[*n_waiting] = child;
+                *n_waiting += 1;
+            }
+        }
+    }
+
     /// Columns and rows of the cells of a smallest block.
     fn cells(&self, block: Block) -> (Range<usize>, Range<usize>) {
         let ends = |place: usize, n: usize| BLOCK * place..(BLOCK * (place + 1)).min(n - 1);
@@ -233,13 +245,22 @@ impl HeightField {
     fn bounds_of(&self, block: Block) -> Aabb {
         let level = &self.levels[block.level];
         let (low_m, high_m) = level.range_m[block.z() * level.size.0 + block.x()];
+        let ([x, z], [right, below]) = self.corners(block);
+        Aabb {
+            min: self.at(x, z) + DVec3::Y * f64::from(low_m),
+            max: self.at(right, below) + DVec3::Y * f64::from(high_m),
+        }
+    }
+
+    /// Columns and rows of the first and the last node of a block.
+    fn corners(&self, block: Block) -> ([usize; 2], [usize; 2]) {
         let side = BLOCK << block.level;
         let end = |place: usize, n: usize| ((place + 1) * side).min(n - 1);
         let (n_x, n_z) = self.map.size;
-        Aabb {
-            min: self.at(block.x() * side, block.z() * side) + DVec3::Y * f64::from(low_m),
-            max: self.at(end(block.x(), n_x), end(block.z(), n_z)) + DVec3::Y * f64::from(high_m),
-        }
+        (
+            [block.x() * side, block.z() * side],
+            [end(block.x(), n_x), end(block.z(), n_z)],
+        )
     }
 
     /// Unit normal of the smooth surface above a point.

@@ -149,3 +149,75 @@ fn heights_that_make_no_surface_are_refused() {
     let found = HeightField::new(map((3, 2), nan));
     assert_eq!(found, Err(Error::HeightNotFinite { x: 1, z: 1 }));
 }
+
+/// Horizontal directions, those along the axes and the diagonals of cells among them.
+fn around(n: u32) -> impl Iterator<Item = DVec3> {
+    let eighths = (0..8).map(f64::from);
+    let others = (0..n).map(|index| 8.0 * (f64::from(index) * 0.618).fract());
+    let angle = |eighth: f64| std::f64::consts::FRAC_PI_4 * eighth;
+    let exact = [DVec3::X, DVec3::Z, DVec3::NEG_X, DVec3::NEG_Z];
+    let angles = eighths.chain(others).map(angle);
+    let directions = angles.map(|it| DVec3::new(it.cos(), 0.0, it.sin()));
+    exact.into_iter().chain(directions)
+}
+
+#[test]
+fn the_horizon_stands_where_rays_begin_to_miss_the_surface() {
+    for size in [(2, 2), (5, 2), (64, 97), (65, 33)] {
+        let field = field(size, hills);
+        let bounds = field.bounds();
+        for index in 0..40 {
+            let fraction = |step: f64| (f64::from(index) * step).fract();
+            let place = bounds.size() * DVec3::new(fraction(0.7548), 0.0, fraction(0.5698));
+            let mut from = bounds.min + place;
+            // Some stand on the highest ground, where nothing rises above them.
+            from.y = bounds.max.y + 1.0;
+            let below = Ray {
+                origin: from,
+                direction: DVec3::NEG_Y,
+            };
+            let to_ground_m = field.nearest(&below, 0.0).unwrap().distance_m;
+            from.y -= (to_ground_m - 1e-4).max(0.0) * fraction(0.3247).max(0.2);
+            for along in around(20) {
+                let horizon = field.horizon(from, along);
+                let is_met = |tangent: f64| {
+                    let direction = (along + tangent * DVec3::Y).normalize();
+                    let ray = Ray {
+                        origin: from,
+                        direction,
+                    };
+                    field.is_met(&ray, 0.0)
+                };
+                assert!(horizon >= 0.0 && horizon.is_finite());
+                assert!(!is_met(horizon + 1e-7), "{size:?} {from} {along} {horizon}");
+                if horizon > 0.0 {
+                    assert!(is_met(horizon - 1e-7), "{size:?} {from} {along} {horizon}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn on_a_tilted_plane_the_horizon_is_its_own_rise() {
+    let field = field((40, 50), |point| 0.3 * point.x - 0.2 * point.z);
+    let middle = 0.5 * (field.bounds().min + field.bounds().max);
+    let below = Ray {
+        origin: middle + 1e3 * DVec3::Y,
+        direction: DVec3::NEG_Y,
+    };
+    let from = middle + (1e3 - field.nearest(&below, 0.0).unwrap().distance_m) * DVec3::Y;
+    for along in around(20) {
+        let expected = (0.3 * along.x - 0.2 * along.z).max(0.0);
+        // Heights are f32.
+        let found = field.horizon(from, along);
+        assert!(
+            (found - expected).abs() < 2e-5,
+            "{along}: {found} {expected}"
+        );
+    }
+    // Beside the field and turned from it there is nothing.
+    let outside = field.bounds().max + DVec3::new(1.0, -40.0, 1.0);
+    assert_eq!(field.horizon(outside, DVec3::X), 0.0);
+    assert!(field.horizon(outside, DVec3::new(-0.28, 0.0, -0.96)) > 0.0);
+}

@@ -2,7 +2,7 @@
 //!
 //! V = sum_j I_j(h_j) / sum_j I_j(0),   I_j(h) = int_{e > h, n.s > 0} (n . s) cos e de
 //!                                             = [a (e/2 + sin(2e)/4) + b sin^2(e)/2]
-//! over azimuths j: `h_j` elevation up to which surfaces stand there, by halving, `s` direction of elevation e,
+//! over azimuths j: `h_j` elevation up to which surfaces stand there, of meshes by halving, `s` direction of elevation e,
 //! `a` and `b` components of the normal n along the azimuth and upwards. An estimate: 12 azimuths, an even sky, and
 //! what stands free above the horizon of an azimuth, as a bridge, is taken for solid or for nothing.
 
@@ -21,7 +21,9 @@ const FIRST_RAD: f64 = 0.017;
 const N_HALVINGS: u32 = 6;
 
 /// Share of the light of an even sky on a face with a normal that surfaces leave; 1 for a face that sees no sky.
-pub(crate) fn free_share(normal: DVec3, is_blocked: impl Fn(DVec3) -> bool) -> f64 {
+///
+/// `horizon_rad` gives the elevation up to which surfaces stand along a horizontal unit vector.
+pub(crate) fn free_share(normal: DVec3, horizon_rad: impl Fn(DVec3) -> f64) -> f64 {
     let (mut free, mut all) = (0.0, 0.0);
     for azimuth in 0..N_AZIMUTHS {
         let (sin, cos) = (TAU * (f64::from(azimuth) + 0.5) / f64::from(N_AZIMUTHS)).sin_cos();
@@ -33,15 +35,16 @@ pub(crate) fn free_share(normal: DVec3, is_blocked: impl Fn(DVec3) -> bool) -> f
         let whole = seen.above(0.0);
         all += whole;
         if whole > 0.0 {
-            let at = |elevation: f64| elevation.cos() * along + elevation.sin() * DVec3::Y;
-            free += seen.above(horizon_rad(|elevation| is_blocked(at(elevation))));
+            free += seen.above(horizon_rad(along));
         }
     }
     if all > 0.0 { free / all } else { 1.0 }
 }
 
-/// Elevation above which nothing stands.
-fn horizon_rad(is_blocked: impl Fn(f64) -> bool) -> f64 {
+/// Elevation above a horizontal unit vector above which nothing stands, by halving.
+pub(crate) fn horizon_by_halving_rad(along: DVec3, is_blocked: impl Fn(DVec3) -> bool) -> f64 {
+    let at = |elevation: f64| elevation.cos() * along + elevation.sin() * DVec3::Y;
+    let is_blocked = |elevation: f64| is_blocked(at(elevation));
     if !is_blocked(FIRST_RAD) {
         return 0.0;
     }
@@ -91,7 +94,7 @@ mod tests {
     #[test]
     fn nothing_in_the_way_leaves_all_of_the_sky() {
         for normal in [DVec3::Y, DVec3::X, DVec3::new(0.6, 0.8, 0.0), -DVec3::Y] {
-            assert_eq!(free_share(normal, |_| false), 1.0, "{normal}");
+            assert_eq!(free_share(normal, |_| 0.0), 1.0, "{normal}");
         }
     }
 
@@ -99,7 +102,9 @@ mod tests {
     fn a_level_face_in_a_bowl_sees_the_square_of_the_cosine_of_its_rim() {
         for rim_deg in [10.0_f64, 30.0, 60.0] {
             let rim = rim_deg.to_radians();
-            let found = free_share(DVec3::Y, |towards| towards.y < rim.sin());
+            let found = free_share(DVec3::Y, |along| {
+                horizon_by_halving_rad(along, |towards| towards.y < rim.sin())
+            });
             // The last halving leaves 0.7 degrees.
             assert!(
                 (found - rim.cos().powi(2)).abs() < 0.012,
@@ -110,7 +115,7 @@ mod tests {
 
     #[test]
     fn a_wall_takes_half_of_the_sky_from_a_level_face_beside_it_and_none_from_itself() {
-        let wall = |towards: DVec3| towards.x > 0.0;
+        let wall = |along: DVec3| horizon_by_halving_rad(along, |towards: DVec3| towards.x > 0.0);
         assert!((free_share(DVec3::Y, wall) - 0.5).abs() < 0.01);
         assert_eq!(free_share(DVec3::NEG_X, wall), 1.0);
     }

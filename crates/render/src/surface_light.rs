@@ -22,6 +22,7 @@ use crate::frame::FrameBasis;
 use crate::march::March;
 use crate::request::RenderRequest;
 use crate::sky_view::free_share;
+use crate::sky_view::horizon_by_halving_rad;
 use crate::surfaces::Face;
 use crate::surfaces::Sight;
 use crate::surfaces::Surfaces;
@@ -221,12 +222,15 @@ impl<'a> SurfaceLight<'a> {
 
     /// Share of the sky that surfaces leave to a face at a point with a side.
     fn sky_share(&self, place: (DVec3, DVec3), normal: DVec3) -> f64 {
-        if self.surfaces.is_none() {
+        let Some(surfaces) = self.surfaces else {
             return 1.0;
-        }
-        free_share(normal, |towards| {
+        };
+        let (point, side) = place;
+        let origin = point + LIFT_M * side;
+        free_share(normal, |along| {
             // Below its own plane a face sees itself.
-            place.1.dot(towards) <= 0.0 || self.is_met(place, towards)
+            let own_rad = horizon_by_halving_rad(along, |towards| side.dot(towards) <= 0.0);
+            own_rad.max(surfaces.horizon_rad(origin, along))
         })
     }
 

@@ -16,6 +16,7 @@ use niji_geometry::Ray;
 use niji_radiometry::Reflectance;
 
 use crate::error::Error;
+use crate::sky_view::horizon_by_halving_rad;
 
 /// A surface in the world (m), seen from both sides.
 #[derive(Clone, Debug, PartialEq)]
@@ -146,6 +147,17 @@ impl Surfaces {
     /// Whether a ray meets any solid.
     pub(crate) fn are_met(&self, ray: &Ray) -> bool {
         self.solids.iter().any(|solid| solid.shape.is_met(ray))
+    }
+
+    /// Elevation up to which the solids stand from a point along a horizontal unit vector (rad).
+    pub(crate) fn horizon_rad(&self, origin: DVec3, along: DVec3) -> f64 {
+        let of_solid = |solid: &Solid| match &solid.shape {
+            SolidShape::Heights(field) => field.horizon(origin, along).atan(),
+            SolidShape::Mesh(mesh) => horizon_by_halving_rad(along, |direction| {
+                mesh.is_met(&Ray { origin, direction }, 0.0)
+            }),
+        };
+        self.solids.iter().map(of_solid).fold(0.0, f64::max)
     }
 
     /// The same map as distances of whole pixels, as those of a photograph are: each pixel has the light of the surface

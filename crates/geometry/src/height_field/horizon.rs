@@ -1,0 +1,121 @@
+//! The horizon that heights make.
+//!
+//! tan e = max over d of (h(d) - y)/d
+//! `d` horizontal distance along an azimuth, `h` height of the surface there, `y` that of the eye. Between the edges of
+//! triangles h is linear in d and the slope of the sight monotonic, so the largest stands at an edge. A block is passed
+//! over where its greatest height at its nearest point is not above what was found.
+
+use glam::DVec2;
+use glam::DVec3;
+
+use super::Block;
+use super::HeightField;
+use super::MAX_WAITING;
+
+/// What is nearer is the place itself, cells.
+const LEAST: f64 = 1e-6;
+
+/// A horizontal look from a place, in cells from the corner of a field.
+struct Look {
+    from: DVec2,
+    along: DVec2,
+    inverse: DVec2,
+}
+
+impl Look {
+    /// Distances between which it crosses a rectangle, from 0 on; `None` where it passes by.
+    fn within(&self, low: DVec2, high: DVec2) -> Option<(f64, f64)> {
+        let (mut enter, mut leave) = (0.0_f64, f64::INFINITY);
+        for axis in 0..2 {
+            let inverse = self.inverse[axis];
+            let ends = [low, high].map(|it| (it[axis] - self.from[axis]) * inverse);
+            let forward = inverse.is_sign_positive();
+            // A look along a side makes 0 times infinity; `max` and `min` pass over the NaN.
+            enter = enter.max(ends[usize::from(!forward)]);
+            leave = leave.min(ends[usize::from(forward)]);
+        }
+        (enter <= leave).then_some((enter, leave))
+    }
+}
+
+impl HeightField {
+    /// Tangent of the elevation up to which the surface stands, from a point along a horizontal unit vector; 0 where
+    /// nothing stands above the point.
+    #[must_use]
+    pub fn horizon(&self, from: DVec3, along: DVec3) -> f64 {
+        let from = (from - self.map.corner) / self.map.spacing_m;
+        let along = DVec2::new(along.x, along.z);
+        let look = Look {
+            from: DVec2::new(from.x, from.z),
+            along,
+            inverse: along.recip(),
+        };
+        let mut slope = 0.0_f64;
+        let whole = Block {
+            level: self.levels.len() - 1,
+            place: [0; 2],
+        };
+        let mut waiting = [whole; MAX_WAITING];
+        let mut n_waiting = 1;
+        let far = along.cmpge(DVec2::ZERO);
+        let far = [u32::from(far.x), u32::from(far.y)];
+        while n_waiting > 0 {
+            n_waiting -= 1;
+            let block = waiting[n_waiting];
+            let level = &self.levels[block.level];
+            let (_, high_m) = level.range_m[block.z() * level.size.0 + block.x()];
+            let rise = f64::from(high_m) / self.map.spacing_m - from.y;
+            let (low, high) = self.nodes_of(block);
+            let enter = look.within(low, high).map(|(enter, _)| enter);
+            if enter.is_none_or(|enter| rise <= slope * enter) {
+                continue;
+            }
+            if block.level > 0 {
+                self.wait(block, far, (&mut waiting, &mut n_waiting));
+                continue;
+            }
+            let (xs, zs) = self.cells(block);
+            for z in zs {
+                for x in xs.clone() {
+                    slope = slope.max(self.slope_in(&look, from.y, (x, z)));
+                }
+            }
+        }
+        slope
+    }
+
+    /// First and last node of a block, in cells.
+    fn nodes_of(&self, block: Block) -> (DVec2, DVec2) {
+        let ([x, z], [right, below]) = self.corners(block);
+        (
+            DVec2::new(x as f64, z as f64),
+            DVec2::new(right as f64, below as f64),
+        )
+    }
+
+    /// Largest slope of the sights to the surface within a cell.
+    fn slope_in(&self, look: &Look, y: f64, (x, z): (usize, usize)) -> f64 {
+        let corner = DVec2::new(x as f64, z as f64);
+        let Some((enter, leave)) = look.within(corner, corner + 1.0) else {
+            return 0.0;
+        };
+        let height = |x, z| f64::from(self.height_m(x, z)) / self.map.spacing_m - y;
+        let [a, b] = [height(x, z), height(x + 1, z)];
+        let [c, d] = [height(x, z + 1), height(x + 1, z + 1)];
+        let start = look.from - corner;
+        // Where it crosses the diagonal from north-west to south-east.
+        let diagonal = (start.y - start.x) / (look.along.x - look.along.y);
+        let slope = |distance: f64| {
+            let DVec2 { x: right, y: down } = start + distance * look.along;
+            let rise = if down >= right {
+                a + down * (c - a) + right * (d - c)
+            } else {
+                a + right * (b - a) + down * (d - b)
+            };
+            rise / distance
+        };
+        let is_seen = |it: &f64| *it > LEAST && *it >= enter && *it <= leave;
+        let edges = [enter, diagonal, leave].into_iter().filter(is_seen);
+        edges.map(slope).fold(0.0, f64::max)
+    }
+}
