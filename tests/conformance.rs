@@ -141,18 +141,24 @@ fn openexr_openimageio_and_colour_science_read_every_file_of_a_run() {
         "scatter.exr",
         "atmosphere.exr",
         "image.exr",
-        "image.rgb.exr",
+        "image.layers.exr",
     ] {
         run(&python(), &[text(&check_exr), text(&path(name))]);
     }
     let check_image = repository("tests/conformance/check_image.py");
     run(&python(), &[text(&check_image), text(&path("image.exr"))]);
+    let check_layers = repository("tests/conformance/check_layers.py");
+    let (layers, spectral) = (path("image.layers.exr"), path("image.exr"));
+    run(
+        &python(),
+        &[text(&check_layers), text(&layers), text(&spectral)],
+    );
     let acescg = [&small[..], &[("picture.primaries", "\"acescg\"")]].concat();
     let scene = variant("paper-b-sun-20-inscatter.toml", folder.path(), &acescg);
     let wide = folder.path().join("acescg");
     niji_ends_with(0, &["run", text(&scene), "-o", text(&wide), "-q"]);
     let check_acescg = repository("tests/conformance/check_acescg.py");
-    let pair = [path("image.rgb.exr"), wide.join("image.rgb.exr")];
+    let pair = [path("image.layers.exr"), wide.join("image.layers.exr")];
     run(
         &python(),
         &[text(&check_acescg), text(&pair[0]), text(&pair[1])],
@@ -188,7 +194,7 @@ fn openexr_knows_when_a_frame_is_shown() {
             "-q",
         ];
         niji_ends_with(0, &run);
-        for end in ["exr", "rgb.exr"] {
+        for end in ["exr", "layers.exr"] {
             let path = out.join(format!("image.{frame:0>4}.{end}"));
             self::run(&python(), &[text(&check), text(&path), fraction, code]);
             let check_exr = repository("tests/conformance/check_exr.py");
@@ -223,9 +229,9 @@ fn openexr_and_openimageio_read_the_windows_of_overscan_and_tiles() {
     let check = repository("tests/conformance/check_windows.py");
     for (name, data) in [
         ("image.exr", "-5,-5,58,46"),
-        ("image.rgb.exr", "-5,-5,58,46"),
+        ("image.layers.exr", "-5,-5,58,46"),
         ("tile.exr", "-5,7,30,12"),
-        ("tile.rgb.exr", "-5,7,30,12"),
+        ("tile.layers.exr", "-5,7,30,12"),
     ] {
         let path = out.join(name);
         run(&python(), &[text(&check), text(&path), data, "0,0,48,36"]);

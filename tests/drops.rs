@@ -434,7 +434,7 @@ fn smoke_of_another_program_becomes_a_bow() {
     let bow = image
         .aovs
         .iter()
-        .find(|aov| aov.name == "bow.primary")
+        .find(|aov| aov.name == "bow_primary")
         .unwrap();
     let light: f32 = bow.channels[1].1.iter().sum();
     assert!(light > 0.0);

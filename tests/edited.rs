@@ -32,7 +32,7 @@ fn scene(folder: &Path, changes: &[(&str, &str)]) -> PathBuf {
 }
 
 fn files(folder: &Path) -> [Vec<u8>; 3] {
-    ["image.exr", "image.rgb.exr", "image.png"].map(|name| fs::read(folder.join(name)).unwrap())
+    ["image.exr", "image.layers.exr", "image.png"].map(|name| fs::read(folder.join(name)).unwrap())
 }
 
 /// The stages that made something, by the report.
@@ -65,11 +65,11 @@ fn a_moved_sun_leaves_the_files_of_a_fresh_run_and_foreign_files_are_refused() {
     );
 
     // The plain image, as somebody painted it over; no ray is followed before it is refused.
-    fs::write(out.join("image.rgb.exr"), b"painted over").unwrap();
+    fs::write(out.join("image.layers.exr"), b"painted over").unwrap();
     let before = files(&out);
     let again = scene(folder.path(), &[("sun.elevation_deg", "14.0")]);
     let said = run(&again, &out, 2);
-    assert!(said.contains("image.rgb.exr"), "{said}");
+    assert!(said.contains("image.layers.exr"), "{said}");
     assert!(files(&out) == before);
 }
 

@@ -188,7 +188,7 @@ fn what_an_earlier_run_left_damaged_is_neither_kept_nor_called_a_result() {
         ("scatter.exr", half("scatter.exr")),
         ("image.exr", half("image.exr")),
         ("drops.vdb", half("drops.vdb")),
-        ("image.rgb.exr", b"rubbish".to_vec()),
+        ("image.layers.exr", b"rubbish".to_vec()),
         ("image.png", b"rubbish".to_vec()),
     ] {
         let path = out.join(name);

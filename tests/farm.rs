@@ -405,7 +405,7 @@ fn tiles_of_a_run_become_the_pictures_of_one_run() {
     niji_ends_with(0, &["merge", text(&out), "--frames", "2-3", "-q"]);
     assert_eq!(status(&out), (String::new(), Some(0)));
     for frame in [2, 3] {
-        for end in ["exr", "rgb.exr", "png"] {
+        for end in ["exr", "layers.exr", "png"] {
             let name = format!("image.000{frame}.{end}");
             assert!(
                 fs::read(out.join(&name)).unwrap() == fs::read(one.join(&name)).unwrap(),

@@ -101,7 +101,7 @@ fn tables_are_made_once_and_frames_that_are_there_are_kept() {
     assert!(images[0] != images[1] && images[1] != images[2]);
     assert_eq!(
         names(&out, "image.0002."),
-        BTreeSet::from(["exr", "png", "rgb.exr"].map(|end| format!("image.0002.{end}")))
+        BTreeSet::from(["exr", "png", "layers.exr"].map(|end| format!("image.0002.{end}")))
     );
     // A second run keeps all, one of more frames makes only those.
     let again = report(&scene, &out, &["--frames", "1-3:2,5"]);

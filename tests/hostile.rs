@@ -313,7 +313,7 @@ fn any_file_as_a_depth_map_plate_matte_or_labels_is_taken_or_refused() {
     let (out, to) = (place("out"), place("to.exr"));
     niji_ends_with(0, &["run", &place("s.toml"), "-o", &out, "-q"]);
     let [image, plate, photo] =
-        ["image.exr", "image.rgb.exr", "image.png"].map(|name| place(&format!("out/{name}")));
+        ["image.exr", "image.layers.exr", "image.png"].map(|name| place(&format!("out/{name}")));
     let kinds = mutations::readers();
     let mut files: Vec<(&str, Vec<u8>)> =
         vec![("empty.png", Vec::new()), ("empty.exr", Vec::new())];

@@ -45,7 +45,7 @@ fn ten_centimetres_are_white_and_fifty_metres_blue() {
         let scene = write(folder.path(), &format!("{name}.toml"), &small(scene));
         let image = folder.path().join(format!("{name}.exr"));
         niji_ends_with(0, &["ice", &scene, "-o", text(&image)]);
-        for companion in ["rgb.exr", "png"] {
+        for companion in ["layers.exr", "png"] {
             assert!(image.with_extension(companion).is_file());
         }
         let image = SpectralImage::read_spectral(&image).unwrap();
@@ -230,7 +230,7 @@ fn the_example_sets_an_iceberg_under_a_rainbow() {
     let primary = bow
         .aovs
         .iter()
-        .find(|aov| aov.name == "bow.primary")
+        .find(|aov| aov.name == "bow_primary")
         .unwrap();
     let luminance = &primary.channels[1].1;
     let brightest = luminance.iter().copied().fold(0.0, f32::max);

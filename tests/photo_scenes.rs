@@ -139,7 +139,7 @@ fn no_bow_light_lands_on_what_is_nearer_than_the_drops() {
         aov.channels[channel].1.clone()
     };
     let surface_m = plane("surface", 0);
-    let (light, through) = (plane("bow.primary", 1), plane("transmittance", 0));
+    let (light, through) = (plane("bow_primary", 1), plane("transmittance", 0));
     let mut n_hidden = 0;
     for ((at, surface_m), light) in surface_m.indexed_iter().zip(&light) {
         if *surface_m < RAIN_M {
@@ -199,9 +199,9 @@ fn moving_a_layer_changes_the_bow_as_the_line_integral_says() {
         );
         let out = at(&format!("out-{distance_m}"));
         let image = rendered(&scene, &out);
-        let values = ["bow.primary", "transmittance"].map(|name| {
+        let values = ["bow_primary", "transmittance"].map(|name| {
             let aov = image.aovs.iter().find(|aov| aov.name == name).unwrap();
-            let channel = usize::from(name == "bow.primary");
+            let channel = usize::from(name == "bow_primary");
             // A pixel in the bow, above the middle.
             f64::from(aov.channels[channel].1[[20, 110]])
         });

@@ -156,7 +156,7 @@ fn the_bow_over_a_plate_is_the_composite() {
 fn the_plain_image_is_written_in_the_primaries_of_the_scene() {
     let folder = tempfile::tempdir().unwrap();
     let image = image(folder.path());
-    let plain = Path::new(&image).with_extension("rgb.exr");
+    let plain = Path::new(&image).with_extension("layers.exr");
     let plate = Plate::read(&plain, None).unwrap();
     assert_eq!(plate.primaries, RgbPrimaries::AcesCg);
     assert!(plate.light.iter().flatten().all(|value| *value >= 0.0));

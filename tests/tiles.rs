@@ -110,7 +110,7 @@ impl World {
 }
 
 fn assert_same_picture(one: &Path, other: &Path) {
-    for extension in ["exr", "rgb.exr", "png"] {
+    for extension in ["exr", "layers.exr", "png"] {
         let bytes = [one, other].map(|path| fs::read(path.with_extension(extension)).unwrap());
         assert!(bytes[0] == bytes[1], "{extension} differs");
     }
@@ -140,7 +140,7 @@ fn tiles_merge_to_the_bytes_of_one_run() {
     assert!(!world.merge_says(&paths).contains("up to date"));
     assert_same_picture(&world.path("merged.exr"), &world.run.join("image.exr"));
     // A merge that was killed between two of its files makes them again.
-    for missing in ["exr", "rgb.exr", "png"] {
+    for missing in ["exr", "layers.exr", "png"] {
         fs::remove_file(world.path("merged.exr").with_extension(missing)).unwrap();
         assert!(world.merge(&paths).status.success(), "without {missing}");
         assert_same_picture(&world.path("merged.exr"), &world.run.join("image.exr"));
@@ -216,8 +216,8 @@ fn missing_foreign_and_changed_tiles_are_named() {
         3,
         &["airy.exr"],
     );
-    let plain = three.with_extension("rgb.exr");
-    world.assert_refused(&[&plain], 2, &["*.rgb.exr"]);
+    let plain = three.with_extension("layers.exr");
+    world.assert_refused(&[&plain], 2, &["*.layers.exr"]);
     // A tile of the scene at another exposure.
     let other = variant(
         SCENE,
@@ -288,7 +288,7 @@ fn a_run_that_was_killed_between_two_files_writes_them_again() {
     // The image is the last of its three.
     for missing in [
         &["image.exr"][..],
-        &["image.exr", "image.rgb.exr"],
+        &["image.exr", "image.layers.exr"],
         &["image.png"],
     ] {
         for name in missing {

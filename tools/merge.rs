@@ -44,7 +44,7 @@ const MAX_TILES: u32 = 1 << 16;
     niji render --scene scene.toml --drops drops.vdb --table scatter.exr --tiles $i/4 -o tile.$i.exr
   done && niji merge tile.[1-4].exr -o image.exr")]
 pub(crate) struct MergeCommand {
-    /// Tiles that `niji render --tiles` or `--region` made; *.rgb.exr among them are left out. Or the folder of
+    /// Tiles that `niji render --tiles` or `--region` made; *.layers.exr among them are left out. Or the folder of
     /// `niji run --tiles`, whose tiles become the image in it.
     #[arg(required = true, value_name = "TILE")]
     tiles: Vec<PathBuf>,
@@ -97,7 +97,7 @@ pub(crate) fn execute(command: &MergeCommand, common: &Common) -> Result<(), Fai
 /// # Errors
 /// A tile that is missing, damaged or not of this picture, or an output that exists.
 fn merge(tiles: &[PathBuf], to: &Path, common: &Common) -> Result<(), Failure> {
-    let is_plain = |path: &&PathBuf| path.to_string_lossy().ends_with(".rgb.exr");
+    let is_plain = |path: &&PathBuf| path.to_string_lossy().ends_with(".layers.exr");
     let paths = tiles.iter().filter(|path| !is_plain(path));
     let files = paths.map(|path| TileFile::open(path));
     let files = files.collect::<Result<Vec<_>, _>>()?;
@@ -183,7 +183,7 @@ fn one_picture<'f, 'p>(files: &'f [TileFile<'p>]) -> Result<&'f TileFile<'p>, Fa
         alike.map_or(0, Vec::len)
     });
     let Some(most) = most else {
-        let message = "found only *.rgb.exr, expected the spectral images of tiles";
+        let message = "found only *.layers.exr, expected the spectral images of tiles";
         return Err(Failure::Usage(message.to_owned()));
     };
     let foreign = files.iter().find(|file| {

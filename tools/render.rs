@@ -21,7 +21,7 @@ use crate::stages::tile::parse_tile;
 
 /// Integrate along the view rays (EXR, PNG).
 ///
-/// Writes the spectral image with its AOVs, a plain *.rgb.exr and a PNG preview beside it. A render
+/// Writes the spectral image with its AOVs, *.layers.exr for compositors and a PNG preview beside it. A render
 /// that was interrupted goes on where it was. The pixels of a tile are those of the whole picture;
 /// `niji merge` puts tiles together.
 #[derive(Debug, Args)]

@@ -42,7 +42,7 @@ pub fn off_deg(out: &Path, [x, y]: [f64; 2]) -> f64 {
     let bow = image
         .aovs
         .iter()
-        .find(|aov| aov.name == "bow.primary")
+        .find(|aov| aov.name == "bow_primary")
         .unwrap();
     let luminance = &bow.channels[1].1;
     let column = luminance.column(x as usize);

@@ -34,7 +34,7 @@ pub(crate) use world::World;
 
 /// Follow light through ice (EXR, PNG).
 ///
-/// Writes the spectral image with its AOVs, a plain *.rgb.exr and a PNG preview beside it. Exit code 5
+/// Writes the spectral image with its AOVs, *.layers.exr for compositors and a PNG preview beside it. Exit code 5
 /// if the scene's paths did not reach the tolerance; the picture is written then.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:

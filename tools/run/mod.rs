@@ -62,7 +62,7 @@ use niji_picture::PlannedScene;
   niji run sequence.toml -o out --frames 1-3,7,10-20:2 --choice out/choice.toml
 
 Leaves drops.vdb, airy.exr, scatter.exr, atmosphere.exr (where the plan needs them), image.exr,
-image.rgb.exr, image.png, choice.toml and report.json; of a photograph also depth.exr, sun.json (with picks),
+image.layers.exr, image.png, choice.toml and report.json; of a photograph also depth.exr, sun.json (with picks),
 check.json and composite.png. Of a sequence, image.0001.exr, report.0001.json and so on, and without --choice in
 report.json all of them; effects, levels and tables are decided once, in choice.toml, and frames share what they
 need alike, as scatter.1a2b3c4d.exr.")]

@@ -67,7 +67,10 @@ pub(crate) struct Target<'a> {
 /// The plain image and the preview beside a spectral image.
 #[must_use]
 pub(crate) fn companions(image: &Path) -> [PathBuf; 2] {
-    [image.with_extension("rgb.exr"), image.with_extension("png")]
+    [
+        image.with_extension("layers.exr"),
+        image.with_extension("png"),
+    ]
 }
 
 /// A picture or a tile to be rendered.
@@ -266,7 +269,7 @@ fn write_shown(image: &SpectralImage, shown: &Picture, beside: &Path) -> Result<
         image.write_png(writer, shown.exposure_ev)
     })?;
     output::write_file(&plain, |writer| {
-        image.write_rgb_exr(shown.primaries.into(), writer)
+        image.write_layers(shown.primaries.into(), writer)
     })
 }
 

@@ -328,6 +328,11 @@ impl Page {
         let part = Part {
             name,
             channels,
+            halves: {
+                let channels = header.channels.list.iter();
+                let halves = channels.filter(|it| it.sample_type == SampleType::F16);
+                halves.map(|it| text(&it.name)).collect()
+            },
             attributes: attributes(header),
             white_luminance_cd_m2: own.white_luminance,
             primaries: RgbPrimaries::Rec709,

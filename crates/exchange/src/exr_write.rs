@@ -31,6 +31,7 @@ use exr::meta::attribute::Text;
 use exr::meta::header::Header;
 use exr::meta::header::ImageAttributes;
 use exr::meta::header::LayerAttributes;
+use exr::prelude::f16;
 use niji_geometry::PixelRegion;
 use niji_radiometry::RgbPrimaries;
 use rayon::prelude::*;
@@ -43,8 +44,6 @@ use crate::part::Part;
 
 /// Pixels that are compressed at a time: enough work for many threads, little memory.
 const BATCH_BYTES: usize = 32 << 20;
-/// Bytes of a sample.
-const SAMPLE_BYTES: usize = 4;
 
 /// Codec of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -115,8 +114,14 @@ impl<'a, 'p> Sheet<'a, 'p> {
 
     fn header(&self, codec: Codec, shared: &ImageAttributes) -> Header {
         let channel = |&index: &usize| {
+            let name = &self.part.channels[index].0;
+            let sample = if self.part.halves.contains(name) {
+                SampleType::F16
+            } else {
+                SampleType::F32
+            };
             // Not perceptually quantized: matters to lossy codecs only.
-            ChannelDescription::new(text(&self.part.channels[index].0), SampleType::F32, true)
+            ChannelDescription::new(text(name), sample, true)
         };
         let compression = match codec {
             Codec::None => Compression::Uncompressed,
@@ -170,10 +175,19 @@ impl<'a, 'p> Sheet<'a, 'p> {
     /// Samples of one block: line by line, in each line channel by channel.
     fn block(&self, header: &Header, index: BlockIndex) -> UncompressedBlock {
         UncompressedBlock::from_lines(&header.channels, index, |line| {
-            let samples = &self.part.channels[self.order[line.location.channel]].1;
+            let channel = line.location.channel;
+            let samples = &self.part.channels[self.order[channel]].1;
             let row = samples.row(line.location.position.y());
-            for (target, value) in line.value.chunks_exact_mut(SAMPLE_BYTES).zip(row) {
-                target.copy_from_slice(&value.to_ne_bytes());
+            if header.channels.list[channel].sample_type == SampleType::F16 {
+                let (targets, _) = line.value.as_chunks_mut();
+                for (target, value) in targets.iter_mut().zip(row) {
+                    *target = f16::from_f32(*value).to_ne_bytes();
+                }
+            } else {
+                let (targets, _) = line.value.as_chunks_mut();
+                for (target, value) in targets.iter_mut().zip(row) {
+                    *target = value.to_ne_bytes();
+                }
             }
         })
     }

@@ -44,6 +44,7 @@ mod frame_time;
 mod guarded;
 mod image_windows;
 mod interpolation_error;
+mod layers_file;
 mod luminance;
 mod moved_bows;
 mod part;

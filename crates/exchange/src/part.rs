@@ -1,5 +1,8 @@
 //! One part of an EXR file as this crate sees it: named f32 channels of one size and attributes.
 
+use std::collections::BTreeSet;
+
+use exr::prelude::f16;
 use ndarray::Array2;
 use ndarray::CowArray;
 use ndarray::Ix2;
@@ -21,6 +24,8 @@ pub(crate) type Samples<'a> = CowArray<'a, f32, Ix2>;
 pub(crate) struct Part<'a> {
     pub(crate) name: String,
     pub(crate) channels: Vec<(String, Samples<'a>)>,
+    /// Names of channels that are half floats in the file, and hold nothing that half cannot.
+    pub(crate) halves: BTreeSet<String>,
     pub(crate) attributes: Attributes,
     pub(crate) white_luminance_cd_m2: Option<f32>,
     /// What R, G and B mean in a part with a white; read ones are Rec.709.
@@ -35,11 +40,24 @@ impl<'a> Part<'a> {
         Self {
             name: name.to_owned(),
             channels,
+            halves: BTreeSet::new(),
             attributes: Attributes::new(),
             white_luminance_cd_m2: None,
             primaries: RgbPrimaries::Rec709,
             world_to_camera: None,
             windows: None,
+        }
+    }
+
+    /// Rounds channels to half floats, but for those with a value that half cannot hold.
+    pub(crate) fn pack_as_half(&mut self, names: &[String]) {
+        let wanted = (self.channels.iter_mut()).filter(|(name, _)| names.contains(name));
+        for (name, samples) in wanted {
+            let rounded = samples.mapv(as_half);
+            if rounded.iter().all(|value| value.is_finite()) {
+                *samples = rounded.into();
+                self.halves.insert(name.clone());
+            }
         }
     }
 
@@ -131,6 +149,11 @@ impl<'a> Part<'a> {
         }
         Ok(())
     }
+}
+
+/// A value as a half float holds it; infinite beyond 65504.
+pub(crate) fn as_half(value: f32) -> f32 {
+    f16::from_f32(value).to_f32()
 }
 
 fn check_name(kind: &'static str, name: &str) -> Result<(), Error> {

@@ -18,6 +18,7 @@ use std::path::Path;
 use ndarray::Array2;
 use ndarray::Array3;
 use ndarray::Axis as Dimension;
+use ndarray::Zip;
 use ndarray::parallel::prelude::*;
 use niji_radiometry::Colorimetry;
 use niji_radiometry::GamutPolicy;
@@ -34,9 +35,8 @@ use crate::error::Error;
 use crate::exr_read;
 use crate::exr_write;
 use crate::exr_write::Codec;
-use crate::frame_time::FRAMES_PER_SECOND;
-use crate::frame_time::TIME_CODE;
 use crate::image_windows::ImageWindows;
+use crate::layers_file::rgb_channels;
 use crate::part::Part;
 use crate::part::Samples;
 use crate::preview;
@@ -59,12 +59,6 @@ const SPECTRAL_UNIT: &str = "niji:spectralUnit";
 const WHITE: &str = "niji:whiteLuminanceCdM2";
 /// Name of the attribute with the unit of an AOV.
 const AOV_UNIT: &str = "niji:unit";
-/// The AOV with the distances that become `Z`.
-const DEPTH: &str = "depth";
-/// The AOV that becomes `A` = 1 − its mean.
-const TRANSMITTANCE: &str = "transmittance";
-/// A `Z` for pixels without a distance: compositors take it for infinity.
-const NO_DEPTH_M: f32 = 1e10;
 
 /// An additional picture beside the radiance.
 #[derive(Clone, Debug, PartialEq)]
@@ -126,6 +120,11 @@ impl SpectralImage {
     /// Linear RGB relative to the white, by channel, row and column.
     #[must_use]
     pub fn rgb(&self, primaries: RgbPrimaries, policy: GamutPolicy) -> Array3<f32> {
+        in_gamut(&self.unbound_rgb(primaries), primaries, policy)
+    }
+
+    /// Linear RGB whose channels may be negative.
+    pub(crate) fn unbound_rgb(&self, primaries: RgbPrimaries) -> Array3<f64> {
         let (n_wavelengths, height, width) = self.radiance.dim();
         let colorimetry = Colorimetry::new(&self.wavelengths);
         let mut rgb = Array3::zeros((height, width, 3));
@@ -142,9 +141,8 @@ impl SpectralImage {
                         .xyz(&spectrum)
                         .map(|value| value / self.white_luminance_cd_m2);
                     let color = primaries.of_linear_rec709(xyz_to_linear_rec709(xyz));
-                    let color = into_gamut(color, primaries, policy);
                     for (channel, value) in color.into_iter().enumerate() {
-                        row[[x, channel]] = value as f32;
+                        row[[x, channel]] = value;
                     }
                 }
             });
@@ -173,7 +171,7 @@ impl SpectralImage {
             .map(|(center, plane)| (format!("{STOKES_0}{}", long_name(center)), plane.into()))
             .collect();
         let rgb = self.rgb(RgbPrimaries::Rec709, GamutPolicy::Desaturate);
-        channels.extend(rgb_channels(&rgb));
+        channels.extend(rgb_channels("", rgb));
         let mut main = Part::new(SPECTRAL_PART, channels);
         main.attributes = self.attributes.clone();
         self.describe(&mut main);
@@ -242,38 +240,6 @@ impl SpectralImage {
         Ok(parts.into_iter().map(aov).collect())
     }
 
-    /// Writes a plain image with R, G, B, A and Z, for programs that know no layers. A bow is added
-    /// light: R, G, B may be above 0 where A is 0.
-    ///
-    /// # Errors
-    /// A value that is not finite or a writer that fails.
-    pub fn write_rgb_exr(
-        &self,
-        primaries: RgbPrimaries,
-        writer: impl Write + Seek,
-    ) -> Result<(), Error> {
-        self.check_shape()?;
-        let (_, height, width) = self.radiance.dim();
-        let find = |name| self.aovs.iter().find(|aov: &&Aov| aov.name == name);
-        let alpha = find(TRANSMITTANCE).map_or_else(
-            || Array2::zeros((height, width)),
-            |aov| aov.mean().mapv(|t| 1.0 - t),
-        );
-        let depth = find(DEPTH)
-            .map_or_else(|| Array2::from_elem((height, width), NO_DEPTH_M), Aov::mean)
-            .mapv(|z| if z > 0.0 { z } else { NO_DEPTH_M });
-        let mut channels = rgb_channels(&self.rgb(primaries, GamutPolicy::Desaturate));
-        channels.push(("A".to_owned(), alpha.into()));
-        channels.push(("Z".to_owned(), depth.into()));
-        let mut part = Part::new("rgb", channels);
-        part.primaries = primaries;
-        let is_of_time = |name: &str| [FRAMES_PER_SECOND, TIME_CODE].contains(&name);
-        let of_time = self.attributes.iter().filter(|(name, _)| is_of_time(name));
-        (part.attributes).extend(of_time.map(|(name, value)| (name.clone(), value.clone())));
-        self.describe(&mut part);
-        exr_write::write(&[part], Codec::Piz, writer)
-    }
-
     /// Writes a preview of the frame for people: 8-bit sRGB, see [`crate::tone_curve`].
     ///
     /// # Errors
@@ -283,7 +249,7 @@ impl SpectralImage {
         preview::write_png(&self.shown(), exposure_ev, &self.provenance, writer)
     }
 
-    fn describe(&self, part: &mut Part) {
+    pub(crate) fn describe(&self, part: &mut Part) {
         // f32: what the standard attribute holds; the exact number stands beside it.
         part.white_luminance_cd_m2 = Some(self.white_luminance_cd_m2 as f32);
         part.world_to_camera = self.world_to_camera;
@@ -293,7 +259,7 @@ impl SpectralImage {
         attributes::insert_texts(&mut part.attributes, self.provenance.to_text_items());
     }
 
-    fn check_shape(&self) -> Result<(), Error> {
+    pub(crate) fn check_shape(&self) -> Result<(), Error> {
         let (n_planes, height, width) = self.radiance.dim();
         if n_planes != self.wavelengths.len() {
             let (what, expected) = ("planes of radiance".to_owned(), self.wavelengths.len());
@@ -333,29 +299,22 @@ impl SpectralImage {
     }
 }
 
-impl Aov {
-    /// Mean of the channels.
-    fn mean(&self) -> Array2<f32> {
-        let size = self
-            .channels
-            .first()
-            .map_or((0, 0), |(_, values)| values.dim());
-        let mut sum = Array2::<f32>::zeros(size);
-        for (_, values) in &self.channels {
-            sum += values;
-        }
-        sum / self.channels.len().max(1) as f32
-    }
-}
-
-fn rgb_channels(rgb: &Array3<f32>) -> Vec<(String, Samples<'static>)> {
-    let names = ["R", "G", "B"].into_iter().map(str::to_owned);
-    names
-        .zip(
-            rgb.axis_iter(Dimension(0))
-                .map(|plane| plane.to_owned().into()),
-        )
-        .collect()
+/// A picture by channel, row and column as [`into_gamut`] has it, in f32 as files hold it.
+pub(crate) fn in_gamut(
+    rgb: &Array3<f64>,
+    primaries: RgbPrimaries,
+    policy: GamutPolicy,
+) -> Array3<f32> {
+    let mut bound = Array3::zeros(rgb.dim());
+    Zip::from(bound.lanes_mut(Dimension(0)))
+        .and(rgb.lanes(Dimension(0)))
+        .par_for_each(|bound, pixel| {
+            let color = into_gamut([pixel[0], pixel[1], pixel[2]], primaries, policy);
+            for (bound, value) in bound.into_iter().zip(color) {
+                *bound = value as f32;
+            }
+        });
+    bound
 }
 
 /// Takes the spectral channels out of part 0.

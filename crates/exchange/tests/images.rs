@@ -6,8 +6,10 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::io::Cursor;
 
+use exr::prelude::FlatSamples;
 use ndarray::Array2;
 use ndarray::Array3;
+use ndarray::Axis;
 use ndarray::s;
 use niji_exchange::Aov;
 use niji_exchange::AttributeValue;
@@ -49,7 +51,7 @@ fn image() -> SpectralImage {
         windows: ImageWindows::whole(WIDTH, HEIGHT),
         aovs: vec![
             Aov {
-                name: "bow.primary".to_owned(),
+                name: "bow_primary".to_owned(),
                 unit: "W.m^-2.sr^-1.nm^-1".to_owned(),
                 channels: vec![
                     ("550nm".to_owned(), plane(1)),
@@ -155,7 +157,7 @@ fn the_bytes_do_not_depend_on_the_number_of_threads() {
             .unwrap();
         pool.install(|| {
             let mut rgb = Cursor::new(Vec::new());
-            image.write_rgb_exr(RgbPrimaries::Rec709, &mut rgb).unwrap();
+            image.write_layers(RgbPrimaries::Rec709, &mut rgb).unwrap();
             let mut png = Vec::new();
             image.write_png(&mut png, 0.0).unwrap();
             (spectral_bytes(&image), rgb.into_inner(), png)
@@ -173,7 +175,7 @@ fn channels_and_attributes_follow_the_spectral_layout() {
     fs::write(&path, spectral_bytes(&image())).unwrap();
     let parts = contents(&path).unwrap();
     let names: Vec<&str> = parts.iter().map(|part| part.name.as_str()).collect();
-    assert_eq!(names, ["spectral", "bow.primary", "transmittance", "depth"]);
+    assert_eq!(names, ["spectral", "bow_primary", "transmittance", "depth"]);
     let channels: Vec<&str> = parts[0].channels.iter().map(|c| c.name.as_str()).collect();
     assert_eq!(
         channels[..5],
@@ -209,10 +211,10 @@ fn light_where_nothing_covers_survives_in_the_plain_image() {
     let mut image = image();
     image.aovs.retain(|aov| aov.name != "transmittance");
     let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("image.rgb.exr");
+    let path = folder.path().join("image.layers.exr");
     let mut cursor = Cursor::new(Vec::new());
     image
-        .write_rgb_exr(RgbPrimaries::Rec709, &mut cursor)
+        .write_layers(RgbPrimaries::Rec709, &mut cursor)
         .unwrap();
     fs::write(&path, cursor.into_inner()).unwrap();
     let parts = contents(&path).unwrap();
@@ -228,7 +230,8 @@ fn light_where_nothing_covers_survives_in_the_plain_image() {
         .iter()
         .map(|c| c.max)
         .fold(0.0, f32::max);
-    assert_eq!(found, brightest);
+    // Half a unit in the last place of a half float.
+    assert!((found / brightest - 1.0).abs() <= f32::powi(2.0, -11));
     assert!(brightest > 0.0);
 }
 
@@ -236,10 +239,10 @@ fn light_where_nothing_covers_survives_in_the_plain_image() {
 fn alpha_is_what_the_drops_cover_and_z_the_depth() {
     let image = image();
     let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("image.rgb.exr");
+    let path = folder.path().join("image.layers.exr");
     let mut cursor = Cursor::new(Vec::new());
     image
-        .write_rgb_exr(RgbPrimaries::Rec709, &mut cursor)
+        .write_layers(RgbPrimaries::Rec709, &mut cursor)
         .unwrap();
     fs::write(&path, cursor.into_inner()).unwrap();
     let channels = &contents(&path).unwrap()[0].channels;
@@ -252,6 +255,102 @@ fn alpha_is_what_the_drops_cover_and_z_the_depth() {
     assert_eq!(channels[4].max, deepest);
 }
 
+/// Colors with two lights that add up to them, one of them outside the gamut of displays at every pixel.
+fn image_of_two_lights() -> SpectralImage {
+    let mut image = image();
+    let observer = Colorimetry::new(&image.wavelengths);
+    let xyz = image.radiance.map_axis(Axis(0), |spectrum| {
+        let spectrum: Vec<f64> = spectrum.iter().map(|value| f64::from(*value)).collect();
+        observer.xyz(&spectrum)
+    });
+    let share = |channel: usize, (y, x): (usize, usize)| {
+        0.1 + 0.8 * f64::from(noise(channel + 3 * (WIDTH * y + x)))
+    };
+    let light = |name: &str, part: &dyn Fn(f64) -> f64| Aov {
+        name: name.to_owned(),
+        unit: "cd/m^2".to_owned(),
+        channels: ["X", "Y", "Z"]
+            .iter()
+            .enumerate()
+            .map(|(channel, name)| {
+                let values = Array2::from_shape_fn((HEIGHT, WIDTH), |place| {
+                    (part(share(channel, place)) * xyz[place][channel]) as f32
+                });
+                ((*name).to_owned(), values)
+            })
+            .collect(),
+    };
+    image.aovs[0] = light("bow_primary", &|share| share);
+    image.aovs.push(light("sky", &|share| 1.0 - share));
+    image
+}
+
+#[test]
+fn layers_for_compositors_add_up_to_the_picture_as_another_reader_has_them() {
+    let image = image_of_two_lights();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("image.layers.exr");
+    for primaries in RgbPrimaries::ALL {
+        let mut cursor = Cursor::new(Vec::new());
+        image.write_layers(primaries, &mut cursor).unwrap();
+        fs::write(&path, cursor.into_inner()).unwrap();
+        let file = exr::prelude::read_all_flat_layers_from_file(&path).unwrap();
+        let [part] = file.layer_data.as_slice() else {
+            panic!("expected one part");
+        };
+        let channels = &part.channel_data.list;
+        let names: Vec<String> = channels.iter().map(|it| it.name.to_string()).collect();
+        let layers = ["bow_primary.B", "bow_primary.G", "bow_primary.R"];
+        assert_eq!(
+            names[5..],
+            [&layers[..], &["sky.B", "sky.G", "sky.R"]].concat()
+        );
+        let values = |name: &str| -> Vec<f32> {
+            let channel = channels.iter().find(|it| it.name == *name).unwrap();
+            let is_half = matches!(channel.sample_data, FlatSamples::F16(_));
+            assert_eq!(is_half, name != "Z", "{name}");
+            channel.sample_data.values_as_f32().collect()
+        };
+        let mut any_negative = false;
+        for channel in ["R", "G", "B"] {
+            let [whole, bow, sky] =
+                ["", "bow_primary.", "sky."].map(|layer| values(&format!("{layer}{channel}")));
+            for ((whole, bow), sky) in whole.iter().zip(&bow).zip(&sky) {
+                let rounding = (whole.abs() + bow.abs() + sky.abs()) * f32::powi(2.0, -11);
+                assert!((bow + sky - whole).abs() <= rounding + 1e-7);
+                assert!(*whole >= 0.0);
+                any_negative |= *bow < 0.0;
+            }
+        }
+        assert!(any_negative);
+        let expected = image.rgb(primaries, GamutPolicy::Desaturate);
+        for (channel, name) in ["R", "G", "B"].iter().enumerate() {
+            let expected = expected.index_axis(Axis(0), channel);
+            for (found, expected) in values(name).iter().zip(expected) {
+                assert!((found - expected).abs() <= expected * f32::powi(2.0, -11) + 3e-8);
+            }
+        }
+    }
+}
+
+#[test]
+fn what_half_cannot_hold_is_float() {
+    let mut image = image_of_two_lights();
+    image.white_luminance_cd_m2 = 1e-6;
+    let mut cursor = Cursor::new(Vec::new());
+    image
+        .write_layers(RgbPrimaries::Rec709, &mut cursor)
+        .unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("image.layers.exr");
+    fs::write(&path, cursor.into_inner()).unwrap();
+    let parts = niji_exchange::read_plain(&path).unwrap();
+    let green = parts[0].channels.iter().find(|it| it.name == "G").unwrap();
+    let expected = image.rgb(RgbPrimaries::Rec709, GamutPolicy::Desaturate);
+    assert_eq!(green.values, expected.index_axis(Axis(0), 1));
+    assert!(green.values.iter().any(|value| *value > 65504.0));
+}
+
 #[test]
 fn values_that_are_not_finite_name_the_wavelength_and_the_pixel() {
     let mut broken = image();
@@ -261,7 +360,7 @@ fn values_that_are_not_finite_name_the_wavelength_and_the_pixel() {
                     expected a finite number";
     assert_eq!(error.to_string(), expected);
     assert!(matches!(
-        broken.write_rgb_exr(RgbPrimaries::Rec709, Cursor::new(Vec::new())),
+        broken.write_layers(RgbPrimaries::Rec709, Cursor::new(Vec::new())),
         Err(Error::NotFinite { x: 34, y: 12, .. })
     ));
     assert!(matches!(
@@ -291,7 +390,7 @@ fn aovs_of_another_size_and_images_without_pixels_are_refused() {
     assert!(matches!(error, Error::Empty { .. }), "{error}");
     assert!(
         empty
-            .write_rgb_exr(RgbPrimaries::Rec709, Cursor::new(Vec::new()))
+            .write_layers(RgbPrimaries::Rec709, Cursor::new(Vec::new()))
             .is_err()
     );
     assert!(empty.write_png(Vec::new(), 0.0).is_err());
@@ -301,7 +400,7 @@ fn aovs_of_another_size_and_images_without_pixels_are_refused() {
 fn a_plain_image_is_no_spectral_one() {
     let mut cursor = Cursor::new(Vec::new());
     image()
-        .write_rgb_exr(RgbPrimaries::Rec709, &mut cursor)
+        .write_layers(RgbPrimaries::Rec709, &mut cursor)
         .unwrap();
     let error = read(&cursor.into_inner()).unwrap_err();
     assert!(

@@ -1,8 +1,8 @@
 //! The light of a rendered spectral image, as compositing takes it.
 //!
-//! X, Y, Z of the AOVs `bow.primary`, `bow.secondary`, `inscatter` and `skylit` [cd/m²] over the
-//! white luminance of the image become linear RGB; what lies outside the gamut is mixed with grey.
-//! The sky behind the drops, if the image has one, is left out: in a photograph it is there already.
+//! X, Y, Z of the AOVs of drops and air [cd/m²] over the white luminance of the image become linear RGB;
+//! what lies outside the gamut is mixed with grey. Sky and lit surfaces behind the drops, if the image has them, are
+//! left out: in a photograph they are there already.
 //! Images whose light ends at surfaces say where, in the AOV `surface` [m].
 
 use ndarray::Array2;
@@ -20,11 +20,13 @@ use crate::linear_picture::LinearPicture;
 use crate::picture_files::to_f32;
 
 /// AOVs whose light is added, and whether an image must have them.
-const LIGHTS: [(&str, bool); 4] = [
-    ("bow.primary", true),
-    ("bow.secondary", true),
-    ("inscatter", true),
-    ("skylit", false),
+const LIGHTS: [(&str, bool); 6] = [
+    ("bow_primary", true),
+    ("bow_secondary", true),
+    ("bow_multiple", false),
+    ("bow_reflected", false),
+    ("air", true),
+    ("skylit_drops", false),
 ];
 
 impl AddedLight {

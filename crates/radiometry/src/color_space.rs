@@ -78,12 +78,11 @@ pub fn xy_chromaticity(xyz: [f64; 3]) -> Option<[f64; 2]> {
 /// Channels above 1 are left alone: how bright the display is, is not a question of gamut. A color
 /// without positive luminance becomes black. NaN stays NaN, for the writer to reject.
 pub fn into_gamut(rgb: [f64; 3], primaries: RgbPrimaries, policy: GamutPolicy) -> [f64; 3] {
-    let lowest = rgb[0].min(rgb[1]).min(rgb[2]);
-    if lowest >= 0.0 || rgb.iter().any(|channel| channel.is_nan()) {
+    if lowest(rgb) >= 0.0 || rgb.iter().any(|channel| channel.is_nan()) {
         return rgb;
     }
     match policy {
-        GamutPolicy::Desaturate => desaturate(rgb, lowest, primaries.luminance(rgb)),
+        GamutPolicy::Desaturate => desaturate(rgb, primaries),
         GamutPolicy::Clip => rgb.map(|channel| channel.max(0.0)),
     }
 }
@@ -106,14 +105,30 @@ pub fn srgb_decode(encoded: f64) -> f64 {
     }
 }
 
-/// Moves `rgb` along the line to its grey just far enough that `lowest` becomes zero.
-fn desaturate(rgb: [f64; 3], lowest: f64, luminance: f64) -> [f64; 3] {
+/// How much of its saturation a color keeps by [`GamutPolicy::Desaturate`], Y/(Y - lowest channel): 1 where no channel
+/// is negative, 0 of one without positive luminance.
+pub fn kept_saturation(rgb: [f64; 3], primaries: RgbPrimaries) -> f64 {
+    let lowest = lowest(rgb);
+    if lowest >= 0.0 {
+        return 1.0;
+    }
+    let luminance = primaries.luminance(rgb).max(0.0);
+    luminance / (luminance - lowest)
+}
+
+fn lowest([red, green, blue]: [f64; 3]) -> f64 {
+    red.min(green).min(blue)
+}
+
+/// Moves `rgb` along the line to its grey just far enough that the lowest channel becomes zero.
+fn desaturate(rgb: [f64; 3], primaries: RgbPrimaries) -> [f64; 3] {
+    let luminance = primaries.luminance(rgb);
     if luminance <= 0.0 {
         return [0.0; 3];
     }
-    let saturation = luminance / (luminance - lowest);
+    let kept = kept_saturation(rgb, primaries);
     // Rounding may leave the lowest channel at -1e-17.
-    rgb.map(|channel| (luminance + saturation * (channel - luminance)).max(0.0))
+    rgb.map(|channel| (luminance + kept * (channel - luminance)).max(0.0))
 }
 
 pub(crate) fn multiply(matrix: &[[f64; 3]; 3], vector: [f64; 3]) -> [f64; 3] {

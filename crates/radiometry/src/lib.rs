@@ -39,6 +39,7 @@ pub use crate::byte_count::Bytes;
 pub use crate::ciddor::air_refractive_index;
 pub use crate::color_space::GamutPolicy;
 pub use crate::color_space::into_gamut;
+pub use crate::color_space::kept_saturation;
 pub use crate::color_space::linear_rec709_to_xyz;
 pub use crate::color_space::srgb_decode;
 pub use crate::color_space::srgb_encode;

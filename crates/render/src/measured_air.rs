@@ -70,9 +70,10 @@ impl RayTracer<'_> {
                     let mut light = |settings: RaySettings| {
                         frame.trace(sight, settings, &mut room.light);
                         let light = &room.light;
-                        let luminance = |part| f64::from(weighted_sum(part, &self.xyz_weights).y);
+                        let luminance =
+                            |part: &[f32]| f64::from(weighted_sum(part, &self.xyz_weights).y);
                         [
-                            luminance(&light.inscatter) + luminance(&light.background),
+                            light.beside().into_iter().map(luminance).sum(),
                             luminance(&light.bow),
                         ]
                     };

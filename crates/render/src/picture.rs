@@ -22,7 +22,6 @@ use crate::footprint::REACH_PX;
 use crate::footprint_error::PixelLight;
 use crate::footprint_error::lines_through;
 use crate::frame::frame;
-use crate::picture_layers::PictureLayer;
 use crate::picture_layers::Rendered;
 use crate::picture_tiles::tiles;
 use crate::progress::Progress;
@@ -149,21 +148,13 @@ pub(crate) struct Taken {
 impl Taken {
     /// A black one of the tracer's region; what stands around it is seen.
     pub(crate) fn dark(tracer: &RayTracer, request: &RenderRequest) -> Self {
-        let frame = &tracer.frame;
-        let layers = PictureLayer::all().filter(|layer| match layer {
-            PictureLayer::Skylit => frame.surround.is_some(),
-            PictureLayer::BowMultiple => frame.multiple.is_some(),
-            PictureLayer::BowReflected => frame.reflection.is_some(),
-            PictureLayer::Surface => request.surfaces.is_some(),
-            _ => true,
-        });
         let region = tracer.region;
         let [width, height] = [region.width_px, region.height_px].map(|it| it as usize);
         let reach = REACH_PX as usize;
         let mut lights_around = Array2::default((height + 2 * reach, width + 2 * reach));
         tracer.trace_around(&mut lights_around);
         Self {
-            picture: Rendered::dark([request.wavelengths.len(), height, width], layers),
+            picture: Rendered::dark([request.wavelengths.len(), height, width], request.layers()),
             lights_around,
         }
     }

@@ -10,7 +10,7 @@ use ndarray::ArrayView2;
 use ndarray::Axis;
 use ndarray::s;
 
-/// A layer of a picture.
+/// A layer of a picture. Those with X, Y, Z are its light: their sum is that of its spectra.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PictureLayer {
     /// Light of the drops on the primary side of the split.
@@ -25,6 +25,10 @@ pub enum PictureLayer {
     BowReflected,
     /// Light of the surroundings that the drops scatter to the eye.
     Skylit,
+    /// Sky, air and ground behind the drops, dimmed by them.
+    Sky,
+    /// Lit surfaces, dimmed by drops and air in front of them.
+    LitSurface,
     /// What the drops alone let pass of the light behind them, exp(-tau) without diffraction (Q = 1) whichever
     /// extinction the level takes: by `Full` the light itself is dimmed by its square.
     Transmittance,
@@ -73,28 +77,35 @@ type Row = (
     &'static [&'static str],
 );
 
-const TABLE: [Row; 11] = [
-    (PictureLayer::BowPrimary, "bow.primary", LUMINANCE_UNIT, XYZ),
+const TABLE: [Row; 13] = [
+    (PictureLayer::BowPrimary, "bow_primary", LUMINANCE_UNIT, XYZ),
     (
         PictureLayer::BowSecondary,
-        "bow.secondary",
+        "bow_secondary",
         LUMINANCE_UNIT,
         XYZ,
     ),
-    (PictureLayer::Inscatter, "inscatter", LUMINANCE_UNIT, XYZ),
+    (PictureLayer::Inscatter, "air", LUMINANCE_UNIT, XYZ),
     (
         PictureLayer::BowMultiple,
-        "bow.multiple",
+        "bow_multiple",
         LUMINANCE_UNIT,
         XYZ,
     ),
     (
         PictureLayer::BowReflected,
-        "bow.reflected",
+        "bow_reflected",
         LUMINANCE_UNIT,
         XYZ,
     ),
-    (PictureLayer::Skylit, "skylit", LUMINANCE_UNIT, XYZ),
+    (PictureLayer::Skylit, "skylit_drops", LUMINANCE_UNIT, XYZ),
+    (PictureLayer::Sky, "sky", LUMINANCE_UNIT, XYZ),
+    (
+        PictureLayer::LitSurface,
+        "lit_surfaces",
+        LUMINANCE_UNIT,
+        XYZ,
+    ),
     (PictureLayer::Transmittance, "transmittance", "-", &["Y"]),
     (PictureLayer::TauSun, "tau_sun", "-", &["Y"]),
     (PictureLayer::Depth, "depth", "m", &["Z"]),

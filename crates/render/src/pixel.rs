@@ -19,6 +19,8 @@ pub(crate) struct Pixel {
     pub(crate) bow_reflected: Vec4,
     pub(crate) inscatter: Vec4,
     pub(crate) skylit: Vec4,
+    pub(crate) sky: Vec4,
+    pub(crate) lit_surface: Vec4,
     pub(crate) transmittance: f64,
     pub(crate) light: f64,
     pub(crate) light_m: f64,
@@ -38,6 +40,8 @@ impl Pixel {
             bow_reflected: Vec4::ZERO,
             inscatter: Vec4::ZERO,
             skylit: Vec4::ZERO,
+            sky: Vec4::ZERO,
+            lit_surface: Vec4::ZERO,
             transmittance: 0.0,
             light: 0.0,
             light_m: 0.0,
@@ -103,6 +107,8 @@ impl Pixel {
             PictureLayer::BowReflected => xyz(self.bow_reflected),
             PictureLayer::Inscatter => xyz(self.inscatter),
             PictureLayer::Skylit => xyz(self.skylit),
+            PictureLayer::Sky => xyz(self.sky),
+            PictureLayer::LitSurface => xyz(self.lit_surface),
             PictureLayer::Transmittance => single(self.transmittance),
             PictureLayer::TauSun => single(mean(self.light_tau_sun)),
             PictureLayer::Depth => single(mean(self.light_m)),
@@ -132,16 +138,20 @@ impl Pixel {
         }
         self.bow_reflected += share_f32 * weighted_sum(light.reflected(), xyz_weights);
         if light.glows {
-            let glow = light.inscatter.iter().zip(&light.background);
-            for (sum, (inscatter, background)) in self.radiance.iter_mut().zip(glow) {
-                *sum += share_f32 * (inscatter + background);
+            let parts = light.beside();
+            for part in parts {
+                for (sum, value) in self.radiance.iter_mut().zip(part) {
+                    *sum += share_f32 * value;
+                }
             }
-            let inscatter = share_f32 * weighted_sum(&light.inscatter, xyz_weights);
-            let background = share_f32 * weighted_sum(&light.background, xyz_weights);
-            self.inscatter += inscatter;
+            let parts = parts.map(|part| share_f32 * weighted_sum(part, xyz_weights));
+            self.beside_cd_m2 += parts.iter().map(|part| part.y).sum::<f32>();
+            let [inscatter, sky, skylit, lit_surface] = parts;
             self.errors.air += light.front_error * f64::from(inscatter.y);
-            self.beside_cd_m2 += inscatter.y + background.y;
-            self.skylit += share_f32 * weighted_sum(&light.skylit, xyz_weights);
+            self.inscatter += inscatter;
+            self.sky += sky;
+            self.skylit += skylit;
+            self.lit_surface += lit_surface;
         }
         let mut transmitted = 1.0;
         if light.light > 0.0 {

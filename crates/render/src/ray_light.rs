@@ -51,10 +51,12 @@ pub(crate) struct RayLight {
     pub(crate) multiple: Vec<f32>,
     /// Light of the air in front.
     pub(crate) inscatter: Vec<f32>,
-    /// What shines behind, dimmed, and the light of the surroundings from the drops.
-    pub(crate) background: Vec<f32>,
-    /// What of the background is light of the surroundings that the drops scatter.
+    /// Sky, air and ground behind the drops, dimmed.
+    pub(crate) sky: Vec<f32>,
+    /// Light of the surroundings that the drops scatter.
     pub(crate) skylit: Vec<f32>,
+    /// The lit surface that ends the ray, dimmed; empty where none is lit.
+    pub(crate) lit_surface: Vec<f32>,
     /// Estimated relative error of the light of the air in front, of the drops between it and the eye.
     pub(crate) front_error: f64,
     /// Whether there is any light of the air in front or from behind.
@@ -100,8 +102,9 @@ impl RayLight {
             bow: dark.clone(),
             multiple: frame.multiple.as_ref().map_or(Vec::new(), |_| dark.clone()),
             inscatter: dark.clone(),
-            background: dark.clone(),
+            sky: dark.clone(),
             skylit: dark.clone(),
+            lit_surface: frame.lit.as_ref().map_or(Vec::new(), |_| dark.clone()),
             front_error: 0.0,
             glows: false,
             is_primary: false,
@@ -136,6 +139,12 @@ impl RayLight {
         light.unwrap_or_default()
     }
 
+    /// What is no light of the drops in the sun: that of the air in front, of the sky, of the surroundings by the drops,
+    /// and of a lit surface.
+    pub(crate) fn beside(&self) -> [&[f32]; 4] {
+        [&self.inscatter, &self.sky, &self.skylit, &self.lit_surface]
+    }
+
     /// Forget the pixel before.
     pub(crate) fn begin_pixel(&mut self) {
         self.scratch.surface.clear();
@@ -150,8 +159,9 @@ impl RayLight {
         // Without a glow these stay dark.
         if self.glows {
             self.inscatter.fill(0.0);
-            self.background.fill(0.0);
+            self.sky.fill(0.0);
             self.skylit.fill(0.0);
+            self.lit_surface.fill(0.0);
             self.front_error = 0.0;
             self.glows = false;
         }
@@ -286,13 +296,13 @@ impl Frame<'_> {
         let room = &mut out.scratch.surface;
         lit.radiance(&spot, (sight, air), room);
         let through = out.transmittance as f32;
-        for ((background, irradiance), light) in out
-            .background
+        for ((surface, irradiance), light) in out
+            .lit_surface
             .iter_mut()
             .zip(&self.irradiance)
             .zip(&room.light)
         {
-            *background += irradiance * through * *light;
+            *surface = irradiance * through * *light;
         }
     }
 
@@ -416,7 +426,7 @@ impl Frame<'_> {
         out.glows = true;
         let RayLight {
             inscatter,
-            background,
+            sky,
             scratch,
             ..
         } = out;
@@ -426,7 +436,7 @@ impl Frame<'_> {
         out.front_error = glow.front_error();
         for (index, irradiance) in self.irradiance.iter().enumerate() {
             inscatter[index] = irradiance * glow.in_front[index];
-            background[index] = irradiance * glow.beyond[index];
+            sky[index] = irradiance * glow.beyond[index];
         }
     }
 
@@ -447,7 +457,6 @@ impl Frame<'_> {
         for (index, irradiance) in self.irradiance.iter().enumerate() {
             let skylit = skylit_radiance(out.transmittance, surround[index]);
             out.skylit[index] = irradiance * out.scratch.transmitted[index] * skylit;
-            out.background[index] += out.skylit[index];
         }
     }
 }

@@ -198,16 +198,22 @@ impl<'a> RenderRequest<'a> {
         ask_for_memory((self.region.width_px, self.region.height_px), bytes)
     }
 
-    /// What all arrays of the picture, and the light of neighbors that its error is estimated from, take.
-    pub(crate) fn bytes_per_pixel(&self) -> u64 {
-        let layers = PictureLayer::all().filter(|layer| match layer {
+    /// What the picture holds beside its spectra; of an effect that is off nothing.
+    pub(crate) fn layers(&self) -> impl Iterator<Item = PictureLayer> {
+        PictureLayer::all().filter(|layer| match layer {
             PictureLayer::BowMultiple => self.wanted_orders().is_some(),
             PictureLayer::Skylit => self.wants_skylit_drops(),
             PictureLayer::BowReflected => self.drops.mirrored().is_some(),
+            PictureLayer::Sky => self.wants_sky(),
+            PictureLayer::LitSurface => self.effects.lit_surfaces.is_on(),
             PictureLayer::Surface => self.surfaces.is_some(),
             _ => true,
-        });
-        let n_channels: usize = layers.map(|layer| layer.channels().len()).sum();
+        })
+    }
+
+    /// What all arrays of the picture, and the light of neighbors that its error is estimated from, take.
+    pub(crate) fn bytes_per_pixel(&self) -> u64 {
+        let n_channels: usize = self.layers().map(|layer| layer.channels().len()).sum();
         let n_planes = self.wavelengths.len() + n_channels;
         (n_planes * size_of::<f32>() + size_of::<PixelLight>()) as u64
     }

@@ -402,6 +402,7 @@ static ROWS: [Row; 21] = [
         role: Role::AirLight,
         section: Some(Section::Air),
         toggle: Some(|it| &mut it.sky),
+        layer: Some(PictureLayer::Sky),
         fact: |_| "air and ground behind the drops".to_string(),
         ..PLAIN
     },
@@ -431,6 +432,7 @@ static ROWS: [Row; 21] = [
         source: "Lambert, Photometria, Augsburg (1760); Ramamoorthi and Hanrahan, J. Opt. Soc. Am. A 18, 2448-2459 \
                (2001)",
         toggle: Some(|it| &mut it.lit_surfaces),
+        layer: Some(PictureLayer::LitSurface),
         fact: |facts| match facts.n_lit {
             0 => "no surface has an albedo".to_string(),
             1 => "one surface has an albedo".to_string(),
