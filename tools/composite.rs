@@ -224,7 +224,7 @@ fn picture(command: &CompositeCommand) -> Result<Composite, Failure> {
         exposure: command.exposure,
         scales_to_white: command.published,
     };
-    let image = SpectralImage::read_spectral(&command.image)
+    let image = SpectralImage::read_picture(&command.image)
         .map_err(|error| Failure::bad_input(&command.image, error))?;
     request.with_bow(&image).map_err(|error| match error {
         // Of all sizes only that of the depth map is a file's of its own.

@@ -7,6 +7,7 @@ use niji_picture::Sandbox;
 use niji_radiometry::Bytes;
 use niji_scene::Goal;
 use niji_scene::Preset;
+use niji_scene::Spectral;
 
 use crate::failure::Failure;
 use crate::output::Existing;
@@ -45,6 +46,10 @@ pub(crate) struct Common {
     /// they need them; a picture that misses it ends with code 5, and so does one below 1e-6 at once.
     #[arg(long, global = true, value_name = "T", value_parser = tolerance)]
     pub tolerance: Option<f64>,
+    /// What the file of a picture keeps of its spectra, instead of the scene's picture.spectral: `full`; `half`, in half
+    /// floats; `none`, colors in their place.
+    #[arg(long, global = true, value_name = "WHAT", value_parser = names::<Spectral>())]
+    pub spectral: Option<Spectral>,
     /// Decide as `niji plan SCENE -o FILE` did, for a sequence with --frames, without measuring again; refused for another scene or accuracy.
     #[arg(long, global = true, value_name = "TOML")]
     pub choice: Option<PathBuf>,

@@ -13,6 +13,7 @@ use ndarray::Array3;
 use niji_exchange::AttributeValue;
 use niji_exchange::Attributes;
 use niji_exchange::ImageWindows;
+use niji_exchange::Spectra;
 use niji_exchange::SpectralImage;
 use niji_radiometry::WavelengthGrid;
 use niji_radiometry::solar_irradiance;
@@ -152,6 +153,7 @@ impl Diagram {
         SpectralImage {
             wavelengths: self.wavelengths,
             radiance,
+            spectra: Spectra::Full,
             windows: ImageWindows::whole(n.2, n.1),
             aovs: Vec::new(),
             white_luminance_cd_m2,

@@ -162,7 +162,7 @@ impl<'a> TileFile<'a> {
 }
 
 fn whole(path: &Path) -> Result<Tile, Failure> {
-    let image = SpectralImage::read_spectral(path);
+    let image = SpectralImage::read_picture(path);
     let image = image.map_err(|error| Failure::bad_input(path, error))?;
     Ok(Tile {
         region: image.windows.data,
@@ -349,7 +349,7 @@ fn missing_tiles(files: &[TileFile], whole: PixelRegion) -> Vec<String> {
 fn merged(files: &[TileFile], first: &TileFile) -> Result<SpectralImage, Failure> {
     let mut assembly: Option<Assembly> = None;
     for file in files {
-        let part = SpectralImage::read_spectral(file.path);
+        let part = SpectralImage::read_picture(file.path);
         let part = part.map_err(|error| Failure::bad_input(file.path, error))?;
         if part.windows.data != file.tile.region {
             let message = format!(

@@ -160,7 +160,11 @@ fn parsed(text: &str, path: &Path, common: &Common) -> Result<Scene, Failure> {
     })?;
     let goal = common.goal();
     keepable(goal)?;
-    Ok(goal.of(scene))
+    let mut scene = goal.of(scene);
+    if let Some(spectral) = common.spectral {
+        scene.picture.spectral = spectral;
+    }
+    Ok(scene)
 }
 
 /// Refuses a tolerance that no picture keeps, before anybody waits for one.

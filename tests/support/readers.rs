@@ -114,7 +114,7 @@ fn vdb(path: &Path) -> bool {
 fn table(path: &Path) -> bool {
     let _ = read_provenance(path);
     let _ = contents(path);
-    let is_image = read_plain(path).is_ok() | SpectralImage::read_spectral(path).is_ok();
+    let is_image = read_plain(path).is_ok() | SpectralImage::read_picture(path).is_ok();
     let Ok(file) = TableFile::read(path) else {
         return is_image;
     };

@@ -24,6 +24,7 @@ use niji_exchange::Aov;
 use niji_exchange::Attributes;
 use niji_exchange::ImageWindows;
 use niji_exchange::Provenance;
+use niji_exchange::Spectra;
 use niji_exchange::SpectralImage;
 use niji_photo::Frame;
 use niji_photo::LinearPicture;
@@ -106,6 +107,7 @@ pub fn images() -> Vec<Vec<u8>> {
     let image = SpectralImage {
         wavelengths: WavelengthGrid::new(450.0, 100.0, 3).unwrap(),
         radiance: Array3::from_shape_fn((3, HEIGHT, WIDTH), |(l, y, x)| (l + x * y) as f32),
+        spectra: Spectra::Full,
         windows: ImageWindows::whole(WIDTH, HEIGHT),
         aovs: vec![Aov {
             name: "depth".to_owned(),
@@ -117,8 +119,14 @@ pub fn images() -> Vec<Vec<u8>> {
         attributes: Attributes::new(),
         provenance: exchange_files::provenance(),
     };
+    let kept = [Spectra::Full, Spectra::Half, Spectra::Left];
+    let images = kept.map(|kept| image.clone().keeping(kept));
+    let [full, half, colors] = images.map(|image| written(|bytes| image.write_spectral(bytes)));
     vec![
-        written(|bytes| image.write_spectral(bytes)),
+        full,
+        half,
+        colors,
+        written(|bytes| image.write_layers(RgbPrimaries::Rec709, bytes)),
         plate(),
         other_plate(Codec::ZIP16, Blocks::ScanLines),
     ]

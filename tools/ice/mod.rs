@@ -11,6 +11,7 @@ use niji_exchange::Aov;
 use niji_exchange::Attributes;
 use niji_exchange::ImageWindows;
 use niji_exchange::Provenance;
+use niji_exchange::Spectra;
 use niji_exchange::SpectralImage;
 use niji_ice::IcePicture;
 use niji_scene::IceAccuracy;
@@ -69,6 +70,9 @@ fn read(path: &Path, common: &Common) -> Result<IceScene, Failure> {
     if let Some(preset) = common.accuracy {
         scene.accuracy.transport = IceAccuracy::transport_of(preset);
     }
+    if let Some(spectral) = common.spectral {
+        scene.picture.spectral = spectral;
+    }
     if common.tolerance.is_some() {
         scene.accuracy.tolerance = common.tolerance;
     }
@@ -94,6 +98,7 @@ fn make(scene: &IceScene, folder: &Path, to: &Path, options: StageOptions) -> Re
         let picture = draw(scene, &world, options.verbosity)?;
         reached = check_tolerance(&picture, tolerance_cd_m2);
         let image = image(&world, picture, provenance);
+        let image = image.keeping(scene.picture.spectral.into());
         stages::render::write(&image, &scene.picture, to)
     })?;
     reached
@@ -145,6 +150,7 @@ fn image(world: &World, picture: IcePicture, provenance: Provenance) -> Spectral
     SpectralImage {
         wavelengths: world.wavelengths,
         radiance: picture.radiance,
+        spectra: Spectra::Full,
         windows: ImageWindows::whole(width, height),
         aovs: vec![
             plane("error", ["Y", "cd/m^2"], picture.error),

@@ -15,6 +15,7 @@ use niji_exchange::Channel;
 use niji_exchange::Error;
 use niji_exchange::ImageWindows;
 use niji_exchange::Provenance;
+use niji_exchange::Spectra;
 use niji_exchange::SpectralImage;
 use niji_exchange::TableFile;
 use niji_exchange::TablePart;
@@ -117,6 +118,7 @@ fn image() -> SpectralImage {
     SpectralImage {
         wavelengths: WavelengthGrid::new(400.0, 50.0, 7).expect("wavelengths of light"),
         radiance: Array3::from_shape_fn((7, height, width), |(l, y, x)| wave(y + l, x)),
+        spectra: Spectra::Full,
         windows: ImageWindows::whole(width, height),
         aovs: vec![Aov {
             name: "depth".to_owned(),

@@ -54,7 +54,8 @@ impl Assembly {
         Self {
             image: SpectralImage {
                 wavelengths: part.wavelengths,
-                radiance: Array3::zeros((part.wavelengths.len(), size.0, size.1)),
+                radiance: Array3::zeros((part.radiance.dim().0, size.0, size.1)),
+                spectra: part.spectra,
                 windows,
                 aovs: part.aovs.iter().map(empty).collect(),
                 white_luminance_cd_m2: part.white_luminance_cd_m2,
@@ -109,6 +110,7 @@ impl Assembly {
         let bits = |matrix: Option<[f32; 16]>| matrix.map(|matrix| matrix.map(f32::to_bits));
         for (same, what) in [
             (image.wavelengths == part.wavelengths, "wavelengths"),
+            (image.spectra == part.spectra, "spectra"),
             (layout(image) == layout(part), "layers"),
             (image.windows.display == part.windows.display, "frame"),
             (image.windows.data.contains(part.windows.data), "picture"),
@@ -175,6 +177,7 @@ mod tests {
     use super::*;
     use niji_exchange::Attributes;
     use niji_exchange::ImageWindows;
+    use niji_exchange::Spectra;
     use niji_radiometry::WavelengthGrid;
 
     /// Rows of a picture of 5 x 6 pixels whose values are their places.
@@ -188,6 +191,7 @@ mod tests {
         SpectralImage {
             wavelengths: WavelengthGrid::new(500.0, 10.0, 2).unwrap(),
             radiance: Array3::from_shape_fn((2, size.0, size.1), |(l, y, x)| value(l, y, x)),
+            spectra: Spectra::Full,
             windows: ImageWindows {
                 data: region,
                 display: frame,

@@ -94,10 +94,11 @@ pub(crate) fn make(stage: RenderStage, options: StageOptions) -> Result<Done, Fa
     shown.check_free(options)?;
     let (mut rendered, mut spent) = (None, None);
     let done = perform(&request(&stage)?, options, |provenance| {
-        let image = picture(stage, &provenance, options.verbosity)?;
-        spent = image.1;
-        write_spectral(&image.0, stage.target.path)?;
-        rendered = Some(image.0);
+        let (image, of_all) = picture(stage, &provenance, options.verbosity)?;
+        spent = of_all;
+        let image = image.keeping(stage.settings.picture.spectral.into());
+        write_spectral(&image, stage.target.path)?;
+        rendered = Some(image);
         Ok(())
     })?;
     saved_rows::clear(stage.target.path);
@@ -135,6 +136,7 @@ pub(crate) fn make_until(
     let mut made = None;
     let done = perform(&request(&as_afforded)?, options, |provenance| {
         let image = work.image(rendered, region, provenance);
+        let image = image.keeping(settings.picture.spectral.into());
         write_spectral(&image, stage.target.path)?;
         made = Some(image);
         Ok(())
@@ -210,7 +212,7 @@ impl<'a> Shown<'a> {
         let made = perform(&self.request()?, options, |provenance| {
             let image = match rendered {
                 Some(image) => image,
-                None => SpectralImage::read_spectral(path)
+                None => SpectralImage::read_picture(path)
                     .map_err(|error| Failure::bad_input(path, error))?,
             };
             let image = SpectralImage {

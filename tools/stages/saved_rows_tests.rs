@@ -17,6 +17,7 @@ use niji_exchange::Attributes;
 use niji_exchange::ImageWindows;
 use niji_exchange::RowUse;
 use niji_exchange::ScatteringTable;
+use niji_exchange::Spectra;
 use niji_geometry::Camera;
 use niji_geometry::PinholeCamera;
 use niji_geometry::PinholeRequest;
@@ -192,6 +193,7 @@ fn image(rendered: Rendered, region: PixelRegion, provenance: Provenance) -> Spe
             layer("error", [PictureLayer::Error, PictureLayer::TauSun]),
         ],
         radiance: rendered.radiance,
+        spectra: Spectra::Full,
         windows: ImageWindows {
             data: region,
             display: PixelRegion::frame(WIDTH, HEIGHT),

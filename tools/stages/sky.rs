@@ -17,6 +17,7 @@ use niji_exchange::AtmosphereTable;
 use niji_exchange::Attributes;
 use niji_exchange::ImageWindows;
 use niji_exchange::Provenance;
+use niji_exchange::Spectra;
 use niji_exchange::SpectralImage;
 use niji_picture::unwatched;
 use niji_radiometry::Radians;
@@ -117,6 +118,7 @@ fn picture(
         radiance: Array3::from_shape_fn((n_wavelengths, height, width), |(plane, row, column)| {
             pixels[(row * width + column) * n_wavelengths + plane]
         }),
+        spectra: Spectra::Full,
         windows: ImageWindows::whole(width, height),
         aovs: Vec::new(),
         white_luminance_cd_m2: niji_picture::white_luminance_cd_m2(&air.wavelengths),

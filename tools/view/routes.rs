@@ -18,7 +18,7 @@ use super::http::Request;
 use super::page;
 use super::toml_values;
 use crate::flags::Common;
-use crate::plan::accuracy_flags;
+use crate::plan::picture_flags;
 use crate::shell_word::quoted;
 
 /// How long a page waits for news.
@@ -196,6 +196,6 @@ fn marks(scene: &niji_scene::Scene) -> Value {
 /// The command that makes the picture which is shown.
 fn command(document: &Document, common: &Common) -> String {
     let mut words = vec![quoted(document.path())];
-    words.extend(accuracy_flags(common));
+    words.extend(picture_flags(common));
     format!("niji run {} -o out", words.join(" "))
 }

@@ -124,6 +124,12 @@ pub enum Error {
         /// Its name.
         name: String,
     },
+    /// A picture of colors alone where spectra are needed.
+    #[error(
+        "found colors without spectra, expected spectra: render it with picture.spectral = \"full\" or \"half\" \
+         (or --spectral)"
+    )]
+    NoSpectra,
     /// Another kind of table.
     #[error("found a table of {found:?}, expected {expected:?}")]
     Quantity {

@@ -43,7 +43,7 @@ const NO_DEPTH_M: f32 = 1e10;
 /// Name of the part.
 const PART: &str = "layers";
 const RGB: [&str; 3] = ["R", "G", "B"];
-const XYZ: [&str; 3] = ["X", "Y", "Z"];
+pub(crate) const XYZ: [&str; 3] = ["X", "Y", "Z"];
 const Z: &str = "Z";
 
 impl SpectralImage {

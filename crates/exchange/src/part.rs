@@ -19,6 +19,11 @@ const MAX_NAME_BYTES: usize = 255;
 /// Samples by row and column, borrowed for writing, owned after reading.
 pub(crate) type Samples<'a> = CowArray<'a, f32, Ix2>;
 
+/// Largest half float.
+const LARGEST_HALF: f32 = 65504.0;
+/// Takes numbers beyond it into its range, up to 2e9; there is no light as bright.
+const BEYOND: f32 = 1.0 / 32768.0;
+
 /// One part of a file.
 #[derive(Clone, Debug)]
 pub(crate) struct Part<'a> {
@@ -49,13 +54,12 @@ impl<'a> Part<'a> {
         }
     }
 
-    /// Rounds channels to half floats, but for those with a value that half cannot hold.
+    /// Rounds channels to the precision of half floats; those with a value beyond their range are float all the same.
     pub(crate) fn pack_as_half(&mut self, names: &[String]) {
         let wanted = (self.channels.iter_mut()).filter(|(name, _)| names.contains(name));
         for (name, samples) in wanted {
-            let rounded = samples.mapv(as_half);
-            if rounded.iter().all(|value| value.is_finite()) {
-                *samples = rounded.into();
+            *samples = samples.mapv(as_half).into();
+            if samples.iter().all(|value| value.abs() <= LARGEST_HALF) {
                 self.halves.insert(name.clone());
             }
         }
@@ -151,9 +155,14 @@ impl<'a> Part<'a> {
     }
 }
 
-/// A value as a half float holds it; infinite beyond 65504.
+/// A value with as many digits as a half float holds, also beyond its range.
 pub(crate) fn as_half(value: f32) -> f32 {
-    f16::from_f32(value).to_f32()
+    if value.abs() <= LARGEST_HALF {
+        f16::from_f32(value).to_f32()
+    } else {
+        // A power of two is exact, and what is not finite stays so for the writer to refuse.
+        f16::from_f32(value * BEYOND).to_f32() / BEYOND
+    }
 }
 
 fn check_name(kind: &'static str, name: &str) -> Result<(), Error> {

@@ -36,17 +36,22 @@ use crate::exr_read;
 use crate::exr_write;
 use crate::exr_write::Codec;
 use crate::image_windows::ImageWindows;
+use crate::layers_file::XYZ;
 use crate::layers_file::rgb_channels;
 use crate::part::Part;
 use crate::part::Samples;
 use crate::preview;
 use crate::provenance::Provenance;
+use crate::spectra::LUMINANCE;
+use crate::spectra::Spectra;
 use crate::wavelength_names;
 use crate::wavelength_names::long_name;
 use crate::wavelength_names::parse_wavelength;
 
 /// Name of the spectral part.
 const SPECTRAL_PART: &str = "spectral";
+/// Name of the part that stands for it where spectra were left out.
+const COLOR_PART: &str = "color";
 /// Prefix of the channels of unpolarised emission in the layout.
 const STOKES_0: &str = "S0.";
 /// Name of the attribute with the version of the layout.
@@ -75,7 +80,7 @@ pub struct Aov {
 ///
 /// ```
 /// use ndarray::Array3;
-/// use niji_exchange::{Attributes, ImageWindows, Provenance, SpectralImage};
+/// use niji_exchange::{Attributes, ImageWindows, Provenance, Spectra, SpectralImage};
 /// use niji_radiometry::{Colorimetry, GamutPolicy, RgbPrimaries, WavelengthGrid};
 ///
 /// // The same radiance at every wavelength, as bright as white.
@@ -84,6 +89,7 @@ pub struct Aov {
 /// let image = SpectralImage {
 ///     wavelengths,
 ///     radiance: Array3::ones((wavelengths.len(), 1, 1)),
+///     spectra: Spectra::Full,
 ///     windows: ImageWindows::whole(1, 1),
 ///     aovs: Vec::new(),
 ///     white_luminance_cd_m2: Colorimetry::new(&wavelengths).xyz(&flat)[1],
@@ -99,8 +105,11 @@ pub struct Aov {
 pub struct SpectralImage {
     /// Wavelength bins.
     pub wavelengths: WavelengthGrid,
-    /// Radiance by wavelength, row and column: bin means in W m^-2 sr^-1 nm^-1.
+    /// Radiance by wavelength, row and column: bin means in W m^-2 sr^-1 nm^-1. Where spectra were left out: X, Y, Z
+    /// [cd/m²] by row and column.
     pub radiance: Array3<f32>,
+    /// What is kept of the spectra.
+    pub spectra: Spectra,
     /// Where its pixels lie, and which are the frame.
     pub windows: ImageWindows,
     /// Further pictures of the same size.
@@ -137,9 +146,11 @@ impl SpectralImage {
                     for (index, value) in spectrum.iter_mut().enumerate() {
                         *value = f64::from(self.radiance[[index, y, x]]);
                     }
-                    let xyz = colorimetry
-                        .xyz(&spectrum)
-                        .map(|value| value / self.white_luminance_cd_m2);
+                    let xyz = match (self.spectra, spectrum.as_slice()) {
+                        (Spectra::Left, &[x, y, z]) => [x, y, z],
+                        (_, spectrum) => colorimetry.xyz(spectrum),
+                    };
+                    let xyz = xyz.map(|value| value / self.white_luminance_cd_m2);
                     let color = primaries.of_linear_rec709(xyz_to_linear_rec709(xyz));
                     for (channel, value) in color.into_iter().enumerate() {
                         row[[x, channel]] = value;
@@ -159,37 +170,21 @@ impl SpectralImage {
         rgb
     }
 
-    /// Writes the spectral image with all its AOVs.
+    /// Writes the spectral image with all its AOVs. Without spectra it has X, Y, Z in their place.
     ///
     /// # Errors
     /// A value that is not finite, an AOV of another size, or a writer that fails.
     pub fn write_spectral(&self, writer: impl Write + Seek) -> Result<(), Error> {
         self.check_shape()?;
-        let planes = self.radiance.axis_iter(Dimension(0));
-        let named = self.wavelengths.centers().zip(planes);
-        let mut channels: Vec<(String, Samples)> = named
-            .map(|(center, plane)| (format!("{STOKES_0}{}", long_name(center)), plane.into()))
-            .collect();
-        let rgb = self.rgb(RgbPrimaries::Rec709, GamutPolicy::Desaturate);
-        channels.extend(rgb_channels("", rgb));
-        let mut main = Part::new(SPECTRAL_PART, channels);
-        main.attributes = self.attributes.clone();
-        self.describe(&mut main);
-        main.attributes
-            .extend(wavelength_names::describe(&self.wavelengths));
-        for (name, text) in [
-            (LAYOUT_VERSION, "1.0"),
-            (EMISSIVE_UNITS, "W.m^-2.sr^-1"),
-            (SPECTRAL_UNIT, "W.m^-2.sr^-1.nm^-1"),
-        ] {
-            main.attributes
-                .insert(name.to_owned(), AttributeValue::Text(text.to_owned()));
-        }
-        let mut parts = vec![main];
+        let mut parts = vec![self.main_part()];
         for aov in &self.aovs {
             let channels = aov.channels.iter();
             let channels = channels.map(|(name, values)| (name.clone(), values.view().into()));
             let mut part = Part::new(&aov.name, channels.collect());
+            if self.spectra != Spectra::Full && aov.is_light() {
+                let names = aov.channels.iter().map(|(name, _)| name.clone());
+                part.pack_as_half(&names.collect::<Vec<_>>());
+            }
             let unit = AttributeValue::Text(aov.unit.clone());
             part.attributes.insert(AOV_UNIT.to_owned(), unit);
             part.windows = Some(self.windows);
@@ -198,23 +193,93 @@ impl SpectralImage {
         exr_write::write(&parts, Codec::Piz, writer)
     }
 
+    /// The spectra with R, G, B beside them, or X, Y, Z.
+    fn main_part(&self) -> Part<'_> {
+        let planes = self.radiance.axis_iter(Dimension(0));
+        let names: Vec<String> = match self.spectra {
+            Spectra::Full | Spectra::Half => {
+                let centers = self.wavelengths.centers();
+                centers
+                    .map(|center| format!("{STOKES_0}{}", long_name(center)))
+                    .collect()
+            }
+            Spectra::Left => XYZ.map(str::to_owned).into(),
+        };
+        let named = names.into_iter().zip(planes);
+        let mut channels: Vec<(String, Samples)> =
+            named.map(|(name, plane)| (name, plane.into())).collect();
+        let (name, texts) = if self.spectra == Spectra::Left {
+            (COLOR_PART, vec![(AOV_UNIT, LUMINANCE)])
+        } else {
+            let rgb = self.rgb(RgbPrimaries::Rec709, GamutPolicy::Desaturate);
+            channels.extend(rgb_channels("", rgb));
+            let texts = [
+                (LAYOUT_VERSION, "1.0"),
+                (EMISSIVE_UNITS, "W.m^-2.sr^-1"),
+                (SPECTRAL_UNIT, "W.m^-2.sr^-1.nm^-1"),
+            ];
+            (SPECTRAL_PART, texts.to_vec())
+        };
+        let mut main = Part::new(name, channels);
+        if self.spectra == Spectra::Half {
+            let names = main.channels.iter().map(|(name, _)| name.clone());
+            main.pack_as_half(&names.collect::<Vec<_>>());
+        }
+        main.attributes = self.attributes.clone();
+        self.describe(&mut main);
+        main.attributes
+            .extend(wavelength_names::describe(&self.wavelengths));
+        if self.spectra == Spectra::Left {
+            let count = AttributeValue::Number(self.wavelengths.len() as f64);
+            main.attributes
+                .insert(wavelength_names::COUNT.to_owned(), count);
+        }
+        for (name, text) in texts {
+            main.attributes
+                .insert(name.to_owned(), AttributeValue::Text(text.to_owned()));
+        }
+        main
+    }
+
     /// Reads a spectral image with its AOVs; one by another program too, if its wavelengths are
     /// equidistant.
     ///
     /// # Errors
-    /// A missing, truncated or damaged file, one without a spectral part, or values that are not
+    /// A missing, truncated or damaged file, one without a spectral part, [`Error::NoSpectra`], or values that are not
     /// finite.
     pub fn read_spectral(path: &Path) -> Result<Self, Error> {
+        let image = Self::read_picture(path)?;
+        if image.spectra == Spectra::Left {
+            return Err(Error::NoSpectra);
+        }
+        Ok(image)
+    }
+
+    /// The same for whom colors are enough: of an image whose spectra were left out, too.
+    ///
+    /// # Errors
+    /// As [`Self::read_spectral`], but for [`Error::NoSpectra`].
+    pub fn read_picture(path: &Path) -> Result<Self, Error> {
         let mut parts = exr_read::read_parts(path)?.into_iter();
         let missing = || Error::missing("part", SPECTRAL_PART);
         let mut main = parts.next().ok_or_else(missing)?;
-        let (wavelengths, radiance) = radiance(&mut main)?;
+        let spectra = match (main.name.as_str(), main.halves.is_empty()) {
+            (COLOR_PART, _) => Spectra::Left,
+            (_, true) => Spectra::Full,
+            (_, false) => Spectra::Half,
+        };
+        let (wavelengths, radiance) = if spectra == Spectra::Left {
+            colors(&mut main)?
+        } else {
+            radiance(&mut main)?
+        };
         let (_, height, width) = radiance.dim();
         let provenance = Provenance::from_text_items(attributes::texts(&main.attributes));
         let white = main.white_luminance_cd_m2.map_or(1.0, f64::from);
         let image = Self {
             wavelengths,
             radiance,
+            spectra,
             windows: main
                 .windows
                 .unwrap_or_else(|| ImageWindows::whole(width, height)),
@@ -261,8 +326,12 @@ impl SpectralImage {
 
     pub(crate) fn check_shape(&self) -> Result<(), Error> {
         let (n_planes, height, width) = self.radiance.dim();
-        if n_planes != self.wavelengths.len() {
-            let (what, expected) = ("planes of radiance".to_owned(), self.wavelengths.len());
+        let expected = match self.spectra {
+            Spectra::Full | Spectra::Half => self.wavelengths.len(),
+            Spectra::Left => XYZ.len(),
+        };
+        if n_planes != expected {
+            let what = "planes of radiance".to_owned();
             return Err(Error::Shape {
                 what,
                 found: n_planes,
@@ -342,6 +411,16 @@ fn radiance(main: &mut Part) -> Result<(WavelengthGrid, Array3<f32>), Error> {
     Ok((wavelengths, radiance))
 }
 
+/// Takes X, Y and Z out of part 0, and the wavelengths that they are of.
+fn colors(main: &mut Part) -> Result<(WavelengthGrid, Array3<f32>), Error> {
+    let (height, width) = main.size();
+    let mut xyz = Array3::zeros((XYZ.len(), height, width));
+    for (mut plane, name) in xyz.outer_iter_mut().zip(XYZ) {
+        plane.assign(&main.take(name)?);
+    }
+    Ok((wavelength_names::grid_of(main)?, xyz))
+}
+
 fn aov(part: Part) -> Aov {
     let unit = part.text(AOV_UNIT).unwrap_or("-").to_owned();
     let channels = part.channels.into_iter();
@@ -359,10 +438,16 @@ fn describes(name: &str) -> bool {
         LAYOUT_VERSION,
         EMISSIVE_UNITS,
         SPECTRAL_UNIT,
+        AOV_UNIT,
         WHITE,
         checksum::NAME,
     ];
     own.contains(&name)
-        || [wavelength_names::FIRST, wavelength_names::STEP].contains(&name)
+        || [
+            wavelength_names::FIRST,
+            wavelength_names::STEP,
+            wavelength_names::COUNT,
+        ]
+        .contains(&name)
         || Provenance::owns(name)
 }

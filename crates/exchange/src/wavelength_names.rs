@@ -9,11 +9,14 @@ use niji_radiometry::WavelengthGrid;
 use crate::attributes::AttributeValue;
 use crate::attributes::Attributes;
 use crate::error::Error;
+use crate::part::Part;
 
 /// Name of the attribute that holds the first wavelength.
 pub(crate) const FIRST: &str = "niji:wavelengthFirstNm";
 /// Name of the attribute that holds the step between wavelengths.
 pub(crate) const STEP: &str = "niji:wavelengthStepNm";
+/// Name of the attribute that holds their number, where no channel has their names.
+pub(crate) const COUNT: &str = "niji:wavelengthCount";
 /// Largest deviation of a wavelength from an equidistant grid, in nm.
 const TOLERANCE_NM: f64 = 1e-4;
 
@@ -46,6 +49,15 @@ pub(crate) fn describe(wavelengths: &WavelengthGrid) -> [(String, AttributeValue
         (STEP, wavelengths.step_nm()),
     ]
     .map(|(name, number)| (name.to_owned(), AttributeValue::Number(number)))
+}
+
+/// The grid that the attributes of a part state, which has no channel with their names.
+pub(crate) fn grid_of(part: &Part) -> Result<WavelengthGrid, Error> {
+    let count = part.number(COUNT)?;
+    // As many as a file can have channels at most; a fraction or NaN is refused with what it becomes.
+    let n = count.clamp(0.0, f64::from(u16::MAX)) as usize;
+    let grid = WavelengthGrid::new(part.number(FIRST)?, part.number(STEP)?, n);
+    grid.map_err(|error| Error::Wavelengths(error.to_string()))
 }
 
 /// The grid behind the wavelengths in channel names: the one that the attributes state, if it fits,

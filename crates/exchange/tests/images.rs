@@ -17,6 +17,7 @@ use niji_exchange::Attributes;
 use niji_exchange::Error;
 use niji_exchange::ImageWindows;
 use niji_exchange::Provenance;
+use niji_exchange::Spectra;
 use niji_exchange::SpectralImage;
 use niji_exchange::contents;
 use niji_exchange::read_provenance;
@@ -48,6 +49,7 @@ fn image() -> SpectralImage {
         radiance: Array3::from_shape_fn((10, HEIGHT, WIDTH), |(l, y, x)| {
             1e-2 * noise(77_777 * l + WIDTH * y + x)
         }),
+        spectra: Spectra::Full,
         windows: ImageWindows::whole(WIDTH, HEIGHT),
         aovs: vec![
             Aov {
@@ -334,6 +336,60 @@ fn layers_for_compositors_add_up_to_the_picture_as_another_reader_has_them() {
 }
 
 #[test]
+fn spectra_in_half_floats_err_by_their_last_place_and_come_back_as_they_were_written() {
+    let full = image_of_two_lights();
+    let half = full.clone().keeping(Spectra::Half);
+    let light = |image: &SpectralImage| image.aovs[0].channels[1].1.clone();
+    for (kept, value) in light(&half).iter().zip(&light(&full)) {
+        assert!((kept - value).abs() <= value * f32::powi(2.0, -11) + 3e-8);
+    }
+    // Shares and distances stay.
+    assert_eq!(half.aovs[1..3], full.aovs[1..3]);
+    for (kept, value) in half.radiance.iter().zip(&full.radiance) {
+        let most = (value * f32::powi(2.0, -11)).max(f32::powi(2.0, -25));
+        assert!((kept - value).abs() <= most, "{kept} {value}");
+    }
+    assert!(half.radiance != full.radiance);
+    let bytes = spectral_bytes(&half);
+    assert_eq!(read(&bytes).unwrap(), half);
+    // Noise is packed to nothing less than its digits.
+    assert!(bytes.len() * 10 < spectral_bytes(&full).len() * 7);
+    // What was rounded once stays.
+    assert_eq!(half.clone().keeping(Spectra::Half), half);
+}
+
+#[test]
+fn an_image_without_spectra_has_its_colors_and_says_so_to_whom_needs_more() {
+    let full = image();
+    let colors = full.clone().keeping(Spectra::Left);
+    let bytes = spectral_bytes(&colors);
+    let refused = read(&bytes).unwrap_err();
+    assert!(matches!(refused, Error::NoSpectra));
+    assert!(refused.to_string().contains("picture.spectral"));
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("image.exr");
+    fs::write(&path, &bytes).unwrap();
+    let again = SpectralImage::read_picture(&path).unwrap();
+    assert_eq!(again, colors);
+    assert_eq!(again.clone().keeping(Spectra::Full), colors);
+    for primaries in RgbPrimaries::ALL {
+        let [found, expected] =
+            [&again, &full].map(|image| image.rgb(primaries, GamutPolicy::Desaturate));
+        let brightest = expected.iter().copied().fold(0.0, f32::max);
+        for (found, expected) in found.iter().zip(&expected) {
+            // f32 in X, Y, Z; worst found 1e-7.
+            assert!((found - expected).abs() <= 5e-7 * brightest);
+        }
+    }
+    let names: Vec<String> = contents(&path)
+        .unwrap()
+        .into_iter()
+        .map(|part| part.name)
+        .collect();
+    assert_eq!(names, ["color", "bow_primary", "transmittance", "depth"]);
+}
+
+#[test]
 fn what_half_cannot_hold_is_float() {
     let mut image = image_of_two_lights();
     image.white_luminance_cd_m2 = 1e-6;
@@ -347,7 +403,9 @@ fn what_half_cannot_hold_is_float() {
     let parts = niji_exchange::read_plain(&path).unwrap();
     let green = parts[0].channels.iter().find(|it| it.name == "G").unwrap();
     let expected = image.rgb(RgbPrimaries::Rec709, GamutPolicy::Desaturate);
-    assert_eq!(green.values, expected.index_axis(Axis(0), 1));
+    for (found, expected) in green.values.iter().zip(expected.index_axis(Axis(0), 1)) {
+        assert!((found - expected).abs() <= expected * f32::powi(2.0, -11) + 1e-3);
+    }
     assert!(green.values.iter().any(|value| *value > 65504.0));
 }
 
@@ -468,6 +526,7 @@ fn cut(image: &SpectralImage, region: PixelRegion) -> SpectralImage {
 fn with_overscan() -> SpectralImage {
     let display = PixelRegion::frame(WIDTH as u32 - 10, HEIGHT as u32 - 10);
     SpectralImage {
+        spectra: Spectra::Full,
         windows: ImageWindows {
             data: display.grown(5).unwrap(),
             display,

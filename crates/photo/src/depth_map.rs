@@ -324,6 +324,7 @@ mod tests {
         let image = |aovs| niji_exchange::SpectralImage {
             wavelengths: niji_radiometry::WavelengthGrid::new(500.0, 50.0, 2).unwrap(),
             radiance: ndarray::Array3::zeros((2, 2, 3)),
+            spectra: niji_exchange::Spectra::Full,
             windows: niji_exchange::ImageWindows::whole(3, 2),
             aovs,
             white_luminance_cd_m2: 1.0,

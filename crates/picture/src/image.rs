@@ -7,6 +7,7 @@ use niji_exchange::AttributeValue;
 use niji_exchange::Attributes;
 use niji_exchange::ImageWindows;
 use niji_exchange::Provenance;
+use niji_exchange::Spectra;
 use niji_exchange::SpectralImage;
 use niji_geometry::Camera;
 use niji_geometry::FisheyeMapping;
@@ -33,6 +34,7 @@ pub(crate) fn of_rendered(
         wavelengths,
         aovs: layers(&rendered),
         radiance: rendered.radiance,
+        spectra: Spectra::Full,
         windows: ImageWindows {
             data: frame,
             display: frame,

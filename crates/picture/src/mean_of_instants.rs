@@ -166,6 +166,7 @@ mod tests {
     use niji_exchange::Attributes;
     use niji_exchange::ImageWindows;
     use niji_exchange::Provenance;
+    use niji_exchange::Spectra;
     use niji_geometry::PixelRegion;
     use niji_radiometry::WavelengthGrid;
 
@@ -200,6 +201,7 @@ mod tests {
                     ],
                 ),
             ],
+            spectra: Spectra::Full,
             windows: ImageWindows {
                 data: window,
                 display: window,

@@ -152,7 +152,11 @@ impl PictureSettings {
             orders_noise: follows_rounds.then_some(tolerance_for_orders(plan.tolerance)),
             most_orders_error: follows_rounds
                 .then_some(most_error_of_orders(plan.tolerance, plan.left_out)),
-            picture: scene.picture,
+            picture: Picture {
+                // Whatever it was decided on with.
+                spectral: planned.shown.spectral,
+                ..scene.picture
+            },
             shown: planned.shown,
             frame: (planned.time).map(|time| (time.frame, time.frames_per_second)),
             shutter: planned.shutter.clone(),

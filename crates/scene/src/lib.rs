@@ -127,6 +127,7 @@ pub use sections::Gamut;
 pub use sections::Ground;
 pub use sections::Picture;
 pub use sections::Primaries;
+pub use sections::Spectral;
 pub use sections::Sun;
 pub use sections::Water;
 pub use sequence::LAST_FRAME;

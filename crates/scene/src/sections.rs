@@ -1,6 +1,7 @@
 //! The sections of a scene file, each a plain struct with the unit in the name of every key.
 
 use glam::DVec3;
+use niji_exchange::Spectra;
 use niji_geometry::direction_from_azimuth_elevation;
 use niji_radiometry::GamutPolicy;
 use niji_radiometry::Radians;
@@ -138,7 +139,7 @@ impl Default for Ground {
     }
 }
 
-/// The section `[picture]`: how the preview is shown; radiances do not depend on it.
+/// The section `[picture]`: how the picture is shown and kept; what is computed does not depend on it.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Picture {
@@ -152,6 +153,43 @@ pub struct Picture {
     /// What red, green and blue are in the plain image for compositors.
     #[serde(default)]
     pub primaries: Primaries,
+    /// What its spectral file keeps of spectra.
+    #[serde(default)]
+    pub spectral: Spectral,
+}
+
+/// What the file of a picture keeps of its spectra.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Spectral {
+    /// All, in single precision.
+    #[default]
+    Full,
+    /// All, in half floats, and the layers of light and errors too: a relative error of 2^-11.
+    Half,
+    /// Nothing: colors X, Y, Z take their place; layers of light and errors are half floats.
+    None,
+}
+
+impl Spectral {
+    /// Its spelling in scenes.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Full => "full",
+            Self::Half => "half",
+            Self::None => "none",
+        }
+    }
+}
+
+impl From<Spectral> for Spectra {
+    fn from(spectral: Spectral) -> Self {
+        match spectral {
+            Spectral::Full => Self::Full,
+            Spectral::Half => Self::Half,
+            Spectral::None => Self::Left,
+        }
+    }
 }
 
 /// What red, green and blue are.
