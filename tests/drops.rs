@@ -50,7 +50,7 @@ fn summary(drops: &Path) -> Value {
 /// Light of both bows at every pixel, and whether the ray through its center meets the box.
 fn bow_light(scene: &Scene, image: &SpectralImage, bounds: &Aabb) -> Vec<(bool, f64)> {
     let camera = scene.camera.pinhole().unwrap();
-    let bows = image.aovs.iter().filter(|aov| aov.name.starts_with("bow."));
+    let bows = image.aovs.iter().filter(|aov| aov.name.starts_with("bow_"));
     let planes: Vec<_> = bows
         .flat_map(|aov| &aov.channels)
         .map(|(_, plane)| plane)
@@ -443,4 +443,69 @@ fn smoke_of_another_program_becomes_a_bow() {
         &from_vdb.replace("density_means", "density_mean"),
     );
     assert!(message(3, &["plan", text(&misspelt)]).contains("did you mean `density_means`"));
+}
+
+#[test]
+fn a_formula_or_a_grid_that_is_mistyped_is_told_with_its_place() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("smoke.vdb");
+    smoke(&file);
+    let drops = folder.path().join("drops.vdb");
+    let made = |code, grid: &str, radius: &str| {
+        let arguments = [
+            "drops",
+            "from-vdb",
+            text(&file),
+            "--grid",
+            grid,
+            "--density-means",
+            "water",
+            "--scale",
+            "1",
+            "--effective-radius-um",
+            radius,
+            "-o",
+            text(&drops),
+            "-q",
+        ];
+        message(code, &arguments)
+    };
+    for (code, grid, radius, expected) in [
+        (3, "smok", "10", "grid `smok` is missing; the file holds"),
+        (
+            3,
+            "smoke",
+            "6 + heet/2",
+            "names `heet` at column 5; the file holds the grids",
+        ),
+        (
+            2,
+            "smoke",
+            "6 + * 2",
+            "has '*' at column 5, expected a number",
+        ),
+        (
+            2,
+            "smoke",
+            "0",
+            "--effective-radius-um = 0, expected a radius above 0",
+        ),
+        (
+            3,
+            "smoke",
+            "smoke - 1e9",
+            "a formula that comes to a radius above 0",
+        ),
+    ] {
+        let said = made(code, grid, radius);
+        assert_eq!(said.trim_end().lines().count(), 1, "{said}");
+        assert!(said.contains(expected), "{said}");
+    }
+    assert!(!drops.exists());
+    assert_eq!(made(0, "smoke", "10 + smoke"), "");
+    let help = niji_ends_with(0, &["drops", "from-vdb", "--help"]).stdout;
+    let help = String::from_utf8(help).unwrap();
+    for flag in ["--up", "--units-per-m", "--voxel-m", "6 + 0.5*sqrt(age)"] {
+        assert!(help.contains(flag), "{help}");
+    }
 }

@@ -141,7 +141,7 @@ fn modes_of_a_mixture_are_those_of_its_parts() {
 
 /// Light of the bows, of the whole picture.
 fn bow_light(image: &SpectralImage) -> f64 {
-    let bows = image.aovs.iter().filter(|aov| aov.name.starts_with("bow."));
+    let bows = image.aovs.iter().filter(|aov| aov.name.starts_with("bow_"));
     let planes = bows.flat_map(|aov| &aov.channels).map(|(_, plane)| plane);
     planes.map(|plane| f64::from(plane.sum())).sum()
 }

@@ -8,6 +8,7 @@ use glam::DVec3;
 use niji_dropfield::DensityImport;
 use niji_dropfield::DensityMeans;
 use niji_dropfield::DropVolume;
+use niji_dropfield::EffectiveRadius;
 use niji_exchange::AtmosphereTable;
 use niji_exchange::ScatteringTable;
 use niji_exchange::SpectralImage;
@@ -95,12 +96,8 @@ fn vdb(path: &Path) -> bool {
         let again = VdbFile::parse(&bytes).expect("what was written is read");
         assert!(bytes == written(&again).unwrap(), "the voxels have changed");
     }
-    let import = DensityImport {
-        density_means: DensityMeans::Number,
-        scale: 1.0,
-        effective_radius_um: 500.0,
-        effective_variance: 0.1,
-    };
+    let number = (DensityMeans::Number, 1.0);
+    let import = DensityImport::in_metres(number, EffectiveRadius::Um(500.0), 0.1);
     let drops = [
         DropVolume::from_vdb(&file),
         DropVolume::from_density(&file, "density", &import),

@@ -39,7 +39,7 @@ impl ShapeCommand {
         let drops: DropSource = schema_flags::read(json!({ &self.name: value }))?;
         let checked = match &drops {
             DropSource::Shape(shape) => shape.validate(),
-            DropSource::FromVdb(density) => density.import().validate().map_err(Into::into),
+            DropSource::FromVdb(density) => density.validate().map_err(Into::into),
             DropSource::File(_) => Ok(()),
         };
         checked.map_err(|error| self.refused(&error))?;

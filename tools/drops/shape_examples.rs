@@ -54,7 +54,9 @@ const EXAMPLES: [(&str, &str); 9] = [
         "  niji drops from-vdb smoke.vdb --grid density --density-means water --scale 0.3 \\
       --effective-radius-um 200 -o drops.vdb
   niji drops from-vdb smoke.vdb --density-means optical-depth --scale 2 \\
-      --effective-radius-um 200 --effective-variance 0.1 -o drops.vdb",
+      --effective-radius-um 200 --effective-variance 0.1 -o drops.vdb
+  niji drops from-vdb steam.vdb --density-means water --scale 0.3 --up z --units-per-m 100 \\
+      --effective-radius-um '6 + 0.5*sqrt(age)' -o drops.vdb",
     ),
 ];
 

@@ -89,6 +89,8 @@ fn kind(schema: &Value, flag: &str) -> Kind {
     let length = schema.get("maxItems").and_then(Value::as_u64);
     match length {
         Some(n) => Kind::Numbers(n as usize),
+        // A number or words: who reads them knows which.
+        None if is("number") && is("string") => Kind::Text,
         None if is("number") => Kind::Number,
         None if is("integer") => Kind::WholeNumber,
         None => Kind::Text,

@@ -142,6 +142,32 @@ pub enum Error {
         /// Name of the grid.
         grid: String,
     },
+    /// A formula that is none.
+    #[error("the formula `{formula}` has {found} at column {column}, expected {expected}")]
+    BadFormula {
+        /// As it was given.
+        formula: String,
+        /// From 1.
+        column: usize,
+        /// What stands there.
+        found: String,
+        /// What could.
+        expected: String,
+    },
+    /// A name in a formula that no grid has.
+    #[error(
+        "the formula `{formula}` names `{name}` at column {column}; the file holds the grids {grids:?}"
+    )]
+    UnknownName {
+        /// As it was given.
+        formula: String,
+        /// From 1.
+        column: usize,
+        /// The name.
+        name: String,
+        /// Those that there are.
+        grids: Vec<String>,
+    },
     /// A setting of an import outside its range.
     #[error("{parameter} = {found}, expected {expected}")]
     BadSetting {

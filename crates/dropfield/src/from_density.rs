@@ -9,12 +9,18 @@
 //! N = s d/(2 pi <r²> max_line(sum_line(d) h))       s is the largest optical depth at Q = 2 of a
 //!                                                   line of voxels along an axis
 //! `s` scale, `h` voxel size [m], `<>` mean over the drops: <r²> = r_e² (1 - v_e)(1 - 2 v_e),
-//! <r³> = r_e <r²>.
+//! <r³> = r_e <r²>. Where r_e is a formula of other grids (temperature, age) it holds voxel by voxel, with values that
+//! are trilinear between the voxels of those.
+//!
+//! Files have a world of their own: [`DensityImport::to_metres`] takes it to metres with y up, and a lattice that is
+//! not made of axis-parallel cubes there is resampled (`resample.rs`).
 //! [HT74] Hansen and Travis, Space Science Reviews 16, 527-610 (1974), eqs. 2.53, 2.54, 2.56.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
+use glam::DMat3;
+use glam::DVec3;
 use niji_sizes::HansenTravis;
 use niji_vdb::FloatTree;
 use niji_vdb::Grid;
@@ -22,26 +28,35 @@ use niji_vdb::LEVEL_SET;
 use niji_vdb::Leaf;
 use niji_vdb::SparseTree;
 use niji_vdb::Tile;
+use niji_vdb::Transform;
 use niji_vdb::Tree;
 use niji_vdb::Value;
 use niji_vdb::VdbFile;
+use rayon::prelude::*;
 use schemars::JsonSchema;
+use schemars::Schema;
+use schemars::SchemaGenerator;
+use schemars::json_schema;
 use serde::Deserialize;
 use serde::Serialize;
 
+use crate::DropLeaf;
 use crate::DropMode;
 use crate::DropVolume;
 use crate::Drops;
 use crate::Error;
 use crate::mode::EXPECT_VARIANCE;
 use crate::mode::LARGEST_RADIUS_M;
+use crate::mode::LEAF_NODES;
+use crate::mode::check_drops;
 use crate::mode::sound_variance;
+use crate::radius_formula::RadiusFormula;
 use crate::read_vdb::FloatGrid;
 use crate::read_vdb::Rule;
-use crate::read_vdb::lattice;
 use crate::read_vdb::missing;
 use crate::read_vdb::spread;
-use crate::summary::largest_line_sum;
+use crate::resample::Lattice;
+use crate::summary::max_optical_depth_q1;
 
 /// What the numbers of a foreign density grid mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -59,18 +74,103 @@ pub enum DensityMeans {
 }
 
 /// How a density grid becomes drops.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DensityImport {
     /// What the numbers mean.
     pub density_means: DensityMeans,
     /// Factor on the numbers or, for [`DensityMeans::OpticalDepth`], the optical depth; above 0.
     pub scale: f64,
-    /// Effective radius of all drops (um), above 0 and at most 1e5.
-    pub effective_radius_um: f64,
+    /// Effective radius of the drops (um), above 0 and at most 1e5.
+    pub effective_radius_um: EffectiveRadius,
     /// Effective variance of all drops, 0..1/2.
     pub effective_variance: f64,
+    /// By columns, the matrix from the file's world to metres with y up.
+    #[serde(default = "identity", skip_serializing_if = "is_identity")]
+    pub to_metres: [[f64; 3]; 3],
+    /// Edge of the voxels of the drops (m): the shortest step of the grid where it is left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub voxel_m: Option<f64>,
 }
+
+fn identity() -> [[f64; 3]; 3] {
+    DMat3::IDENTITY.to_cols_array_2d()
+}
+
+fn is_identity(matrix: &[[f64; 3]; 3]) -> bool {
+    *matrix == identity()
+}
+
+impl DensityImport {
+    /// Of a file in metres with y up, on its own voxels.
+    #[must_use]
+    pub fn in_metres(
+        (density_means, scale): (DensityMeans, f64),
+        effective_radius_um: EffectiveRadius,
+        effective_variance: f64,
+    ) -> Self {
+        Self {
+            density_means,
+            scale,
+            effective_radius_um,
+            effective_variance,
+            to_metres: identity(),
+            voxel_m: None,
+        }
+    }
+}
+
+/// An effective radius (um). A text that is a number is that number.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(untagged, from = "NumberOrText")]
+pub enum EffectiveRadius {
+    /// The same everywhere.
+    Um(f64),
+    /// A formula of the names of grids, voxel by voxel.
+    Formula(String),
+}
+
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "a radius, or a formula of grids")]
+enum NumberOrText {
+    Number(f64),
+    Text(String),
+}
+
+impl From<NumberOrText> for EffectiveRadius {
+    fn from(found: NumberOrText) -> Self {
+        match found {
+            NumberOrText::Number(radius_um) => Self::Um(radius_um),
+            NumberOrText::Text(text) => match text.trim().parse() {
+                Ok(radius_um) => Self::Um(radius_um),
+                Err(_) => Self::Formula(text),
+            },
+        }
+    }
+}
+
+impl JsonSchema for EffectiveRadius {
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn schema_name() -> Cow<'static, str> {
+        "EffectiveRadius".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "type": ["number", "string"],
+            "exclusiveMinimum": 0.0,
+            "maximum": LARGEST_RADIUS_UM,
+            "minLength": 1,
+        })
+    }
+}
+
+/// Largest radius [um].
+const LARGEST_RADIUS_UM: f64 = 1e5;
+const EXPECT_RADIUS: &str = "a radius above 0 and at most 1e5 um";
 
 /// What a value of a density grid must be.
 const DENSITY_RULE: Rule = Rule {
@@ -85,7 +185,7 @@ impl DropVolume {
     ///
     /// ```
     /// use glam::DVec3;
-    /// use niji_dropfield::{DensityImport, DensityMeans, DropVolume};
+    /// use niji_dropfield::{DensityImport, DensityMeans, DropVolume, EffectiveRadius};
     /// use niji_vdb::{FOG_VOLUME, FloatTree, Grid, Leaf, Transform, VdbFile};
     ///
     /// let mut leaf = Leaf::new([0; 3], 0.0);
@@ -95,21 +195,17 @@ impl DropVolume {
     /// let file = VdbFile::new(vec![Grid::new("density", FOG_VOLUME, transform, tree)]);
     ///
     /// // 0.6 g of water per cubic metre where the density is 1.
-    /// let import = DensityImport {
-    ///     density_means: DensityMeans::Water,
-    ///     scale: 0.6,
-    ///     effective_radius_um: 10.0,
-    ///     effective_variance: 0.1,
-    /// };
+    /// let water = (DensityMeans::Water, 0.6);
+    /// let import = DensityImport::in_metres(water, EffectiveRadius::Um(10.0), 0.1);
     /// let volume = DropVolume::from_density(&file, "density", &import)?;
     /// assert!((volume.modes[0].total_water_g() - 0.3 * 2.0_f64.powi(3)).abs() < 1e-6);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     ///
     /// # Errors
-    /// [`Error::BadSetting`]; [`Error::MissingGrid`] with the grids that there are; grids of level
-    /// sets or vectors, lattices that are not axis-parallel cubes, a background other than 0, too
-    /// many voxels, values that are negative or not finite.
+    /// [`Error::BadSetting`]; [`Error::BadFormula`]; [`Error::MissingGrid`] and [`Error::UnknownName`] with the grids
+    /// that there are; grids of level sets or vectors, a background other than 0, too many voxels, values that are
+    /// negative or not finite, a formula that comes to no radius ([`Error::BadVoxel`]).
     pub fn from_density(
         file: &VdbFile,
         grid_name: &str,
@@ -121,9 +217,18 @@ impl DropVolume {
             let grid = grid.name.clone();
             return Err(Error::LevelSet { grid });
         }
-        let values = values_as_numbers(grid, import)?;
-        let number_per_value = import.number_per_value(&values);
-        let mode = values.with_numbers_scaled(|_| number_per_value)?;
+        let radius = LocalRadius::new(file, grid, import)?;
+        let leaves = import.drops(grid, &radius)?;
+        let to_metres = DMat3::from_cols_array_2d(&import.to_metres);
+        let linear = to_metres * grid.transform.linear();
+        let origin = to_metres * grid.transform.translation();
+        let lattice = Lattice {
+            transform: Transform::affine(linear, origin)?,
+            leaves,
+        };
+        let mode = lattice.on_cubes(import.voxel_m)?;
+        let scale = import.scale_of_all(&mode);
+        let mode = mode.with_numbers_scaled(|_| scale)?;
         Ok(Self { modes: vec![mode] })
     }
 }
@@ -134,7 +239,15 @@ impl DensityImport {
     /// # Errors
     /// [`Error::BadSetting`], naming the setting.
     pub fn validate(&self) -> Result<(), Error> {
-        let radius_m = 1e-6 * self.effective_radius_um;
+        let radius_um = match &self.effective_radius_um {
+            EffectiveRadius::Um(radius_um) => *radius_um,
+            EffectiveRadius::Formula(text) => {
+                RadiusFormula::parse(text)?;
+                LARGEST_RADIUS_UM
+            }
+        };
+        let linear = DMat3::from_cols_array_2d(&self.to_metres);
+        let voxel_m = self.voxel_m.unwrap_or(1.0);
         let checks = [
             (
                 self.scale.is_finite() && self.scale > 0.0,
@@ -143,11 +256,22 @@ impl DensityImport {
                 "a finite number above 0",
             ),
             (
-                // Written so that a radius that vanishes in f32 is refused.
-                radius_m as f32 > 0.0 && radius_m as f32 <= LARGEST_RADIUS_M,
+                is_radius(radius_um),
                 "effective_radius_um",
-                self.effective_radius_um,
-                "a radius above 0 and at most 1e5 um",
+                radius_um,
+                EXPECT_RADIUS,
+            ),
+            (
+                linear.is_finite() && linear.determinant() != 0.0,
+                "to_metres",
+                linear.determinant(),
+                "a matrix with an inverse",
+            ),
+            (
+                voxel_m.is_finite() && voxel_m > 0.0,
+                "voxel_m",
+                voxel_m,
+                "a finite edge above 0",
             ),
             (
                 sound_variance(self.effective_variance as f32),
@@ -166,11 +290,10 @@ impl DensityImport {
         }
     }
 
-    /// Drops per cubic metre where the grid says 1 (1/m³). `values` holds the grid's values in
-    /// place of the numbers.
-    fn number_per_value(&self, values: &DropMode) -> f64 {
+    /// Drops per cubic metre where the grid says 1 and drops have a radius (1/m³), but for what is scaled as a whole.
+    fn number_per_value(&self, radius_um: f64) -> f64 {
         let law = HansenTravis {
-            effective_radius_um: self.effective_radius_um,
+            effective_radius_um: radius_um,
             effective_variance: self.effective_variance,
             d_min_mm: None,
             d_max_mm: None,
@@ -180,20 +303,169 @@ impl DensityImport {
             DensityMeans::Number => self.scale,
             DensityMeans::Water => self.scale / one_drop.lwc_g_m3,
             DensityMeans::Extinction => self.scale / one_drop.extinction_m1,
-            DensityMeans::OpticalDepth => {
-                let value = |drops: &Drops| f64::from(drops.number_density_m3);
-                let sums = [0, 1, 2].map(|axis| largest_line_sum(values, axis, value));
-                let largest = sums.into_iter().fold(0.0, f64::max);
-                // Without voxels there is nothing to scale.
-                if largest > 0.0 {
-                    self.scale / (one_drop.extinction_m1 * largest * values.voxel_m())
-                } else {
-                    0.0
-                }
-            }
+            DensityMeans::OpticalDepth => 1.0 / one_drop.extinction_m1,
         }
     }
+
+    /// What all numbers are scaled with in the end.
+    fn scale_of_all(&self, mode: &DropMode) -> f64 {
+        if self.density_means != DensityMeans::OpticalDepth {
+            return 1.0;
+        }
+        let depths = [0, 1, 2].map(|axis| 2.0 * max_optical_depth_q1(mode, axis));
+        let largest = depths.into_iter().fold(0.0, f64::max);
+        // Without voxels there is nothing to scale.
+        if largest > 0.0 {
+            self.scale / largest
+        } else {
+            0.0
+        }
+    }
+
+    /// The drops of a grid on its own lattice.
+    fn drops(
+        &self,
+        grid: &Grid,
+        radius: &LocalRadius,
+    ) -> Result<BTreeMap<[i32; 3], DropLeaf>, Error> {
+        let tree = &*floats(grid)?;
+        let mut leaves = BTreeMap::new();
+        // Values in place of numbers.
+        let set = |drops: &mut Drops, value| drops.number_density_m3 = value;
+        spread(FloatGrid { grid, tree }, DENSITY_RULE, &mut leaves, set)?;
+        let everywhere = match radius {
+            LocalRadius::Everywhere(radius_um) => {
+                Some((*radius_um, self.number_per_value(*radius_um)))
+            }
+            LocalRadius::Formula { .. } => None,
+        };
+        leaves.par_iter_mut().try_for_each(|(_, leaf)| {
+            for place in 0..LEAF_NODES {
+                let node = leaf.node(place);
+                let drops = &mut leaf.drops[place];
+                if drops.number_density_m3 > 0.0 {
+                    let (radius_um, per_value) = match everywhere {
+                        Some(known) => known,
+                        None => {
+                            let radius_um = radius.at(node, grid)?;
+                            (radius_um, self.number_per_value(radius_um))
+                        }
+                    };
+                    let number = per_value * f64::from(drops.number_density_m3);
+                    *drops = Drops {
+                        number_density_m3: number as f32,
+                        effective_radius_m: (1e-6 * radius_um) as f32,
+                        effective_variance: self.effective_variance as f32,
+                    };
+                    check_drops(drops, node)?;
+                }
+            }
+            Ok::<_, Error>(())
+        })?;
+        leaves.retain(|_, leaf| leaf.drops.iter().any(Drops::exist));
+        Ok(leaves)
+    }
 }
+
+/// Written so that a radius that vanishes in f32 is refused.
+fn is_radius(radius_um: f64) -> bool {
+    let radius_m = (1e-6 * radius_um) as f32;
+    radius_m > 0.0 && radius_m <= LARGEST_RADIUS_M
+}
+
+/// The radius of drops at the voxels of a grid.
+enum LocalRadius<'a> {
+    Everywhere(f64),
+    Formula {
+        formula: RadiusFormula,
+        /// What its names stand for, in their order, with their places.
+        grids: Vec<(Cow<'a, FloatTree>, Transform)>,
+    },
+}
+
+impl<'a> LocalRadius<'a> {
+    fn new(file: &'a VdbFile, grid: &Grid, import: &DensityImport) -> Result<Self, Error> {
+        let text = match &import.effective_radius_um {
+            EffectiveRadius::Um(radius_um) => return Ok(Self::Everywhere(*radius_um)),
+            EffectiveRadius::Formula(text) => text,
+        };
+        let formula = RadiusFormula::parse(text)?;
+        let named = |name: &str| {
+            // The density itself by its plain name, whichever of its name it is.
+            let found = if name == grid.name {
+                None
+            } else {
+                find(file, name)
+            };
+            let found = found.or_else(|| file.grids.iter().find(|it| it.name == name));
+            let names = || file.grids.iter().map(|grid| grid.name.clone()).collect();
+            let found = found.ok_or_else(|| formula.unknown(name, names()))?;
+            Ok((floats(found)?, found.transform))
+        };
+        let grids = formula.names().map(named);
+        let grids = grids.collect::<Result<_, Error>>()?;
+        Ok(Self::Formula { formula, grids })
+    }
+
+    /// At a voxel of the grid of the density.
+    fn at(&self, voxel: [i32; 3], grid: &Grid) -> Result<f64, Error> {
+        let (formula, grids) = match self {
+            Self::Everywhere(radius_um) => return Ok(*radius_um),
+            Self::Formula { formula, grids } => (formula, grids),
+        };
+        let place = grid
+            .transform
+            .index_to_world(DVec3::from(voxel.map(f64::from)));
+        let values = grids.iter();
+        let values = values.map(|(tree, own)| trilinear(tree, own.world_to_index(place)));
+        let radius_um = formula.value(&values.collect::<Vec<f64>>());
+        if is_radius(radius_um) {
+            return Ok(radius_um);
+        }
+        Err(Error::BadVoxel {
+            grid: grid.name.clone(),
+            voxel,
+            value: radius_um as f32,
+            expected: "a formula that comes to a radius above 0 and at most 1e5 um where there are drops",
+        })
+    }
+}
+
+/// The value of a tree at a place in its indices.
+fn trilinear(tree: &FloatTree, index: DVec3) -> f64 {
+    // Of a grid with the same lattice, a voxel and no more.
+    let near = index.round();
+    let index = if (index - near).abs().max_element() < ON_VOXEL {
+        near
+    } else {
+        index
+    };
+    let low = index.floor();
+    let part = index - low;
+    let low = low.to_array().map(|axis| axis as i32);
+    let corners = (0..8).map(|corner| {
+        let step = [0, 1, 2].map(|axis| corner >> axis & 1);
+        let weights = [0, 1, 2].map(|axis| {
+            if step[axis] == 1 {
+                part[axis]
+            } else {
+                1.0 - part[axis]
+            }
+        });
+        let weight: f64 = weights.iter().product();
+        let node = [0, 1, 2].map(|axis| low[axis].saturating_add(step[axis]));
+        // No 0 times what is not finite.
+        if weight > 0.0 {
+            weight * f64::from(tree.get(node))
+        } else {
+            0.0
+        }
+    });
+    corners.sum()
+}
+
+/// Part of a voxel within which a place is that voxel.
+const ON_VOXEL: f64 = 1e-6;
 
 /// The first grid of that name, or for `name[k]` the one with k others of its name before it.
 fn find<'a>(file: &'a VdbFile, name: &str) -> Option<&'a Grid> {
@@ -202,34 +474,6 @@ fn find<'a>(file: &'a VdbFile, name: &str) -> Option<&'a Grid> {
         let mut same_name = file.grids.iter().filter(|grid| grid.name == name);
         same_name.nth(place.parse().ok()?)
     })
-}
-
-/// A mode with the drop sizes of the import and the grid's values for numbers.
-fn values_as_numbers(grid: &Grid, import: &DensityImport) -> Result<DropMode, Error> {
-    let (voxel_m, origin_m) = lattice(grid)?;
-    let tree = &*floats(grid)?;
-    let mut leaves = BTreeMap::new();
-    spread(
-        FloatGrid { grid, tree },
-        DENSITY_RULE,
-        &mut leaves,
-        |drops, value| {
-            if value > 0.0 {
-                *drops = Drops {
-                    number_density_m3: value,
-                    effective_radius_m: (1e-6 * import.effective_radius_um) as f32,
-                    effective_variance: import.effective_variance as f32,
-                };
-            }
-        },
-    )?;
-    leaves.retain(|_, leaf| leaf.drops.iter().any(Drops::exist));
-    Ok(DropMode::from_parts(
-        String::new(),
-        voxel_m,
-        origin_m,
-        leaves.into_values().collect(),
-    ))
 }
 
 /// The tree in f32; a density that f32 cannot hold becomes infinite, and is refused as such.

@@ -17,12 +17,7 @@ const F32_TOLERANCE: f64 = 2e-7;
 const VOXEL_M: f64 = 0.5;
 
 fn import(density_means: DensityMeans, scale: f64) -> DensityImport {
-    DensityImport {
-        density_means,
-        scale,
-        effective_radius_um: 12.0,
-        effective_variance: 0.15,
-    }
+    DensityImport::in_metres((density_means, scale), EffectiveRadius::Um(12.0), 0.15)
 }
 
 /// `<r²>` (m²) and `<r³>` (m³) of the law of [`import`], from its gamma integrals.
@@ -267,13 +262,100 @@ fn what_is_no_density_is_refused_with_the_reason() {
     assert!(text.contains("background 1, expected 0"), "{text}");
     let text = refused(&|grid| grid.class = LEVEL_SET.into());
     assert!(text.contains("sdfToFogVolume"), "{text}");
+}
+
+/// A file of a density and an age, on its own lattice that lies half a voxel beside.
+fn with_age() -> VdbFile {
+    let mut age = Leaf::new([0; 3], 0.0);
+    for x in 0..8 {
+        age.set([x, 2, 3], x as f32);
+    }
+    let age = FloatTree::from_leaves(0.0, vec![age]).unwrap();
+    let mut density = Leaf::new([0; 3], 0.0);
+    density.set([1, 2, 3], 0.5);
+    density.set([5, 2, 3], 0.25);
+    let density = FloatTree::from_leaves(0.0, vec![density]).unwrap();
+    let mut file = file(vec![("density", density.into()), ("drop age", age.into())]);
+    let beside = transform().translation() + DVec3::new(0.5 * VOXEL_M, 0.0, 0.0);
+    file.grids[1].transform = Transform::uniform_scale_translate(VOXEL_M, beside);
+    file
+}
+
+#[test]
+fn a_radius_by_a_formula_of_another_grid_keeps_what_the_numbers_mean() {
+    let formula = |text: &str| EffectiveRadius::Formula(text.to_owned());
+    let made = |means, text: &str| {
+        let import = DensityImport::in_metres((means, 0.8), formula(text), 0.15);
+        DropVolume::from_density(&with_age(), "density", &import)
+    };
+    let volume = made(DensityMeans::Water, "10 + 4*{drop age}").unwrap();
+    for (voxel, age, value) in [([1, 2, 3], 0.5, 0.5), ([5, 2, 3], 4.5, 0.25)] {
+        let drops = volume.modes[0].drops(voxel);
+        let radius_um = 1e6 * f64::from(drops.effective_radius_m);
+        assert_close(radius_um, 10.0 + 4.0 * age);
+        let water = crate::AreaMoments::from_drops(&drops).liquid_water_g_m3();
+        assert_close(water, 0.8 * value);
+    }
+    // One line of voxels has both.
+    let volume = made(DensityMeans::OpticalDepth, "10 + 4*{drop age}").unwrap();
+    assert_close(2.0 * volume.summary().optical_depth_q1[0], 0.8);
+    let error = made(DensityMeans::Water, "10 - 4*{drop age}").unwrap_err();
+    assert!(
+        matches!(
+            error,
+            Error::BadVoxel {
+                voxel: [5, 2, 3],
+                ..
+            }
+        ),
+        "{error}"
+    );
+    let error = made(DensityMeans::Water, "10 + heat")
+        .unwrap_err()
+        .to_string();
+    let expected = r#"the formula `10 + heat` names `heat` at column 6; the file holds the grids ["density", "drop age"]"#;
+    assert_eq!(error, expected);
+    let error = made(DensityMeans::Water, "10 + * 3")
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains("has '*' at column 6"), "{error}");
+}
+
+#[test]
+fn a_file_in_centimetres_with_z_up_is_the_same_cloud_in_metres() {
+    let water = import(DensityMeans::Water, 0.5);
+    let expected = volume(three_voxels(), &water).unwrap();
+    let mut file = file(vec![("density", three_voxels().into())]);
+    let z_up = DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::NEG_Y);
+    let (linear, origin) = (transform().linear(), transform().translation());
+    file.grids[0].transform =
+        Transform::affine(100.0 * z_up * linear, 100.0 * z_up * origin).unwrap();
+    let import = DensityImport {
+        to_metres: (0.01 * z_up.transpose()).to_cols_array_2d(),
+        ..water
+    };
+    let found = DropVolume::from_density(&file, "density", &import).unwrap();
+    for (node, drops) in expected.modes[0].nodes() {
+        assert_eq!(found.modes[0].drops(node), drops);
+    }
+    let off = found.modes[0].origin_m() - expected.modes[0].origin_m();
+    assert!(off.length() < 1e-12, "{off}");
+}
+
+#[test]
+fn turned_and_stretched_grids_keep_their_water() {
+    let water = import(DensityMeans::Water, 0.5);
     for linear in [
         DMat3::from_rotation_y(0.3) * VOXEL_M,
         DMat3::from_diagonal(DVec3::new(1.0, 1.0, 2.0)),
     ] {
-        let transform = Transform::affine(linear, DVec3::ZERO).unwrap();
-        let text = refused(&|grid| grid.transform = transform);
-        assert!(text.contains("resample"), "{text}");
+        let mut file = file(vec![("density", three_voxels().into())]);
+        file.grids[0].transform = Transform::affine(linear, DVec3::ZERO).unwrap();
+        let volume = DropVolume::from_density(&file, "density", &water).unwrap();
+        // Half a gram in a cubic metre where the value is 1.
+        let expected = 0.5 * 1.875 * linear.determinant();
+        let error = volume.modes[0].total_water_g() / expected - 1.0;
+        assert!(error.abs() < 5e-7, "{error}");
     }
 }
 
@@ -298,35 +380,35 @@ fn settings_that_make_no_drops_are_refused_by_name() {
             "scale",
             DensityImport {
                 scale: 0.0,
-                ..sound
+                ..sound.clone()
             },
         ),
         (
             "scale",
             DensityImport {
                 scale: f64::NAN,
-                ..sound
+                ..sound.clone()
             },
         ),
         (
             "effective_radius_um",
             DensityImport {
-                effective_radius_um: 0.0,
-                ..sound
+                effective_radius_um: EffectiveRadius::Um(0.0),
+                ..sound.clone()
             },
         ),
         (
             "effective_radius_um",
             DensityImport {
-                effective_radius_um: 1.1e5,
-                ..sound
+                effective_radius_um: EffectiveRadius::Um(1.1e5),
+                ..sound.clone()
             },
         ),
         (
             "effective_variance",
             DensityImport {
                 effective_variance: 0.5,
-                ..sound
+                ..sound.clone()
             },
         ),
     ];

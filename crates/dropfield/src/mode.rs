@@ -313,7 +313,7 @@ pub(crate) fn sound_variance(value: f32) -> bool {
     (0.0..0.5).contains(&value)
 }
 
-fn check_drops(drops: &Drops, node: [i32; 3]) -> Result<(), Error> {
+pub(crate) fn check_drops(drops: &Drops, node: [i32; 3]) -> Result<(), Error> {
     let Drops {
         number_density_m3,
         effective_radius_m,

@@ -142,17 +142,13 @@ fn summarize_mode(mode: &DropMode) -> Option<VolumeSummary> {
 
 /// Largest optical depth over the lines of nodes along an axis. The trilinear field is largest on
 /// such a line, and its integral there is the sum over the nodes times the voxel.
-fn max_optical_depth_q1(mode: &DropMode, axis: usize) -> f64 {
+pub(crate) fn max_optical_depth_q1(mode: &DropMode, axis: usize) -> f64 {
     let extinction = |drops: &Drops| AreaMoments::from_drops(drops).extinction_m1_q1();
     largest_line_sum(mode, axis, extinction) * mode.voxel_m()
 }
 
 /// Largest sum of a quantity over the nodes of a line along an axis.
-pub(crate) fn largest_line_sum(
-    mode: &DropMode,
-    axis: usize,
-    quantity: impl Fn(&Drops) -> f64,
-) -> f64 {
+fn largest_line_sum(mode: &DropMode, axis: usize, quantity: impl Fn(&Drops) -> f64) -> f64 {
     let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
     let mut columns: BTreeMap<[i32; 2], [f64; 64]> = BTreeMap::new();
     for leaf in mode.leaves() {

@@ -8,7 +8,9 @@ use std::fmt;
 
 use niji_dropfield::DensityImport;
 use niji_dropfield::DensityMeans;
+use niji_dropfield::EffectiveRadius;
 use niji_droplets::Shape;
+use niji_geometry::Up;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Deserializer;
@@ -58,13 +60,27 @@ pub struct FromVdb {
     /// Factor on the numbers; for optical-depth, the optical depth itself.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub scale: f64,
-    /// Effective radius of all drops (um).
-    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e5))]
-    pub effective_radius_um: f64,
+    /// Effective radius of the drops (um): a number, or a formula of grids, as in `6 + 0.5*sqrt(age)`, voxel by voxel.
+    pub effective_radius_um: EffectiveRadius,
     /// Effective variance of all drops, 0..1/2.
     #[serde(default)]
     #[schemars(extend("minimum" = 0.0, "exclusiveMaximum" = 0.5))]
     pub effective_variance: f64,
+    /// Which axis points up in the file.
+    #[serde(default)]
+    pub up: Up,
+    /// How many units of the file make a metre: 100 for one in centimetres.
+    #[serde(default = "metres")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub units_per_m: f64,
+    /// Edge of the voxels of the drops (m), at most eight of the shortest steps of the grid, which it is where left out.
+    #[serde(default)]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub voxel_m: Option<f64>,
+}
+
+fn metres() -> f64 {
+    1.0
 }
 
 /// The name that Blender, Houdini and `OpenVDB`'s own tools give to the density of smoke.
@@ -101,13 +117,30 @@ impl DropSource {
 }
 
 impl FromVdb {
+    /// Checks its keys, as a whole.
+    ///
+    /// # Errors
+    /// The first that is out of its range, by name.
+    pub fn validate(&self) -> Result<(), niji_dropfield::Error> {
+        if !(self.units_per_m.is_finite() && self.units_per_m > 0.0) {
+            return Err(niji_dropfield::Error::BadSetting {
+                parameter: "units_per_m",
+                found: self.units_per_m,
+                expected: "a finite number above 0",
+            });
+        }
+        self.import().validate()
+    }
+
     /// How the grid becomes drops.
     pub fn import(&self) -> DensityImport {
         DensityImport {
             density_means: self.density_means,
             scale: self.scale,
-            effective_radius_um: self.effective_radius_um,
+            effective_radius_um: self.effective_radius_um.clone(),
             effective_variance: self.effective_variance,
+            to_metres: (self.up.to_y_up() * (1.0 / self.units_per_m)).to_cols_array_2d(),
+            voxel_m: self.voxel_m,
         }
     }
 }

@@ -126,7 +126,7 @@ fn population(population: &Population, entry: &str, check: &Check<'_>) -> Result
         DropSource::File(drops) => named(&drops.file),
         DropSource::FromVdb(density) => {
             named(&density.file)?;
-            let import = density.import().validate();
+            let import = density.validate();
             import.map_err(|error| refused(error.into()))
         }
     }

@@ -34,7 +34,8 @@ pub(crate) fn read(input: &mut impl Source) -> Result<Transform, Error> {
         _ => Err(Error::Unsupported {
             what: "map",
             found: name,
-            expected: "a linear map: scale, translation, affine or unitary",
+            expected: "a linear map (scale, translation, affine or unitary): resample the frustum of a camera to a box first \
+                       (VDB Resample in Houdini)",
         }),
     }
 }
