@@ -142,6 +142,7 @@ mod picture_tiles;
 mod piece;
 mod piece_rule;
 mod pixel;
+mod polarized_rows;
 mod progress;
 mod ray_light;
 mod ray_settings;

@@ -23,6 +23,11 @@ pub(crate) enum Polarization {
     Parallel,
 }
 
+impl Polarization {
+    /// Those that light is made of, across first.
+    pub(crate) const BOTH: [Self; 2] = [Self::Perpendicular, Self::Parallel];
+}
+
 /// Places and weights of a mean over angles.
 type Means = Vec<Vec<(usize, f64)>>;
 
