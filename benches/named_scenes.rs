@@ -285,6 +285,7 @@ impl Scene {
             drops,
             table: Some(table),
             surfaces: None,
+            water: None,
             air: None,
             effects: RenderEffects {
                 drop_extinction: Toggle::On,

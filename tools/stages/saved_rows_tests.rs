@@ -133,6 +133,7 @@ impl World {
                 table: Some(&self.table),
                 air: None,
                 surfaces: None,
+                water: None,
                 effects: RenderEffects::BOWS_ONLY,
                 levels: RenderLevels {
                     integration: Integration::CellExact,

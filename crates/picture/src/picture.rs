@@ -94,9 +94,12 @@ pub struct PictureSettings {
     /// Number of a frame, and how many are shown in a second.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub frame: Option<(u32, f64)>,
-    /// Water that lights the drops too, where it does.
+    /// Water that lights the drops too or is seen, where it does or is.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub water_surface: Option<WaterSurface>,
+    /// Water that is seen.
+    #[serde(skip)]
+    pub seen_water: Option<WaterSurface>,
     /// The same, and what of its light is followed.
     #[serde(skip)]
     pub mirrored_water: Option<(WaterSurface, MirroredLight)>,
@@ -136,6 +139,7 @@ impl PictureSettings {
             render_effects.drop_shadow = Toggle::Off;
         }
         let mirrored_water = scene.water_surface.zip(plan.mirrored_light());
+        let seen_water = (scene.water_surface).filter(|_| plan.is_on(Effect::SeenWater));
         let follows_rounds =
             accuracy.drop_orders.is_none() && plan.is_on(Effect::MultipleScattering);
         let settings = Self {
@@ -160,7 +164,8 @@ impl PictureSettings {
             shown: planned.shown,
             frame: (planned.time).map(|time| (time.frame, time.frames_per_second)),
             shutter: planned.shutter.clone(),
-            water_surface: mirrored_water.map(|(surface, _)| surface),
+            water_surface: seen_water.or(mirrored_water.map(|(surface, _)| surface)),
+            seen_water,
             mirrored_water,
             foreseen_errors: ForeseenErrors::of(plan, &planned.choice.seen),
             render_effects,
@@ -329,6 +334,7 @@ impl PictureWork {
             table: self.table.as_ref(),
             air: self.air.as_ref(),
             surfaces: self.surfaces.as_ref(),
+            water: settings.seen_water.map(|water| water.surface()),
             effects: settings.render_effects,
             levels: settings.levels.render_levels(),
             tolerance_cd_m2: settings

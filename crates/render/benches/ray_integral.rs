@@ -184,6 +184,7 @@ fn picture(drops: &LitDrops, table: &ScatteringTable, integration: Integration) 
         drops,
         table: Some(table),
         surfaces: None,
+        water: None,
         air: None,
         effects: effects(),
         tolerance_cd_m2: None,

@@ -42,6 +42,7 @@ enum End {
     Sky,
     Ground { is_sunlit: bool },
     Surface { distance_m: f64, lit: Option<Lit> },
+    Water,
 }
 
 /// What a lit surface is told from another by.
@@ -56,53 +57,74 @@ struct Lit {
 pub(crate) struct Met {
     end: End,
     drops: bool,
+    /// The same in still water at its end.
+    in_water: Option<(End, bool)>,
 }
 
 impl Met {
     /// What a sight in a frame meets.
     pub(crate) fn of(sight: &Sight, frame: &Frame) -> Self {
-        let ground_m = frame.air.as_ref().and_then(|air| {
-            let ray = air.ray(sight.ray.origin, sight.ray.direction);
-            air.planet()
-                .distance_to_ground(ray.height_m, ray.cos_zenith)
-        });
+        let in_water = frame.sight_in_still_water(sight);
+        Self {
+            in_water: in_water.map(|it| (End::of(&it, frame), frame.range_m(&it).is_some())),
+            ..Self::without_water(sight, frame)
+        }
+    }
+
+    fn without_water(sight: &Sight, frame: &Frame) -> Self {
+        Self {
+            end: End::of(sight, frame),
+            drops: frame.range_m(sight).is_some(),
+            in_water: None,
+        }
+    }
+
+    fn is_like(&self, other: &Self) -> bool {
+        let in_water = match (self.in_water, other.in_water) {
+            (Some((end, drops)), Some(other)) => end.is_like(other.0) && drops == other.1,
+            _ => self.in_water.is_none() && other.in_water.is_none(),
+        };
+        in_water && self.end.is_like(other.end) && self.drops == other.drops
+    }
+}
+
+impl End {
+    /// Of a sight in a frame.
+    fn of(sight: &Sight, frame: &Frame) -> Self {
+        let ground_m = frame.ground_m(&sight.ray);
         let distance_m = sight.surface_m;
-        let end = match ground_m {
+        match ground_m {
+            _ if sight.foot.is_some() => Self::Water,
             Some(ground_m) if ground_m < distance_m => {
                 let lit = frame.lit.as_ref();
                 let is_sunlit = lit.is_none_or(|lit| !lit.is_ground_shaded(sight.ray.at(ground_m)));
-                End::Ground { is_sunlit }
+                Self::Ground { is_sunlit }
             }
-            None if distance_m.is_infinite() => End::Sky,
+            None if distance_m.is_infinite() => Self::Sky,
             Some(_) | None => {
                 let lit = frame.lit.as_ref().zip(Spot::of(sight));
                 let lit = lit.map(|(light, spot)| Lit {
                     solid: spot.face.solid,
                     is_sunlit: !light.is_shaded(&spot),
                 });
-                End::Surface { distance_m, lit }
+                Self::Surface { distance_m, lit }
             }
-        };
-        Self {
-            end,
-            drops: frame.range_m(sight).is_some(),
         }
     }
 
-    fn is_like(&self, other: &Self) -> bool {
-        let ends = match (self.end, other.end) {
-            (End::Sky, End::Sky) => true,
-            (End::Ground { is_sunlit: a }, End::Ground { is_sunlit: b }) => a == b,
+    fn is_like(self, other: Self) -> bool {
+        match (self, other) {
+            (Self::Sky, Self::Sky) | (Self::Water, Self::Water) => true,
+            (Self::Ground { is_sunlit: a }, Self::Ground { is_sunlit: b }) => a == b,
             (
-                End::Surface { distance_m: a, lit },
-                End::Surface {
+                Self::Surface { distance_m: a, lit },
+                Self::Surface {
                     distance_m: b,
                     lit: other,
                 },
             ) => lit == other && is_one_surface(a, b),
             _ => false,
-        };
-        ends && self.drops == other.drops
+        }
     }
 }
 
@@ -221,10 +243,12 @@ mod tests {
     const SKY: Met = Met {
         end: End::Sky,
         drops: false,
+        in_water: None,
     };
     const GROUND: Met = Met {
         end: End::Ground { is_sunlit: true },
         drops: false,
+        in_water: None,
     };
 
     /// Below a line through a place, turned by an angle from the horizontal, lies the ground.
@@ -306,6 +330,7 @@ mod tests {
                 lit: None,
             },
             drops: false,
+            in_water: None,
         };
         let meets = |(x, _): (f64, f64)| {
             let is_mast = (0.37..0.62).contains(&x);

@@ -33,6 +33,7 @@ use crate::reflection::mirrored_sun;
 use crate::request::RenderRequest;
 use crate::scattering_angle::scattering_angle_rad;
 use crate::scattering_rows::ScatteringRows;
+use crate::seen_water::SeenWater;
 use crate::shadow_error::ShadowError;
 use crate::size_nodes::SizeNodes;
 use crate::size_nodes::table_of_laws;
@@ -81,6 +82,8 @@ pub(crate) struct Frame<'a> {
     pub(crate) diffraction: Option<Diffraction<'a>>,
     /// Light of the drops in the sun that water mirrors.
     pub(crate) reflection: Option<Reflection<'a>>,
+    /// Water that is seen.
+    pub(crate) water: Option<SeenWater<'a>>,
     /// Light of surfaces, where it is wanted.
     pub(crate) lit: Option<SurfaceLight<'a>>,
 }
@@ -191,6 +194,9 @@ pub(crate) fn frame<'a>(
             .and_then(|range_rad| Reflection::new(request, &basis, range_rad)),
         None => None,
     };
+    let water = request
+        .water
+        .map(|water| SeenWater::new(request, (&basis, water), rows.as_ref()));
     let table = request.table.filter(|_| rows.is_some());
     let moved = table.and_then(|table| {
         let nodes = SizeNodes::of_drops(table, drops.size_range());
@@ -225,6 +231,7 @@ pub(crate) fn frame<'a>(
         surround,
         multiple,
         reflection,
+        water,
     })
 }
 
@@ -242,7 +249,9 @@ impl Frame<'_> {
     pub(crate) fn check_rows(&self) -> Result<(), Error> {
         let of_diffraction = self.diffraction.iter().flat_map(Diffraction::rows);
         let mirrored = self.reflection.iter().flat_map(Reflection::rows);
-        let mut all = self.rows.iter().chain(of_diffraction).chain(mirrored);
+        let in_water = self.water.iter().flat_map(SeenWater::rows);
+        let all = self.rows.iter().chain(of_diffraction);
+        let mut all = all.chain(mirrored).chain(in_water);
         all.try_for_each(ScatteringRows::check)
     }
 }
@@ -288,6 +297,7 @@ fn range_seen(
         (PixelFootprint::Prefiltered, _) | (_, Some(_)) => request.camera.pixel_angle().0,
         (PixelFootprint::Center | PixelFootprint::Grid { .. }, None) => 0.0,
     };
+    let margin_rad = margin_rad + request.water.map_or(0.0, |water| water.streak_reach().0);
     let (low_rad, high_rad) = seen.theta_rad;
     Ok(Some((low_rad - margin_rad, high_rad + margin_rad)))
 }
@@ -350,8 +360,12 @@ fn multiple(
             let mut seen = SeenDirections::none();
             for x in 0..=camera.width_px() {
                 let ray = camera.ray(f64::from(x), f64::from(y));
-                if let Some(ray) = ray.filter(|ray| bounds.intersect(ray).is_some()) {
-                    seen.add(&axes, ray.direction);
+                let Some(ray) = ray else { continue };
+                let in_water = request.water.and_then(|water| water.continued(&ray));
+                for ray in [Some(ray), in_water].into_iter().flatten() {
+                    if bounds.intersect(&ray).is_some() {
+                        seen.add(&axes, ray.direction);
+                    }
                 }
             }
             seen
@@ -454,9 +468,12 @@ fn directions_seen(
                         continue;
                     };
                     // Whatever hides them: that is asked once, when a ray is traced.
-                    if drops.intersect(&ray).is_some() && wants(ray.direction) {
-                        let of_ray = Extremes::of(ray.direction, sun_direction);
-                        extremes = Some(extremes.map_or(of_ray, |all| all.union(of_ray)));
+                    let in_water = request.water.and_then(|water| water.continued(&ray));
+                    for ray in [Some(ray), in_water].into_iter().flatten() {
+                        if drops.intersect(&ray).is_some() && wants(ray.direction) {
+                            let of_ray = Extremes::of(ray.direction, sun_direction);
+                            extremes = Some(extremes.map_or(of_ray, |all| all.union(of_ray)));
+                        }
                     }
                 }
             }

@@ -79,6 +79,7 @@
 //!         table: Some(&table),
 //!         air: None,
 //!         surfaces: None,
+//!         water: None,
 //!         effects: RenderEffects::BOWS_ONLY,
 //!         levels: RenderLevels {
 //!             integration: Integration::CellExact,
@@ -153,6 +154,7 @@ mod reflection;
 mod request;
 mod scattering_angle;
 mod scattering_rows;
+mod seen_water;
 mod shadow_error;
 mod size_axes;
 mod size_nodes;
@@ -161,6 +163,7 @@ mod sky_view;
 mod spectra;
 mod stretch;
 mod sun_direction;
+mod sun_glint;
 mod sun_streak;
 mod sun_sweep;
 mod surface_light;
@@ -169,6 +172,7 @@ mod surround;
 mod turned;
 mod water_reflectance;
 mod water_surface;
+mod wave_facets;
 
 pub use deadline::Afforded;
 pub use deadline::Clock;

@@ -29,6 +29,8 @@ pub enum PictureLayer {
     Sky,
     /// Lit surfaces, dimmed by drops and air in front of them.
     LitSurface,
+    /// Light that comes by way of water that is seen: drops, air, surfaces and sun in it, and its own.
+    Water,
     /// What the drops alone let pass of the light behind them, exp(-tau) without diffraction (Q = 1) whichever
     /// extinction the level takes: by `Full` the light itself is dimmed by its square.
     Transmittance,
@@ -77,7 +79,7 @@ type Row = (
     &'static [&'static str],
 );
 
-const TABLE: [Row; 13] = [
+const TABLE: [Row; 14] = [
     (PictureLayer::BowPrimary, "bow_primary", LUMINANCE_UNIT, XYZ),
     (
         PictureLayer::BowSecondary,
@@ -106,6 +108,7 @@ const TABLE: [Row; 13] = [
         LUMINANCE_UNIT,
         XYZ,
     ),
+    (PictureLayer::Water, "water", LUMINANCE_UNIT, XYZ),
     (PictureLayer::Transmittance, "transmittance", "-", &["Y"]),
     (PictureLayer::TauSun, "tau_sun", "-", &["Y"]),
     (PictureLayer::Depth, "depth", "m", &["Z"]),

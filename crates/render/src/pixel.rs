@@ -21,6 +21,7 @@ pub(crate) struct Pixel {
     pub(crate) skylit: Vec4,
     pub(crate) sky: Vec4,
     pub(crate) lit_surface: Vec4,
+    pub(crate) water: Vec4,
     pub(crate) transmittance: f64,
     pub(crate) light: f64,
     pub(crate) light_m: f64,
@@ -42,6 +43,7 @@ impl Pixel {
             skylit: Vec4::ZERO,
             sky: Vec4::ZERO,
             lit_surface: Vec4::ZERO,
+            water: Vec4::ZERO,
             transmittance: 0.0,
             light: 0.0,
             light_m: 0.0,
@@ -109,6 +111,7 @@ impl Pixel {
             PictureLayer::Skylit => xyz(self.skylit),
             PictureLayer::Sky => xyz(self.sky),
             PictureLayer::LitSurface => xyz(self.lit_surface),
+            PictureLayer::Water => xyz(self.water),
             PictureLayer::Transmittance => single(self.transmittance),
             PictureLayer::TauSun => single(mean(self.light_tau_sun)),
             PictureLayer::Depth => single(mean(self.light_m)),
@@ -146,12 +149,13 @@ impl Pixel {
             }
             let parts = parts.map(|part| share_f32 * weighted_sum(part, xyz_weights));
             self.beside_cd_m2 += parts.iter().map(|part| part.y).sum::<f32>();
-            let [inscatter, sky, skylit, lit_surface] = parts;
+            let [inscatter, sky, skylit, lit_surface, water] = parts;
             self.errors.air += light.front_error * f64::from(inscatter.y);
             self.inscatter += inscatter;
             self.sky += sky;
             self.skylit += skylit;
             self.lit_surface += lit_surface;
+            self.water += water;
         }
         let mut transmitted = 1.0;
         if light.light > 0.0 {

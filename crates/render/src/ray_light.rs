@@ -25,6 +25,7 @@ use crate::frame::Frame;
 use crate::march::Walk;
 use crate::moved_rows::MovedPlace;
 use crate::moved_rows::MovedStencil;
+use crate::polarized_rows::PolarizedRoom;
 use crate::ray_settings::RaySettings;
 use crate::ray_settings::RayThroughDrops;
 use crate::ray_sums::RaySums;
@@ -32,6 +33,9 @@ use crate::reflection::ReflectionRoom;
 use crate::scattering_angle::scattering_angle_rad;
 use crate::scattering_rows::RowStencil;
 use crate::scattering_rows::ScatteringRows;
+use crate::scattering_rows::SunlitLuminance;
+use crate::seen_water::SeenWater;
+use crate::seen_water::WaterRoom;
 use crate::size_axes::SizeAxes;
 use crate::spectra::add_product;
 use crate::spectra::multiply;
@@ -80,6 +84,10 @@ pub(crate) struct RayLight {
 #[derive(Clone, Debug)]
 struct Scratch {
     diffraction: Option<DiffractionRoom>,
+    /// Of a ray that may meet water.
+    water: Option<Box<WaterRoom>>,
+    /// Of a ray that comes from water.
+    in_water: Option<PolarizedRoom>,
     reflection: Option<ReflectionRoom>,
     deposits: Deposits,
     stencil: RowStencil,
@@ -95,6 +103,14 @@ struct Scratch {
 impl RayLight {
     /// Darkness.
     pub(crate) fn new(frame: &Frame) -> Self {
+        let mut light = Self::beyond_water(frame);
+        light.scratch.in_water = None;
+        light.scratch.water = (frame.water.as_ref()).map(|_| Box::new(WaterRoom::new(frame)));
+        light
+    }
+
+    /// Darkness on a ray that comes from water.
+    pub(crate) fn beyond_water(frame: &Frame) -> Self {
         let dark = vec![0.0_f32; frame.irradiance.len()];
         let no_sizes = SizeAxes::new(&[1.0], &[0.0]);
         let axes = frame.rows.as_ref().map_or(&no_sizes, ScatteringRows::axes);
@@ -119,6 +135,8 @@ impl RayLight {
                     .diffraction
                     .as_ref()
                     .map(|diffraction| diffraction.room(dark.len())),
+                water: None,
+                in_water: (frame.water.as_ref()).and_then(|water| water.room(dark.len())),
                 reflection: (frame.reflection.as_ref()).map(|light| light.room(dark.len())),
                 deposits: Deposits::new(axes),
                 stencil: RowStencil::default(),
@@ -140,9 +158,31 @@ impl RayLight {
     }
 
     /// What is no light of the drops in the sun: that of the air in front, of the sky, of the surroundings by the drops,
-    /// and of a lit surface.
-    pub(crate) fn beside(&self) -> [&[f32]; 4] {
-        [&self.inscatter, &self.sky, &self.skylit, &self.lit_surface]
+    /// of a lit surface, and by way of water.
+    pub(crate) fn beside(&self) -> [&[f32]; 5] {
+        [
+            &self.inscatter,
+            &self.sky,
+            &self.skylit,
+            &self.lit_surface,
+            self.water(),
+        ]
+    }
+
+    /// Light by way of water that is seen; empty where there is none.
+    pub(crate) fn water(&self) -> &[f32] {
+        let light = self.scratch.water.as_ref().map(|room| &room.light[..]);
+        light.unwrap_or_default()
+    }
+
+    /// Room for the light of water that ends the ray.
+    pub(crate) fn water_room(&mut self) -> &mut Option<Box<WaterRoom>> {
+        &mut self.scratch.water
+    }
+
+    /// Room for the bows in the water that it comes from.
+    pub(crate) fn bows_room(&mut self) -> Option<&mut PolarizedRoom> {
+        self.scratch.in_water.as_mut()
     }
 
     /// Forget the pixel before.
@@ -165,6 +205,9 @@ impl RayLight {
             self.front_error = 0.0;
             self.glows = false;
         }
+        if let Some(room) = &mut self.scratch.water {
+            room.light.fill(0.0);
+        }
         self.scratch.slab_ends_m.clear();
         self.scratch.nodes.probes.clear();
         self.transmittance = 1.0;
@@ -175,6 +218,14 @@ impl RayLight {
 }
 
 impl Frame<'_> {
+    /// Distance along a ray to the ground (m).
+    pub(crate) fn ground_m(&self, ray: &Ray) -> Option<f64> {
+        let air = self.air.as_ref()?;
+        let air_ray = air.ray(ray.origin, ray.direction);
+        air.planet()
+            .distance_to_ground(air_ray.height_m, air_ray.cos_zenith)
+    }
+
     /// Where on its way to the surface a ray may meet drops.
     pub(crate) fn range_m(&self, sight: &Sight) -> Option<(f64, f64)> {
         let (enter_m, leave_m) = self.bounds?.intersect(&sight.ray)?;
@@ -214,7 +265,7 @@ impl Frame<'_> {
         out.is_primary = self.sides.is_primary(theta_rad);
         let glow_range = GlowRange {
             drops_m,
-            surface_m: sight.surface_m,
+            surface_m: self.air_ends_m(sight),
             in_front: self.glows.0,
             beyond: self.glows.1,
             lost: self.surround.is_some(),
@@ -272,6 +323,15 @@ impl Frame<'_> {
         if let Some(lit) = &self.lit {
             self.add_surface(lit, (sight, settings.air), out);
         }
+        if let (Some(water), Some(foot)) = (&self.water, &sight.foot) {
+            self.add_water(water, (sight, foot), settings, out);
+        }
+    }
+
+    /// Where the air on a sight ends (m): water lies in the ground, not on it.
+    fn air_ends_m(&self, sight: &Sight) -> f64 {
+        let ground_m = sight.foot.and_then(|_| self.ground_m(&sight.ray));
+        ground_m.map_or(sight.surface_m, |ground_m| ground_m.min(sight.surface_m))
     }
 
     /// What of sun and sky reaches the ground at the end of a ray.
@@ -310,11 +370,7 @@ impl Frame<'_> {
     pub(crate) fn lit_spot(&self, sight: &Sight) -> Option<Spot> {
         self.lit.as_ref()?;
         let spot = Spot::of(sight)?;
-        let ground_m = self.air.as_ref().and_then(|air| {
-            let ray = air.ray(sight.ray.origin, sight.ray.direction);
-            air.planet()
-                .distance_to_ground(ray.height_m, ray.cos_zenith)
-        });
+        let ground_m = self.ground_m(&sight.ray);
         let is_hidden = self.glows.1 && ground_m.is_some_and(|it| it < sight.surface_m);
         (!is_hidden).then_some(spot)
     }
@@ -330,14 +386,16 @@ impl Frame<'_> {
         if rows.is_none() && !self.drops_dim {
             return;
         }
-        if let Some(rows) = rows {
+        // Bows in water have their places.
+        let natural = rows.filter(|_| out.scratch.in_water.is_none());
+        if let Some(rows) = natural {
             let place = RayPlace {
                 theta_rad,
                 width_rad,
             };
             rows.stencil(&place, &mut out.scratch.stencil);
         }
-        if let Some(moved) = self.moved.as_ref().filter(|_| rows.is_some()) {
+        if let Some(moved) = self.moved.as_ref().filter(|_| natural.is_some()) {
             let place = MovedPlace {
                 theta_rad,
                 width_rad,
@@ -367,8 +425,11 @@ impl Frame<'_> {
             slab,
             transmitted,
             nodes,
+            in_water,
             ..
         } = scratch;
+        let in_water = in_water.as_mut();
+        let mut in_water = in_water.zip(self.water.as_ref().and_then(SeenWater::bows));
         let mut sums = RaySums::default();
         let walk = Walk {
             ray,
@@ -380,15 +441,13 @@ impl Frame<'_> {
             .march
             .along(&walk, &mut nodes.probes, deposits, |deposits| {
                 let Some(rows) = rows else { return };
-                stencil.set_light(&deposits.bins);
-                let mut luminance = rows.luminance(stencil);
-                rows.shade(stencil, slab);
-                if let Some(moved) = &self.moved {
-                    let still: f64 = self.luminance(slab);
-                    let peaks = moved.add(stencil.light(), moved_stencil, slab);
-                    luminance.value += self.luminance(slab) - still;
-                    luminance.off_lines += self.table_error * peaks;
-                }
+                let luminance = match &mut in_water {
+                    Some((room, bows)) => bows.shade(self, (deposits, 1.0), room, slab),
+                    None => {
+                        stencil.set_light(&deposits.bins);
+                        self.shade(rows, (stencil, moved_stencil), slab)
+                    }
+                };
                 sums.add(&luminance, deposits);
                 if let Some(slabs) = &slabs {
                     slabs.transmit(deposits, transmitted);
@@ -404,6 +463,24 @@ impl Frame<'_> {
         out.sunlit_cd_m2 = sums.luminance_cd_m2;
         out.errors = sums.errors;
         out.errors.shadow = self.shadow_error(ray, &sums);
+    }
+
+    /// Set a slab to the light of a stencil.
+    fn shade(
+        &self,
+        rows: &ScatteringRows,
+        (stencil, moved_stencil): (&mut RowStencil, &mut MovedStencil),
+        slab: &mut [f32],
+    ) -> SunlitLuminance {
+        let mut luminance = rows.luminance(stencil);
+        rows.shade(stencil, slab);
+        if let Some(moved) = &self.moved {
+            let still: f64 = self.luminance(slab);
+            let peaks = moved.add(stencil.light(), moved_stencil, slab);
+            luminance.value += self.luminance(slab) - still;
+            luminance.off_lines += self.table_error * peaks;
+        }
+        luminance
     }
 
     /// Luminance in sunlight of a spectrum of the table's unit.

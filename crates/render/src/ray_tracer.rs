@@ -140,7 +140,9 @@ impl RayTracer<'_> {
                 .as_ref()
                 .map_or(f64::INFINITY, |sight| sight.surface_m);
             let drops_m = sight.as_ref().and_then(|sight| self.frame.range_m(sight));
-            let shines = |sight: &Sight| glows || drops_m.is_some() || self.frame.lights(sight);
+            let shines = |sight: &Sight| {
+                glows || drops_m.is_some() || sight.foot.is_some() || self.frame.lights(sight)
+            };
             let Some(sight) = sight.filter(shines) else {
                 room.pixel.transmittance += share;
                 continue;

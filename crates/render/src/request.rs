@@ -28,6 +28,7 @@ use crate::sun_direction::UNIT_TOLERANCE;
 use crate::sun_direction::check_sun_direction;
 use crate::surfaces::Eye;
 use crate::surfaces::Surfaces;
+use crate::water_surface::WaterSurface;
 
 /// How far drops may be outside the table's sizes: the rounding of files in f32.
 const SIZE_TOLERANCE: f64 = 1e-5;
@@ -57,6 +58,9 @@ pub struct RenderRequest<'a> {
     pub air: Option<&'a AtmosphereTable>,
     /// Surfaces that hide what is behind them; `None` where nothing stands in the way.
     pub surfaces: Option<&'a Surfaces>,
+    /// Water that is seen: it mirrors the light of drops, air, surfaces and sun. `None` where there is none, or nobody
+    /// looks at it; it is seen from above only.
+    pub water: Option<WaterSurface>,
     /// What takes part.
     pub effects: RenderEffects,
     /// How accurately.
@@ -145,7 +149,13 @@ impl<'a> RenderRequest<'a> {
         Eye {
             camera: self.camera,
             surfaces: self.surfaces,
+            water: self.water,
         }
+    }
+
+    /// Whether anything may end a ray.
+    pub(crate) fn has_ends(&self) -> bool {
+        self.surfaces.is_some() || self.water.is_some()
     }
 
     /// Check everything but angles, which need the rays.
@@ -158,6 +168,7 @@ impl<'a> RenderRequest<'a> {
         if let Some(surfaces) = self.surfaces {
             surfaces.check_shape(self.camera)?;
         }
+        self.water.map_or(Ok(()), |water| water.check())?;
         self.check_orders()?;
         if self.wants_bow() {
             let effect = "a bow";
@@ -206,7 +217,8 @@ impl<'a> RenderRequest<'a> {
             PictureLayer::BowReflected => self.drops.mirrored().is_some(),
             PictureLayer::Sky => self.wants_sky(),
             PictureLayer::LitSurface => self.effects.lit_surfaces.is_on(),
-            PictureLayer::Surface => self.surfaces.is_some(),
+            PictureLayer::Surface => self.has_ends(),
+            PictureLayer::Water => self.water.is_some(),
             _ => true,
         })
     }

@@ -144,7 +144,7 @@ impl SunStreak {
 
 /// 2 (a . b)²/b² - 1 of a unit vector and another one: cosine of twice the angle between them; 0, the mean
 /// over all turns, where the other has no direction.
-fn cos_2_between(unit: DVec3, other: DVec3) -> f64 {
+pub(crate) fn cos_2_between(unit: DVec3, other: DVec3) -> f64 {
     let length_squared = other.length_squared();
     if length_squared > 1e-18 {
         2.0 * unit.dot(other).powi(2) / length_squared - 1.0
@@ -216,7 +216,7 @@ fn facet((slope, sun_direction): (f64, DVec3), normal: DVec3, share: f64) -> Opt
 }
 
 /// L of a direction by the sine of its elevation (W07, section 5.2).
-fn smith_lambda(slope: f64, sine: f64) -> f64 {
+pub(crate) fn smith_lambda(slope: f64, sine: f64) -> f64 {
     let tangent = sine / (1.0 - sine * sine).max(0.0).sqrt();
     let a = tangent / (std::f64::consts::SQRT_2 * slope);
     if a >= 1.6 {

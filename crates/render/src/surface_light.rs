@@ -130,10 +130,15 @@ impl<'a> SurfaceLight<'a> {
         self.is_met((point, DVec3::Y), self.sun_direction)
     }
 
+    /// Share of sunlight that reaches the ground at a point.
+    pub(crate) fn sun_on_ground(&self, point: DVec3) -> f64 {
+        self.sun_share(self.is_ground_shaded(point), point)
+    }
+
     /// What reaches the ground at a point.
     pub(crate) fn shade_of_ground(&self, point: DVec3) -> Shade {
         Shade {
-            sun: self.sun_share(self.is_ground_shaded(point), point),
+            sun: self.sun_on_ground(point),
             sky: self.sky_share((point, DVec3::Y), DVec3::Y),
         }
     }

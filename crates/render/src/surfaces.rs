@@ -17,6 +17,8 @@ use niji_radiometry::Reflectance;
 
 use crate::error::Error;
 use crate::sky_view::horizon_by_halving_rad;
+use crate::water_surface::Foot;
+use crate::water_surface::WaterSurface;
 
 /// A surface in the world (m), seen from both sides.
 #[derive(Clone, Debug, PartialEq)]
@@ -192,7 +194,24 @@ impl Surfaces {
     fn end(&self, ray: &Ray, point: (f64, f64), size: (u32, u32)) -> (f64, Option<Face>) {
         let of_map = self.distance_m.as_ref();
         let of_map_m = of_map.map_or(f64::INFINITY, |map| nearest_pixel_m(map, point, size));
-        let mut end = (of_map_m, None);
+        self.nearer_solid(ray, of_map_m)
+    }
+
+    /// Where a ray in the world ends at a solid, and the lit place there: maps of distances know of view rays only.
+    pub(crate) fn sight(&self, ray: Ray) -> Sight {
+        let (surface_m, face) = self.nearer_solid(&ray, f64::INFINITY);
+        Sight {
+            ray,
+            surface_m,
+            face,
+            foot: None,
+        }
+    }
+
+    /// Distance of the nearest solid along a ray that is nearer than a distance, which is kept otherwise, and the lit
+    /// place there.
+    fn nearer_solid(&self, ray: &Ray, within_m: f64) -> (f64, Option<Face>) {
+        let mut end = (within_m, None);
         for (index, solid) in self.solids.iter().enumerate() {
             let Some((distance_m, normals)) = solid.shape.nearest(ray) else {
                 continue;
@@ -234,6 +253,8 @@ pub(crate) struct Sight {
     pub(crate) surface_m: f64,
     /// The place there, where it is lit.
     pub(crate) face: Option<Face>,
+    /// The same, where it is water.
+    pub(crate) foot: Option<Foot>,
 }
 
 /// What the eye sees.
@@ -243,6 +264,8 @@ pub(crate) struct Eye<'a> {
     pub(crate) camera: &'a Camera,
     /// Where they end.
     pub(crate) surfaces: Option<&'a Surfaces>,
+    /// Water at which they end, too.
+    pub(crate) water: Option<WaterSurface>,
 }
 
 impl Eye<'_> {
@@ -260,10 +283,20 @@ impl Eye<'_> {
         let (surface_m, face) = self
             .surfaces
             .map_or(nothing, |surfaces| surfaces.end(&ray, (x_px, y_px), size));
-        Some(Sight {
-            ray,
-            surface_m,
-            face,
+        let foot = self.water.and_then(|water| water.met(&ray));
+        Some(match foot.filter(|foot| foot.distance_m < surface_m) {
+            Some(foot) => Sight {
+                ray,
+                surface_m: foot.distance_m,
+                face: None,
+                foot: Some(foot),
+            },
+            None => Sight {
+                ray,
+                surface_m,
+                face,
+                foot: None,
+            },
         })
     }
 }

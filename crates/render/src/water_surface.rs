@@ -5,12 +5,17 @@
 //! `w` unit vector towards the sun, `u` towards the sun in still water. Along a view ray p is linear in the
 //! distance, so that the rays whose feet lie within a rectangle of water end at two distances.
 //!
+//! A view ray meets water that is seen on a sphere around the planet's centre, so that its horizon lies as low as that
+//! of the ground.
+//!
 //! Slopes of waves are Gaussian, of the variance (0.003 + 0.00512 U)/2 along each axis, `U` wind speed in
 //! m/s at 12.5 m; which way the wind blows, which makes one axis a third steeper, is left out.
 //! [CM54] Cox and Munk, J. Opt. Soc. Am. 44, 838-850 (1954).
 
 use glam::DVec2;
 use glam::DVec3;
+use niji_geometry::EARTH;
+use niji_geometry::Planet;
 use niji_geometry::Ray;
 use niji_radiometry::Radians;
 use niji_radiometry::Water;
@@ -39,6 +44,16 @@ pub struct WaterSurface {
     pub slope: f64,
     /// What it is made of.
     pub water: Water,
+}
+
+/// Where a view ray meets water.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Foot {
+    /// Its distance from the eye (m).
+    pub(crate) distance_m: f64,
+    pub(crate) point: DVec3,
+    /// Unit vector upwards.
+    pub(crate) up: DVec3,
 }
 
 /// What of the light that water mirrors is followed.
@@ -72,6 +87,39 @@ pub(crate) fn mirrored(sun_direction: DVec3) -> DVec3 {
 }
 
 impl WaterSurface {
+    /// Where a ray first meets it; `None` where it misses it, or begins in it.
+    pub(crate) fn met(&self, ray: &Ray) -> Option<Foot> {
+        let level = Planet {
+            radius_m: EARTH.radius_m + self.height_m,
+        };
+        let above = |point: DVec3| point.with_y(point.y - self.height_m);
+        let eye = above(ray.origin);
+        let height_m = level.height_m(eye);
+        if height_m <= 0.0 {
+            return None;
+        }
+        let distance_m =
+            level.distance_to_ground(height_m, level.cos_zenith(eye, ray.direction))?;
+        let point = ray.at(distance_m);
+        let place = DVec2::new(point.x, point.z);
+        let [min, max] = self.extent_m;
+        let is_water = place.cmpge(min).all() && place.cmple(max).all();
+        is_water.then(|| Foot {
+            distance_m,
+            point,
+            up: level.zenith(above(point)),
+        })
+    }
+
+    /// How a ray goes on that meets it where it is still.
+    pub(crate) fn continued(&self, ray: &Ray) -> Option<Ray> {
+        let Foot { point, up, .. } = self.met(ray)?;
+        Some(Ray {
+            origin: point,
+            direction: ray.direction - 2.0 * ray.direction.dot(up) * up,
+        })
+    }
+
     /// Where the light is mirrored that reaches a point above the water; the point itself below.
     pub(crate) fn foot(&self, point: DVec3, sun_direction: DVec3) -> DVec3 {
         let way_m = (point.y - self.height_m).max(0.0) / sun_direction.y;

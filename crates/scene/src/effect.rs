@@ -68,6 +68,8 @@ pub enum Effect {
     Occluders,
     /// Surfaces with an albedo send light of sun and sky, and the ground has the shadow of drops and surfaces.
     LitSurfaces,
+    /// Water that is seen mirrors drops and bow, sky, surfaces and sun.
+    SeenWater,
     /// A frame of a sequence is the mean over the time its shutter is open; it takes a picture for each of some instants.
     MotionBlur,
 }
@@ -150,7 +152,7 @@ const PLAIN: Row = Row {
 };
 
 /// Every effect, in the order in which plans list them.
-static ROWS: [Row; 21] = [
+static ROWS: [Row; 22] = [
     Row {
         effect: Effect::PrimaryBow,
         name: "primary_bow",
@@ -437,6 +439,22 @@ static ROWS: [Row; 21] = [
             0 => "no surface has an albedo".to_string(),
             1 => "one surface has an albedo".to_string(),
             n => format!("{n} surfaces have an albedo"),
+        },
+        ..PLAIN
+    },
+    Row {
+        effect: Effect::SeenWater,
+        name: "seen_water",
+        what: "water that is seen mirrors drops and bow by their polarization, sky, surfaces and sun; waves blur them, and \
+               make glitter of the sun",
+        formula: "1.2 E/pi where a ray may meet the water: as bright as white in sun and sky",
+        source: "Born and Wolf, Principles of Optics, Cambridge (1999), section 1.5.2; Cox and Munk, J. Opt. Soc. Am. 44, \
+                 838-850 (1954)",
+        section: Some(Section::WaterSurface),
+        layer: Some(PictureLayer::Water),
+        fact: |facts| match facts.sees_water {
+            true => "rays of the camera meet the water".to_string(),
+            false => "no ray of the camera meets water".to_string(),
         },
         ..PLAIN
     },

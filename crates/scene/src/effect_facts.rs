@@ -31,6 +31,8 @@ pub(crate) struct Facts {
     pub(crate) weighs_further_orders: bool,
     /// Largest share of the sun's light that water mirrors; `None` without water.
     pub(crate) mirrored_share: Option<f64>,
+    /// May a ray of the camera meet water?
+    pub(crate) sees_water: bool,
 }
 
 impl Facts {

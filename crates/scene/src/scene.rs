@@ -13,8 +13,10 @@ use crate::albedo::Albedo;
 use crate::camera_section::Camera;
 use crate::canonical_json::canonical_json;
 use crate::drops::Drops;
+use crate::effect::Effect;
 use crate::effect::Section;
 use crate::effect_switches::EffectSwitches;
+use crate::effect_switches::Switch;
 use crate::occluders::Occluders;
 use crate::photo::Photo;
 use crate::schema::parts::Tracks;
@@ -137,6 +139,14 @@ impl Scene {
     /// Whether anything may stand in front of the drops.
     pub(crate) fn has_surfaces(&self) -> bool {
         self.occluders.is_some() || self.terrain.is_some() || self.photo.is_some()
+    }
+
+    /// The water that the camera may see: a photograph has its own.
+    pub(crate) fn seen_water(&self) -> Option<niji_render::WaterSurface> {
+        let is_off = self.photo.is_some() || self.effects.of(Effect::SeenWater) == Switch::Off;
+        self.water_surface
+            .filter(|_| !is_off)
+            .map(|water| water.surface())
     }
 
     /// What the surfaces with an albedo give back.

@@ -1,4 +1,4 @@
-//! The section `[water_surface]`: water that mirrors the sun into the drops.
+//! The section `[water_surface]`: water that mirrors the sun into the drops, and is seen.
 
 use glam::DVec2;
 use niji_radiometry::Water;

@@ -174,6 +174,7 @@ impl Studio {
             drops: &drops,
             table,
             surfaces: None,
+            water: None,
             air: Some(&air),
             effects: plan.render_effects(),
             tolerance_cd_m2: None,

@@ -184,6 +184,7 @@ fn excess(
         drops,
         table: Some(table),
         surfaces: None,
+        water: None,
         air: None,
         effects: RenderEffects {
             higher_orders: Toggle::On,

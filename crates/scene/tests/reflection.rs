@@ -244,6 +244,7 @@ impl Spheres {
             drops,
             table: Some(&self.table),
             surfaces: None,
+            water: None,
             air: None,
             effects: self.plan.render_effects(),
             tolerance_cd_m2: None,

@@ -120,6 +120,7 @@ fn luminance(
             table: None,
             air: air.as_ref(),
             surfaces: None,
+            water: None,
             effects: SKY_ONLY,
             levels,
             tolerance_cd_m2: None,

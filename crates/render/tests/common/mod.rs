@@ -302,6 +302,7 @@ pub(crate) fn request<'a>(
         table: Some(table),
         air: None,
         surfaces: None,
+        water: None,
         effects: RenderEffects::BOWS_ONLY,
         tolerance_cd_m2: None,
         orders_error: None,

@@ -25,6 +25,8 @@
 //!   polarized along it, for no polarization is mirrored better (waves: at the largest P within their
 //!   streak); and what else changes the bow of the sun changes the water's by as much, R_s times;
 //! * a lit surface is no brighter than one that faces the sun above the air, and a fifth for the sky;
+//! * water that is seen is no brighter than white in sun and sky, and mirrors no more than all: rays that may meet it add
+//!   blocks of the rays that go on from it;
 //! * flat drops change P by what moving the bow of every size does (see `flat_drops`).
 //!
 //! All of it is the light itself: the error of the tables that a picture is made with, which is a level
@@ -106,6 +108,8 @@ pub(super) struct BoundScene<'a> {
     /// The sun in the water; `None` where there is none.
     pub(super) mirrored: Option<LitBy<'a>>,
     pub(super) lines: &'a [Line],
+    /// Whether rays meet water.
+    pub(super) sees_water: bool,
     /// Largest albedo of a surface that is lit.
     pub(super) lit_albedo: f64,
     pub(super) air: Option<&'a AirLight>,
@@ -299,7 +303,7 @@ impl BoundScene<'_> {
         // Where drops pass their light on to others, that light changes too, and of it there is an
         // estimate only, as of the light of surfaces behind them.
         let is_estimate = assumed.may_be_on.contains(&Effect::MultipleScattering);
-        let proved = if is_estimate || self.lit(assumed) > 0.0 {
+        let proved = if is_estimate || self.lit(assumed) > 0.0 || self.sees_water {
             BoundKind::Estimated
         } else {
             BoundKind::Proved
@@ -371,6 +375,11 @@ impl BoundScene<'_> {
             Effect::Sky => (BoundKind::Proved, Change::Sky),
             Effect::LitSurfaces => {
                 let light = self.lit(assumed);
+                (BoundKind::Estimated, Change::Lit { light })
+            }
+            Effect::SeenWater if !self.sees_water => (BoundKind::Proved, Change::Nothing),
+            Effect::SeenWater => {
+                let light = LIT * self.sunlight_on_white();
                 (BoundKind::Estimated, Change::Lit { light })
             }
             Effect::Occluders | Effect::MotionBlur => (BoundKind::Proved, Change::Nothing),
@@ -454,11 +463,15 @@ impl BoundScene<'_> {
     /// Light of a surface in sun and sky, at most.
     fn lit(&self, assumed: &Assumed) -> f64 {
         if assumed.may_be_on.contains(&Effect::LitSurfaces) {
-            let sunlight: f64 = self.lines.iter().map(|line| line.weight).sum();
-            LIT * self.lit_albedo * sunlight / PI
+            LIT * self.lit_albedo * self.sunlight_on_white()
         } else {
             0.0
         }
+    }
+
+    /// Light of white that faces the sun above the air.
+    fn sunlight_on_white(&self) -> f64 {
+        self.lines.iter().map(|line| line.weight).sum::<f64>() / PI
     }
 
     fn surround(&self, assumed: &Assumed) -> f64 {

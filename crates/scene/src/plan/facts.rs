@@ -63,6 +63,8 @@ pub(super) struct Situation {
     pub(super) mirrored: Option<MirroredSun>,
     /// Largest albedo of a surface; 0 where none is lit.
     lit_albedo: f64,
+    /// Whether rays of the camera may meet water.
+    sees_water: bool,
     lines: Vec<Line>,
     blocks: Vec<Block>,
 }
@@ -98,7 +100,22 @@ impl Situation {
             extinction_m1: drops.max_extinction_m1_q1,
             parts: &drops.parts,
         };
-        let blocks = view::blocks(&camera, scene.camera.region()?, sun, &extent);
+        let seen_water = scene.seen_water();
+        let all_blocks = |region, sun| {
+            let mut blocks = view::blocks(&camera, region, sun, &extent);
+            let n_straight = blocks.len();
+            if let Some(water) = &seen_water {
+                blocks.extend(view::blocks_in_water(
+                    &camera,
+                    region,
+                    sun,
+                    (&extent, water),
+                ));
+            }
+            (blocks, n_straight)
+        };
+        let (blocks, n_straight) = all_blocks(scene.camera.region()?, sun);
+        let sees_water = blocks.len() > n_straight;
         let sun_depth = sun_depth(&drops, sun);
         // By moonlight everything is as much weaker, but the white of the picture stays the sun's.
         let line_albedo = white_albedo(scene) / scene.sun.irradiance_scale();
@@ -108,7 +125,7 @@ impl Situation {
             let surface = water.surface();
             let share = surface.largest_share(sun, &grid)?;
             let towards = DVec3::new(sun.x, -sun.y, sun.z);
-            let blocks = view::blocks(&camera, scene.camera.region().ok()?, towards, &extent);
+            let (blocks, _) = all_blocks(scene.camera.region().ok()?, towards);
             let reach_rad = surface.streak_reach().0;
             let seen = seen(&blocks, 0.0).theta_deg;
             Some(MirroredSun {
@@ -136,6 +153,7 @@ impl Situation {
             display_white_cd_m2: display_white_cd_m2(scene),
             bows_rad: dark_band_rad(scene.water()).into(),
             mirrored,
+            sees_water,
             lit_albedo: scene.albedos().map(Albedo::largest).fold(0.0, f64::max),
             lines,
             grid,
@@ -259,6 +277,7 @@ impl Situation {
                     reach_rad: sun.reach_rad,
                 }),
             lines: &self.lines,
+            sees_water: self.sees_water,
             lit_albedo: self.lit_albedo,
             air,
             efficiency: self.levels.drop_extinction.efficiency(),
@@ -303,6 +322,7 @@ impl Situation {
             largest_radius_um: self.drops.effective_radius_um.1,
             smallest_radius_um: self.drops.effective_radius_um.0,
             theory: table_theory(self.levels.theory, on),
+            sees_water: self.sees_water,
             mirrored_share: (scene.water_surface)
                 .map(|_| self.mirrored.as_ref().map_or(0.0, |sun| sun.share)),
         }

@@ -20,11 +20,13 @@
 
 use std::f64::consts::PI;
 
+use glam::DVec2;
 use glam::DVec3;
 use niji_geometry::Aabb;
 use niji_geometry::Camera;
 use niji_geometry::PinholeCamera;
 use niji_geometry::PixelRegion;
+use niji_render::WaterSurface;
 
 use super::depth::Bundle;
 use super::drop_parts::DropPart;
@@ -34,6 +36,13 @@ const MAX_BLOCKS: (u32, u32) = (32, 24);
 
 /// The same of a picture that may show all directions.
 const MAX_WIDE_BLOCKS: (u32, u32) = (64, 48);
+
+/// Water that goes on to the horizon ends here, and is as thick (m).
+const FAR_M: f64 = 1e7;
+const THIN_M: f64 = 1e-3;
+
+/// How far the planet turns rays that go on from water 6 km away.
+const CURVED_RAD: f64 = 0.002;
 
 /// A rectangle of pixels, with bounds that hold for each of its rays.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -90,11 +99,68 @@ pub(super) fn blocks(
         let share = (x1 - x0) * (y1 - y0) / pixels;
         Some(Block {
             share,
-            ..rectangle.block(camera, sun, drops)?
+            ..rectangle.rays(camera)?.block(camera.position(), sun, drops)
         })
     };
     let rectangles = rectangles(camera, region).into_iter();
     rectangles.filter_map(block).collect()
+}
+
+/// The blocks of the rays that go on from water, of whose light the picture has no more than all; none where no ray meets it.
+///
+/// They are those of an eye as far below the water: waves turn them as far as the streak of the sun reaches, and the planet
+/// by less than [`CURVED_RAD`].
+pub(super) fn blocks_in_water(
+    camera: &Camera,
+    region: PixelRegion,
+    sun: DVec3,
+    (drops, water): (&Extent<'_>, &WaterSurface),
+) -> Vec<Block> {
+    let eye = camera.position();
+    if eye.y <= water.height_m {
+        return Vec::new();
+    }
+    let corner = |corner: usize, y: f64| {
+        let [x, z] = water.extent_m[corner]
+            .clamp(-DVec2::splat(FAR_M), DVec2::splat(FAR_M))
+            .into();
+        DVec3::new(x, y, z)
+    };
+    let plane = Aabb {
+        min: corner(0, water.height_m - THIN_M),
+        max: corner(1, water.height_m + THIN_M),
+    };
+    let block = |rectangle: Rectangle| {
+        let rays = rectangle.rays(camera)?;
+        rays.bundle(eye).range(&plane)?;
+        let flip = DVec3::new(1.0, -1.0, 1.0);
+        let middle = rays.middle * flip;
+        let radius_rad = rays.radius_rad + water.streak_reach().0 + CURVED_RAD;
+        let rays = Rays {
+            middle,
+            radius_rad,
+            samples: rays.samples.map(|ray| (ray * flip).with_y(ray.y.abs())),
+            components: cone(middle, radius_rad),
+            longest: 1.0,
+        };
+        let below = eye.with_y(2.0 * water.height_m - eye.y);
+        Some(rays.block(below, sun, drops))
+    };
+    rectangles(camera, region)
+        .into_iter()
+        .filter_map(block)
+        .collect()
+}
+
+/// Smallest and largest component along each axis of unit vectors within an angle of one.
+fn cone(middle: DVec3, radius_rad: f64) -> [(f64, f64); 3] {
+    [0, 1, 2].map(|axis| {
+        let from_axis_rad = middle[axis].clamp(-1.0, 1.0).acos();
+        (
+            (from_axis_rad + radius_rad).min(PI).cos(),
+            (from_axis_rad - radius_rad).max(0.0).cos(),
+        )
+    })
 }
 
 fn rectangles(camera: &Camera, region: PixelRegion) -> Vec<Rectangle> {
@@ -145,34 +211,32 @@ impl Rays {
             longest: self.longest,
         }
     }
-}
 
-impl Rectangle {
-    /// Its bounds; as a share of the picture, nothing yet.
-    fn block(&self, camera: &Camera, sun: DVec3, drops: &Extent<'_>) -> Option<Block> {
-        let rays = self.rays(camera)?;
-        let theta_rad = angle_rad(rays.middle, sun);
+    /// Bounds of the rays from an eye; as a share of the picture, nothing yet.
+    fn block(&self, eye: DVec3, sun: DVec3, drops: &Extent<'_>) -> Block {
+        let theta_rad = angle_rad(self.middle, sun);
         let theta_range_rad = (
-            (theta_rad - rays.radius_rad).max(0.0),
-            (theta_rad + rays.radius_rad).min(PI),
+            (theta_rad - self.radius_rad).max(0.0),
+            (theta_rad + self.radius_rad).min(PI),
         );
-        let eye = camera.position();
-        let bundle = rays.bundle(eye);
+        let bundle = self.bundle(eye);
         let whole_chord = chord(&bundle, &drops.whole);
         let depth = whole_chord.map_or(0.0, |whole| {
             let of_parts = bundle.largest_depth(drops.parts);
             of_parts.min(drops.extinction_m1 * whole.length_m)
         });
-        Some(Block {
+        Block {
             share: 0.0,
             theta_rad: theta_range_rad,
-            rise: rises(&rays, sun, theta_range_rad),
-            samples: rays.samples,
+            rise: rises(self, sun, theta_range_rad),
+            samples: self.samples,
             drops: whole_chord,
             depth,
-        })
+        }
     }
+}
 
+impl Rectangle {
     /// Bounds of its rays; `None` if it has none.
     fn rays(&self, camera: &Camera) -> Option<Rays> {
         match camera {
@@ -230,13 +294,6 @@ impl Rectangle {
             .into_iter()
             .fold(0.0, f64::max);
         let radius_rad = camera.reach(place, farthest_px).0;
-        let component = |axis: usize| {
-            let from_axis_rad = middle[axis].clamp(-1.0, 1.0).acos();
-            (
-                (from_axis_rad + radius_rad).min(PI).cos(),
-                (from_axis_rad - radius_rad).max(0.0).cos(),
-            )
-        };
         let [a, b, c, d] = self
             .corners()
             .map(|corner| direction(corner).unwrap_or(middle));
@@ -244,7 +301,7 @@ impl Rectangle {
             middle,
             radius_rad,
             samples: [a, b, c, d, middle],
-            components: [component(0), component(1), component(2)],
+            components: cone(middle, radius_rad),
             longest: 1.0,
         })
     }
