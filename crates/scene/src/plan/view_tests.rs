@@ -117,7 +117,8 @@ fn placed_blocks(
     drops: &Extent<'_>,
 ) -> Vec<(Rectangle, Option<Block>)> {
     let place = |rectangle: Rectangle| {
-        let block = rectangle.block(camera, sun, drops);
+        let rays = rectangle.rays(camera);
+        let block = rays.map(|rays| rays.block(camera.position(), sun, drops));
         (rectangle, block)
     };
     let rectangles = rectangles(camera, frame(camera)).into_iter();
