@@ -35,6 +35,7 @@ mod error;
 mod from_density;
 mod grid_box;
 mod law_shares;
+mod local_radius;
 mod mode;
 mod radius_formula;
 mod read_vdb;

@@ -185,13 +185,12 @@ impl<'a> Reader<'a> {
                 let column = self.column();
                 let is_word = |it: char| it.is_alphanumeric() || it == '_';
                 let word = self.take_while(|_, it| is_word(it));
-                match FUNCTIONS.into_iter().find(|(name, _)| *name == word) {
-                    Some((_, function)) => self.function(function),
-                    None => {
-                        self.name(word, column);
-                        Ok(())
-                    }
+                let function = FUNCTIONS.into_iter().find(|(name, _)| *name == word);
+                if let Some((_, function)) = function {
+                    return self.function(function);
                 }
+                self.name(word, column);
+                Ok(())
             }
             Some(_) | None => Err(self.refused(EXPECTED)),
         }

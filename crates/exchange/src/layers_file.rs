@@ -70,12 +70,12 @@ impl SpectralImage {
         let unbound = self.unbound_rgb(primaries);
         let kept = kept_of(&unbound, primaries);
         let rgb = in_gamut(&unbound, primaries, GamutPolicy::Desaturate);
-        let mut channels = rgb_channels("", rgb);
+        let mut channels = rgb_channels("", &rgb);
         channels.push(("A".to_owned(), alpha.into()));
         for aov in &self.aovs {
             if let Some(xyz) = aov.xyz() {
                 let light = self.layer(xyz, primaries, &kept);
-                channels.extend(rgb_channels(&format!("{}.", aov.name), light));
+                channels.extend(rgb_channels(&format!("{}.", aov.name), &light));
             }
         }
         let halves = channels.iter().map(|(name, _)| name.clone());
@@ -166,7 +166,7 @@ fn kept_of(rgb: &Array3<f64>, primaries: RgbPrimaries) -> Array2<f64> {
 }
 
 /// Channels of a layer with this in front of their names.
-pub(crate) fn rgb_channels(layer: &str, rgb: Array3<f32>) -> Vec<(String, Samples<'static>)> {
+pub(crate) fn rgb_channels(layer: &str, rgb: &Array3<f32>) -> Vec<(String, Samples<'static>)> {
     let planes = rgb
         .axis_iter(Dimension(0))
         .map(|plane| plane.to_owned().into());

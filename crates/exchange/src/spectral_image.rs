@@ -212,7 +212,7 @@ impl SpectralImage {
             (COLOR_PART, vec![(AOV_UNIT, LUMINANCE)])
         } else {
             let rgb = self.rgb(RgbPrimaries::Rec709, GamutPolicy::Desaturate);
-            channels.extend(rgb_channels("", rgb));
+            channels.extend(rgb_channels("", &rgb));
             let texts = [
                 (LAYOUT_VERSION, "1.0"),
                 (EMISSIVE_UNITS, "W.m^-2.sr^-1"),

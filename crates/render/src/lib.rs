@@ -129,6 +129,7 @@ mod gauss_nodes;
 mod lane_cubic;
 mod levels;
 mod lit_drops;
+mod map_edge;
 mod march;
 mod measured_air;
 mod merged_cells;

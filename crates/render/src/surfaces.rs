@@ -4,7 +4,8 @@
 //! `D` distances along the rays [m], `H` x `W` pixels, of a picture of `h` x `w` pixels in which
 //! (x, y) is a point. The nearest pixel counts and nothing is mixed: between a tree and the sky
 //! behind it there is no surface at half the distance. A map finer than the picture serves rays that
-//! share a pixel, one by one. A mesh or terrain ends every ray for itself, where it first meets a triangle; of all
+//! share a pixel, one by one; in one of the picture's own pixels edges run through pixels as those around them say
+//! (`map_edge`), unless its distances are those of whole pixels. A mesh or terrain ends every ray for itself, where it first meets a triangle; of all
 //! the nearest counts. What has an albedo is lit (`surface_light`); the rest is black.
 
 use glam::DVec3;
@@ -16,6 +17,7 @@ use niji_geometry::Ray;
 use niji_radiometry::Reflectance;
 
 use crate::error::Error;
+use crate::map_edge;
 use crate::sky_view::horizon_by_halving_rad;
 use crate::water_surface::Foot;
 use crate::water_surface::WaterSurface;
@@ -193,7 +195,14 @@ impl Surfaces {
     /// there.
     fn end(&self, ray: &Ray, point: (f64, f64), size: (u32, u32)) -> (f64, Option<Face>) {
         let of_map = self.distance_m.as_ref();
-        let of_map_m = of_map.map_or(f64::INFINITY, |map| nearest_pixel_m(map, point, size));
+        let of_map_m = of_map.map_or(f64::INFINITY, |map| {
+            let is_of_pixels = map.dim() == (size.1 as usize, size.0 as usize);
+            if is_of_pixels && !self.stands_for_pixels {
+                map_edge::distance_m(map, point)
+            } else {
+                nearest_pixel_m(map, point, size)
+            }
+        });
         self.nearer_solid(ray, of_map_m)
     }
 
