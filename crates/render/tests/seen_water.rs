@@ -140,7 +140,7 @@ fn a_bow_in_water_is_mirrored_by_its_polarization() {
         }
     }
     println!("{worst:.1e}");
-    // The planet turns rays 40 m away by 1e-5; measured below 2e-4.
+    // The planet turns rays 40 m away by 1e-5.
     assert!(worst < 1e-3, "{worst}");
 }
 
