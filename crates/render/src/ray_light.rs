@@ -441,12 +441,11 @@ impl Frame<'_> {
             .march
             .along(&walk, &mut nodes.probes, deposits, |deposits| {
                 let Some(rows) = rows else { return };
-                let luminance = match &mut in_water {
-                    Some((room, bows)) => bows.shade(self, (deposits, 1.0), room, slab),
-                    None => {
-                        stencil.set_light(&deposits.bins);
-                        self.shade(rows, (stencil, moved_stencil), slab)
-                    }
+                let luminance = if let Some((room, bows)) = &mut in_water {
+                    bows.shade(self, (deposits, 1.0), room, slab)
+                } else {
+                    stencil.set_light(&deposits.bins);
+                    self.shade(rows, (stencil, moved_stencil), slab)
                 };
                 sums.add(&luminance, deposits);
                 if let Some(slabs) = &slabs {

@@ -169,9 +169,9 @@ fn the_bow_in_water_stands_where_that_of_the_eye_below_it_does() {
         for _ in 0..60 {
             let middle = 0.5 * (low + high);
             if on_bow(middle) < 0.0 {
-                low = middle
+                low = middle;
             } else {
-                high = middle
+                high = middle;
             }
         }
         // A strip of pixels 0.02 degrees high across it, seen in the water.

@@ -452,9 +452,13 @@ static ROWS: [Row; 22] = [
                  838-850 (1954)",
         section: Some(Section::WaterSurface),
         layer: Some(PictureLayer::Water),
-        fact: |facts| match facts.sees_water {
-            true => "rays of the camera meet the water".to_string(),
-            false => "no ray of the camera meets water".to_string(),
+        fact: |facts| {
+            let met = if facts.sees_water {
+                "rays meet"
+            } else {
+                "no ray meets"
+            };
+            format!("{met} the water")
         },
         ..PLAIN
     },

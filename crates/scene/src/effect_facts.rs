@@ -6,6 +6,10 @@ use crate::figures::brief;
 use crate::figures::length;
 
 /// What reasons speak of.
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "facts that do not depend on each other"
+)]
 pub(crate) struct Facts {
     pub(crate) has_air: bool,
     /// Are surfaces given that hide drops?
