@@ -140,7 +140,7 @@ fn execute_sequence(
 }
 
 /// A result as JSON where that is asked for, else as text.
-fn in_form<T: Serialize>(
+pub(crate) fn in_form<T: Serialize>(
     common: &Common,
     result: &T,
     text: impl Fn(&T) -> String,

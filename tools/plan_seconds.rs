@@ -12,6 +12,7 @@ use serde::Serialize;
 use crate::failure::Failure;
 use crate::flags::Common;
 use crate::output;
+use crate::plan::in_form;
 use crate::scene_file;
 use crate::stages::accuracy::of_white;
 
@@ -21,7 +22,7 @@ const TOLD: std::ops::Range<usize> = 1..5;
 /// Where it takes longer to tell of a tolerance, no finer one is told of, seconds.
 const LONG_S: f64 = 10.0;
 
-/// Stages that are told of, with the time to plan them first.
+/// Stages that are told of, in their order.
 const STAGES: [Stage; 6] = [
     Stage::Depth,
     Stage::Drops,
@@ -94,9 +95,7 @@ pub(crate) fn print(
         }
     }
     if common.json {
-        let json = serde_json::to_string_pretty(&all);
-        let json = json.map_err(|error| Failure::Failed(error.to_string()))?;
-        return output::print(&(json + "\n"));
+        output::print(&in_form(common, &all, |_| String::new())?)?;
     }
     Ok(())
 }

@@ -89,6 +89,50 @@ impl Block {
     }
 }
 
+/// Blocks on a way that are still to be looked into, nearest first.
+struct Walk {
+    waiting: [Block; MAX_WAITING],
+    n_waiting: usize,
+    /// Of four children the one that the way comes from is looked at first.
+    far: [u32; 2],
+}
+
+impl Walk {
+    /// All of a field, along a horizontal direction.
+    fn through(field: &HeightField, along: DVec2) -> Self {
+        let far = along.cmpge(DVec2::ZERO);
+        Self {
+            waiting: [field.whole(); MAX_WAITING],
+            n_waiting: 1,
+            far: [u32::from(far.x), u32::from(far.y)],
+        }
+    }
+
+    /// The nearest block that waits.
+    fn next(&mut self) -> Option<Block> {
+        self.n_waiting = self.n_waiting.checked_sub(1)?;
+        Some(self.waiting[self.n_waiting])
+    }
+
+    /// Has the children of a block wait, by the number of columns and rows of their level.
+    fn look_into(&mut self, block: Block, size: (usize, usize)) {
+        let far = self.far;
+        for (dx, dz) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+            let child = Block {
+                level: block.level - 1,
+                place: [
+                    2 * block.place[0] + (far[0] ^ dx),
+                    2 * block.place[1] + (far[1] ^ dz),
+                ],
+            };
+            if child.x() < size.0 && child.z() < size.1 {
+                self.waiting[self.n_waiting] = child;
+                self.n_waiting += 1;
+            }
+        }
+    }
+}
+
 impl HeightField {
     /// Finds the ranges of heights.
     ///
@@ -113,11 +157,7 @@ impl HeightField {
     /// The smallest box around the field.
     #[must_use]
     pub fn bounds(&self) -> Aabb {
-        let level = self.levels.len() - 1;
-        self.bounds_of(Block {
-            level,
-            place: [0; 2],
-        })
+        self.bounds_of(self.whole())
     }
 
     /// The nearest point of the surface farther along the ray than `after_m`.
@@ -144,25 +184,15 @@ impl HeightField {
         let sheared = ShearedRay::new(ray)?;
         let slabs = Slabs::new(ray);
         let mut best: Option<(f64, [DVec3; 3], bool)> = None;
-        let top = self.levels.len() - 1;
-        let whole = Block {
-            level: top,
-            place: [0; 2],
-        };
-        let mut waiting = [whole; MAX_WAITING];
-        let mut n_waiting = 1;
-        // Of four children the one that the ray comes from is looked at first.
-        let far = DVec2::new(ray.direction.x, ray.direction.z).cmpge(DVec2::ZERO);
-        let far = [u32::from(far.x), u32::from(far.y)];
-        while n_waiting > 0 {
-            n_waiting -= 1;
-            let block = waiting[n_waiting];
+        let along = DVec2::new(ray.direction.x, ray.direction.z);
+        let mut walk = Walk::through(self, along);
+        while let Some(block) = walk.next() {
             let nearest_m = best.map_or(f64::INFINITY, |(distance_m, ..)| distance_m);
             if !slabs.meets(&self.bounds_of(block), after_m, nearest_m) {
                 continue;
             }
             if block.level > 0 {
-                self.wait(block, far, (&mut waiting, &mut n_waiting));
+                walk.look_into(block, self.levels[block.level - 1].size);
                 continue;
             }
             // Loops: iterators that hand over triangles took a third longer.
@@ -198,27 +228,18 @@ impl HeightField {
         best
     }
 
-    /// Has the children of a block wait, last the one that a ray comes from.
-    fn wait(
-        &self,
-        block: Block,
-        far: [u32; 2],
-        (waiting, n_waiting): (&mut [Block; MAX_WAITING], &mut usize),
-    ) {
-        let size = self.levels[block.level - 1].size;
-        for (dx, dz) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
-            let child = Block {
-                level: block.level - 1,
-                place: [
-                    2 * block.place[0] + (far[0] ^ dx),
-                    2 * block.place[1] + (far[1] ^ dz),
-                ],
-            };
-            if child.x() < size.0 && child.z() < size.1 {
-                waiting[*n_waiting] = child;
-                *n_waiting += 1;
-            }
+    /// The block that holds all.
+    fn whole(&self) -> Block {
+        Block {
+            level: self.levels.len() - 1,
+            place: [0; 2],
         }
+    }
+
+    /// Smallest and largest height of a block, over that of the corner (m).
+    fn range_m(&self, block: Block) -> (f32, f32) {
+        let level = &self.levels[block.level];
+        level.range_m[block.z() * level.size.0 + block.x()]
     }
 
     /// Columns and rows of the cells of a smallest block.
@@ -243,8 +264,7 @@ impl HeightField {
     }
 
     fn bounds_of(&self, block: Block) -> Aabb {
-        let level = &self.levels[block.level];
-        let (low_m, high_m) = level.range_m[block.z() * level.size.0 + block.x()];
+        let (low_m, high_m) = self.range_m(block);
         let ([x, z], [right, below]) = self.corners(block);
         Aabb {
             min: self.at(x, z) + DVec3::Y * f64::from(low_m),

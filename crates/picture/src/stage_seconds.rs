@@ -8,6 +8,7 @@
 
 use ndarray::Array4;
 use ndarray::Array5;
+use niji_airy::AiryTable;
 use niji_exchange::MovedBows;
 use niji_exchange::MovedOrder;
 use niji_exchange::ScatteringTable;
@@ -32,7 +33,8 @@ pub const WRITTEN_BYTES_PER_S: f64 = 1e8;
 /// # Errors
 /// As those of [`PlannedScene::scattering`] and [`PlannedScene::air`].
 pub fn table_seconds(planned: &PlannedScene, clock: Clock) -> Result<f64, Error> {
-    let (of_drops_s, _) = scattering_seconds(planned, clock)?;
+    let airy = planned.airy()?;
+    let (of_drops_s, _) = scattering_seconds((planned, airy.as_ref()), clock)?;
     let of_air = || {
         let mut scene = planned.scene.clone();
         scene.spectrum = middle_of(scene.spectrum, 1)?;
@@ -50,8 +52,8 @@ pub fn table_seconds(planned: &PlannedScene, clock: Clock) -> Result<f64, Error>
 pub fn stage_seconds(planned: &PlannedScene, clock: Clock) -> Result<Vec<(Stage, f64)>, Error> {
     let (drops_s, drops) = timed(clock, || planned.drops())?;
     let (depth_s, depth_m) = timed(clock, || planned.photo_depth_m())?;
-    let (airy_s, _) = timed(clock, || planned.airy())?;
-    let (scatter_s, table) = scattering_seconds(planned, clock)?;
+    let (airy_s, airy) = timed(clock, || planned.airy())?;
+    let (scatter_s, table) = scattering_seconds((planned, airy.as_ref()), clock)?;
     let (air_s, air) = timed(clock, || planned.air(&unwatched))?;
     let settings = PictureSettings::of(planned);
     let (whole, n_pictures) = (settings.whole()?, settings.n_pictures());
@@ -81,17 +83,16 @@ pub fn stage_seconds(planned: &PlannedScene, clock: Clock) -> Result<Vec<(Stage,
 
 /// Seconds that the scattering table takes, and the table of a wavelength of it.
 fn scattering_seconds(
-    planned: &PlannedScene,
+    (planned, airy): (&PlannedScene, Option<&AiryTable>),
     clock: Clock,
 ) -> Result<(f64, Option<ScatteringTable>), Error> {
     let Some(need) = &planned.plan.scattering else {
         return Ok((0.0, None));
     };
-    let airy = planned.airy()?;
     let of = |n_wavelengths: usize| {
         let few = middle_of(planned.scene.spectrum, n_wavelengths)?;
         of_one_thread(clock, || {
-            crate::scattering::table(need, few, airy.as_ref(), &unwatched)
+            crate::scattering::table(need, few, airy, &unwatched)
         })
     };
     let n = planned.scene.spectrum.len();

@@ -6,6 +6,7 @@ mod common;
 use common::SUN;
 use common::bricks;
 use common::camera;
+use common::endless;
 use common::relative;
 use common::rendered;
 use common::request;
@@ -57,15 +58,6 @@ fn bow_table() -> ScatteringTable {
         }
     }
     table
-}
-
-fn endless(slope: f64) -> WaterSurface {
-    WaterSurface {
-        height_m: 0.0,
-        extent_m: [DVec2::NEG_INFINITY, DVec2::INFINITY],
-        slope,
-        water: Water::pure(15.0),
-    }
 }
 
 /// Drops of an extinction in a box around the surface of the water, in front of the eye.

@@ -26,15 +26,6 @@ use niji_render::WaterSurface;
 
 use std::f64::consts::PI;
 
-fn endless(slope: f64) -> WaterSurface {
-    WaterSurface {
-        height_m: 0.0,
-        extent_m: [DVec2::NEG_INFINITY, DVec2::INFINITY],
-        slope,
-        water: Water::pure(15.0),
-    }
-}
-
 /// R_s and R_p by Fresnel's laws of sine and tangent, at an elevation and a wavelength of the tests.
 fn fresnel(elevation_deg: f64, wavelength: usize) -> [f64; 2] {
     let nm = Nanometers(450.0 + 100.0 * wavelength as f64);

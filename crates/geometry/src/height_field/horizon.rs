@@ -10,7 +10,7 @@ use glam::DVec3;
 
 use super::Block;
 use super::HeightField;
-use super::MAX_WAITING;
+use super::Walk;
 
 /// What is nearer is the place itself, cells.
 const LEAST: f64 = 1e-6;
@@ -51,19 +51,9 @@ impl HeightField {
             inverse: along.recip(),
         };
         let mut slope = 0.0_f64;
-        let whole = Block {
-            level: self.levels.len() - 1,
-            place: [0; 2],
-        };
-        let mut waiting = [whole; MAX_WAITING];
-        let mut n_waiting = 1;
-        let far = along.cmpge(DVec2::ZERO);
-        let far = [u32::from(far.x), u32::from(far.y)];
-        while n_waiting > 0 {
-            n_waiting -= 1;
-            let block = waiting[n_waiting];
-            let level = &self.levels[block.level];
-            let (_, high_m) = level.range_m[block.z() * level.size.0 + block.x()];
+        let mut walk = Walk::through(self, along);
+        while let Some(block) = walk.next() {
+            let (_, high_m) = self.range_m(block);
             let rise = f64::from(high_m) / self.map.spacing_m - from.y;
             let (low, high) = self.nodes_of(block);
             let enter = look.within(low, high).map(|(enter, _)| enter);
@@ -71,7 +61,7 @@ impl HeightField {
                 continue;
             }
             if block.level > 0 {
-                self.wait(block, far, (&mut waiting, &mut n_waiting));
+                walk.look_into(block, self.levels[block.level - 1].size);
                 continue;
             }
             let (xs, zs) = self.cells(block);

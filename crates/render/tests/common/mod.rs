@@ -3,6 +3,7 @@
 
 use std::ops::Range;
 
+use glam::DVec2;
 use glam::DVec3;
 use ndarray::Array2;
 use ndarray::Array5;
@@ -37,6 +38,7 @@ use niji_render::RenderRequest;
 use niji_render::Rendered;
 use niji_render::SkyModel;
 use niji_render::Toggle;
+use niji_render::WaterSurface;
 use niji_render::render;
 
 /// Radius of all drops of homogeneous volumes [m].
@@ -337,4 +339,14 @@ pub(crate) fn rendered(request: &RenderRequest) -> Rendered {
 /// Relative difference.
 pub(crate) fn relative(found: f64, expected: f64) -> f64 {
     (found / expected - 1.0).abs()
+}
+
+/// Water without a shore.
+pub(crate) fn endless(slope: f64) -> WaterSurface {
+    WaterSurface {
+        height_m: 0.0,
+        extent_m: [DVec2::NEG_INFINITY, DVec2::INFINITY],
+        slope,
+        water: Water::pure(15.0),
+    }
 }
