@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use niji_exchange::text_hash;
 use niji_picture::Choice;
 use niji_picture::SequenceChoice;
 use serde::Serialize;
@@ -18,7 +19,10 @@ pub(crate) const FILE: &str = "choice.toml";
 
 /// Said to whoever opens it.
 const HEAD: &str = "# What niji decided for a picture or a sequence, and what it measured for that. With `--choice` a run and every \
-                    stage decides the same\n# without measuring again; `niji plan SCENE -o FILE` makes it anew.\n\n";
+                    stage decides the same\n# without measuring again; `niji plan SCENE -o FILE` makes it anew.\n";
+
+/// Before the hash of what follows: what a hand or a disk changed is not what was decided.
+const HASH: &str = "# SHA-256 of what follows: ";
 
 /// Reads a choice, of a picture or of a sequence.
 ///
@@ -26,7 +30,7 @@ const HEAD: &str = "# What niji decided for a picture or a sequence, and what it
 /// A file that is missing or none of ours.
 pub(crate) fn read<T: DeserializeOwned>(path: &Path) -> Result<T, Failure> {
     let text = text_file::read(path)?;
-    toml::from_str(&text).map_err(|error| {
+    let choice = toml::from_str(&text).map_err(|error| {
         let cause = error.message();
         let text = if toml::from_str::<SequenceChoice>(&text).is_ok() {
             "found what was decided for a sequence, expected it for one picture: `niji run SCENE --frames LIST \
@@ -40,7 +44,21 @@ pub(crate) fn read<T: DeserializeOwned>(path: &Path) -> Result<T, Failure> {
             format!("{cause}; expected a choice, as `niji plan SCENE -o FILE` writes it")
         };
         Failure::bad_input(path, text)
-    })
+    })?;
+    if is_as_written(&text) {
+        return Ok(choice);
+    }
+    let message = "found a choice that was changed after niji wrote it, expected it untouched: change the scene, and \
+                   make it anew with `niji plan SCENE -o FILE --force`";
+    Err(Failure::bad_input(path, message))
+}
+
+/// Is the text of a choice what its hash was made from?
+fn is_as_written(text: &str) -> bool {
+    let sealed = text
+        .split_once(HASH)
+        .and_then(|(_, sealed)| sealed.split_once("\n\n"));
+    sealed.is_some_and(|(hash, body)| hash == text_hash(body))
 }
 
 /// The choice of a run before, where it is of the kind that is asked for.
@@ -71,7 +89,7 @@ pub(crate) fn write(
     existing: Existing,
 ) -> Result<(), Failure> {
     let text = toml::to_string(choice).map_err(|error| Failure::Failed(error.to_string()))?;
-    let text = HEAD.to_owned() + &text;
+    let text = format!("{HEAD}{HASH}{}\n\n{text}", text_hash(&text));
     output::check_regular(path)?;
     if fs::read_to_string(path).is_ok_and(|found| found == text) {
         return Ok(());

@@ -53,6 +53,10 @@ pub(crate) struct Common {
     /// Decide as `niji plan SCENE -o FILE` did, for a sequence with --frames, without measuring again; refused for another scene or accuracy.
     #[arg(long, global = true, value_name = "TOML")]
     pub choice: Option<PathBuf>,
+    /// Folder that keeps what was decided for scenes, so that the next command for one measures nothing again; `none`
+    /// for nowhere [default: niji in the user's folder for caches].
+    #[arg(long, global = true, value_name = "DIR", env = "NIJI_CACHE")]
+    pub cache: Option<PathBuf>,
     /// Results as JSON on standard output.
     #[arg(long, global = true)]
     pub json: bool,

@@ -23,6 +23,7 @@ mod flags;
 mod frame_list;
 mod ice;
 mod info;
+mod kept_choices;
 mod lee;
 mod measure_effects;
 mod merge;

@@ -83,7 +83,7 @@ pub(crate) fn print(
         } else {
             // Not that of the plan, which may have closer nodes of drops than another tolerance asks for.
             let scene = scene_file::at_tolerance(scene_file::read(path, common)?, tolerance);
-            let planned = scene_file::planned(scene, path, None)?;
+            let planned = scene_file::planned(scene, path, common)?;
             Foretold::of((&planned, clock()), false)?
         };
         if !common.json {

@@ -15,6 +15,7 @@ use crate::checksums::hash_once;
 use crate::choice_file;
 use crate::failure::Failure;
 use crate::flags::Common;
+use crate::kept_choices::KeptChoices;
 use crate::shell_word::quoted;
 use crate::text_file;
 use crate::version;
@@ -26,7 +27,7 @@ use crate::version;
 pub(crate) fn load(path: &Path, common: &Common) -> Result<PlannedScene, Failure> {
     let scene = read(path, common)?;
     let Some(file) = &common.choice else {
-        return planned(scene, path, None);
+        return planned(scene, path, common);
     };
     let choice: Choice = choice_file::read(file)?;
     check_version(&choice.version, (file, path, ""))?;
@@ -34,7 +35,11 @@ pub(crate) fn load(path: &Path, common: &Common) -> Result<PlannedScene, Failure
         Some(afforded) if common.tolerance.is_none() => at_tolerance(scene, afforded.tolerance),
         _ => scene,
     };
-    let planned = planned(scene, path, Some(&choice))?;
+    let request = PlanRequest {
+        choice: Some(&choice),
+        ..beside(path)
+    };
+    let planned = planned_for(scene, path, request)?;
     if planned.choice == choice {
         return Ok(planned);
     }
@@ -67,20 +72,34 @@ pub(crate) fn refused(what: &str, (file, scene, flags): ChoiceOf) -> Failure {
     ))
 }
 
-/// Makes the plan of a scene that stands in the file `path`, for which something may have been chosen before.
+/// Makes the plan of a scene that stands in the file `path`.
 ///
 /// # Errors
 /// A drop volume that is missing or wrong, or a scene that cannot be planned.
-pub(crate) fn planned(
+pub(crate) fn planned(scene: Scene, path: &Path, common: &Common) -> Result<PlannedScene, Failure> {
+    planned_as_before(scene, path, (common, None))
+}
+
+/// The same, for which something may have been chosen before.
+///
+/// # Errors
+/// As [`planned`].
+pub(crate) fn planned_as_before(
     scene: Scene,
     path: &Path,
-    choice: Option<&Choice>,
+    (common, choice): (&Common, Option<&Choice>),
 ) -> Result<PlannedScene, Failure> {
+    let kept = KeptChoices::of(common);
     let request = PlanRequest {
         choice,
+        kept: &|request| kept.find(request),
         ..beside(path)
     };
-    planned_for(scene, path, request)
+    let planned = planned_for(scene, path, request)?;
+    if Some(&planned.choice) != choice {
+        kept.keep(&planned.choice);
+    }
+    Ok(planned)
 }
 
 /// A scene whose picture has to keep a tolerance.

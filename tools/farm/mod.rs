@@ -181,7 +181,7 @@ fn planned(command: &FarmCommand, scene: &Path, common: &Common) -> Result<Plann
         Some(frames) => {
             let sequence = SequenceFile::read(scene, common)?;
             let first = frames.iter().next().unwrap_or(0);
-            scene_file::planned(sequence.scene(first)?, scene, None)?
+            scene_file::planned(sequence.scene(first)?, scene, common)?
         }
     };
     let usage = |message: String| Err(Failure::Usage(message));

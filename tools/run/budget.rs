@@ -16,6 +16,7 @@ use niji_scene::Scene;
 use niji_scene::Stage;
 
 use crate::failure::Failure;
+use crate::flags::Common;
 use crate::scene_file;
 use crate::stages::Done;
 
@@ -59,14 +60,15 @@ impl Budget {
     pub(super) fn planned(
         &self,
         scene: &Scene,
-        path: &Path,
+        (path, common): (&Path, &Common),
         before: Option<&Choice>,
     ) -> Result<PlannedScene, Failure> {
         let scene = |tolerance: f64| scene_file::at_tolerance(scene.clone(), tolerance);
         let is_same = |it: &Afforded| it.budget_s == self.seconds;
         let same = before.and_then(|it| it.afforded).filter(is_same);
         if let Some(afforded) = same {
-            let planned = scene_file::planned(scene(afforded.tolerance), path, before)?;
+            let planned =
+                scene_file::planned_as_before(scene(afforded.tolerance), path, (common, before))?;
             if planned.choice.afforded.is_some() {
                 return Ok(planned);
             }

@@ -235,15 +235,16 @@ fn planned(
     }
     let scene = scene_file::read(&command.scene, common)?;
     if let Some(budget) = budget {
-        return budget.planned(&scene, &command.scene, before.as_ref());
+        return budget.planned(&scene, (&command.scene, common), before.as_ref());
     }
     // Without a budget nothing is left out for one, nor left unmeasured.
     let before = before.filter(|it| it.afforded.is_none());
-    let planned = scene_file::planned(scene.clone(), &command.scene, before.as_ref())?;
+    let path = &command.scene;
+    let planned = scene_file::planned_as_before(scene.clone(), path, (common, before.as_ref()))?;
     if planned.shown == planned.scene.picture || serves(&planned, kept)? {
         return Ok(planned);
     }
-    scene_file::planned(scene, &command.scene, None)
+    scene_file::planned(scene, path, common)
 }
 
 /// Does the picture of a run before, whose choice is `kept`, keep the tolerance as it is shown now?

@@ -82,7 +82,7 @@ pub(crate) fn execute(command: &SweepCommand, common: &Common) -> Result<(), Fai
     let cannot = |error: std::io::Error| Failure::Failed(format!("{}: {error}", folder.display()));
     fs::create_dir_all(&runs).map_err(cannot)?;
     let scene = scene_file::read(&command.scene, common)?;
-    let planned = scene_file::planned(scene.clone(), &command.scene, None)?;
+    let planned = scene_file::planned(scene.clone(), &command.scene, common)?;
     planned.check_light()?;
     let variants = variants(&planned);
     let bar = progress::bar("sweep", variants.len() as u64 + 1, options.verbosity);

@@ -106,6 +106,11 @@ impl Fountain {
     /// # Errors
     /// The parameter that is wrong, what was found and what was expected.
     pub fn validate(&self) -> Result<(), Error> {
+        self.checked_grid().map(|_| ())
+    }
+
+    /// The box of a fountain whose parameters are sound: flights are followed for it, once.
+    fn checked_grid(&self) -> Result<GridBox, Error> {
         GammaSizes::new(
             Micrometers(self.effective_radius_um),
             self.effective_variance,
@@ -132,7 +137,8 @@ impl Fountain {
         require_finite("basin_y_m", self.basin_y_m)?;
         require_not_negative("nozzle_m[1] - basin_y_m", self.nozzle_m[1] - self.basin_y_m)?;
         gusts::check(self.turbulence)?;
-        let longest = self.grid().n_nodes()?.into_iter().max().unwrap_or(0);
+        let grid = self.grid();
+        let longest = grid.n_nodes()?.into_iter().max().unwrap_or(0);
         if longest > LONGEST_EDGE {
             return Err(Error::Parameter {
                 parameter: "voxel_m",
@@ -141,7 +147,7 @@ impl Fountain {
                            larger drops or less wind",
             });
         }
-        Ok(())
+        Ok(grid)
     }
 
     /// The box around all flights, and its voxels.
@@ -177,8 +183,7 @@ impl Fountain {
     /// # Errors
     /// As [`Fountain::validate`].
     pub fn volume(&self) -> Result<DropVolume, Error> {
-        self.validate()?;
-        let grid = self.grid();
+        let grid = self.checked_grid()?;
         let streams = self.streams(&FlightPlan::of(self, &grid));
         let mode = Lattice::of_streams(grid, &streams)?.mode()?;
         let mode = gusts::stir(self.turbulence, mode)?;
@@ -230,15 +235,15 @@ impl Fountain {
 
     /// Sum, in their order, of a value of the flights and of the water (kg) on the way.
     fn sum_over_flights(&self, value: impl Fn(&Launch, f64) -> f64 + Sync) -> f64 {
-        if self.validate().is_err() {
+        let Ok(grid) = self.checked_grid() else {
             return 0.0;
-        }
+        };
         let of_stream = |stream: &Stream| {
             let mut time_s = 0.0;
             stream.launch.fly(|step| time_s += step.time_s);
             value(&stream.launch, stream.flow_kg_s * time_s)
         };
-        let streams = self.streams(&FlightPlan::of(self, &self.grid()));
+        let streams = self.streams(&FlightPlan::of(self, &grid));
         let values: Vec<f64> = streams.par_iter().map(of_stream).collect();
         values.iter().sum()
     }

@@ -97,6 +97,7 @@ pub use preview::write_srgb_png;
 pub use provenance::Provenance;
 pub use provenance::content_hash;
 pub use provenance::read_provenance;
+pub use provenance::text_hash;
 pub use scattering_table::RowUse;
 pub use scattering_table::ScatteringTable;
 pub use spectra::Spectra;

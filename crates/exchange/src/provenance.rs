@@ -128,6 +128,12 @@ pub fn content_hash(path: &Path) -> io::Result<String> {
     }
 }
 
+/// SHA-256 of a text, in hexadecimal.
+#[must_use]
+pub fn text_hash(text: &str) -> String {
+    hexadecimal(&Sha256::digest(text))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -186,7 +192,7 @@ mod tests {
         assert_eq!(content_hash(&path).unwrap().len(), 64);
         // FIPS 180-2, appendix B.1.
         assert_eq!(
-            hexadecimal(&Sha256::digest(b"abc")),
+            text_hash("abc"),
             "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
         );
     }

@@ -100,6 +100,8 @@ pub struct PlanRequest<'a> {
     pub hash_of: fn(&Path) -> io::Result<String>,
     /// What was decided before: taken where it is of this very request, so that nothing is measured.
     pub choice: Option<&'a Choice>,
+    /// What was decided for a request of this hash, by whoever keeps that.
+    pub kept: &'a dyn Fn(&str) -> Option<Choice>,
     /// What was decided for the same scene at another tolerance: what was measured for it is not measured again.
     pub measured: Option<&'a Choice>,
     /// Whether there is no time to measure anything: bounds and estimates decide, and the error of the picture lacks
@@ -118,6 +120,7 @@ impl Default for PlanRequest<'_> {
             version: env!("CARGO_PKG_VERSION"),
             hash_of: content_hash,
             choice: None,
+            kept: &|_| None,
             measured: None,
             is_hasty: false,
             watch: &unwatched,
@@ -209,8 +212,11 @@ impl PlannedScene {
                 return Ok(Self { shown, ..decided });
             }
         }
-        let drops = drops_of(&scene, request)?;
         let key = key(&scene);
+        if let Some(kept) = (request.kept)(&key).filter(|it| it.request == key) {
+            return Ok(Self::decided(scene, request.folder, kept));
+        }
+        let drops = drops_of(&scene, request)?;
         let planned = Self::with_drops(scene, request, (drops, Measured::Now(key)))?;
         let spacing = planned.choice.seen.spacing();
         planned.at_spacing(spacing, request)
