@@ -293,7 +293,7 @@ impl Scene {
                 ..RenderEffects::BOWS_ONLY
             },
             tolerance_cd_m2: None,
-            orders_error: None,
+            orders_error_cd_m2: None,
             coarser_rays: 1.0,
             levels: RenderLevels {
                 integration: level.integration,

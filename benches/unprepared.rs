@@ -10,6 +10,7 @@
 //!     cargo bench --bench unprepared -- measure [SCENE]... [-- FLAGS OF NIJI RUN]
 //!     cargo bench --bench unprepared -- lines [SCENE]...
 //!     cargo bench --bench unprepared -- seconds [SCENE]...
+//!     cargo bench --bench unprepared -- cheapest [SCENE]...
 //!     cargo bench --bench unprepared -- draw SEED FOLDER
 //!
 //! A scene is a name in `tests/unprepared` or the path of a file, whose truth then lies in `truths` beside it.
@@ -19,8 +20,12 @@
 //! error, the error that was told, and of the pixels whose error is above 0.01 % how many err by no more than
 //! the layer `error` says and how many times too much it says in the median. `lines` does what the lines
 //! `cheaper:` at the end of a run say, each by itself, and prints what they promised beside what came of it. `seconds`
-//! does the same for the lines of `niji plan --seconds`, up to runs of a minute; it needs no truth.
+//! does the same for the lines of `niji plan --seconds`, up to runs of a minute; it needs no truth. `cheapest`
+//! looks for a way to make each picture that would have kept the tolerance and costs less than the chosen one.
 
+#[cfg(unix)]
+#[path = "unprepared/cheapest.rs"]
+mod cheapest;
 #[path = "unprepared/draw.rs"]
 mod draw;
 
@@ -85,9 +90,13 @@ fn main() -> Result<()> {
         (Some("measure"), _) => measure(&names(rest)?, flags),
         (Some("lines"), _) => names(rest)?.iter().try_for_each(|name| hold_lines(name)),
         (Some("seconds"), _) => names(rest)?.iter().try_for_each(|name| hold_seconds(name)),
+        #[cfg(unix)]
+        (Some("cheapest"), _) => names(rest)?
+            .iter()
+            .try_for_each(|name| cheapest::search(name)),
         (Some("draw"), [seed, folder]) => draw_scenes(seed, Path::new(folder)),
         _ => Err(
-            "say `truths`, `measure`, `lines` or `seconds`, then names of scenes, or `draw SEED FOLDER`"
+            "say `truths`, `measure`, `lines`, `seconds` or `cheapest`, then names of scenes, or `draw SEED FOLDER`"
                 .into(),
         ),
     }

@@ -111,7 +111,13 @@ impl Reached {
 
     /// The error alone.
     pub(crate) fn text_of_error(&self) -> String {
-        format!("error {} of display white", of_white(self.error))
+        let tolerance = of_white(self.tolerance);
+        let mut digits = [2, 3, 4, 5]
+            .map(|it| with_digits(self.error, it))
+            .into_iter();
+        // With as many digits as show that it is missed.
+        let error = digits.find(|it| self.is_kept() || *it != tolerance);
+        format!("error {} of display white", error.unwrap_or(tolerance))
     }
 
     /// What causes most of an error that is larger than the tolerance, and what to do.
@@ -145,11 +151,17 @@ impl Reached {
 
 /// A part of display white in percent, two digits: `0.18 %`.
 pub(crate) fn of_white(part: f64) -> String {
+    with_digits(part, 2)
+}
+
+/// The same with so many digits.
+fn with_digits(part: f64, n_digits: u32) -> String {
     let percent = 100.0 * part;
     if percent > 0.0 && percent < LEAST_PERCENT {
         return format!("below {LEAST_PERCENT} %");
     }
-    let n_decimals = (1.0 - percent.max(LEAST_PERCENT).log10().floor()).max(0.0);
+    let last = f64::from(n_digits) - 1.0;
+    let n_decimals = (last - percent.max(LEAST_PERCENT).log10().floor()).max(0.0);
     let text = format!("{percent:.0$}", n_decimals as usize);
     let text = if text.contains('.') {
         text.trim_end_matches('0').trim_end_matches('.')
@@ -316,6 +328,12 @@ mod tests {
         assert!(missed.contains("1.1 % of display white"), "{missed}");
         assert!(missed.contains("1 % (tolerance 0.01)"), "{missed}");
         assert!(missed.contains("accuracy.sun_path"), "{missed}");
+        // By a hair.
+        let missed = reached(0.01004, 0.0).text();
+        assert!(
+            missed.starts_with("error 1.004 % of display white, not"),
+            "{missed}"
+        );
     }
 
     #[test]

@@ -144,7 +144,7 @@ impl World {
                     pixel_footprint: PixelFootprint::Center,
                 },
                 tolerance_cd_m2: None,
-                orders_error: None,
+                orders_error_cd_m2: None,
                 coarser_rays: 1.0,
             },
             provenance: Provenance {

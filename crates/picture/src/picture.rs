@@ -14,7 +14,6 @@ use niji_render::Deadline;
 use niji_render::DropOrders;
 use niji_render::LitDrops;
 use niji_render::MirroredLight;
-use niji_render::OrdersError;
 use niji_render::PictureLayer;
 use niji_render::RenderEffects;
 use niji_render::RenderRequest;
@@ -33,7 +32,6 @@ use niji_scene::Stage;
 use niji_scene::Sun;
 use niji_scene::WaterSurface;
 use niji_scene::most_error_of_orders;
-use niji_scene::tolerance_for_orders;
 use niji_scene::tolerance_for_rays;
 use serde::Serialize;
 
@@ -76,13 +74,10 @@ pub struct PictureSettings {
     /// way is followed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shadow_relative_error: Option<f64>,
-    /// RMS noise of the light of further orders that is small enough, over display white; none where it is off or
-    /// the scene names its level.
+    /// RMS that the light of further orders may err by, over display white; none where it is off, the scene names its
+    /// level, or a budget left so many paths.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub orders_noise: Option<f64>,
-    /// Their RMS error that is too much, over display white; none where paths are not followed beyond those of the level.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub most_orders_error: Option<f64>,
+    pub orders_error: Option<f64>,
     /// How many times larger the error of a pixel may be before it gets more rays, where a budget left that.
     #[serde(skip_serializing_if = "is_one")]
     pub coarser_rays: f64,
@@ -142,6 +137,7 @@ impl PictureSettings {
         let seen_water = (scene.water_surface).filter(|_| plan.is_on(Effect::SeenWater));
         let follows_rounds =
             accuracy.drop_orders.is_none() && plan.is_on(Effect::MultipleScattering);
+        let sky = planned.choice.seen.sky.as_ref();
         let settings = Self {
             coarser_rays: 1.0,
             camera: scene.camera,
@@ -153,9 +149,11 @@ impl PictureSettings {
             is_of_photo,
             shadow_relative_error: (accuracy.sun_path.is_none())
                 .then_some(tolerance / BRIGHT_DROPS),
-            orders_noise: follows_rounds.then_some(tolerance_for_orders(plan.tolerance)),
-            most_orders_error: follows_rounds
-                .then_some(most_error_of_orders(plan.tolerance, plan.left_out)),
+            orders_error: follows_rounds.then_some(most_error_of_orders(
+                plan.tolerance,
+                plan.left_out,
+                sky.map_or(0.0, |it| it.error.bound().rms),
+            )),
             picture: Picture {
                 // Whatever it was decided on with.
                 spectral: planned.shown.spectral,
@@ -186,9 +184,7 @@ impl PictureSettings {
             (afforded.paths_per_node, &mut self.levels.drop_orders)
         {
             *paths_per_node = n_paths;
-            // All of them, in the same rounds.
-            self.orders_noise = self.orders_noise.map(|_| 0.0);
-            self.most_orders_error = None;
+            self.orders_error = None;
         }
         self
     }
@@ -340,11 +336,9 @@ impl PictureWork {
             tolerance_cd_m2: settings
                 .tolerance
                 .map(|tolerance| tolerance * settings.display_white_cd_m2),
-            orders_error: settings.orders_noise.map(|enough| OrdersError {
-                enough_noise_cd_m2: enough * settings.display_white_cd_m2,
-                at_most_cd_m2: (settings.most_orders_error)
-                    .map_or(f64::INFINITY, |most| most * settings.display_white_cd_m2),
-            }),
+            orders_error_cd_m2: settings
+                .orders_error
+                .map(|error| error * settings.display_white_cd_m2),
             coarser_rays: settings.coarser_rays,
         }
     }

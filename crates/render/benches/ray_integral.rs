@@ -188,7 +188,7 @@ fn picture(drops: &LitDrops, table: &ScatteringTable, integration: Integration) 
         air: None,
         effects: effects(),
         tolerance_cd_m2: None,
-        orders_error: None,
+        orders_error_cd_m2: None,
         coarser_rays: 1.0,
         levels: RenderLevels {
             integration,

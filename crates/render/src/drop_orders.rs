@@ -52,7 +52,7 @@ pub(crate) use phase::kept_radii;
 pub(crate) use request::OrdersRequest;
 use two_levels::FINER;
 pub(crate) use two_levels::FIRST_PATHS;
-use two_levels::OrdersErr;
+pub(crate) use two_levels::foretold_paths;
 use two_levels::n_paths;
 pub(crate) use view_grid::SeenDirections;
 pub(crate) use view_grid::SunAxes;
@@ -86,8 +86,8 @@ pub(crate) struct MultipleLight {
     interpolation_cd_m2: Vec<f32>,
     /// Paths of each direction of the coarse lattice and stratum.
     pub(crate) n_paths: usize,
-    /// What they err by.
-    pub(crate) errs: OrdersErr,
+    /// What they err by, RMS over the directions [cd/m²].
+    pub(crate) error_cd_m2: f64,
     /// Seconds it took to follow them.
     pub(crate) seconds: f64,
 }
@@ -115,17 +115,18 @@ impl MultipleLight {
         };
         let lattice = |grid| Lattice::new(grid, bounds, request);
         let start_s = (request.deadline.now_s)();
-        let fine = two_levels::means(&paths, &lattice(coarse), lattice(fine))?;
-        let means = || fine.means.iter();
+        let (coarse, fine) = (lattice(coarse), lattice(fine));
+        let found = two_levels::means(&paths, &coarse, &fine)?;
+        let means = || found.means.iter();
         let spectra = means().flat_map(|mean| &mean.source_sr1);
         Ok(Some(Self {
             n_wavelengths: request.table.wavelengths.len(),
             source_sr1: spectra.copied().collect(),
             replicates_cd_m2: means().map(|mean| mean.replicates_cd_m2).collect(),
             grid: fine.grid,
-            interpolation_cd_m2: fine.interpolation_cd_m2,
-            n_paths: fine.n_paths,
-            errs: fine.errs,
+            interpolation_cd_m2: found.interpolation_cd_m2,
+            n_paths: found.n_paths,
+            error_cd_m2: found.error_cd_m2,
             seconds: (request.deadline.now_s)() - start_s,
         }))
     }

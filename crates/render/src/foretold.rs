@@ -2,7 +2,7 @@
 //!
 //! t = s + p N/n + (t_1 - t_2) + (t_2 + m) A/a
 //! `s` seconds until the first ray, without paths of light of further orders; `p` those of the first `n` paths of each
-//! direction, of which the noise of these foretells `N`; `t_1`, `t_2` those of the rays of some strips of pixels the
+//! direction, of which the error of these foretells `N`; `t_1`, `t_2` those of the rays of some strips of pixels the
 //! first time, when they make the rows of the table that they meet, and again; `m` those of more rays for pixels that
 //! err by too much; `a` pixels of the strips, `A` of the picture.
 //!
@@ -15,6 +15,7 @@ use niji_geometry::PixelRegion;
 use crate::deadline::Clock;
 use crate::deadline::Deadline;
 use crate::drop_orders::FIRST_PATHS;
+use crate::drop_orders::foretold_paths;
 use crate::error::Error;
 use crate::levels::DropOrders;
 use crate::levels::RenderLevels;
@@ -46,15 +47,15 @@ pub fn foretold_seconds(request: &RenderRequest, now_s: Clock) -> Result<f64, Er
             drop_orders: with_paths(request.levels.drop_orders, FIRST_PATHS),
             ..request.levels
         },
-        orders_error: None,
+        orders_error_cd_m2: None,
         ..*request
     };
     let start_s = now_s();
     let mut tracer = tracer(&first, (progress, deadline))?;
     let mut seconds = now_s() - start_s;
     if let (Some(of_level), Some(light)) = (of_level, &tracer.frame.multiple) {
-        let n_paths = (request.orders_error).map_or(of_level, |allowed| {
-            allowed.foretold_paths(of_level, (light.n_paths, light.errs))
+        let n_paths = (request.orders_error_cd_m2).map_or(of_level, |allowed_cd_m2| {
+            foretold_paths(of_level, allowed_cd_m2, (light.n_paths, light.error_cd_m2))
         });
         seconds += light.seconds * (n_paths as f64 / light.n_paths as f64 - 1.0);
     }

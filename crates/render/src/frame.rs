@@ -385,7 +385,7 @@ fn multiple(
         luminance_weights: &basis.luminance_weights,
         nodes_across,
         paths_per_node,
-        allowed: request.orders_error,
+        allowed_cd_m2: request.orders_error_cd_m2,
         deadline,
         progress,
     })

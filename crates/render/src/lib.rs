@@ -90,7 +90,7 @@
 //!             pixel_footprint: PixelFootprint::Center,
 //!         },
 //!         tolerance_cd_m2: None,
-//!         orders_error: None,
+//!         orders_error_cd_m2: None,
 //!         coarser_rays: 1.0,
 //!     },
 //!     &|_| (),
@@ -201,7 +201,6 @@ pub use picture_layers::PictureLayer;
 pub use picture_layers::Rendered;
 pub use progress::Progress;
 pub use progress::unwatched;
-pub use request::OrdersError;
 pub use request::RenderRequest;
 pub use request::ask_for_memory;
 pub use surfaces::Solid;

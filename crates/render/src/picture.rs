@@ -52,8 +52,8 @@ pub fn render(request: &RenderRequest, progress: &(dyn Fn(u64) + Sync)) -> Resul
 /// and the number of rows that are finished: what it keeps of them needs not be rendered again. The picture does not
 /// depend on the steps; at the end of each, threads wait for each other.
 ///
-/// A picture with a deadline is one step. The same request with what there was time for in it, and
-/// [`OrdersError::ANY`](crate::OrdersError::ANY), gives the same picture without one.
+/// A picture with a deadline is one step. The same request with what there was time for in it, and all paths of the
+/// level, gives the same picture without one.
 ///
 /// # Errors
 /// As [`render`]; [`Error::Stopped`].

@@ -68,29 +68,12 @@ pub struct RenderRequest<'a> {
     /// Largest estimated error of a pixel's luminance [cd/m²]: pixels above it get more rays, up to
     /// 256, and a finer quadrature. `None` leaves all pixels at their level.
     pub tolerance_cd_m2: Option<f64>,
-    /// What the light of further orders may err by; `None` follows all paths of the level.
-    pub orders_error: Option<OrdersError>,
+    /// What the light of further orders may err by, noise and what lies between directions, RMS over these [cd/m²]: paths
+    /// are followed in rounds until it is no more, or sixteen times those of the level. `None` follows those of the level.
+    pub orders_error_cd_m2: Option<f64>,
     /// How many times larger the error of a pixel may be before it gets more rays: 1, or what a
     /// [`Deadline`](crate::Deadline) left.
     pub coarser_rays: f64,
-}
-
-/// RMS error of the light of further orders [cd/m²].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct OrdersError {
-    /// Noise below which no more paths are followed.
-    pub enough_noise_cd_m2: f64,
-    /// Error, of interpolation too, above which more are followed than those of the level, unless that
-    /// takes more than sixteen times as many.
-    pub at_most_cd_m2: f64,
-}
-
-impl OrdersError {
-    /// That for which all paths of the level are followed in rounds, and no more.
-    pub const ANY: Self = Self {
-        enough_noise_cd_m2: 0.0,
-        at_most_cd_m2: f64::INFINITY,
-    };
 }
 
 impl<'a> RenderRequest<'a> {

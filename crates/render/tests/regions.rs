@@ -23,7 +23,6 @@ use niji_render::DropOrders;
 use niji_render::Error;
 use niji_render::Integration;
 use niji_render::LitDrops;
-use niji_render::OrdersError;
 use niji_render::PictureLayer;
 use niji_render::PixelFootprint;
 use niji_render::Progress;
@@ -242,14 +241,13 @@ fn what_there_was_time_for_is_the_same_picture_without_a_clock() {
         else {
             return;
         };
-        let of_paths = |paths_per_node| {
+        let of_paths = |paths_per_node, orders_error_cd_m2| {
             let mut request = *request;
             request.levels.drop_orders = DropOrders::MultipleScattering {
                 nodes_across: 2,
                 paths_per_node,
             };
-            // None is small enough.
-            request.orders_error = Some(OrdersError::ANY);
+            request.orders_error_cd_m2 = orders_error_cd_m2;
             request
         };
         let of_level = 2048;
@@ -257,14 +255,14 @@ fn what_there_was_time_for_is_the_same_picture_without_a_clock() {
         let most = 16 * of_level;
         let all = rendered(&RenderRequest {
             coarser_rays: 1.0 / 16.0,
-            ..of_paths(most)
+            ..of_paths(most, None)
         });
         let mut coarser = Vec::new();
         for seconds in [-1.0, 24.0, 1e6] {
-            let (picture, afforded) = in_time(&of_paths(of_level), seconds);
+            let (picture, afforded) = in_time(&of_paths(of_level, Some(0.0)), seconds);
             let again = rendered(&RenderRequest {
                 coarser_rays: afforded.coarser_rays,
-                ..of_paths(afforded.paths_per_node.unwrap())
+                ..of_paths(afforded.paths_per_node.unwrap(), None)
             });
             assert!(planes(&picture) == planes(&again), "{afforded:?}");
             let is_all = planes(&picture) == planes(&all);

@@ -53,8 +53,10 @@ const OF_SPACING: f64 = std::f64::consts::FRAC_1_SQRT_2;
 const OF_SKY: f64 = std::f64::consts::FRAC_1_SQRT_2;
 const OF_MOTION: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
-/// Part that light of further orders may have at most of what effects left out leave of a tolerance.
-const OF_REST: f64 = 0.7;
+/// Parts of what effects left out leave of a tolerance, where that is more: of the light that air scatters more than
+/// once, and of that together with light of further orders of drops. 0.8² and the squares of all other parts are 0.97.
+const SKY_OF_REST: f64 = 0.5;
+const SCATTERED_OF_REST: f64 = 0.8;
 
 /// Smallest errors that a table and an integral may be asked for.
 const LEAST_TABLE_ERROR: f64 = 1e-4;
@@ -153,20 +155,17 @@ impl Scene {
     }
 }
 
-/// RMS noise of light of further orders that needs no more paths, over display white.
-pub fn tolerance_for_orders(tolerance: f64) -> f64 {
-    OF_ORDERS * SHARE_FOR_LEVELS * tolerance
+/// RMS error that light of further orders may have where so much is left out and light that the air scatters more than
+/// once errs by so much, all over display white: what leaves their parts to all other errors.
+pub fn most_error_of_orders(tolerance: f64, left_out: f64, error_of_sky: f64) -> f64 {
+    let both = SCATTERED_OF_REST * (tolerance - left_out);
+    let own = (both * both.abs() - error_of_sky.powi(2)).max(0.0).sqrt();
+    own.max(OF_ORDERS * SHARE_FOR_LEVELS * tolerance)
 }
 
-/// RMS error of light of further orders that is too much where so much is left out, over display white: what leaves
-/// their parts to all other errors.
-pub fn most_error_of_orders(tolerance: f64, left_out: f64) -> f64 {
-    (OF_REST * (tolerance - left_out)).max(tolerance_for_orders(tolerance))
-}
-
-/// RMS that light which the air scatters more than once may be off by, over display white.
-pub fn tolerance_for_sky(tolerance: f64) -> f64 {
-    OF_SKY * SHARE_FOR_LEVELS * tolerance
+/// RMS that light which the air scatters more than once may be off by where so much is left out, over display white.
+pub fn tolerance_for_sky(tolerance: f64, left_out: f64) -> f64 {
+    (SKY_OF_REST * (tolerance - left_out)).max(OF_SKY * SHARE_FOR_LEVELS * tolerance)
 }
 
 /// RMS that the spacing of the drops' nodes may change, over display white.

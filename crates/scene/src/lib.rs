@@ -82,7 +82,6 @@ pub use levels_for_tolerance::LEAST_TOLERANCE;
 pub use levels_for_tolerance::SHARE_FOR_LEVELS;
 pub use levels_for_tolerance::most_error_of_orders;
 pub use levels_for_tolerance::tolerance_for_motion;
-pub use levels_for_tolerance::tolerance_for_orders;
 pub use levels_for_tolerance::tolerance_for_rays;
 pub use levels_for_tolerance::tolerance_for_sky;
 pub use levels_for_tolerance::tolerance_for_spacing;

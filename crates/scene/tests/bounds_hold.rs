@@ -178,7 +178,7 @@ impl Studio {
             air: Some(&air),
             effects: plan.render_effects(),
             tolerance_cd_m2: None,
-            orders_error: None,
+            orders_error_cd_m2: None,
             coarser_rays: 1.0,
             levels: plan.levels.render_levels(),
         };

@@ -193,7 +193,7 @@ fn excess(
             ..RenderEffects::BOWS_ONLY
         },
         tolerance_cd_m2: None,
-        orders_error: None,
+        orders_error_cd_m2: None,
         coarser_rays: 1.0,
         levels,
     };

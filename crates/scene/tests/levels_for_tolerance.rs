@@ -17,8 +17,9 @@ use niji_scene::Preset;
 use niji_scene::SHARE_FOR_LEVELS;
 use niji_scene::Scene;
 use niji_scene::Switch;
-use niji_scene::tolerance_for_orders;
+use niji_scene::most_error_of_orders;
 use niji_scene::tolerance_for_rays;
+use niji_scene::tolerance_for_sky;
 use support::planned;
 use support::scene;
 
@@ -70,11 +71,32 @@ fn squares_of_what_levels_may_err_by_add_up_to_half_of_the_tolerance() {
         let mist = asked(scene(MIST), tolerance);
         let of_light = errors(&mist.levels(2.0)).map(|error| error * BRIGHT_DROPS);
         let rays = tolerance_for_rays(tolerance);
-        let orders = tolerance_for_orders(tolerance);
+        // Where effects left out leave nothing to them.
+        let orders = most_error_of_orders(tolerance, tolerance, 0.0);
         let light = of_light[0].powi(2) + of_light[1].powi(2) + orders.powi(2);
         let sum = (light + rays * rays).sqrt();
         assert!((sum / (SHARE_FOR_LEVELS * tolerance) - 1.0).abs() < 1e-12);
     }
+}
+
+#[test]
+fn light_scattered_more_than_once_has_what_effects_leave_of_the_tolerance() {
+    let tolerance = 0.01;
+    let of_sky = |left_out| tolerance_for_sky(tolerance, left_out) / tolerance;
+    let of_orders =
+        |left_out, sky| most_error_of_orders(tolerance, left_out, sky * tolerance) / tolerance;
+    assert!((of_sky(0.0) - 0.5).abs() < 1e-12);
+    assert!(
+        (of_orders(0.0, 0.48) - 0.64).abs() < 1e-12,
+        "0.48² + 0.64² = 0.8²"
+    );
+    assert!((of_orders(0.5 * tolerance, 0.0) - 0.4).abs() < 1e-12);
+    // No less than their part of a tolerance of whose half nothing is left.
+    let least = SHARE_FOR_LEVELS / 6.0_f64.sqrt();
+    for (left_out, sky) in [(tolerance, 0.0), (2.0 * tolerance, 0.0), (0.0, 0.9)] {
+        assert!((of_orders(left_out, sky) - least).abs() < 1e-12);
+    }
+    assert!((of_sky(tolerance) - SHARE_FOR_LEVELS * 0.5_f64.sqrt()).abs() < 1e-12);
 }
 
 #[test]

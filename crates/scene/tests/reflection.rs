@@ -253,7 +253,7 @@ impl Spheres {
             air: None,
             effects: self.plan.render_effects(),
             tolerance_cd_m2: None,
-            orders_error: None,
+            orders_error_cd_m2: None,
             coarser_rays: 1.0,
             levels: self.plan.levels.render_levels(),
         };

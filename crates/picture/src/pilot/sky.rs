@@ -65,7 +65,7 @@ pub(crate) fn sky(scene: &Scene, plan: &Plan, watch: Watch) -> Result<Option<Sky
         return Ok(None);
     };
     let is_chosen = scene.accuracy.preset == Preset::Standard;
-    let allowed = tolerance_for_sky(plan.tolerance);
+    let allowed = tolerance_for_sky(plan.tolerance, plan.left_out);
     let small = smaller(scene);
     let levels = RenderLevels {
         pixel_footprint: PixelFootprint::Center,
@@ -124,7 +124,7 @@ fn luminance(
             effects: SKY_ONLY,
             levels,
             tolerance_cd_m2: None,
-            orders_error: None,
+            orders_error_cd_m2: None,
             coarser_rays: 1.0,
         },
         &|_| {},

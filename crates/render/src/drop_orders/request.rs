@@ -7,7 +7,6 @@ use crate::air::Air;
 use crate::deadline::Deadline;
 use crate::lit_drops::LitDrops;
 use crate::progress::Progress;
-use crate::request::OrdersError;
 
 use super::view_grid::SeenDirections;
 
@@ -31,10 +30,10 @@ pub(crate) struct OrdersRequest<'a> {
     pub(crate) luminance_weights: &'a [f64],
     /// Directions along both sides of the coarse lattice.
     pub(crate) nodes_across: usize,
-    /// Paths of a direction of it and stratum, at most where their error is not too large.
+    /// Paths of a direction of it and stratum, where no error is allowed.
     pub(crate) paths_per_node: usize,
-    /// What they may err by; `None` follows all.
-    pub(crate) allowed: Option<OrdersError>,
+    /// What they may err by, RMS over the directions [cd/m²]: not more are followed, nor sixteen times as many.
+    pub(crate) allowed_cd_m2: Option<f64>,
     /// When they are enough whatever their noise is.
     pub(crate) deadline: Deadline<'a>,
     /// Whoever waits for it.

@@ -14,7 +14,6 @@
 //! errs by 0.3 % of its light with both (RMS, November 2026, against 128 nodes and 131072 paths).
 
 use crate::error::Error;
-use crate::request::OrdersError;
 
 use super::STANDARD_ERRORS;
 use super::column::N_STRATA;
@@ -38,12 +37,11 @@ pub(crate) const FIRST_PATHS: usize = 512;
 /// How many times the paths of a level are followed at most, where their error is too large.
 const MOST_TIMES: usize = 16;
 
+/// Errors of eight replicates are known to a quarter: paths that are needed about to a factor of two.
+const UNSURE: f64 = 2.0;
+
 /// Below that, the noise of paths is not known well enough to be left out.
 const LEAST_PATHS: usize = 32;
-
-/// How many times as long as the rounds so far it takes to double the paths of the coarse lattice and to follow those
-/// of the fine one.
-const TIMES_OF_ROUNDS: f64 = 3.0;
 
 /// Paths that are followed on both lattices, for each stratum.
 pub(crate) fn n_paths(nodes_across: usize, paths_per_node: usize) -> usize {
@@ -55,79 +53,143 @@ fn few_of(many: usize) -> usize {
     (many / FEWER).max(LEAST_PATHS).min(many)
 }
 
-/// The means of the fine lattice.
+/// The means of the fine lattice: of all paths of the level where no error is allowed, else in rounds until they err by
+/// no more.
 ///
 /// # Errors
 /// [`Error::Stopped`].
-pub(super) fn means(paths: &Paths, coarse: &Lattice, fine: Lattice) -> Result<FineMeans, Error> {
+pub(super) fn means(paths: &Paths, coarse: &Lattice, fine: &Lattice) -> Result<FineMeans, Error> {
     let request = coarse.request;
-    let start_s = (request.deadline.now_s)();
-    let (mut many, mut n_many) = enough(paths, coarse)?;
+    let (of_level, deadline) = (request.paths_per_node, request.deadline);
+    let most = match request.allowed_cd_m2 {
+        Some(_) => MOST_TIMES * of_level,
+        None => of_level,
+    };
+    let start_s = (deadline.now_s)();
+    let mut followed = Followed::none();
     loop {
-        let (means, interpolation_cd_m2) = on_both(paths, (coarse, &fine), (&many, n_many))?;
-        let between_cd_m2 = fine.rms_of_errors(&interpolation_cd_m2) / STANDARD_ERRORS;
-        let error_cd_m2 = fine.noise_cd_m2(&means).hypot(between_cd_m2);
-        let most = MOST_TIMES * request.paths_per_node;
-        let n_all = match request.allowed {
-            Some(_) if request.deadline.is_set() => 2 * n_many,
-            Some(allowed) => allowed.further_paths(n_many, error_cd_m2),
-            None => n_many,
-        };
-        let lasted_s = (request.deadline.now_s)() - start_s;
-        let will_last_s = lasted_s * n_all as f64 / n_many as f64;
-        if n_all == n_many || n_all > most || will_last_s > 0.5 * request.deadline.left_s() {
-            return Ok(FineMeans {
-                errs: OrdersErr {
-                    noise_cd_m2: coarse.noise_cd_m2(&many),
-                    all_cd_m2: error_cd_m2,
-                },
-                n_paths: n_many,
-                grid: fine.grid,
-                means,
-                interpolation_cd_m2,
-            });
+        let n_all = next_round(followed.n_paths).min(most);
+        followed.follow(paths, (coarse, fine), n_all)?;
+        if let Some(allowed_cd_m2) = request.allowed_cd_m2.filter(|_| !deadline.is_set()) {
+            let means = followed.fine_means((coarse, fine));
+            let needed = needed_paths((n_all, means.error_cd_m2), allowed_cd_m2);
+            let is_in_reach = n_all < of_level || needed <= UNSURE * most as f64;
+            if n_all == most || needed <= n_all as f64 || !is_in_reach {
+                return Ok(means);
+            }
+            continue;
         }
-        follow_more(paths, coarse, (&mut many, n_many), n_all)?;
-        n_many = n_all;
+        // Another round takes as long as all so far.
+        let is_time = || (deadline.now_s)() - start_s < 0.5 * deadline.left_s();
+        if n_all == most || (request.allowed_cd_m2.is_some() && !is_time()) {
+            return Ok(followed.fine_means((coarse, fine)));
+        }
     }
 }
 
-/// Means of the fine lattice from those of so many paths on the coarse one, and what interpolation errs by.
-fn on_both(
-    paths: &Paths,
-    (coarse, fine): (&Lattice, &Lattice),
-    (many, n_many): (&[Mean], usize),
-) -> Result<(Vec<Mean>, Vec<f32>), Error> {
-    let few_of_each = 0..of_each(few_of(n_many));
-    let few = coarse.means(paths, few_of_each.clone())?;
-    let mut means = fine.means(paths, few_of_each)?;
-    // Of each difference the direction it lies at, the part that is left out, and what is expected of its square
-    // beyond that of its noise.
-    let mut differences = Vec::with_capacity(means.len());
-    for (index, mean) in means.iter_mut().enumerate() {
-        let around = coarse.grid.around(fine.grid.direction(index / N_STRATA));
-        let between = |of: &[Mean]| {
-            let mut sum = Mean::dark(mean.source_sr1.len());
-            for (node, weight) in around {
-                sum.add(weight, &of[node * N_STRATA + index % N_STRATA]);
+/// Paths after so many.
+fn next_round(n_paths: usize) -> usize {
+    FIRST_PATHS.max(2 * n_paths)
+}
+
+/// So many paths as it takes where so many err by that much: it falls about with the root of their number, that of
+/// interpolation too, from which differences below the noise are left out.
+fn needed_paths((n_paths, error_cd_m2): (usize, f64), allowed_cd_m2: f64) -> f64 {
+    n_paths as f64 * (error_cd_m2 / allowed_cd_m2).powi(2)
+}
+
+/// Means of the paths so far.
+struct Followed {
+    n_paths: usize,
+    /// Of all on the coarse lattice.
+    many: Vec<Mean>,
+    /// Of the first few on the coarse lattice and on the fine one.
+    few: [Vec<Mean>; 2],
+}
+
+impl Followed {
+    fn none() -> Self {
+        Self {
+            n_paths: 0,
+            many: Vec::new(),
+            few: [Vec::new(), Vec::new()],
+        }
+    }
+
+    /// Follows as many as make so many of all.
+    fn follow(
+        &mut self,
+        paths: &Paths,
+        (coarse, fine): (&Lattice, &Lattice),
+        n_all: usize,
+    ) -> Result<(), Error> {
+        let few = of_each(few_of(self.n_paths))..of_each(few_of(n_all));
+        let [on_coarse, on_fine] = &mut self.few;
+        for (lattice, means, range) in [
+            (
+                coarse,
+                &mut self.many,
+                of_each(self.n_paths)..of_each(n_all),
+            ),
+            (coarse, on_coarse, few.clone()),
+            (fine, on_fine, few),
+        ] {
+            if range.is_empty() {
+                continue;
             }
+            let share = range.start as f32 / range.end as f32;
+            let further = lattice.means(paths, range)?;
+            if means.is_empty() {
+                *means = further;
+                continue;
+            }
+            for (mean, further) in means.iter_mut().zip(&further) {
+                mean.scale(share);
+                mean.add(1.0 - share, further);
+            }
+        }
+        self.n_paths = n_all;
+        Ok(())
+    }
+
+    /// Means of the fine lattice from those on both, and what these err by.
+    fn fine_means(&self, (coarse, fine): (&Lattice, &Lattice)) -> FineMeans {
+        let [few, on_fine] = &self.few;
+        // Of each difference the direction it lies at, the part that is left out, and what is expected of its square
+        // beyond that of its noise.
+        let mut differences = Vec::with_capacity(on_fine.len());
+        let mean = |(index, here): (usize, &Mean)| {
+            let around = coarse.grid.around(fine.grid.direction(index / N_STRATA));
+            let between = |of: &[Mean]| {
+                let mut sum = Mean::dark(here.source_sr1.len());
+                for (node, weight) in around {
+                    sum.add(weight, &of[node * N_STRATA + index % N_STRATA]);
+                }
+                sum
+            };
+            let difference = here.minus(&between(few));
+            let share = share_above_noise(&difference);
+            let mut sum = between(&self.many);
+            sum.add(share, &difference);
+            sum.keep_positive();
+            let noise = standard_error(&difference.replicates_cd_m2);
+            let beyond = difference.luminance_cd_m2().powi(2) - noise * noise;
+            differences.push((around, 1.0 - share, beyond));
             sum
         };
-        let difference = mean.minus(&between(&few));
-        let share = share_above_noise(&difference);
-        let mut sum = between(many);
-        sum.add(share, &difference);
-        sum.keep_positive();
-        *mean = sum;
-        let noise = standard_error(&difference.replicates_cd_m2);
-        let beyond = difference.luminance_cd_m2().powi(2) - noise * noise;
-        differences.push((around, 1.0 - share, beyond));
+        let means: Vec<Mean> = on_fine.iter().enumerate().map(mean).collect();
+        let left_out = left_out_cd_m2(&differences, coarse.grid.n_nodes());
+        let between = interpolation_errors(&fine.grid, &means);
+        let both = between.iter().zip(&left_out);
+        let interpolation_cd_m2: Vec<f32> = both.map(|(a, b)| a.hypot(*b)).collect();
+        let between_cd_m2 = fine.rms_of_errors(&interpolation_cd_m2) / STANDARD_ERRORS;
+        FineMeans {
+            error_cd_m2: fine.noise_cd_m2(&means).hypot(between_cd_m2),
+            means,
+            interpolation_cd_m2,
+            n_paths: self.n_paths,
+        }
     }
-    let left_out = left_out_cd_m2(&differences, coarse.grid.n_nodes());
-    let between = interpolation_errors(&fine.grid, &means);
-    let both = between.iter().zip(&left_out);
-    let interpolation_cd_m2 = both.map(|(a, b)| a.hypot(*b)).collect();
-    Ok((means, interpolation_cd_m2))
 }
 
 /// Nodes of the coarse lattice around a direction with their weights.
@@ -161,96 +223,25 @@ fn of_each(n_paths: usize) -> usize {
     n_paths.div_ceil(N_REPLICATES)
 }
 
-/// Means of the coarse lattice from so many paths as its noise asks for, twice as many each time, and how many
-/// these are.
-fn enough(paths: &Paths, coarse: &Lattice) -> Result<(Vec<Mean>, usize), Error> {
-    let most = coarse.request.paths_per_node;
-    let allowed = coarse.request.allowed;
-    let mut n_paths = allowed.map_or(most, |_| FIRST_PATHS.min(most));
-    let deadline = coarse.request.deadline;
-    let start_s = (deadline.now_s)();
-    let mut means = coarse.means(paths, 0..of_each(n_paths))?;
-    // Both lattices take as long, and another round as all rounds before it.
-    let is_time_for_more = || {
-        let lasted_s = (deadline.now_s)() - start_s;
-        TIMES_OF_ROUNDS * lasted_s < 0.5 * deadline.left_s()
-    };
-    while n_paths < most
-        && allowed.is_some_and(|it| {
-            deadline.is_set() || coarse.noise_cd_m2(&means) > it.enough_noise_cd_m2
-        })
-        && is_time_for_more()
-    {
-        let n_all = (2 * n_paths).min(most);
-        follow_more(paths, coarse, (&mut means, n_paths), n_all)?;
-        n_paths = n_all;
+/// So many paths as will be followed where a level has so many, by what those of the first round err by: told to fall
+/// as noise does, with the root of their number.
+pub(crate) fn foretold_paths(of_level: usize, allowed_cd_m2: f64, first: (usize, f64)) -> usize {
+    let needed = needed_paths(first, allowed_cd_m2);
+    let (mut n_paths, most) = (first.0, MOST_TIMES * of_level);
+    if needed > UNSURE * most as f64 {
+        // None are enough, which is seen when those of the level were followed.
+        return of_level.max(n_paths);
     }
-    Ok((means, n_paths))
-}
-
-/// Makes means of so many paths those of more.
-fn follow_more(
-    paths: &Paths,
-    lattice: &Lattice,
-    (means, n_paths): (&mut [Mean], usize),
-    n_all: usize,
-) -> Result<(), Error> {
-    let further = lattice.means(paths, of_each(n_paths)..of_each(n_all))?;
-    let share = of_each(n_paths) as f32 / of_each(n_all) as f32;
-    for (mean, further) in means.iter_mut().zip(&further) {
-        mean.scale(share);
-        mean.add(1.0 - share, further);
+    while needed > n_paths as f64 && n_paths < most {
+        n_paths *= 2;
     }
-    Ok(())
-}
-
-impl OrdersError {
-    /// So many paths, or twice, four times … as many as it takes where the error is too much: it falls about with
-    /// the root of their number, that of interpolation too, from which differences below the noise are left out.
-    fn further_paths(self, n_paths: usize, error_cd_m2: f64) -> usize {
-        let needed = (error_cd_m2 / self.at_most_cd_m2).powi(2);
-        let mut n_all = n_paths;
-        while needed > n_all as f64 / n_paths as f64 && n_all < usize::MAX / 2 {
-            n_all *= 2;
-        }
-        n_all
-    }
-
-    /// So many paths as will be followed where a level has so many, by what those of the first round err by.
-    ///
-    /// All that it errs by is told to fall as noise does, with the root of their number.
-    pub(crate) fn foretold_paths(
-        self,
-        of_level: usize,
-        (n_first, errs): (usize, OrdersErr),
-    ) -> usize {
-        let after = |error: f64, n: usize| error * (n_first as f64 / n as f64).sqrt();
-        let mut n_paths = n_first;
-        while n_paths < of_level && after(errs.noise_cd_m2, n_paths) > self.enough_noise_cd_m2 {
-            n_paths = (2 * n_paths).min(of_level);
-        }
-        let further = self.further_paths(n_paths, after(errs.all_cd_m2, n_paths));
-        if further > MOST_TIMES * of_level {
-            n_paths
-        } else {
-            further
-        }
-    }
-}
-
-/// What light of further orders errs by, RMS over the directions [cd/m²].
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct OrdersErr {
-    /// By noise, on the coarse lattice.
-    noise_cd_m2: f64,
-    /// By all that is told of it.
-    all_cd_m2: f64,
+    n_paths
 }
 
 /// The means of the fine lattice by node and stratum.
 pub(super) struct FineMeans {
-    pub(super) errs: OrdersErr,
-    pub(super) grid: ViewGrid,
+    /// What they err by, RMS over the directions [cd/m²].
+    pub(super) error_cd_m2: f64,
     pub(super) means: Vec<Mean>,
     /// What interpolation errs by, between them and where it is kept of the coarse lattice [cd/m²].
     pub(super) interpolation_cd_m2: Vec<f32>,
@@ -305,51 +296,12 @@ mod tests {
     }
 
     #[test]
-    fn an_error_that_is_too_large_asks_for_as_many_paths_as_it_takes() {
-        let allowed = OrdersError {
-            enough_noise_cd_m2: 0.5,
-            at_most_cd_m2: 1.0,
-        };
-        let further = |error_cd_m2| allowed.further_paths(512, error_cd_m2);
-        assert_eq!([0.9, 1.1, 1.9, 2.1].map(further), [512, 1024, 2048, 4096]);
-        assert_eq!(OrdersError::ANY.further_paths(512, 1e9), 512);
-        // None are enough.
-        assert!(further(1e300) > usize::MAX / 4);
-    }
-
-    #[test]
-    fn paths_are_foretold_by_the_noise_of_the_first_then_by_all_that_errs() {
-        let allowed = OrdersError {
-            enough_noise_cd_m2: 0.5,
-            at_most_cd_m2: 1.0,
-        };
-        let foretold = |noise_cd_m2, all_cd_m2| {
-            let errs = OrdersErr {
-                noise_cd_m2,
-                all_cd_m2,
-            };
-            allowed.foretold_paths(4096, (512, errs))
-        };
-        assert_eq!(foretold(0.4, 0.9), 512);
-        // Four times as many have half the noise, no more are of the level.
-        assert_eq!(foretold(0.9, 0.9), 2048);
-        assert_eq!(foretold(9.0, 2.0), 4096);
-        // Twice too much is left of all: four times as many again. What none are enough for is left.
-        assert_eq!(foretold(0.4, 2.0), 2048);
-        assert_eq!(foretold(0.4, 1e9), 512);
-        assert_eq!(
-            OrdersError::ANY.foretold_paths(
-                4096,
-                (
-                    512,
-                    OrdersErr {
-                        noise_cd_m2: 1.0,
-                        all_cd_m2: 1.0
-                    }
-                )
-            ),
-            4096
-        );
+    fn paths_are_foretold_by_the_error_of_the_first() {
+        let foretold = |error_cd_m2| foretold_paths(4096, 1.0, (512, error_cd_m2));
+        assert_eq!([0.9, 1.1, 1.9, 2.1].map(foretold), [512, 1024, 2048, 4096]);
+        // What none are enough for ends with the level.
+        assert_eq!([1e9, f64::INFINITY].map(foretold), [4096, 4096]);
+        assert_eq!(foretold_paths(64, 1.0, (64, 0.5)), 64);
     }
 
     #[test]

@@ -307,7 +307,7 @@ pub(crate) fn request<'a>(
         water: None,
         effects: RenderEffects::BOWS_ONLY,
         tolerance_cd_m2: None,
-        orders_error: None,
+        orders_error_cd_m2: None,
         coarser_rays: 1.0,
         levels: levels(),
     }
