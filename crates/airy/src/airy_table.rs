@@ -159,6 +159,15 @@ pub struct HermiteNode {
 pub fn quintic_hermite(left: HermiteNode, right: HermiteNode, z: f64) -> (f64, f64) {
     let h = right.at - left.at;
     let t = (z - left.at) / h;
+    let coefficients = quintic_coefficients(left, right);
+    let [_, d0, k0, c3, c4, c5] = coefficients;
+    let slope = d0 + t * (2.0 * k0 + t * (3.0 * c3 + t * (4.0 * c4 + t * 5.0 * c5)));
+    (quintic(coefficients, t), slope / h)
+}
+
+/// The same quintic by powers of t, which is 0 at the left end and 1 at the right one.
+pub fn quintic_coefficients(left: HermiteNode, right: HermiteNode) -> [f64; 6] {
+    let h = right.at - left.at;
     // Left end and its deviation from the Taylor parabola there: c3 t^3 + c4 t^4 + c5 t^5.
     let (f0, f1) = (left.value, right.value);
     let (d0, d1) = (h * left.slope, h * right.slope);
@@ -169,9 +178,12 @@ pub fn quintic_hermite(left: HermiteNode, right: HermiteNode, z: f64) -> (f64, f
     let c3 = 10.0 * rise - 4.0 * tilt + bend;
     let c4 = -15.0 * rise + 7.0 * tilt - 2.0 * bend;
     let c5 = 6.0 * rise - 3.0 * tilt + bend;
-    let value = f0 + t * (d0 + t * (k0 + t * (c3 + t * (c4 + t * c5))));
-    let slope = d0 + t * (2.0 * k0 + t * (3.0 * c3 + t * (4.0 * c4 + t * 5.0 * c5)));
-    (value, slope / h)
+    [f0, d0, k0, c3, c4, c5]
+}
+
+/// Its value.
+pub fn quintic([f0, d0, k0, c3, c4, c5]: [f64; 6], t: f64) -> f64 {
+    f0 + t * (d0 + t * (k0 + t * (c3 + t * (c4 + t * c5))))
 }
 
 #[cfg(test)]

@@ -53,6 +53,8 @@ pub use airy_table::HermiteNode;
 pub use airy_table::TableError;
 pub use airy_table::fringe_coordinate;
 pub use airy_table::from_fringe_coordinate;
+pub use airy_table::quintic;
+pub use airy_table::quintic_coefficients;
 pub use airy_table::quintic_hermite;
 pub use bow_direction::BowDirection;
 pub use geometric::GeometricOrder;

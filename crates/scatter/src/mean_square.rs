@@ -25,7 +25,8 @@ use niji_airy::airy_integral_with_derivative;
 use niji_airy::airy_squares;
 use niji_airy::fringe_coordinate;
 use niji_airy::from_fringe_coordinate;
-use niji_airy::quintic_hermite;
+use niji_airy::quintic;
+use niji_airy::quintic_coefficients;
 use rayon::prelude::*;
 
 use crate::gamma_sample::GammaSample;
@@ -65,13 +66,32 @@ pub(crate) enum MeanSquare {
     Law(LawMean),
 }
 
-/// F, G, P and Q of a law at nodes that are even in phase, and then in ln z.
+/// F, G, P and Q of a law between nodes that are even in phase, and then in ln z.
 #[derive(Clone, Debug)]
 pub(crate) struct LawMean {
-    nodes: Vec<Node>,
+    pieces: Vec<Piece>,
     axis: Axis,
+    end: End,
     /// ⟨t^(q−1/3)⟩ and ⟨t^(q−7/3)⟩.
     moments: [f64; 2],
+}
+
+/// From one node to the next: its z, the width, and the quintics of P and Q, and of F and G. Of a table's millions
+/// of look-ups each finds its coefficients made.
+#[derive(Clone, Copy, Debug)]
+struct Piece {
+    z: f64,
+    width: f64,
+    primitives: [[f64; 6]; 2],
+    values: [[f64; 6]; 2],
+}
+
+/// Where the expansion begins: z, P and Q there, and what it has for them.
+#[derive(Clone, Copy, Debug)]
+struct End {
+    z: f64,
+    primitives: [f64; 2],
+    rises: [f64; 2],
 }
 
 /// Where nodes stand.
@@ -80,8 +100,9 @@ struct Axis {
     /// Phase coordinate of the first, and the step from one to the next.
     low: f64,
     step: f64,
-    /// From here on they are [`SMOOTH_STEP`] apart.
+    /// From here on they are [`SMOOTH_STEP`] apart; how many steps this is from the first.
     damped_z: f64,
+    damped_position: f64,
 }
 
 /// z and there P, F, F', F'' and Q, G, G', G''.
@@ -172,11 +193,7 @@ impl LawMean {
         // There the second term of the expansion is as small as it is for a narrow law.
         let mean_z = damped_z.max((broad / coarser).cbrt() * MEAN_FROM_Z);
         let highest_z = averaging.highest_z.min(mean_z).max(1.0);
-        let axis = Axis {
-            low: fringe_coordinate(lowest_z(exponent, effective_variance)),
-            step,
-            damped_z,
-        };
+        let axis = Axis::new(lowest_z(exponent, effective_variance), step, damped_z);
         let n_nodes = axis.position(highest_z).ceil() as usize + 2;
         let law = sample(highest_z);
         // A sum over sizes evens out the error of a table, 2e-8.
@@ -186,7 +203,7 @@ impl LawMean {
                 |table| table.value_with_derivative(z),
             )
         };
-        let nodes = (0..n_nodes)
+        let nodes: Vec<Node> = (0..n_nodes)
             .into_par_iter()
             .map(|index| {
                 let z = axis.z(index);
@@ -194,15 +211,21 @@ impl LawMean {
                 Node { z, squares }
             })
             .collect();
+        let last = nodes[n_nodes - 1];
         Self {
-            nodes,
+            pieces: nodes.windows(2).map(Piece::between).collect(),
             axis,
+            end: End {
+                z: last.z,
+                primitives: last.squares.map(|[primitive, ..]| primitive),
+                rises: rises(moments, last.z),
+            },
             moments,
         }
     }
 
     fn values(&self, z: f64) -> [f64; 2] {
-        if z >= self.nodes[self.nodes.len() - 1].z {
+        if z >= self.end.z {
             let [first, second] = self.moments;
             let y = ARGUMENT * z;
             let f = MEAN / y.sqrt() * (first - 5.0 / 32.0 * second * y.powi(-3));
@@ -210,61 +233,94 @@ impl LawMean {
             return [f, ARGUMENT * ARGUMENT * g];
         }
         // Not the slope of P or Q: that would magnify their rounding.
-        self.look_up(z, |[_, value, slope, curvature]| [value, slope, curvature])
+        self.look_up(z, |piece| piece.values)
     }
 
     fn primitives(&self, z: f64) -> [f64; 2] {
-        let last = self.nodes[self.nodes.len() - 1];
-        if z < last.z {
-            return self.look_up(z, |[value, slope, curvature, _]| [value, slope, curvature]);
+        if z < self.end.z {
+            return self.look_up(z, |piece| piece.primitives);
         }
-        let [first, second] = self.moments;
-        let rise = |z: f64| {
-            let y = ARGUMENT * z;
-            let p = 2.0 * first * y.sqrt() + 5.0 / 32.0 * 0.4 * second * y.powf(-2.5);
-            let q = 2.0 / 3.0 * (first * y.powf(1.5) - 7.0 / 32.0 * second * y.powf(-1.5));
-            [p / ARGUMENT, q * ARGUMENT]
-        };
-        let (here, there) = (rise(z), rise(last.z));
-        [0, 1].map(|j| last.squares[j][0] + MEAN * (here[j] - there[j]))
+        let (
+            here,
+            End {
+                primitives,
+                rises: there,
+                ..
+            },
+        ) = (rises(self.moments, z), self.end);
+        [0, 1].map(|j| primitives[j] + MEAN * (here[j] - there[j]))
     }
 
-    fn look_up(&self, z: f64, quantity: impl Fn([f64; 4]) -> [f64; 3]) -> [f64; 2] {
+    fn look_up(&self, z: f64, quintics: impl Fn(&Piece) -> [[f64; 6]; 2]) -> [f64; 2] {
         let position = self.axis.position(z);
         if position.is_nan() || position < 0.0 {
             return [0.0; 2];
         }
-        let index = (position as usize).min(self.nodes.len() - 2);
-        let (left, right) = (&self.nodes[index], &self.nodes[index + 1]);
-        [0, 1].map(|j| {
-            let end = |node: &Node| {
-                let [value, slope, curvature] = quantity(node.squares[j]);
-                HermiteNode {
-                    at: node.z,
-                    value,
-                    slope,
-                    curvature,
-                }
-            };
-            quintic_hermite(end(left), end(right), z).0
-        })
+        let piece = &self.pieces[(position as usize).min(self.pieces.len() - 1)];
+        let t = (z - piece.z) / piece.width;
+        quintics(piece).map(|coefficients| quintic(coefficients, t))
     }
 }
 
+impl Piece {
+    /// Between two nodes.
+    fn between(nodes: &[Node]) -> Self {
+        let [left, right] = [&nodes[0], &nodes[1]];
+        let quintics = |quantity: fn([f64; 4]) -> [f64; 3]| {
+            [0, 1].map(|j| {
+                let end = |node: &Node| {
+                    let [value, slope, curvature] = quantity(node.squares[j]);
+                    HermiteNode {
+                        at: node.z,
+                        value,
+                        slope,
+                        curvature,
+                    }
+                };
+                quintic_coefficients(end(left), end(right))
+            })
+        };
+        Self {
+            z: left.z,
+            width: right.z - left.z,
+            primitives: quintics(|[value, slope, curvature, _]| [value, slope, curvature]),
+            values: quintics(|[_, value, slope, curvature]| [value, slope, curvature]),
+        }
+    }
+}
+
+/// Integrals of the expansion of F and G over z, over V²/(2π).
+fn rises([first, second]: [f64; 2], z: f64) -> [f64; 2] {
+    let y = ARGUMENT * z;
+    let root = y.sqrt();
+    let p = 2.0 * first * root + 5.0 / 32.0 * 0.4 * second / (y * y * root);
+    let q = 2.0 / 3.0 * (first * y * root - 7.0 / 32.0 * second / (y * root));
+    [p / ARGUMENT, q * ARGUMENT]
+}
+
 impl Axis {
+    fn new(lowest_z: f64, step: f64, damped_z: f64) -> Self {
+        let low = fringe_coordinate(lowest_z);
+        Self {
+            low,
+            step,
+            damped_z,
+            damped_position: (fringe_coordinate(damped_z) - low) / step,
+        }
+    }
+
     /// Steps from the first node to a place.
     fn position(&self, z: f64) -> f64 {
-        let in_fringes = |z: f64| (fringe_coordinate(z) - self.low) / self.step;
         if z <= self.damped_z {
-            in_fringes(z)
+            (fringe_coordinate(z) - self.low) / self.step
         } else {
-            in_fringes(self.damped_z) + (z / self.damped_z).ln() / SMOOTH_STEP
+            self.damped_position + (z / self.damped_z).ln() / SMOOTH_STEP
         }
     }
 
     /// Place of a node.
     fn z(&self, index: usize) -> f64 {
-        let beyond = index as f64 - self.position(self.damped_z);
+        let beyond = index as f64 - self.damped_position;
         if beyond <= 0.0 {
             from_fringe_coordinate(self.low + self.step * index as f64)
         } else {
@@ -290,125 +346,5 @@ fn damped_from_z(exponent: f64, variance: f64, damped: f64) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
-    use std::f64::consts::PI;
-    use std::f64::consts::TAU;
-
-    use super::*;
-    use crate::gamma_sample::C;
-    use niji_radiometry::Micrometers;
-    use niji_sizes::gamma_area_quadrature;
-
-    fn averaging(exponent: f64, effective_variance: f64) -> Averaging<'static> {
-        Averaging {
-            exponent,
-            effective_variance,
-            error: FINE,
-            highest_z: 120.0,
-            airy_table: None,
-        }
-    }
-
-    /// The means straight from the quadrature of the size laws, with many nodes.
-    fn literal(exponent: f64, variance: f64, z: f64) -> [f64; 2] {
-        let nodes = gamma_area_quadrature(Micrometers(1.0), variance, 3000).unwrap();
-        let mut sums = [0.0; 2];
-        for (t, weight) in nodes {
-            let [square, derivative] = airy_squares(z * t.powf(2.0 / 3.0));
-            sums[0] += weight * t.powf(exponent) * square;
-            sums[1] += weight * t.powf(exponent - 2.0 / 3.0) * derivative;
-        }
-        sums
-    }
-
-    #[test]
-    fn constants_belong_to_each_other() {
-        assert!((C - PI * PI / 12.0).abs() < 1e-15);
-        assert!((ARGUMENT - C.cbrt()).abs() < 1e-15);
-        assert!((PHASE - 4.0 / 3.0 * C.sqrt()).abs() < 1e-15);
-        assert!((MEAN - (2.0 * PI * PI / 3.0).powf(2.0 / 3.0) / TAU).abs() < 1e-15);
-    }
-
-    /// Error over the larger of the value and 1e-3; measured worst 6.4e-5 (the published
-    /// power at v_e = 1/3).
-    const MEAN_TOLERANCE: f64 = 1e-4;
-
-    #[test]
-    fn the_means_are_those_of_the_literal_sum_over_sizes() {
-        for variance in [0.0, 1e-8, 1e-4, 2e-3, 0.05, 1.0 / 3.0, 0.45] {
-            for exponent in [1.0 / 3.0, -2.0 / 3.0] {
-                let mean = MeanSquare::compute(averaging(exponent, variance));
-                for z in [-10.0, -3.0, -0.5, 0.0, 1.087, 2.4955, 7.3, 21.0, 33.0, 61.0] {
-                    let expected = literal(exponent, variance, z);
-                    for (found, expected) in mean.values(z).into_iter().zip(expected) {
-                        let off = (found - expected).abs() / expected.max(1e-3);
-                        assert!(
-                            off < MEAN_TOLERANCE,
-                            "v_e = {variance}, q = {exponent}, z = {z}: {found} against {expected}"
-                        );
-                    }
-                }
-            }
-        }
-    }
-
-    /// Of means for an error of 1e-2, the largest F being 0.68; measured worst 1.4e-3.
-    const COARSE_TOLERANCE: f64 = 3e-3;
-
-    #[test]
-    fn coarse_means_are_those_for_tables_within_their_error() {
-        for variance in [0.05, 0.45] {
-            for exponent in [1.0 / 3.0, -2.0 / 3.0] {
-                let fine = MeanSquare::compute(averaging(exponent, variance));
-                let coarse = MeanSquare::compute(Averaging {
-                    error: 1e-2,
-                    ..averaging(exponent, variance)
-                });
-                let worst = (0..2000)
-                    .map(|step| -12.0 + 0.05 * f64::from(step))
-                    .map(|z| (coarse.values(z)[0] - fine.values(z)[0]).abs())
-                    .fold(0.0, f64::max);
-                assert!(worst < COARSE_TOLERANCE, "v_e = {variance}: {worst}");
-            }
-        }
-    }
-
-    #[test]
-    fn the_primitives_rise_by_the_integrals_of_the_means() {
-        for variance in [0.0, 2e-3, 1.0 / 3.0] {
-            let mean = MeanSquare::compute(averaging(1.0 / 3.0, variance));
-            for (from, to) in [(-8.0, -1.0), (-1.0, 4.0), (4.0, 29.0), (28.0, 44.0)] {
-                let n = 20_000;
-                let step = (to - from) / f64::from(n);
-                let mut integrals = [0.0; 2];
-                for i in 0..n {
-                    let values = mean.values(from + step * (f64::from(i) + 0.5));
-                    integrals[0] += values[0] / f64::from(n);
-                    integrals[1] += values[1] / f64::from(n);
-                }
-                let found = mean.means(&mean.primitives(from), &mean.primitives(to));
-                for (found, integral) in found.into_iter().zip(integrals) {
-                    assert!(
-                        (found / integral - 1.0).abs() < 1e-5,
-                        "v_e = {variance}, {from} to {to}: {found} against {integral}"
-                    );
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn nothing_comes_from_far_in_the_dark_and_nothing_is_strange() {
-        for variance in [0.0, 1e-12, 0.1, 0.49] {
-            let mean = MeanSquare::compute(averaging(1.0 / 3.0, variance));
-            assert_eq!(mean.values(-1e4), [0.0; 2]);
-            assert_eq!(mean.primitives(-1e4).values, [0.0; 2]);
-            assert_eq!(mean.values(f64::NAN), [0.0; 2]);
-            for z in [-30.0, -1.0, 0.0, 100.0, 1e4] {
-                for value in mean.values(z) {
-                    assert!(value.is_finite() && value > -1e-9);
-                }
-            }
-        }
-    }
-}
+#[path = "mean_square_tests.rs"]
+mod tests;
