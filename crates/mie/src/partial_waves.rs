@@ -11,6 +11,7 @@ use num_complex::Complex64;
 use pulp::Arch;
 
 use crate::amplitudes::Amplitudes;
+use crate::angles::Place;
 use crate::angles::ScatteringAngles;
 use crate::angles::Side;
 use crate::wave_sum::Coefficients;
@@ -143,13 +144,54 @@ pub fn cross_sections_of_each(
 ) -> Vec<Vec<[f64; 2]>> {
     let coefficients: Vec<Coefficients> =
         series.iter().map(|waves| [waves.a(), waves.b()]).collect();
-    let sums = pair_sums(Arch::new(), &coefficients, angles.w());
+    let arch = Arch::new();
+    let sums = pair_sums(arch, &coefficients, angles.w());
     let of_series = |(waves, sums): (&PartialWaves, &PairSums)| {
         let per_area = 1.0 / (PI * waves.size_parameter * waves.size_parameter);
-        let amplitudes = waves.each_amplitude(angles, sums);
-        amplitudes
-            .map(|amplitudes| amplitudes.map(|s| per_area * s.norm_sqr()))
-            .collect()
+        let [forward, backward] = sums.squares(arch, per_area);
+        let at_poles = angles.has_pole().then(|| {
+            let poles = [waves.forward_amplitude(), waves.backward_amplitude()];
+            poles.map(|s| [per_area * s.norm_sqr(); 2])
+        });
+        let light = |place: &Place| match (place.side, at_poles) {
+            (Side::Forward, Some([front, _])) if place.pair_index == 0 => front,
+            (Side::Backward, Some([_, back])) if place.pair_index == 0 => back,
+            (Side::Forward, _) => forward[place.pair_index],
+            (Side::Backward, _) => backward[place.pair_index],
+        };
+        angles.places().iter().map(light).collect()
     };
     series.iter().zip(&sums).map(of_series).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::refractive_index::RefractiveIndex;
+    use crate::sphere::Sphere;
+
+    #[test]
+    fn light_of_each_is_the_squares_of_its_amplitudes_at_poles_and_on_either_side() {
+        let index = RefractiveIndex { n: 1.333, k: 1e-4 };
+        let sizes = [0.3, 17.0, 230.0];
+        let waves = sizes.map(|x| PartialWaves::of_sphere(x, index).unwrap());
+        for angles_deg in [
+            vec![0.0, 0.1, 30.0, 89.0, 90.0, 138.0, 150.0, 180.0],
+            vec![95.0, 110.5, 179.9],
+            vec![3.0],
+        ] {
+            let angles = ScatteringAngles::from_degrees(&angles_deg).unwrap();
+            let lights = cross_sections_of_each(&waves, &angles);
+            for ((x, waves), light) in sizes.into_iter().zip(&waves).zip(lights) {
+                assert_eq!(waves, Sphere::new(x, index).unwrap().waves());
+                let per_area = 1.0 / (PI * x * x);
+                let squares = waves.amplitudes(&angles);
+                let squares = squares
+                    .intensities()
+                    .map(|both| both.map(|it| per_area * it));
+                // The same sums, whatever vectors they were squared in.
+                assert_eq!(light, squares.collect::<Vec<_>>());
+            }
+        }
+    }
 }

@@ -49,15 +49,7 @@ impl Sphere {
     /// # Errors
     /// If x is not within 1e-6 to 1e5, or the index is not that of a passive medium.
     pub fn new(size_parameter: f64, index: RefractiveIndex) -> Result<Self, Error> {
-        let m = index.checked()?;
-        if !(MIN_SIZE_PARAMETER..=MAX_SIZE_PARAMETER).contains(&size_parameter) {
-            return Err(Error::SizeParameter {
-                found: size_parameter,
-                min: MIN_SIZE_PARAMETER,
-                max: MAX_SIZE_PARAMETER,
-            });
-        }
-        let waves = partial_waves(size_parameter, m);
+        let (m, waves) = checked_waves(size_parameter, index)?;
         let efficiencies = Efficiencies::new(&waves);
         Ok(Self {
             m,
@@ -133,4 +125,30 @@ impl Sphere {
     pub fn debye(&self, order: u32) -> PartialWaves {
         self.debye_series().order(order)
     }
+}
+
+impl PartialWaves {
+    /// The partial waves of a whole sphere alone, without its efficiencies.
+    ///
+    /// # Errors
+    /// As [`Sphere::new`].
+    pub fn of_sphere(size_parameter: f64, index: RefractiveIndex) -> Result<Self, Error> {
+        checked_waves(size_parameter, index).map(|(_, waves)| waves)
+    }
+}
+
+/// The index and the waves of a sphere that the recurrences hold for.
+fn checked_waves(
+    size_parameter: f64,
+    index: RefractiveIndex,
+) -> Result<(Complex64, PartialWaves), Error> {
+    let m = index.checked()?;
+    if !(MIN_SIZE_PARAMETER..=MAX_SIZE_PARAMETER).contains(&size_parameter) {
+        return Err(Error::SizeParameter {
+            found: size_parameter,
+            min: MIN_SIZE_PARAMETER,
+            max: MAX_SIZE_PARAMETER,
+        });
+    }
+    Ok((m, partial_waves(size_parameter, m)))
 }

@@ -19,6 +19,8 @@ mod kernels;
 
 use num_complex::Complex64;
 use pulp::Arch;
+use pulp::Simd;
+use pulp::WithSimd;
 
 use self::kernels::Progress;
 use self::kernels::Waves;
@@ -65,9 +67,51 @@ impl PairSums {
         [u1 - v1, u2 - v2]
     }
 
+    /// |S1|^2 and |S2|^2 times a factor of all pairs, at theta' and at 180 degrees - theta'.
+    pub(crate) fn squares(&self, arch: Arch, factor: f64) -> [Vec<[f64; 2]>; 2] {
+        [1.0, -1.0].map(|sign| {
+            let mut light = vec![[0.0; 2]; self.parts[0].len()];
+            arch.dispatch(Squares {
+                parts: &self.parts,
+                sign,
+                factor,
+                light: &mut light,
+            });
+            light
+        })
+    }
+
     fn at(&self, pair_index: usize) -> [Complex64; 4] {
         let part = |part: usize| self.parts[part][pair_index];
         [0, 2, 4, 6].map(|re| Complex64::new(part(re), part(re + 1)))
+    }
+}
+
+/// [`PairSums::squares`] on one side, V added or taken away.
+struct Squares<'a> {
+    parts: &'a Parts,
+    sign: f64,
+    factor: f64,
+    light: &'a mut [[f64; 2]],
+}
+
+#[allow(
+    clippy::inline_always,
+    reason = "only what is inlined gets the processor's instructions"
+)]
+impl WithSimd for Squares<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { sign, factor, .. } = self;
+        let n = self.light.len();
+        let [u1, u1_im, u2, u2_im, v1, v1_im, v2, v2_im] = self.parts.each_ref().map(|it| &it[..n]);
+        for (pair, light) in self.light.iter_mut().enumerate() {
+            let s1 = [u1[pair] + sign * v1[pair], u1_im[pair] + sign * v1_im[pair]];
+            let s2 = [u2[pair] + sign * v2[pair], u2_im[pair] + sign * v2_im[pair]];
+            *light = [s1, s2].map(|[re, im]| factor * (re * re + im * im));
+        }
     }
 }
 

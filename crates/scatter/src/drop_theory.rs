@@ -19,6 +19,7 @@ use niji_mie::Sphere;
 use niji_mie::cross_sections_of_each;
 use niji_radiometry::Micrometers;
 use niji_radiometry::Radians;
+use niji_radiometry::size_parameter;
 
 use crate::angle_grids::AngleGrid;
 use crate::angle_grids::AngleGrids;
@@ -90,12 +91,15 @@ impl<'a> DropTheory<'a> {
         grid_index: usize,
     ) -> Result<Vec<Vec<Part>>, Error> {
         let angles = &self.setting.grids.at(grid_index).folded;
-        let spheres = radii.iter().map(|radius| self.sphere(*radius));
-        let spheres = spheres.collect::<Result<Vec<Sphere>, Error>>()?;
+        let bin = self.setting.bin;
+        let index = RefractiveIndex::from(bin.index);
         match self.solution {
             Solution::LorenzMie => {
-                let waves = spheres.iter().map(|sphere| sphere.waves().clone());
-                let waves: Vec<PartialWaves> = waves.collect();
+                let of_sphere = |radius: &Micrometers| {
+                    PartialWaves::of_sphere(size_parameter(*radius, bin.center), index)
+                };
+                let waves = radii.iter().map(of_sphere);
+                let waves = waves.collect::<Result<Vec<PartialWaves>, _>>()?;
                 let lights = cross_sections_of_each(&waves, angles).into_iter();
                 let parts = |(light, radius): (Vec<[f64; 2]>, &Micrometers)| match &self.division {
                     Some(division) if radius.0 >= STILL_UM => division.parts(&light, grid_index),
@@ -105,15 +109,15 @@ impl<'a> DropTheory<'a> {
             }
             Solution::Debye => {
                 let groups = self.groups();
-                let parts = |sphere: &Sphere| {
-                    let series = sphere.debye_series();
+                let parts = |radius: &Micrometers| -> Result<Vec<Part>, Error> {
+                    let series = Sphere::from_radius(*radius, bin.center, index)?.debye_series();
                     let part = |(moved, orders): &(Option<u32>, Vec<u32>)| Part {
                         moved: *moved,
                         light: series.incoherent_cross_sections(orders, angles),
                     };
-                    groups.iter().map(part).collect()
+                    Ok(groups.iter().map(part).collect())
                 };
-                Ok(spheres.iter().map(parts).collect())
+                radii.iter().map(parts).collect()
             }
         }
     }
@@ -130,12 +134,6 @@ impl<'a> DropTheory<'a> {
             }
         }
         groups
-    }
-
-    fn sphere(&self, radius: Micrometers) -> Result<Sphere, Error> {
-        let bin = self.setting.bin;
-        let index = RefractiveIndex::from(bin.index);
-        Ok(Sphere::from_radius(radius, bin.center, index)?)
     }
 }
 
