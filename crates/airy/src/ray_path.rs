@@ -10,6 +10,7 @@
 
 use std::f64::consts::PI;
 
+use num_complex::Complex64;
 use num_complex::ComplexFloat;
 
 use crate::fresnel::order_amplitudes;
@@ -20,9 +21,41 @@ pub(crate) trait Incidence: ComplexFloat<Real = f64> + From<f64> {
     fn real(value: f64) -> Self {
         value.into()
     }
+
+    /// Sine and cosine at once.
+    fn sine_and_cosine(self) -> [Self; 2];
+
+    /// The angle of a sine and a cosine, whose real part is not negative.
+    fn angle(sine_and_cosine: [Self; 2]) -> Self;
 }
 
-impl<T: ComplexFloat<Real = f64> + From<f64>> Incidence for T {}
+impl Incidence for f64 {
+    fn sine_and_cosine(self) -> [f64; 2] {
+        self.sin_cos().into()
+    }
+
+    fn angle([sine, _]: [f64; 2]) -> f64 {
+        sine.asin()
+    }
+}
+
+impl Incidence for Complex64 {
+    /// Four functions of real numbers serve both.
+    fn sine_and_cosine(self) -> [Complex64; 2] {
+        let (sin, cos) = self.re.sin_cos();
+        let (sinh, cosh) = (self.im.sinh(), self.im.cosh());
+        [
+            Complex64::new(sin * cosh, cos * sinh),
+            Complex64::new(cos * cosh, -sin * sinh),
+        ]
+    }
+
+    /// −i ln(cos r + i sin r), without the root that an inverse sine would take again.
+    fn angle([sine, cosine]: [Complex64; 2]) -> Complex64 {
+        let turned = (cosine + Complex64::new(-sine.im, sine.re)).ln();
+        Complex64::new(turned.im, -turned.re)
+    }
+}
 
 /// All rays of one order.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,12 +83,12 @@ impl RayPath {
     pub(crate) fn ray<T: Incidence>(self, incidence: T) -> Ray<T> {
         let (n, order) = (T::real(self.n), T::real(f64::from(self.p)));
         let (one, two) = (T::one(), T::real(2.0));
-        let (sin_incidence, cos_incidence) = (incidence.sin(), incidence.cos());
+        let [sin_incidence, cos_incidence] = incidence.sine_and_cosine();
         let sin_refraction = sin_incidence / n;
         let cos_refraction = (one - sin_refraction * sin_refraction).sqrt();
         Ray {
             path: self,
-            deviation: two * incidence - two * order * sin_refraction.asin()
+            deviation: two * incidence - two * order * T::angle([sin_refraction, cos_refraction])
                 + (order - one) * T::real(PI),
             slope: two - two * order * cos_incidence / (n * cos_refraction),
             sin_incidence,
@@ -81,8 +114,6 @@ impl<T: Incidence> Ray<T> {
 
 #[cfg(test)]
 mod tests {
-    use num_complex::Complex64;
-
     use super::*;
 
     /// Error of a central difference of step 1e-5 over the value; measured worst 5.5e-10.
