@@ -53,7 +53,7 @@ const SMALLER: [(&str, &str); 5] = [
 const WIDTH_PX: i64 = 64;
 
 /// Pages whose links are followed.
-const PAGES: [&str; 14] = [
+const PAGES: [&str; 15] = [
     "README.md",
     "ARCHITECTURE.md",
     "CONTRIBUTING.md",
@@ -65,6 +65,7 @@ const PAGES: [&str; 14] = [
     "docs/houdini.md",
     "docs/nuke.md",
     "docs/photo.md",
+    "docs/speed.md",
     "docs/upstream/README.md",
     "docs/view.md",
     "fuzz/README.md",
