@@ -11,7 +11,8 @@
 //! the same whichever first order they are added to.
 //!
 //! Around a bow the pattern counts by its projection on the scattering angle, the line-spread
-//! function, whose transform is that of the round hole:
+//! function, whose transform is that of the round hole (the lobe itself, that a table of Mie's theory holds, is not
+//! blurred once more: within the outermost quantile of 0 it counts as even and stays what it is):
 //!
 //! lsf(u) = 1/pi int_0^2 m(v/2) cos(u v) dv,   m(q) = 2/pi (acos q - q sqrt(1 - q²))
 //!
@@ -171,6 +172,7 @@ fn blurred(table: &ScatteringTable, theta_range_rad: (f64, f64)) -> ScatteringTa
             for (wavelength, wavelength_um) in wavelengths_um.iter().enumerate() {
                 let per_rad = TAU * table.effective_radius_um[radius] / wavelength_um;
                 let turns = quantiles.map(|u| u / per_rad);
+                let lobe_rad = turns[N_QUANTILES - 1];
                 let of_table = table.values.index_axis(Axis(1), radius);
                 let sharp = of_table.index_axis(Axis(2), wavelength);
                 let mut blurred = of_radius.index_axis_mut(Axis(2), wavelength);
@@ -180,7 +182,12 @@ fn blurred(table: &ScatteringTable, theta_range_rad: (f64, f64)) -> ScatteringTa
                     .zip(sharp.lanes(Axis(2)))
                 {
                     for angle in wanted.clone() {
-                        let value = |turn: &f64| linear(angles, &sharp, angles[angle] + turn);
+                        let theta_rad = angles[angle];
+                        if theta_rad < lobe_rad {
+                            continue;
+                        }
+                        let outside = |turn: &f64| (theta_rad + turn).max(lobe_rad);
+                        let value = |turn: &f64| linear(angles, &sharp, outside(turn));
                         let sum: f64 = turns.iter().map(value).sum();
                         // f32 as in the table.
                         blurred[angle] = (sum / turns.len() as f64) as f32;
