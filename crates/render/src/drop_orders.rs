@@ -109,6 +109,10 @@ impl MultipleLight {
         let paths = Paths {
             bricks,
             flight: FreeFlight::new(bricks, bounds),
+            to_sun: request
+                .drops
+                .has_shadow()
+                .then_some((request.march, bounds)),
             phase: &phase,
             sun_direction: request.sun_direction,
             luminance_weights: request.luminance_weights,

@@ -376,6 +376,7 @@ fn multiple(
     let phase_functions = table.phase_functions.as_deref().unwrap_or(table);
     MultipleLight::new(&OrdersRequest {
         drops: request.drops,
+        march: basis.march,
         table: &table_of_laws(phase_functions, request.drops.size_range(), kept_radii),
         sun_direction: request.sun_direction,
         eye: camera.position(),

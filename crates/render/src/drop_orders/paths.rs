@@ -1,10 +1,17 @@
 //! The mean over paths of the light that reaches a view ray after two or more drops.
+//!
+//! Sunlight at a drop is that of the optical depth held at the nodes around it, where between two of them it changes
+//! little. On the face of a cloud it does not: between the last node and the edge the depth grows with the square of
+//! the way, and linear interpolation takes 7 % of the light of a cloud with a depth of 1.6 a voxel, 19 % with 3.1.
+//! There the way to the sun is followed itself.
 
 use std::f64::consts::TAU;
 use std::ops::Range;
 
 use glam::DVec3;
 use niji_dropfield::Bricks;
+use niji_dropfield::Sample;
+use niji_geometry::Aabb;
 use niji_geometry::Ray;
 
 use super::column::Stratum;
@@ -13,6 +20,9 @@ use super::phase::PhaseRows;
 use super::phase::SizeClass;
 use super::randoms::Randoms;
 use crate::exponential::transmittance;
+use crate::lit_drops::extinction_m1;
+use crate::march::March;
+use crate::piece::EXTINCTION_PER_M2;
 
 /// Drops on a path at most. In a box of optical depth tau a path meets about tau of them on the mean,
 /// so that the end is never reached short of a solid wall of water.
@@ -22,11 +32,22 @@ const MAX_DROPS: usize = 4096;
 /// from the number of the others, which must carry more; so it ends before that adds up.
 const TO_SUN: [f64; 6] = [0.5, 0.1, 0.1, 0.1, 0.1, 0.1];
 
+/// Optical depth of a voxel up to which that of the sun is interpolated: c on an even face takes c²/24 of the light.
+const THIN_VOXEL: f64 = 0.1;
+
+/// Part of the extinction that is left a voxel nearer to the sun where drops have a face.
+const AT_FACE: f64 = 0.7;
+
+/// Optical depth from which on no sunlight is left that counts.
+const SUNLESS: f32 = 16.0;
+
 /// What paths are followed in.
 pub(super) struct Paths<'a> {
     /// The drops with their shadows.
     pub(super) bricks: &'a [Bricks],
     pub(super) flight: FreeFlight<'a>,
+    /// The way to the sun and where it ends; `None` where drops have no shadow.
+    pub(super) to_sun: Option<(March<'a>, Aabb)>,
     pub(super) phase: &'a PhaseRows,
     pub(super) sun_direction: DVec3,
     /// From a spectrum for unit irradiance to luminance.
@@ -271,6 +292,7 @@ impl Paths<'_> {
         let mut sought = randoms.next() * total;
         let of_sizes = [randoms.next(), randoms.next()];
         let mut met = None;
+        let of_voxel = |mode: &Bricks| EXTINCTION_PER_M2 * total * mode.voxel_m();
         for mode in self.bricks {
             let m2 = f64::from(mode.m2(point));
             if m2 <= 0.0 || sought < 0.0 {
@@ -283,10 +305,35 @@ impl Paths<'_> {
             let variance = f64::from(moments.effective_variance());
             met = Some(Met {
                 class: self.phase.class(radius_um, variance, of_sizes),
-                sunlit: transmittance(sample.tau_sun),
+                sunlit: transmittance(self.depth_to_sun(
+                    &sample,
+                    point,
+                    (of_voxel(mode), mode.voxel_m()),
+                )),
             });
         }
         met
+    }
+
+    /// Optical depth at Q = 1 between a sampled point and the sun, in drops of so much a voxel.
+    fn depth_to_sun(&self, sample: &Sample, point: DVec3, (of_voxel, voxel_m): (f64, f64)) -> f32 {
+        let held = sample.tau_sun;
+        let Some((march, bounds)) = self.to_sun.as_ref() else {
+            return held;
+        };
+        let nearer = || voxel_m * extinction_m1(self.bricks, point + voxel_m * self.sun_direction);
+        if of_voxel < THIN_VOXEL
+            || held > SUNLESS + of_voxel as f32
+            || nearer() > AT_FACE * of_voxel
+        {
+            return held;
+        }
+        let ray = Ray {
+            origin: point,
+            direction: self.sun_direction,
+        };
+        let range_m = bounds.intersect(&ray);
+        range_m.map_or(0.0, |range_m| march.depth(&ray, range_m) as f32)
     }
 }
 
