@@ -147,7 +147,7 @@ enum Source {
 
 /// Shapes whose drops are no rain.
 const SPRAYS: [&str; 3] = ["fountain", "waterfall", "sea-spray"];
-const FOGS: [&str; 1] = ["fog-bank"];
+const FOGS: [&str; 2] = ["fog-bank", "cloud"];
 
 impl Source {
     /// Where the drops of a scene come from.

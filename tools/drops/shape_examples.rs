@@ -1,7 +1,7 @@
 //! An example for the help of each shape of `niji drops`.
 
 /// Shapes and a command that makes drops in each.
-const EXAMPLES: [(&str, &str); 9] = [
+const EXAMPLES: [(&str, &str); 10] = [
     (
         "uniform",
         "  niji drops uniform --box-min-m=-50,0,-150 --box-max-m=50,60,-50 --voxel-m 2 \\
@@ -48,6 +48,12 @@ const EXAMPLES: [(&str, &str); 9] = [
         "  niji drops sea-spray --box-min-m=-200,0,-180 --box-max-m=200,30,-12 \\
       --surface-lwc-g-m3 0.5 --scale-height-m 6 --median-radius-um 40 \\
       --geometric-standard-deviation 1.6 --voxel-m 2 -o spray.vdb",
+    ),
+    (
+        "cloud",
+        "  niji drops cloud --form cumulus --center-xz-m 0,-3000 --width-x-m 2400 --width-z-m 1800 \\
+      --base-y-m 900 --top-y-m 2100 --number-density-m3 3e8 --turbulence-strength 0.6 \\
+      --turbulence-eddy-m 500 --voxel-m 40 -o cloud.vdb",
     ),
     (
         "from-vdb",

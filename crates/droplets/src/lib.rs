@@ -1,4 +1,4 @@
-//! Authoring: shapes of rain, fountains and fog as drop volumes.
+//! Authoring: shapes of rain, fountains, fog and clouds as drop volumes.
 //!
 //! A [`Shape`] is a few numbers from a scene file. It knows its totals, bounds and ranges before any
 //! voxel exists, most of them in closed form, and lays itself out as a volume. Boxes, rain and fog
@@ -22,6 +22,7 @@
 //! # Ok::<(), niji_droplets::Error>(())
 //! ```
 
+mod cloud;
 mod drag;
 mod error;
 mod fog_bank;
@@ -46,6 +47,8 @@ mod waterfall_frame;
 mod waterfall_mist;
 mod waterfall_splash;
 
+pub use cloud::Cloud;
+pub use cloud::CloudForm;
 pub use error::Error;
 pub use fog_bank::FogBank;
 pub use fog_bank::FogProfile;

@@ -7,6 +7,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
 
+use crate::Cloud;
 use crate::Error;
 use crate::FogBank;
 use crate::Fountain;
@@ -37,6 +38,8 @@ pub enum Shape {
     Waterfall(Waterfall),
     /// Spray above a rough sea.
     SeaSpray(SeaSpray),
+    /// A cloud with a flat base.
+    Cloud(Cloud),
 }
 
 /// Evaluate an expression for the shape inside, whichever it is.
@@ -51,6 +54,7 @@ macro_rules! for_each_shape {
             Shape::Fountain($inner) => $value,
             Shape::Waterfall($inner) => $value,
             Shape::SeaSpray($inner) => $value,
+            Shape::Cloud($inner) => $value,
         }
     };
 }
@@ -67,6 +71,7 @@ impl Shape {
             Self::Fountain(_) => "fountain",
             Self::Waterfall(_) => "waterfall",
             Self::SeaSpray(_) => "sea-spray",
+            Self::Cloud(_) => "cloud",
         }
     }
 
@@ -74,9 +79,11 @@ impl Shape {
     pub fn law_name(&self) -> &'static str {
         match self {
             Self::Uniform(shape) => shape.law.name(),
-            Self::Gradient(_) | Self::FogBank(_) | Self::Fountain(_) | Self::Waterfall(_) => {
-                "gamma"
-            }
+            Self::Gradient(_)
+            | Self::FogBank(_)
+            | Self::Fountain(_)
+            | Self::Waterfall(_)
+            | Self::Cloud(_) => "gamma",
             Self::RainShaft(_) | Self::RainCell(_) => "marshall-palmer",
             Self::SeaSpray(_) => "lognormal",
         }
@@ -156,7 +163,8 @@ impl Shape {
             | Self::FogBank(_)
             | Self::Fountain(_)
             | Self::Waterfall(_)
-            | Self::SeaSpray(_) => None,
+            | Self::SeaSpray(_)
+            | Self::Cloud(_) => None,
         }
     }
 
@@ -200,6 +208,9 @@ mod tests {
         "surface_lwc_g_m3":0.05,"scale_height_m":2,"median_radius_um":50,
         "geometric_standard_deviation":2,"voxel_m":1}}"#;
 
+    const CUMULUS: &str = r#"{"cloud":{"form":"cumulus","center_xz_m":[0,0],"width_x_m":60,"width_z_m":60,
+        "base_y_m":100,"top_y_m":130,"number_density_m3":2e8,"voxel_m":3}}"#;
+
     #[test]
     fn shapes_are_read_by_name_and_written_back() {
         for (text, name, law) in [
@@ -211,6 +222,7 @@ mod tests {
             (CELL, "rain-cell", "marshall-palmer"),
             (FALL, "waterfall", "gamma"),
             (SPRAY, "sea-spray", "lognormal"),
+            (CUMULUS, "cloud", "gamma"),
         ] {
             let shape: Shape = serde_json::from_str(text).unwrap();
             assert_eq!((shape.name(), shape.law_name()), (name, law));
@@ -234,6 +246,7 @@ mod tests {
             (CELL, "eddy_m", "eddies_m"),
             (FALL, "mist_fraction", "fog_fraction"),
             (SPRAY, "scale_height_m", "scale_m"),
+            (CUMULUS, "cumulus", "cumulonimbus"),
         ] {
             let misspelt = text.replace(right, wrong);
             let error = serde_json::from_str::<Shape>(&misspelt)
@@ -260,7 +273,9 @@ mod tests {
 
     #[test]
     fn bounds_hold_for_the_volume() {
-        for text in [RAIN, FOG, GRADIENT, RADAR, CLOUD, CELL, FALL, SPRAY] {
+        for text in [
+            RAIN, FOG, GRADIENT, RADAR, CLOUD, CELL, FALL, SPRAY, CUMULUS,
+        ] {
             let shape: Shape = serde_json::from_str(text).unwrap();
             let found = shape.volume().unwrap().summary();
             let roundoff = 1.0 + 1e-6;
