@@ -109,10 +109,7 @@ impl MultipleLight {
         let paths = Paths {
             bricks,
             flight: FreeFlight::new(bricks, bounds),
-            to_sun: request
-                .drops
-                .has_shadow()
-                .then_some((request.march, bounds)),
+            has_shadow: request.drops.has_shadow(),
             phase: &phase,
             sun_direction: request.sun_direction,
             luminance_weights: request.luminance_weights,

@@ -206,7 +206,7 @@ pub(crate) fn frame<'a>(
     let of_diffraction = rows.as_ref().filter(|_| multiple.is_some());
     let is_lit = request.effects.lit_surfaces.is_on();
     Ok(Frame {
-        lit: is_lit.then(|| SurfaceLight::new(request, &basis)),
+        lit: is_lit.then(|| SurfaceLight::new(request)),
         diffraction: of_diffraction.and_then(|rows| diffraction(request, &basis, rows)),
         sun_direction: request.sun_direction,
         irradiance: request
@@ -376,7 +376,6 @@ fn multiple(
     let phase_functions = table.phase_functions.as_deref().unwrap_or(table);
     MultipleLight::new(&OrdersRequest {
         drops: request.drops,
-        march: basis.march,
         table: &table_of_laws(phase_functions, request.drops.size_range(), kept_radii),
         sun_direction: request.sun_direction,
         eye: camera.position(),

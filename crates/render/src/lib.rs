@@ -171,6 +171,7 @@ mod surface_light;
 mod surfaces;
 mod surround;
 mod turned;
+mod under_drops;
 mod water_reflectance;
 mod water_surface;
 mod wave_facets;

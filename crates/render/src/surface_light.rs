@@ -1,34 +1,40 @@
 //! Light of surfaces with an albedo, and what shades them and the ground.
 //!
-//! L = A/pi T_drops T_eye (E_sun (n . w) S exp(-tau_drops) T_sun + V (E(n) - D(n)) + D(n))
+//! L = A/pi T_drops T_eye (E_sun T_sun [(n . w) S exp(-tau) + V w_y (1 + n_y)/2 (T(tau) - exp(-tau))]
+//!     + V U (E(n) - D(n)) + D(n))
 //!
 //! `A` albedo, `n` normal, `w` towards the sun, `T_eye` and `T_sun` what air lets pass, `S` 1 where no surface stands
-//! before the sun, `tau_drops` of the drops before it (Q = 1: what diffraction turns aside falls next to it),
+//! before the sun, `tau` of the drops before it (Q = 1: what diffraction turns aside falls next to it), `T` what these
+//! let pass with what they scatter downwards, `U` the same of skylight (`under_drops`),
 //! `E(n)` irradiance of all diffuse light on a tilted face, as sky and ground send it to an open place of this
 //! height (`air_diffuse`), `D(n) = A_g/2 (1 - n_y) E_g` what of it the ground sends, `E_g` light on the level ground,
 //! `V` share of the sky that surfaces leave (`sky_view`).
 //!
-//! The sun is a point. Left out: what surfaces send to each other, the shadow of the drops on skylight, and the shadow
-//! of surfaces on air and drops.
+//! The sun is a point. Left out: what surfaces send to each other, the light that clouds send down beside their shadow,
+//! and the shadow of surfaces on air and drops.
 
 use glam::DVec3;
-use niji_geometry::Aabb;
+use niji_dropfield::Bricks;
 use niji_geometry::Ray;
 
 use crate::air::Air;
 use crate::air_diffuse::FaceOfAir;
 use crate::air_glow::both_ways;
-use crate::frame::FrameBasis;
-use crate::march::March;
 use crate::request::RenderRequest;
+use crate::shadow_error::depth;
 use crate::sky_view::free_share;
 use crate::sky_view::horizon_by_halving_rad;
 use crate::surfaces::Face;
 use crate::surfaces::Sight;
 use crate::surfaces::Surfaces;
+use crate::under_drops::SkyUnderDrops;
+use crate::under_drops::sun_under;
 
 /// How far from a surface rays towards sun and sky begin, so that it does not shade itself (m).
 const LIFT_M: f64 = 1e-5;
+
+/// Height of the ground (m).
+const GROUND_M: f64 = 0.0;
 
 /// Within a pixel a place sees the sky as the one before that is no farther from it than this part of the distance from
 /// the eye, and whose normal has at least this cosine to its own.
@@ -95,12 +101,23 @@ pub(crate) struct SurfaceLight<'a> {
     reflected: Vec<Vec<f32>>,
     sun_direction: DVec3,
     /// Drops that shade.
-    drops: Option<(Aabb, March<'a>)>,
+    bricks: &'a [Bricks],
+    /// What they leave of the sky.
+    sky: Option<SkyUnderDrops>,
+}
+
+/// Sunlight through drops, over that in front of them.
+#[derive(Clone, Copy, Debug)]
+struct SunThroughDrops {
+    /// On a face across it.
+    straight: f64,
+    /// On a level one, over that of the sun there.
+    scattered: f64,
 }
 
 impl<'a> SurfaceLight<'a> {
     /// The surfaces and drops of a picture.
-    pub(crate) fn new(request: &RenderRequest<'a>, basis: &FrameBasis<'a>) -> Self {
+    pub(crate) fn new(request: &RenderRequest<'a>) -> Self {
         let albedos = request.surfaces.into_iter().flat_map(Surfaces::albedos);
         let reflected = albedos.map(|albedo| {
             let values = albedo.map_or(Vec::new(), |it| it.on(&request.wavelengths));
@@ -110,11 +127,16 @@ impl<'a> SurfaceLight<'a> {
             over_pi.map(|value| value as f32).collect()
         });
         let has_shadow = request.effects.drop_shadow.is_on();
+        let bricks = request.drops.bricks();
+        let bounds = request.drops.bounds().filter(|_| has_shadow);
+        let has_sky = request.effects.lit_surfaces.is_on();
         Self {
             surfaces: request.surfaces,
             reflected: reflected.collect(),
             sun_direction: request.sun_direction,
-            drops: (request.drops.bounds().filter(|_| has_shadow)).map(|it| (it, basis.march)),
+            bricks: if has_shadow { bricks } else { &[] },
+            sky: (bounds.filter(|_| has_sky))
+                .map(|bounds| SkyUnderDrops::new(bricks, bounds, GROUND_M)),
         }
     }
 
@@ -130,16 +152,19 @@ impl<'a> SurfaceLight<'a> {
         self.is_met((point, DVec3::Y), self.sun_direction)
     }
 
-    /// Share of sunlight that reaches the ground at a point.
+    /// Share of sunlight that reaches the ground at a point straight.
     pub(crate) fn sun_on_ground(&self, point: DVec3) -> f64 {
-        self.sun_share(self.is_ground_shaded(point), point)
+        self.sun_through_drops(self.is_ground_shaded(point), point)
+            .straight
     }
 
     /// What reaches the ground at a point.
     pub(crate) fn shade_of_ground(&self, point: DVec3) -> Shade {
+        let sun = self.sun_through_drops(self.is_ground_shaded(point), point);
+        let free = self.sky_share((point, DVec3::Y), DVec3::Y);
         Shade {
-            sun: self.sun_on_ground(point),
-            sky: self.sky_share((point, DVec3::Y), DVec3::Y),
+            sun: sun.straight + free * sun.scattered,
+            sky: free * self.sky_through_drops(point),
         }
     }
 
@@ -151,13 +176,14 @@ impl<'a> SurfaceLight<'a> {
         room: &mut SurfaceRoom,
     ) {
         let SurfaceRoom { light: out, sky } = room;
-        let Face {
-            side,
-            normal,
-            solid,
-        } = spot.face;
-        let cos_sun = normal.dot(self.sun_direction).max(0.0);
-        let sunlit = cos_sun * self.sun_share(self.is_shaded(spot), spot.point);
+        let Face { normal, solid, .. } = spot.face;
+        let share = self.sky_share_of_pixel(spot, sight.surface_m, sky);
+        let sunlit = {
+            let sun = self.sun_through_drops(self.is_shaded(spot), spot.point);
+            let cos_sun = normal.dot(self.sun_direction).max(0.0);
+            let on_face = share * self.sun_direction.y.max(0.0) * 0.5 * (1.0 + normal.y);
+            cos_sun * sun.straight + on_face * sun.scattered
+        };
         let Some(air) = air else {
             out.fill(sunlit as f32);
             return self.reflect(solid, out);
@@ -185,15 +211,7 @@ impl<'a> SurfaceLight<'a> {
                 normal,
                 sunlight: &transmitted,
             };
-            let seen = sky.filter(|(known, distance_m, _)| {
-                let is_near = (distance_m - sight.surface_m).abs() <= NEAR * distance_m;
-                is_near && known.solid == solid && known.normal.dot(normal) >= ALIKE
-            });
-            let share = match seen {
-                Some((_, _, share)) => share,
-                None => self.sky_share((spot.point, side), normal),
-            };
-            *sky = Some((spot.face, sight.surface_m, share));
+            let share = share * self.sky_through_drops(spot.point);
             let light = diffuse.on_face(&face, (share, air.ground_albedo()));
             air.transmit(&to_eye, &mut transmitted);
             for ((sum, light), transmitted) in out.iter_mut().zip(light).zip(&transmitted) {
@@ -209,20 +227,48 @@ impl<'a> SurfaceLight<'a> {
         }
     }
 
-    /// Share of sunlight at a point that a surface shades or not.
-    fn sun_share(&self, is_shaded: bool, point: DVec3) -> f64 {
-        if is_shaded {
-            return 0.0;
+    /// Sunlight at a point that a surface shades or not.
+    fn sun_through_drops(&self, is_shaded: bool, point: DVec3) -> SunThroughDrops {
+        let depth = depth(self.bricks, point, self.sun_direction);
+        let straight = (-depth).exp();
+        let sine = self.sun_direction.y;
+        SunThroughDrops {
+            straight: if is_shaded { 0.0 } else { straight },
+            scattered: if depth > 0.0 && sine > 0.0 {
+                sun_under(depth, sine) - straight
+            } else {
+                0.0
+            },
         }
-        let to_sun = Ray {
-            origin: point,
-            direction: self.sun_direction,
+    }
+
+    /// Share of the sky's light that drops leave to a place.
+    fn sky_through_drops(&self, point: DVec3) -> f64 {
+        self.sky.as_ref().map_or(1.0, |sky| sky.at(point))
+    }
+
+    /// Share of the sky that surfaces leave to a place, which is that of the place before if that is near and alike.
+    fn sky_share_of_pixel(
+        &self,
+        spot: &Spot,
+        surface_m: f64,
+        before: &mut Option<(Face, f64, f64)>,
+    ) -> f64 {
+        let Face {
+            side,
+            normal,
+            solid,
+        } = spot.face;
+        let seen = before.filter(|(known, distance_m, _)| {
+            let is_near = (distance_m - surface_m).abs() <= NEAR * distance_m;
+            is_near && known.solid == solid && known.normal.dot(normal) >= ALIKE
+        });
+        let share = match seen {
+            Some((_, _, share)) => share,
+            None => self.sky_share((spot.point, side), normal),
         };
-        let drops = self.drops.as_ref();
-        let crossed = drops.and_then(|(bounds, march)| Some((bounds.intersect(&to_sun)?, march)));
-        crossed.map_or(1.0, |(range_m, march)| {
-            (-march.depth(&to_sun, range_m)).exp()
-        })
+        *before = Some((spot.face, surface_m, share));
+        share
     }
 
     /// Share of the sky that surfaces leave to a face at a point with a side.

@@ -275,8 +275,14 @@ fn the_shadow_of_a_wall_ends_where_the_sun_looks_over_it() {
 }
 
 #[test]
-fn drops_dim_the_floor_and_the_ground_by_their_optical_depth() {
+fn drops_dim_the_floor_and_the_ground_as_a_layer_does_that_scatters_light_down() {
     let sun = sun_in_the_south(50.0);
+    // Eddington's layer, 1 - g = 0.283; `under_drops` holds it against adding and doubling.
+    let through = |depth: f64| {
+        let (sine, scaled) = (sun.y, 0.283 * sun.y * depth);
+        let lit = 2.0 / 3.0 + sine + (2.0 / 3.0 - sine) * (-scaled / sine).exp();
+        lit / (4.0 / 3.0 + scaled)
+    };
     let clear = air([0.0; 3], [0.0; 3]);
     for depth in [0.1, 1.0, 4.0_f64] {
         let thick_m = 100.0;
@@ -308,8 +314,43 @@ fn drops_dim_the_floor_and_the_ground_by_their_optical_depth() {
         ] {
             let dimmed = light(surfaces.clone(), air, true) / light(surfaces, air, false);
             // Drops in f32, and outermost voxels that they fade in: measured 2e-7.
-            assert!(relative(dimmed, (-depth).exp()) < 1e-4, "{depth}: {dimmed}");
+            assert!(relative(dimmed, through(depth)) < 1e-4, "{depth}: {dimmed}");
         }
+    }
+}
+
+#[test]
+fn an_overcast_sky_is_darker_by_what_its_clouds_keep() {
+    let mut air = air([0.0; 3], [0.0; 3]);
+    air.ground_albedo = vec![0.0; 3];
+    air.diffuse = Some(uniform_light(0.02));
+    // Below the horizon: all light is of the sky.
+    let sun = sun_in_the_south(-20.0);
+    let light = |depth: f64| {
+        let grid = GridBox {
+            min: DVec3::new(-900.0, 80.0, -900.0),
+            max: DVec3::new(900.0, 120.0, 900.0),
+            voxel_m: 20.0,
+        };
+        let path = SunPath::Volume { voxel_m: 20.0 };
+        let layer = bricks(&grid, |_| depth / 40.0);
+        let scene = Scene {
+            sun,
+            drops: LitDrops::new(vec![layer], sun, path).unwrap(),
+            air: Some(&air),
+            surfaces: Some(Surfaces::default().with(floor())),
+        };
+        scene.ray(DVec3::new(0.0, 10.0, 0.0), (0.0, -60.0))
+    };
+    let open = light(1e-9);
+    for depth in [0.5, 5.0, 25.0] {
+        let expected = 1.0 / (1.0 + 0.75 * 0.283 * depth);
+        // The lowest of the directions looked along sees 370 m far; measured 2e-6.
+        let found = light(depth) / open;
+        assert!(
+            relative(found, expected) < 1e-4,
+            "{depth}: {found} {expected}"
+        );
     }
 }
 

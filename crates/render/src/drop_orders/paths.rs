@@ -11,7 +11,6 @@ use std::ops::Range;
 use glam::DVec3;
 use niji_dropfield::Bricks;
 use niji_dropfield::Sample;
-use niji_geometry::Aabb;
 use niji_geometry::Ray;
 
 use super::column::Stratum;
@@ -21,8 +20,8 @@ use super::phase::SizeClass;
 use super::randoms::Randoms;
 use crate::exponential::transmittance;
 use crate::lit_drops::extinction_m1;
-use crate::march::March;
 use crate::piece::EXTINCTION_PER_M2;
+use crate::shadow_error::depth;
 
 /// Drops on a path at most. In a box of optical depth tau a path meets about tau of them on the mean,
 /// so that the end is never reached short of a solid wall of water.
@@ -46,8 +45,8 @@ pub(super) struct Paths<'a> {
     /// The drops with their shadows.
     pub(super) bricks: &'a [Bricks],
     pub(super) flight: FreeFlight<'a>,
-    /// The way to the sun and where it ends; `None` where drops have no shadow.
-    pub(super) to_sun: Option<(March<'a>, Aabb)>,
+    /// Whether drops have a shadow.
+    pub(super) has_shadow: bool,
     pub(super) phase: &'a PhaseRows,
     pub(super) sun_direction: DVec3,
     /// From a spectrum for unit irradiance to luminance.
@@ -318,22 +317,16 @@ impl Paths<'_> {
     /// Optical depth at Q = 1 between a sampled point and the sun, in drops of so much a voxel.
     fn depth_to_sun(&self, sample: &Sample, point: DVec3, (of_voxel, voxel_m): (f64, f64)) -> f32 {
         let held = sample.tau_sun;
-        let Some((march, bounds)) = self.to_sun.as_ref() else {
-            return held;
-        };
         let nearer = || voxel_m * extinction_m1(self.bricks, point + voxel_m * self.sun_direction);
-        if of_voxel < THIN_VOXEL
+        if !self.has_shadow
+            || of_voxel < THIN_VOXEL
             || held > SUNLESS + of_voxel as f32
             || nearer() > AT_FACE * of_voxel
         {
             return held;
         }
-        let ray = Ray {
-            origin: point,
-            direction: self.sun_direction,
-        };
-        let range_m = bounds.intersect(&ray);
-        range_m.map_or(0.0, |range_m| march.depth(&ray, range_m) as f32)
+        // f32 as at the nodes.
+        depth(self.bricks, point, self.sun_direction) as f32
     }
 }
 

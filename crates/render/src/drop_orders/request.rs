@@ -6,7 +6,6 @@ use niji_exchange::ScatteringTable;
 use crate::air::Air;
 use crate::deadline::Deadline;
 use crate::lit_drops::LitDrops;
-use crate::march::March;
 use crate::progress::Progress;
 
 use super::view_grid::SeenDirections;
@@ -15,8 +14,6 @@ use super::view_grid::SeenDirections;
 pub(crate) struct OrdersRequest<'a> {
     /// The drops with their shadows.
     pub(crate) drops: &'a LitDrops,
-    /// The way through them.
-    pub(crate) march: March<'a>,
     /// Their phase functions.
     pub(crate) table: &'a ScatteringTable,
     /// Towards the sun.
