@@ -94,7 +94,7 @@ pub struct Cloud {
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1.0))]
     pub coverage: f64,
     /// Drops per cubic metre: 5e7 over the sea to 1e9 in polluted air.
-    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e15))]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub number_density_m3: f64,
     /// Water per height above the base (g/m³ per m).
     #[serde(default = "adiabatic")]
