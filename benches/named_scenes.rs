@@ -16,6 +16,9 @@
 //!
 //!     cargo bench --bench named_scenes [SCENE]
 
+#[path = "support/processor_time.rs"]
+mod processor_time;
+
 use std::hint::black_box;
 use std::time::Duration;
 use std::time::Instant;
@@ -59,7 +62,7 @@ use niji_sizes::radius_axis;
 use niji_sizes::variance_axis;
 use nix::sys::resource::UsageWho;
 use nix::sys::resource::getrusage;
-use nix::sys::time::TimeValLike;
+use processor_time::processor_time;
 
 const ROUNDS: usize = 5;
 /// Wavelengths at which errors are measured.
@@ -436,9 +439,9 @@ fn least<T>(mut work: impl FnMut() -> T) -> Time {
 fn least_of<P, T>(mut prepare: impl FnMut() -> P, mut work: impl FnMut(P) -> T) -> Time {
     let round = |_| {
         let prepared = black_box(prepare());
-        let (started, before) = (Instant::now(), processor_time());
+        let (started, before) = (Instant::now(), own_time());
         let made = black_box(work(prepared));
-        let (wall, after) = (started.elapsed(), processor_time());
+        let (wall, after) = (started.elapsed(), own_time());
         drop(made);
         let processors = after.saturating_sub(before);
         Time { wall, processors }
@@ -448,10 +451,9 @@ fn least_of<P, T>(mut prepare: impl FnMut() -> P, mut work: impl FnMut(P) -> T) 
 }
 
 /// Processor time of all threads so far.
-fn processor_time() -> Duration {
+fn own_time() -> Duration {
     let usage = getrusage(UsageWho::RUSAGE_SELF).expect("a process knows its own use");
-    let microseconds = (usage.user_time() + usage.system_time()).num_microseconds();
-    Duration::from_micros(microseconds as u64)
+    processor_time(&usage)
 }
 
 fn print_time(name: &str, time: &Time) {

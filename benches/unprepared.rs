@@ -28,6 +28,9 @@
 mod cheapest;
 #[path = "unprepared/draw.rs"]
 mod draw;
+#[cfg(unix)]
+#[path = "support/processor_time.rs"]
+mod processor_time;
 
 use std::fs::File;
 use std::io::BufWriter;

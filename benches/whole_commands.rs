@@ -21,6 +21,8 @@
 
 #[path = "whole_commands/bound.rs"]
 mod bound;
+#[path = "support/processor_time.rs"]
+mod processor_time;
 
 use std::fs;
 use std::path::Path;
@@ -32,12 +34,12 @@ use std::time::SystemTime;
 
 use nix::sys::resource::UsageWho;
 use nix::sys::resource::getrusage;
-use nix::sys::time::TimeValLike;
 use serde_json::Value;
 use serde_json::json;
 
 use bound::Rates;
 use bound::Work;
+use processor_time::processor_time;
 
 const SCENES: [&str; 6] = [
     "paper-b-sun-20-inscatter",
@@ -246,12 +248,11 @@ fn measured_here(arguments: &[String]) -> Result<()> {
         return Err("niji run failed".into());
     }
     let usage = getrusage(UsageWho::RUSAGE_CHILDREN)?;
-    let processors = usage.user_time() + usage.system_time();
     println!(
         "{}",
         json!({
             "wall_s": wall_s,
-            "processor_s": processors.num_microseconds() as f64 * 1e-6,
+            "processor_s": processor_time(&usage).as_secs_f64(),
             "peak_bytes": usage.max_rss() as f64 * PEAK_UNIT_BYTES,
         })
     );

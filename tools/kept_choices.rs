@@ -55,14 +55,13 @@ impl KeptChoices {
         choice_file::read(&self.file(request)?).ok()
     }
 
-    /// Keeps what was decided, if it is not yet.
+    /// Keeps what was decided.
     pub(crate) fn keep(&self, choice: &Choice) {
         let Some(file) = self.file(&choice.request) else {
             return;
         };
-        let is_kept = self.find(&choice.request).as_ref() == Some(choice);
-        let writes = || choice_file::write(choice, &file, Existing::Replace).is_ok();
-        if let Some(folder) = file.parent().filter(|_| !is_kept && writes()) {
+        let writes = |_: &&Path| choice_file::write(choice, &file, Existing::Replace).is_ok();
+        if let Some(folder) = file.parent().filter(writes) {
             tidy(folder, MOST_BYTES);
         }
     }

@@ -1,5 +1,6 @@
 //! Scene files and their plans, as every command reads them.
 
+use std::cell::Cell;
 use std::path::Path;
 
 use niji_picture::Choice;
@@ -89,15 +90,21 @@ pub(crate) fn planned_as_before(
     path: &Path,
     (common, choice): (&Common, Option<&Choice>),
 ) -> Result<PlannedScene, Failure> {
-    let kept = KeptChoices::of(common);
+    let keeper = KeptChoices::of(common);
+    let is_kept = Cell::new(false);
+    let kept = |request: &str| {
+        let found = keeper.find(request);
+        is_kept.set(found.is_some());
+        found
+    };
     let request = PlanRequest {
         choice,
-        kept: &|request| kept.find(request),
+        kept: &kept,
         ..beside(path)
     };
     let planned = planned_for(scene, path, request)?;
-    if Some(&planned.choice) != choice {
-        kept.keep(&planned.choice);
+    if !is_kept.get() && Some(&planned.choice) != choice {
+        keeper.keep(&planned.choice);
     }
     Ok(planned)
 }

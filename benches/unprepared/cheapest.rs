@@ -9,10 +9,10 @@ use std::process::Command;
 
 use nix::sys::resource::UsageWho;
 use nix::sys::resource::getrusage;
-use nix::sys::time::TimeValLike;
 
 use super::Result;
 use super::Run;
+use super::processor_time::processor_time;
 use super::scene_file;
 use super::with_key;
 
@@ -102,6 +102,5 @@ impl Way {
 /// Processor time of all programs that were started and have ended.
 fn processor_seconds() -> Result<f64> {
     let usage = getrusage(UsageWho::RUSAGE_CHILDREN)?;
-    let all = usage.user_time() + usage.system_time();
-    Ok(all.num_microseconds() as f64 * 1e-6)
+    Ok(processor_time(&usage).as_secs_f64())
 }

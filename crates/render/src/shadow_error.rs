@@ -17,9 +17,9 @@ use niji_geometry::Aabb;
 use niji_geometry::Ray;
 use rayon::prelude::*;
 
+use crate::lit_drops::depth;
 use crate::lit_drops::extinction_m1;
 use crate::lit_drops::finest_voxel_m;
-use crate::piece::EXTINCTION_PER_M2;
 
 /// Cells along each side of the drops' box; none is smaller than a voxel.
 const CELLS_ALONG: f64 = 20.0;
@@ -33,9 +33,6 @@ const SEQUENCE: DVec3 = DVec3::new(
     0.671_043_606_703_789_2,
     0.549_700_477_901_970_3,
 );
-
-/// Fractions of the way through a cell of the two Gauss points: exact for cubics.
-const GAUSS: [f32; 2] = [0.211_324_87, 0.788_675_1];
 
 /// Standard errors that are told; means over coarse cells hold too little of errors at faces and kinks.
 const STANDARD_ERRORS: f64 = 3.0;
@@ -214,16 +211,4 @@ fn held_depth(bricks: &[Bricks], point: DVec3) -> f64 {
         m2 += f64::from(sample.m2);
     }
     sum / m2
-}
-
-/// Optical depth from a point to the sun at Q = 1, cell by cell.
-pub(crate) fn depth(bricks: &[Bricks], point: DVec3, sun_direction: DVec3) -> f64 {
-    let segments = bricks
-        .iter()
-        .flat_map(|mode| mode.segments(point, sun_direction, (0.0, f64::INFINITY)));
-    let columns = segments.map(|segment| {
-        let m2: f64 = GAUSS.map(|x| f64::from(segment.sample(x).m2)).iter().sum();
-        0.5 * m2 * (segment.t_exit - segment.t_enter)
-    });
-    EXTINCTION_PER_M2 * columns.sum::<f64>()
 }

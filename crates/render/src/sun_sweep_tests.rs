@@ -4,8 +4,8 @@ use niji_dropfield::GridBox;
 use niji_dropfield::Interpolation;
 
 use super::*;
+use crate::lit_drops::depth;
 use crate::progress::unwatched;
-use crate::shadow_error::depth;
 use crate::shadow_error::point_sequence;
 
 /// Node distance of the drops (m).

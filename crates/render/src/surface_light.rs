@@ -20,8 +20,8 @@ use niji_geometry::Ray;
 use crate::air::Air;
 use crate::air_diffuse::FaceOfAir;
 use crate::air_glow::both_ways;
+use crate::lit_drops::depth;
 use crate::request::RenderRequest;
-use crate::shadow_error::depth;
 use crate::sky_view::free_share;
 use crate::sky_view::horizon_by_halving_rad;
 use crate::surfaces::Face;
@@ -154,8 +154,10 @@ impl<'a> SurfaceLight<'a> {
 
     /// Share of sunlight that reaches the ground at a point straight.
     pub(crate) fn sun_on_ground(&self, point: DVec3) -> f64 {
-        self.sun_through_drops(self.is_ground_shaded(point), point)
-            .straight
+        if self.is_ground_shaded(point) {
+            return 0.0;
+        }
+        (-depth(self.bricks, point, self.sun_direction)).exp()
     }
 
     /// What reaches the ground at a point.

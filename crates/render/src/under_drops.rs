@@ -13,12 +13,11 @@
 
 use std::f64::consts::TAU;
 
+use crate::lit_drops::depth;
 use glam::DVec3;
 use niji_dropfield::Bricks;
 use niji_geometry::Aabb;
 use rayon::prelude::*;
-
-use crate::shadow_error::depth;
 
 /// 1 - g of 10 um drops in green light by Lorenz and Mie's theory.
 const TURNED_BACK: f64 = 0.283;

@@ -19,9 +19,9 @@ use super::phase::PhaseRows;
 use super::phase::SizeClass;
 use super::randoms::Randoms;
 use crate::exponential::transmittance;
+use crate::lit_drops::depth;
 use crate::lit_drops::extinction_m1;
 use crate::piece::EXTINCTION_PER_M2;
-use crate::shadow_error::depth;
 
 /// Drops on a path at most. In a box of optical depth tau a path meets about tau of them on the mean,
 /// so that the end is never reached short of a solid wall of water.
