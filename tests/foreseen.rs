@@ -156,7 +156,9 @@ fn shaft(voxel_m: f64) -> String {
 fn what_lies_between_the_nodes_of_the_drops_is_told() {
     for voxel_m in [24.0, 12.0] {
         let at = |voxel_m| {
-            let planned = planned(&wall(&shaft(voxel_m), "", CENTERS));
+            // All by the same table.
+            let accuracy = format!("{CENTERS}table_relative_error = 0.005\n");
+            let planned = planned(&wall(&shaft(voxel_m), "", &accuracy));
             let image = picture(&planned, SkyLevel::Quick);
             let told = told(&planned, &image, DROP_SPACING);
             (luminance(&planned, &image), told)
@@ -211,4 +213,37 @@ fn nodes_are_twice_as_close_where_the_tolerance_asks_for_it() {
     assert_eq!(PlannedScene::new(scene, again).unwrap().choice, fine.choice);
     let anew = fine.replanned(fine.scene.clone()).unwrap();
     assert_eq!(n_nodes(&anew), n_nodes(&fine));
+}
+
+#[test]
+fn a_table_is_as_coarse_as_a_small_picture_shows_that_it_may_be() {
+    // A little light of drops, and forty times as much.
+    let wall_of = |number_density: &str, accuracy: &str| {
+        let text = wall(&uniform(0.0, 40.0), "", &format!("{CENTERS}{accuracy}\n"));
+        planned(&text.replace("3000.0", number_density))
+    };
+    let tolerance = 0.0005;
+    let mut errors = Vec::new();
+    for number_density in ["300.0", "12000.0"] {
+        let own = wall_of(number_density, &format!("tolerance = {tolerance}"));
+        let error = own.plan.levels.table_relative_error;
+        let image = picture(&own, SkyLevel::Quick);
+        // The part of half of the tolerance that a table has. Steps that are halved make the small picture's up to four
+        // times too fine, of which half is allowed for.
+        let told = told(&own, &image, "angles");
+        let part = 0.5 * tolerance / 6.0_f64.sqrt();
+        assert!(told < 2.0 * part, "{number_density}: {told} for {part}");
+        let truth = format!("tolerance = {tolerance}\ntable_relative_error = 1e-4");
+        let truth = wall_of(number_density, &truth);
+        let truth = luminance(&truth, &picture(&truth, SkyLevel::Quick));
+        let off = rms(&(luminance(&own, &image) - truth));
+        assert!(off < 1.3 * told, "{number_density}: {off} for {told}");
+        errors.push(error);
+    }
+    let [of_little, of_much] = errors[..] else {
+        panic!("{errors:?}");
+    };
+    assert!(of_little > 2.0 * of_much, "{errors:?}");
+    let named = wall_of("300.0", "tolerance = 0.002\ntable_relative_error = 0.003");
+    assert_eq!(named.plan.levels.table_relative_error, 0.003);
 }

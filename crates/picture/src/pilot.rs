@@ -10,8 +10,12 @@ pub(crate) mod motion;
 mod sky;
 mod small_picture;
 mod small_scene;
+mod table_error;
 
+use niji_render::DropOrders;
 use niji_scene::DropSpacing;
+use niji_scene::DropsSeen;
+use niji_scene::Effect;
 use niji_scene::Foretold;
 use niji_scene::Scene;
 use serde::Deserialize;
@@ -39,6 +43,9 @@ pub(crate) struct Seen {
     /// The spacing of the drops' nodes, and what it errs by, where they are laid out from a shape.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) drop_spacing: Option<SpacingSeen>,
+    /// Luminance of which errors of the scattering table are parts, RMS over the picture over display white.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) bright_drops: Option<f64>,
 }
 
 impl Seen {
@@ -46,6 +53,14 @@ impl Seen {
     pub(crate) fn spacing(&self) -> DropSpacing {
         let seen = self.drop_spacing.as_ref();
         seen.map_or(DropSpacing::AsGiven, |it| it.level)
+    }
+
+    /// What a plan of the drops takes of it.
+    pub(crate) fn of_drops(&self) -> DropsSeen {
+        DropsSeen {
+            further_orders: self.further_orders.as_ref().map(SmallPicture::bound),
+            bright_drops: self.bright_drops,
+        }
     }
 
     /// What is seen in any of two frames, in every place the more of it; of levels the finer one.
@@ -59,6 +74,10 @@ impl Seen {
             drop_spacing: match (self.drop_spacing, &other.drop_spacing) {
                 (Some(one), Some(other)) => Some(one.or_more(other)),
                 (one, other) => one.or(other.clone()),
+            },
+            bright_drops: match (self.bright_drops, other.bright_drops) {
+                (Some(one), Some(other)) => Some(one.max(other)),
+                (one, other) => one.or(other),
             },
             sky: match (self.sky, &other.sky) {
                 (Some(one), Some(other)) => Some(SkySeen {
@@ -84,16 +103,32 @@ pub(crate) fn seen_of_drops(
     let mut seen = Seen {
         further_orders: before.further_orders.filter(|_| open.further_orders),
         drop_spacing: before.drop_spacing.filter(|it| it.holds_for(scene)),
+        bright_drops: before.bright_drops,
         sky: None,
     };
     let open = open.but_for(&seen);
     if let Some(small) = SmallScene::new(scene, (foretold, request), open)? {
-        seen.further_orders = seen
-            .further_orders
-            .or(further_orders::further_orders(&small)?);
-        seen.drop_spacing = seen
-            .drop_spacing
-            .or(drop_spacing::drop_spacing(&small, scene)?);
+        let mut pictures = Vec::new();
+        if small.planned.plan.is_on(Effect::MultipleScattering) {
+            let orders = small.planned.plan.levels.drop_orders;
+            let picture = small.picture(small.planned.drops()?, orders)?;
+            seen.further_orders = further_orders::further_orders(&small, &picture);
+            pictures.push(picture);
+        }
+        if let Some(other_nodes) = &small.other_nodes {
+            let drops = small.planned.drops()?;
+            let n_nodes = drops.summary().n_nodes;
+            let picture = small.picture(drops, DropOrders::SingleScattering)?;
+            let own = (&picture, n_nodes);
+            seen.drop_spacing = Some(drop_spacing::drop_spacing(
+                &small,
+                scene,
+                (own, other_nodes),
+            )?);
+            pictures.push(picture);
+        }
+        let last = pictures.last();
+        seen.bright_drops = last.and_then(|it| table_error::bright_drops(&small, it));
     }
     Ok(seen)
 }

@@ -51,7 +51,6 @@ use crate::picture::PictureSettings;
 use crate::picture::PictureWork;
 use crate::pilot;
 use crate::pilot::Seen;
-use crate::pilot::SmallPicture;
 use crate::scattering;
 use crate::sequence_choice::SequenceChoice;
 use crate::sequence_choice::with_scales;
@@ -348,7 +347,7 @@ impl PlannedScene {
                 seen =
                     pilot::seen_of_drops(&scene, (foretold, request), before.unwrap_or_default())?;
             }
-            Ok::<_, Error>(seen.further_orders.as_ref().map(SmallPicture::bound))
+            Ok::<_, Error>(seen.of_drops())
         };
         let mut plan = plan_looking(&scene, drops, look)?;
         if measures {

@@ -231,7 +231,7 @@ impl SequenceRequest<'_> {
         let numbers = || self.frames.iter().map(|(number, _)| *number);
         let no_drops = || Error::NoFrameWithDrops(numbers().collect());
         let (first, others) = planned.split_first().ok_or_else(no_drops)?;
-        let mut plan = Plan::of_sequence((first, others), between)?;
+        let mut plan = Plan::of_sequence((first, others), seen.bright_drops, between)?;
         if let Some(sky) = &seen.sky {
             plan.sky_level = Some(sky.level);
         }

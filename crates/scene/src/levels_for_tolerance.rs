@@ -1,8 +1,9 @@
 //! The levels of a scene: those of its preset, or such that its tolerance is kept.
 //!
 //! a = T/2,   a_table = a_integral = a_orders = a/sqrt(6),   a_rays = a/sqrt(2),   a^2 = sum of their squares
+//! e_table = e_draft / 2^n <= a_table / (2 B)
 //! `T` tolerance: RMS of luminance over the picture, over display white; `a` the half of it that is
-//! for levels, the other being for effects left out. The parts are those of the renderer's estimate,
+//! for levels, the other being for effects left out; `B` light of which the table's relative error `e_table` is a part. The parts are those of the renderer's estimate,
 //! which adds up their squares too. Beside them light that the air scatters more than once, which is no light of drops,
 //! may be off by a_rays, and so may what lies between the nodes of drops, and between the instants of a shutter.
 //!
@@ -10,7 +11,8 @@
 //! relative error, but no more than half of the tolerance within 0.005 and 0.02, that of an adaptive integral, the
 //! noise of light of further orders below which no more paths are followed, and the error of a pixel for which the
 //! renderer adds rays. Relative errors are of the light of drops: pictures are exposed so that it is seldom brighter
-//! than a gray card, 0.18 of display white. Of theories drops of each size take the cheapest that keeps the table's
+//! than a gray card, 0.18 of display white. Where a small picture told how much less a table's errors are seen than
+//! that, `e_table` is as much larger, up to that of the preset `draft`. Of theories drops of each size take the cheapest that keeps the table's
 //! error. All other levels are those of `standard` and `reference`
 //! whose own table errs by no more than `a`.
 //!
@@ -47,6 +49,15 @@ const OF_INTEGRAL: f64 = OF_TABLE;
 const OF_ORDERS: f64 = OF_TABLE;
 const OF_RAYS: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
+/// Part of its error that a table gets: steps of angles are halved until they keep it, so that they may err by as
+/// little as a quarter of it in the small picture, and by all of it in the picture. Errors are halves, quarters ... of
+/// a draft's, so that scenes that are alike have the same table.
+const OF_STEPS: f64 = 0.5;
+
+/// Part of a table's error by which drops are judged whose theory it may take: it errs by as much for all that count,
+/// and wholly for those that have less than twice as much of the light, which do not.
+const OF_THEORY: f64 = 1.0 / 3.0;
+
 /// Parts of the light that air scatters more than once, which is no light of drops, of what lies between the nodes of
 /// drops, and of what lies between the instants of a shutter.
 const OF_SPACING: f64 = std::f64::consts::FRAC_1_SQRT_2;
@@ -64,6 +75,15 @@ const LEAST_INTEGRAL_ERROR: f64 = 1e-12;
 
 /// Luminance of drops that are bright, over display white: that of a gray card.
 pub const BRIGHT_DROPS: f64 = 0.18;
+
+/// What a scattering table may err by, relative to its peak.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TableErrors {
+    /// Between its sizes and angles.
+    pub table: f64,
+    /// By its theory.
+    pub theory: f64,
+}
 
 /// What is asked of a picture, beside what its scene says.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -135,6 +155,24 @@ impl Scene {
             Preset::Standard if of_standard > self.relative_error() => Preset::Reference,
             preset => preset,
         }
+    }
+
+    /// Relative errors of the scattering table where they are seen as parts of so much light, RMS over the picture
+    /// over display white; `None` where the scene or its preset names them.
+    #[must_use]
+    pub fn table_errors(&self, bright_drops: f64) -> Option<TableErrors> {
+        let accuracy = &self.accuracy;
+        if accuracy.preset != Preset::Standard || accuracy.table_relative_error.is_some() {
+            return None;
+        }
+        let own = self.levels_for_tolerance(1.0).table_relative_error;
+        let most = Preset::Draft.levels(1.0).table_relative_error.max(own);
+        let seen = OF_TABLE * SHARE_FOR_LEVELS * accuracy.tolerance() / bright_drops;
+        let n_halved = (most / (OF_STEPS * seen)).log2().ceil().max(0.0);
+        Some(TableErrors {
+            table: (most * (-n_halved).exp2()).clamp(own, most),
+            theory: (OF_THEORY * seen).clamp(own, most),
+        })
     }
 
     fn levels_for_tolerance(&self, voxel_m: f64) -> Levels {

@@ -86,23 +86,27 @@ use stages::Chosen;
 /// If figures of a drop file are missing or the volume is empty, drops cannot be laid out, or parts of a scene that was not
 /// read from a file are out of range.
 pub fn plan(scene: &Scene, drops: Option<DropSummary>) -> Result<Plan, PlanError> {
-    plan_looking(scene, drops, |_| Ok(None))
+    plan_looking(scene, drops, |_| Ok(DropsSeen::default()))
 }
 
-/// As [`plan`]; `look` is asked, with what bounds foretell, what light of further orders changes where somebody
-/// measured that.
+/// As [`plan`]; `look` is asked, with what bounds foretell, what somebody measured of the drops.
 ///
 /// # Errors
 /// As [`plan`], and what `look` reports.
 pub fn plan_looking<E: From<PlanError>>(
     scene: &Scene,
     drops: Option<DropSummary>,
-    look: impl FnOnce(&Foretold) -> Result<Option<Bound>, E>,
+    look: impl FnOnce(&Foretold) -> Result<DropsSeen, E>,
 ) -> Result<Plan, E> {
-    let situation = Situation::new(scene, drops)?;
-    Known::of(scene, &situation, |known| {
+    let mut situation = Situation::new(scene, drops)?;
+    let own = situation.levels.table_relative_error;
+    let asks_for_less = |seen: &DropsSeen| {
+        let errors = scene.table_errors(seen.bright_drops?);
+        errors.filter(|it| it.table > own)
+    };
+    let (seen, plan) = Known::of(scene, &situation, |known| {
         let decisions = known.decisions(None);
-        let further_orders = look(&Foretold {
+        let seen = look(&Foretold {
             on: &decisions.on,
             further_orders: decisions
                 .bound(Effect::MultipleScattering)
@@ -110,9 +114,30 @@ pub fn plan_looking<E: From<PlanError>>(
             levels: situation.levels,
             display_white_cd_m2: situation.display_white_cd_m2,
         })?;
+        if asks_for_less(&seen).is_some() {
+            return Ok::<_, E>((seen, None));
+        }
+        let further_orders = seen.further_orders;
         let decisions = further_orders.map_or(decisions, |it| known.decisions(Some(it)));
-        Ok(known.plan(decisions)?)
-    })?
+        Ok((seen, Some(known.plan(decisions)?)))
+    })??;
+    if let Some(plan) = plan {
+        return Ok(plan);
+    }
+    situation.settle_levels(scene, seen.bright_drops);
+    let plan = Known::of(scene, &situation, |known| {
+        known.plan(known.decisions(seen.further_orders))
+    });
+    Ok(plan??)
+}
+
+/// What small pictures show of the drops of a scene, where somebody made them.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct DropsSeen {
+    /// What light of further orders changes, where bounds leave that open.
+    pub further_orders: Option<Bound>,
+    /// Luminance of which errors of the scattering table are parts, RMS over the picture over display white.
+    pub bright_drops: Option<f64>,
 }
 
 /// What bounds foretell, before anything is measured.

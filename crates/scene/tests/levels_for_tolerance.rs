@@ -183,3 +183,30 @@ fn light_of_all_orders_is_on_where_it_exceeds_half_of_the_tolerance() {
     mist.effects.set(Effect::MultipleScattering, Switch::Off);
     assert!(!is_on(&mist, 1e-9), "what the scene leaves out stays out");
 }
+
+#[test]
+fn a_table_errs_by_its_part_of_the_tolerance_over_the_light_that_it_is_seen_by() {
+    let part = SHARE_FOR_LEVELS / 6.0_f64.sqrt();
+    let errors = |tolerance, bright| {
+        let mist = asked(scene(MIST), tolerance);
+        mist.table_errors(bright).unwrap()
+    };
+    let of_some = errors(0.001, 0.02);
+    // 0.0051 at most.
+    assert!((of_some.table / (0.02 / 4.0) - 1.0).abs() < 1e-12);
+    assert!((of_some.theory / (part * 0.001 / 0.06) - 1.0).abs() < 1e-12);
+    let error = |tolerance, bright| errors(tolerance, bright).table;
+    let [draft, standard] = [Preset::Draft, Preset::Standard].map(|it| it.levels(1.0));
+    // No coarser than a draft, however little there is of it, and as if nobody had looked where there is much.
+    for bright in [0.0, 1e-300, 1e-3] {
+        assert_eq!(error(0.01, bright), draft.table_relative_error);
+    }
+    for bright in [1.0, 1e3, f64::INFINITY] {
+        assert_eq!(error(0.01, bright), standard.table_relative_error);
+    }
+    let mut named = scene(MIST);
+    named.accuracy.table_relative_error = Some(0.003);
+    let mut preset = scene(MIST);
+    preset.accuracy.preset = Preset::Reference;
+    assert_eq!([named, preset].map(|it| it.table_errors(0.1)), [None; 2]);
+}

@@ -8,6 +8,7 @@
 
 use ndarray::Array2;
 use niji_dropfield::DropVolume;
+use niji_exchange::SpectralImage;
 use niji_render::DropOrders;
 use niji_scene::DropSpacing;
 use niji_scene::Preset;
@@ -17,6 +18,7 @@ use serde::Deserialize;
 use serde::Serialize;
 
 use super::SmallPicture;
+use super::small_scene::OtherNodes;
 use super::small_scene::SmallScene;
 use crate::error::Error;
 
@@ -67,32 +69,26 @@ fn level(scene: &Scene, as_given: f64, n_nodes: u64) -> DropSpacing {
     }
 }
 
-/// The spacing for a scene and what it errs by; `None` where drops have no shape or send no light.
+/// The spacing for a scene and what it errs by, from its picture without further orders and the nodes that are in it.
 ///
 /// # Errors
 /// As those of a picture.
-pub(crate) fn drop_spacing(
+pub(super) fn drop_spacing(
     small: &SmallScene,
     scene: &Scene,
-) -> Result<Option<SpacingSeen>, Error> {
-    let Some(other) = &small.other_nodes else {
-        return Ok(None);
-    };
+    ((own, n_nodes), other): ((&SpectralImage, u64), &OtherNodes),
+) -> Result<SpacingSeen, Error> {
+    let seen =
+        |image: &SpectralImage| niji_exchange::luminance(&image.radiance, &image.wavelengths);
     let luminance = |drops: DropVolume| -> Result<Array2<f64>, Error> {
-        let image = small.picture(drops, DropOrders::SingleScattering)?;
-        Ok(niji_exchange::luminance(
-            &image.radiance,
-            &image.wavelengths,
-        ))
+        Ok(seen(&small.picture(drops, DropOrders::SingleScattering)?))
     };
     let error = |finer: &Array2<f64>, coarser: &Array2<f64>| {
         let over_white = OF_DIFFERENCE / small.display_white_cd_m2;
         let error = (finer - coarser).mapv(|it| over_white * it.abs());
         SmallPicture::new(&small.planned.scene.camera, &error)
     };
-    let drops = small.planned.drops()?;
-    let n_nodes = drops.summary().n_nodes;
-    let own = luminance(drops)?;
+    let own = seen(own);
     let of_own = error(&own, &luminance(other.apart.volume()?)?);
     let as_given = of_own.bound().rms;
     let level = level(scene, as_given, n_nodes);
@@ -100,10 +96,10 @@ pub(crate) fn drop_spacing(
         DropSpacing::AsGiven => of_own,
         DropSpacing::Halved => error(&luminance(other.closer.volume()?)?, &own),
     };
-    Ok(Some(SpacingSeen {
+    Ok(SpacingSeen {
         level,
         error,
         as_given,
         n_nodes,
-    }))
+    })
 }

@@ -3,12 +3,14 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
+use ndarray::Array2;
 use niji_dropfield::DropVolume;
 use niji_exchange::AtmosphereTable;
 use niji_exchange::ScatteringTable;
 use niji_exchange::SpectralImage;
 use niji_render::DropOrders;
 use niji_render::Integration;
+use niji_render::PictureLayer;
 use niji_render::PixelFootprint;
 use niji_scatter::Theory;
 use niji_scene::Accuracy;
@@ -32,7 +34,7 @@ use crate::planned_scene::PlannedScene;
 use crate::watch::Watch;
 
 /// Relative error of its table: only differences and small parts of its light count.
-const TABLE_ERROR: f64 = 0.1;
+pub(super) const TABLE_ERROR: f64 = 0.1;
 
 /// Paths of a quarter of the light in each direction, and directions along a side.
 const ORDERS: DropOrders = DropOrders::MultipleScattering {
@@ -194,5 +196,17 @@ impl<'a> SmallScene<'a> {
         settings.levels.drop_orders = orders;
         let whole = settings.whole()?;
         PictureWork::new(settings, parts, self.watch)?.render(whole, self.watch)
+    }
+
+    /// A channel of a layer of its picture over display white; `None` where the picture lacks it.
+    pub(super) fn over_white(
+        &self,
+        picture: &SpectralImage,
+        (layer, channel): (PictureLayer, &str),
+    ) -> Option<Array2<f64>> {
+        let layer = picture.aovs.iter().find(|it| it.name == layer.name())?;
+        let mut channels = layer.channels.iter();
+        let (_, values) = channels.find(|(name, _)| name == channel)?;
+        Some(values.mapv(|it| f64::from(it) / self.display_white_cd_m2))
     }
 }

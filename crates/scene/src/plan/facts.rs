@@ -19,6 +19,7 @@ use crate::albedo::Albedo;
 use crate::drops::DropSource;
 use crate::effect::Effect;
 use crate::effect_facts::Facts;
+use crate::levels_for_tolerance::TableErrors;
 use crate::scene::Scene;
 
 use super::air_light::AirLight;
@@ -144,7 +145,7 @@ impl Situation {
             })
         });
         Ok(Self {
-            levels: levels(scene, (&drops, &view)),
+            levels: levels(scene, (&drops, &view), None),
             view,
             rise: rise_seen(&blocks),
             camera,
@@ -171,9 +172,9 @@ impl Situation {
         }
     }
 
-    /// Takes the levels that its scene has by what is seen now.
-    pub(super) fn settle_levels(&mut self, scene: &Scene) {
-        self.levels = levels(scene, (&self.drops, &self.view));
+    /// Takes the levels that its scene has by what is seen now, where errors of the table are parts of so much light.
+    pub(super) fn settle_levels(&mut self, scene: &Scene, bright_drops: Option<f64>) {
+        self.levels = levels(scene, (&self.drops, &self.view), bright_drops);
     }
 
     /// The air; `None` is a vacuum.
@@ -329,14 +330,26 @@ impl Situation {
     }
 }
 
-/// The levels of a scene whose drops are seen so.
-fn levels(scene: &Scene, (drops, view): (&DropSummary, &View)) -> Levels {
+/// The levels of a scene whose drops are seen so, where errors of the table are parts of so much light.
+fn levels(
+    scene: &Scene,
+    (drops, view): (&DropSummary, &View),
+    bright_drops: Option<f64>,
+) -> Levels {
     let mut levels = scene.levels(drops.voxel_m);
+    let seen = bright_drops.and_then(|bright| scene.table_errors(bright));
+    let own = levels.table_relative_error;
+    let errors = seen.unwrap_or(TableErrors {
+        table: own,
+        theory: own,
+    });
+    levels.table_relative_error = errors.table;
     if scene.accuracy.sun_path.is_none() {
         // Fine drops in a corner of a large volume ask for more than there is room for.
         levels.sun_path = levels.sun_path.fitting(drops.bounds());
     }
-    let levels = theory_by_size::in_scene(levels, (drops, view, scene.spectrum));
+    let drops_in_light = (drops, view, scene.spectrum);
+    let levels = theory_by_size::in_scene(levels, drops_in_light, errors.theory);
     if scene.accuracy.table_relative_error.is_some() {
         levels
     } else {

@@ -32,13 +32,14 @@ pub struct PlannedFrame {
 }
 
 impl Plan {
-    /// The plan of a sequence, from a frame and others that were planned; `between` are more of its frames, so that
-    /// the scattering table holds their angles.
+    /// The plan of a sequence, from a frame and others that were planned, and the most light in any of them of which
+    /// errors of the table are parts; `between` are more of its frames, so that the scattering table holds their angles.
     ///
     /// # Errors
     /// As [`plan`](super::plan()).
     pub fn of_sequence<'a>(
         (first, others): (&PlannedFrame, &[PlannedFrame]),
+        bright_drops: Option<f64>,
         mut between: impl Iterator<Item = &'a Scene>,
     ) -> Result<Self, PlanError> {
         let frames = || std::iter::once(first).chain(others);
@@ -50,7 +51,7 @@ impl Plan {
         };
         frames().try_for_each(|it| see(&it.scene))?;
         between.try_for_each(see)?;
-        situation.settle_levels(&first.scene);
+        situation.settle_levels(&first.scene, bright_drops);
         let plans: Vec<&Self> = frames().map(|it| &it.plan).collect();
         let on: BTreeSet<_> = plans.iter().flat_map(|it| it.effects_on()).collect();
         let effects = (0..first.plan.effects.len()).map(|effect| of_any(effect, &plans));

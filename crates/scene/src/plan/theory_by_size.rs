@@ -27,15 +27,15 @@ use super::drop_summary::DropSummary;
 /// Diffracted light is seen within it of the sun, degrees.
 const CORONA_DEG: f64 = 15.0;
 
-/// The levels with the theory that the drops in view are made with.
+/// The levels with the theory that the drops in view are made with, to a relative error.
 pub(super) fn in_scene(
     levels: Levels,
     (drops, view, wavelengths): (&DropSummary, &View, WavelengthGrid),
+    tolerance: f64,
 ) -> Levels {
     if levels.theory != Theory::BySize {
         return levels;
     }
-    let tolerance = levels.table_relative_error;
     let sees_rings = view.theta_deg.is_some_and(|(low_deg, high_deg)| {
         let have_glory = drops.laws.smallest_radius_um(tolerance) < GLORY_LARGEST_UM;
         low_deg < CORONA_DEG || have_glory && high_deg.to_radians() > GLORY_START_RAD
