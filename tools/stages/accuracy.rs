@@ -25,7 +25,7 @@ use niji_picture::PlannedScene;
 use niji_picture::SKY;
 
 /// What to do about each cause of error, by its channel.
-const REMEDIES: [(&str, &str); 10] = [
+const REMEDIES: [(&str, &str); 11] = [
     (
         "footprint",
         "edges inside pixels: a larger picture, or --tolerance, which gives them up to 256 rays, but none in a photograph",
@@ -47,6 +47,11 @@ const REMEDIES: [(&str, &str); 10] = [
     (
         "air",
         "the air's light along the rays: more n_nodes of quadrature in accuracy.air_path",
+    ),
+    (
+        "surfaces",
+        "light that lit surfaces send each other, which is not followed: this is an estimate of all of it, which a darker \
+         albedo or a more open place makes less",
     ),
     (
         "angles",

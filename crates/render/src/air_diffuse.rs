@@ -139,7 +139,12 @@ impl<'a> DiffuseAir<'a> {
 
     /// Irradiance on the ground at the end of a ray, by wavelength.
     pub(crate) fn on_ground(&self, ray: &Ray, ground_m: f64) -> Vec<f32> {
-        let cos_sun = self.planet.cos_zenith(ray.at(ground_m), self.sun_direction);
+        self.on_level(ray.at(ground_m))
+    }
+
+    /// Irradiance on level ground at a point, by wavelength.
+    pub(crate) fn on_level(&self, point: DVec3) -> Vec<f32> {
+        let cos_sun = self.planet.cos_zenith(point, self.sun_direction);
         self.light.ground_irradiance(cos_sun)
     }
 

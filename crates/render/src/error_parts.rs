@@ -9,6 +9,7 @@ pub(crate) struct RayErrors {
     pub(crate) shadow: f64,
     pub(crate) orders: f64,
     pub(crate) air: f64,
+    pub(crate) surfaces: f64,
 }
 
 impl RayErrors {
@@ -22,10 +23,11 @@ impl RayErrors {
         self.shadow += of_first_order * ray.shadow;
         self.orders += share * ray.orders;
         self.air += share * ray.air;
+        self.surfaces += share * ray.surfaces;
     }
 
     /// All of them, in the order of the channels of [`crate::PictureLayer::Error`].
-    pub(crate) fn parts(&self) -> [f64; 6] {
+    pub(crate) fn parts(&self) -> [f64; 7] {
         [
             self.quadrature,
             self.angles,
@@ -33,6 +35,7 @@ impl RayErrors {
             self.shadow,
             self.orders,
             self.air,
+            self.surfaces,
         ]
     }
 

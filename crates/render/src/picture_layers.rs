@@ -54,7 +54,7 @@ const LUMINANCE_UNIT: &str = "cd/m^2";
 /// The error of all causes, and each: the quadrature along the ray; linear interpolation between the angles and
 /// between the radii of the scattering table; the optical depth of the drops towards the sun; noise of the light
 /// that drops scatter more than once; the quadrature of the air, of its light and of what it lets
-/// pass; what the rays of a pixel miss of it.
+/// pass; light that lit surfaces send each other; what the rays of a pixel miss of it.
 const ERRORS: &[&str] = &[
     "Y",
     "quadrature",
@@ -63,11 +63,12 @@ const ERRORS: &[&str] = &[
     "shadow",
     "orders",
     "air",
+    "surfaces",
     "footprint",
 ];
 /// Channels of [`ERRORS`].
 pub(crate) const TOTAL: usize = 0;
-pub(crate) const FOOTPRINT: usize = 7;
+pub(crate) const FOOTPRINT: usize = 8;
 /// Number of causes.
 pub(crate) const N_CAUSES: usize = ERRORS.len() - 1;
 

@@ -117,8 +117,8 @@ impl Pixel {
             PictureLayer::Depth => single(mean(self.light_m)),
             PictureLayer::Surface => Channels::of(&[]),
             PictureLayer::Error => {
-                let [a, b, c, d, e, f] = self.errors.parts();
-                let all = [self.errors.together(), a, b, c, d, e, f];
+                let [a, b, c, d, e, f, g] = self.errors.parts();
+                let all = [self.errors.together(), a, b, c, d, e, f, g];
                 Channels::of(&all.map(|error| error as f32))
             }
         }

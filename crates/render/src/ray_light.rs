@@ -364,6 +364,9 @@ impl Frame<'_> {
         {
             *surface = irradiance * through * *light;
         }
+        let unfollowed = self.luminance_weights.iter().zip(&room.unfollowed);
+        let unfollowed: f64 = unfollowed.map(|(y, light)| y * f64::from(*light)).sum();
+        out.errors.surfaces = out.transmittance * unfollowed;
     }
 
     /// The lit place at the end of a sight; `None` where it ends on the ground, or nothing is lit.

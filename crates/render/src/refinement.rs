@@ -212,7 +212,8 @@ impl RayTracer<'_> {
         let errors = tile.errors();
         let parts: [f64; N_CAUSES] =
             std::array::from_fn(|cause| f64::from(errors[[1 + cause, y, x]]));
-        let [quadrature, fixed @ .., footprint] = &parts;
+        // Light between surfaces is no error that rays share a tolerance with: it would ask for many and gain nothing.
+        let [quadrature, fixed @ .., _, footprint] = &parts;
         let of_rays = together(&[*quadrature, *footprint]);
         if of_rays <= allowance(finer.tolerance_cd_m2, together(fixed)) {
             // What errs here is nothing that rays can better.

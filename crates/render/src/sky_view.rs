@@ -41,6 +41,25 @@ pub(crate) fn free_share(normal: DVec3, horizon_rad: impl Fn(DVec3) -> f64) -> f
     if all > 0.0 { free / all } else { 1.0 }
 }
 
+/// Share of what lies below the horizon that surfaces are, weighed by the cosine to a normal; 0 for a level face.
+///
+/// `is_met` tells of a unit vector whether a surface stands there. An estimate by three rays an azimuth.
+pub(crate) fn share_met_below(normal: DVec3, is_met: impl Fn(DVec3) -> bool) -> f64 {
+    let (mut met, mut all) = (0.0, 0.0);
+    for azimuth in 0..N_AZIMUTHS {
+        let (sin, cos) = (TAU * (f64::from(azimuth) + 0.5) / f64::from(N_AZIMUTHS)).sin_cos();
+        for down_rad in [1.0, 3.0, 5.0].map(|sixths| sixths / 6.0 * FRAC_PI_2) {
+            let towards = DVec3::new(sin * down_rad.cos(), -down_rad.sin(), -cos * down_rad.cos());
+            let weight = normal.dot(towards) * down_rad.cos();
+            if weight > 0.0 {
+                all += weight;
+                met += if is_met(towards) { weight } else { 0.0 };
+            }
+        }
+    }
+    if all > 0.0 { met / all } else { 0.0 }
+}
+
 /// Elevation above a horizontal unit vector above which nothing stands, by halving.
 pub(crate) fn horizon_by_halving_rad(along: DVec3, is_blocked: impl Fn(DVec3) -> bool) -> f64 {
     let at = |elevation: f64| elevation.cos() * along + elevation.sin() * DVec3::Y;

@@ -10,7 +10,15 @@
 //! height (`air_diffuse`), `D(n) = A_g/2 (1 - n_y) E_g` what of it the ground sends, `E_g` light on the level ground,
 //! `V` share of the sky that surfaces leave (`sky_view`).
 //!
-//! The sun is a point. Left out: what surfaces send to each other, the light that clouds send down beside their shadow,
+//! What surfaces send to each other is not followed. It is told as error, as if all surfaces that the place sees were of
+//! the brightest albedo `B`, across the sun under an open sky, and saw as much of each other:
+//!
+//! dL = A/pi T_drops T_eye F B E/(1 - B F),   F = (1 - V) (1 + n_y)/2 + W (1 - n_y)/2
+//!
+//! `E` irradiance there, `W` share of what lies below the horizon that surfaces are; what the ground sends in
+//! place of these is part of the light.
+//!
+//! The sun is a point. Left out: the light that clouds send down beside their shadow,
 //! and the shadow of surfaces on air and drops.
 
 use glam::DVec3;
@@ -24,6 +32,7 @@ use crate::lit_drops::depth;
 use crate::request::RenderRequest;
 use crate::sky_view::free_share;
 use crate::sky_view::horizon_by_halving_rad;
+use crate::sky_view::share_met_below;
 use crate::surfaces::Face;
 use crate::surfaces::Sight;
 use crate::surfaces::Surfaces;
@@ -40,6 +49,9 @@ const GROUND_M: f64 = 0.0;
 /// the eye, and whose normal has at least this cosine to its own.
 const NEAR: f64 = 0.02;
 const ALIKE: f64 = 0.999;
+
+/// Least part of light that is taken to leave surfaces which see each other.
+const LEAST_LEAVING: f64 = 1e-3;
 
 /// Shares of the light of the sun and of the sky that reach a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,13 +81,24 @@ impl Spot {
     }
 }
 
+/// What a face sees around it.
+#[derive(Clone, Copy, Debug)]
+struct SkyView {
+    /// Share of the sky that surfaces leave.
+    free: f64,
+    /// Of all that lights it, what surfaces are: their form factor.
+    hidden: f64,
+}
+
 /// Room to work in.
 #[derive(Clone, Debug)]
 pub(crate) struct SurfaceRoom {
     /// What a place sends to the eye for unit sun irradiance, but for drops between [1/sr].
     pub(crate) light: Vec<f32>,
+    /// The same of what surfaces may send to it and is not in its light.
+    pub(crate) unfollowed: Vec<f32>,
     /// The last place of the pixel whose view of the sky was looked at, its distance (m), and what that was.
-    sky: Option<(Face, f64, f64)>,
+    sky: Option<(Face, f64, SkyView)>,
 }
 
 impl SurfaceRoom {
@@ -83,6 +106,7 @@ impl SurfaceRoom {
     pub(crate) fn new(n_wavelengths: usize) -> Self {
         Self {
             light: vec![0.0; n_wavelengths],
+            unfollowed: vec![0.0; n_wavelengths],
             sky: None,
         }
     }
@@ -99,6 +123,8 @@ pub(crate) struct SurfaceLight<'a> {
     /// Albedos over pi by solid and wavelength; none of those that are black.
     // f32: spectra leave in f32.
     reflected: Vec<Vec<f32>>,
+    /// The largest albedo by wavelength.
+    brightest: Vec<f64>,
     sun_direction: DVec3,
     /// Drops that shade.
     bricks: &'a [Bricks],
@@ -119,10 +145,17 @@ impl<'a> SurfaceLight<'a> {
     /// The surfaces and drops of a picture.
     pub(crate) fn new(request: &RenderRequest<'a>) -> Self {
         let albedos = request.surfaces.into_iter().flat_map(Surfaces::albedos);
-        let reflected = albedos.map(|albedo| {
-            let values = albedo.map_or(Vec::new(), |it| it.on(&request.wavelengths));
+        let albedos = albedos.map(|albedo| albedo.map(|it| it.on(&request.wavelengths)));
+        let albedos: Vec<Vec<f64>> = albedos.map(Option::unwrap_or_default).collect();
+        let mut brightest = vec![0.0; request.wavelengths.len()];
+        for albedo in &albedos {
+            for (brightest, value) in brightest.iter_mut().zip(albedo) {
+                *brightest = value.max(*brightest);
+            }
+        }
+        let reflected = albedos.into_iter().map(|values| {
             let over_pi = values
-                .iter()
+                .into_iter()
                 .map(|value| value * std::f64::consts::FRAC_1_PI);
             over_pi.map(|value| value as f32).collect()
         });
@@ -133,6 +166,7 @@ impl<'a> SurfaceLight<'a> {
         Self {
             surfaces: request.surfaces,
             reflected: reflected.collect(),
+            brightest,
             sun_direction: request.sun_direction,
             bricks: if has_shadow { bricks } else { &[] },
             sky: (bounds.filter(|_| has_sky))
@@ -177,9 +211,10 @@ impl<'a> SurfaceLight<'a> {
         (sight, air): (&Sight, Option<&Air>),
         room: &mut SurfaceRoom,
     ) {
-        let SurfaceRoom { light: out, sky } = room;
         let Face { normal, solid, .. } = spot.face;
-        let share = self.sky_share_of_pixel(spot, sight.surface_m, sky);
+        let view = self.sky_view_of_pixel(spot, sight.surface_m, &mut room.sky);
+        self.write_unfollowed((spot, view.hidden), (sight, air), &mut room.unfollowed);
+        let (share, out) = (view.free, &mut room.light);
         let sunlit = {
             let sun = self.sun_through_drops(self.is_shaded(spot), spot.point);
             let cos_sun = normal.dot(self.sun_direction).max(0.0);
@@ -223,6 +258,48 @@ impl<'a> SurfaceLight<'a> {
         self.reflect(solid, out);
     }
 
+    /// Writes what surfaces that are a share of all that lights a place may send to the eye by way of it.
+    fn write_unfollowed(
+        &self,
+        (spot, hidden): (&Spot, f64),
+        (sight, air): (&Sight, Option<&Air>),
+        out: &mut [f32],
+    ) {
+        out.fill(0.0);
+        if hidden <= 0.0 {
+            return;
+        }
+        let sun = self.sun_through_drops(false, spot.point);
+        let sunlit = (sun.straight + sun.scattered * self.sun_direction.y.max(0.0)) as f32;
+        if let Some(air) = air {
+            if let Some(to_sun) = air.to_sun(spot.point) {
+                air.transmit(&to_sun, out);
+            }
+            let skylit = self.sky_through_drops(spot.point) as f32;
+            let of_sky = air.diffuse().map(|diffuse| diffuse.on_level(spot.point));
+            for (index, irradiance) in out.iter_mut().enumerate() {
+                let of_sky = of_sky.as_ref().map_or(0.0, |light| skylit * light[index]);
+                *irradiance = sunlit * *irradiance + of_sky;
+            }
+        } else {
+            out.fill(sunlit);
+        }
+        for (light, brightest) in out.iter_mut().zip(&self.brightest) {
+            let seen = hidden * brightest;
+            *light *= (seen / (1.0 - seen).max(LEAST_LEAVING)) as f32;
+        }
+        if let Some(air) = air {
+            let Ray { origin, direction } = sight.ray;
+            let to_eye = air.to_eye(air.ray(origin, direction), sight.surface_m);
+            let mut transmitted = vec![0.0; out.len()];
+            air.transmit(&to_eye, &mut transmitted);
+            for (light, transmitted) in out.iter_mut().zip(transmitted) {
+                *light *= transmitted;
+            }
+        }
+        self.reflect(spot.face.solid, out);
+    }
+
     fn reflect(&self, solid: usize, light: &mut [f32]) {
         for (light, reflected) in light.iter_mut().zip(&self.reflected[solid]) {
             *light *= reflected;
@@ -249,28 +326,39 @@ impl<'a> SurfaceLight<'a> {
         self.sky.as_ref().map_or(1.0, |sky| sky.at(point))
     }
 
-    /// Share of the sky that surfaces leave to a place, which is that of the place before if that is near and alike.
-    fn sky_share_of_pixel(
+    /// What a place sees around it, which is that of the place before if that is near and alike.
+    fn sky_view_of_pixel(
         &self,
         spot: &Spot,
         surface_m: f64,
-        before: &mut Option<(Face, f64, f64)>,
-    ) -> f64 {
-        let Face {
-            side,
-            normal,
-            solid,
-        } = spot.face;
+        before: &mut Option<(Face, f64, SkyView)>,
+    ) -> SkyView {
+        let Face { normal, solid, .. } = spot.face;
         let seen = before.filter(|(known, distance_m, _)| {
             let is_near = (distance_m - surface_m).abs() <= NEAR * distance_m;
             is_near && known.solid == solid && known.normal.dot(normal) >= ALIKE
         });
-        let share = match seen {
-            Some((_, _, share)) => share,
-            None => self.sky_share((spot.point, side), normal),
+        let view = match seen {
+            Some((_, _, view)) => view,
+            None => self.sky_view(spot),
         };
-        *before = Some((spot.face, surface_m, share));
-        share
+        *before = Some((spot.face, surface_m, view));
+        view
+    }
+
+    /// What a place sees around it.
+    fn sky_view(&self, spot: &Spot) -> SkyView {
+        let Face { side, normal, .. } = spot.face;
+        let place = (spot.point, side);
+        let free = self.sky_share(place, normal);
+        let below = share_met_below(normal, |towards| {
+            side.dot(towards) > 0.0 && self.is_met(place, towards)
+        });
+        let above = 0.5 * (1.0 + normal.y);
+        SkyView {
+            free,
+            hidden: (1.0 - free) * above + below * (1.0 - above),
+        }
     }
 
     /// Share of the sky that surfaces leave to a face at a point with a side.

@@ -429,7 +429,7 @@ static ROWS: [Row; 22] = [
         effect: Effect::LitSurfaces,
         name: "lit_surfaces",
         what: "surfaces with an albedo send light of sun and sky, and they, terrain and drops shade each other and \
-               the ground; what surfaces take of the sky is an estimate, what they send each other is left out",
+               the ground; what surfaces take of the sky is an estimate, what they send each other is told as error",
         formula: "1.2 A E/pi; A the largest albedo",
         source: "Lambert, Photometria, Augsburg (1760); Ramamoorthi and Hanrahan, J. Opt. Soc. Am. A 18, 2448-2459 \
                (2001)",
