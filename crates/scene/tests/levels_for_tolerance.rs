@@ -193,13 +193,15 @@ fn a_table_errs_by_its_part_of_the_tolerance_over_the_light_that_it_is_seen_by()
     };
     let of_some = errors(0.001, 0.02);
     // 0.0051 at most.
-    assert!((of_some.table / (0.02 / 4.0) - 1.0).abs() < 1e-12);
+    assert!((of_some.table / 0.005 - 1.0).abs() < 1e-12);
+    assert!((errors(0.001, 0.021).table / 0.0025 - 1.0).abs() < 1e-12);
     assert!((of_some.theory / (part * 0.001 / 0.06) - 1.0).abs() < 1e-12);
     let error = |tolerance, bright| errors(tolerance, bright).table;
     let [draft, standard] = [Preset::Draft, Preset::Standard].map(|it| it.levels(1.0));
-    // No coarser than a draft, however little there is of it, and as if nobody had looked where there is much.
+    // No coarser, however little there is of it, and as if nobody had looked where there is much.
     for bright in [0.0, 1e-300, 1e-3] {
-        assert_eq!(error(0.01, bright), draft.table_relative_error);
+        assert_eq!(error(0.001, bright), standard.table_relative_error);
+        assert_eq!(errors(0.01, bright).theory, draft.table_relative_error);
     }
     for bright in [1.0, 1e3, f64::INFINITY] {
         assert_eq!(error(0.01, bright), standard.table_relative_error);

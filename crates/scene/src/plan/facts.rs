@@ -172,9 +172,9 @@ impl Situation {
         }
     }
 
-    /// Takes the levels that its scene has by what is seen now, where errors of the table are parts of so much light.
-    pub(super) fn settle_levels(&mut self, scene: &Scene, bright_drops: Option<f64>) {
-        self.levels = levels(scene, (&self.drops, &self.view), bright_drops);
+    /// The levels that its scene has by what is seen now, where errors of the table are parts of so much light.
+    pub(super) fn levels_by(&self, scene: &Scene, bright_drops: Option<f64>) -> Levels {
+        levels(scene, (&self.drops, &self.view), bright_drops)
     }
 
     /// The air; `None` is a vacuum.

@@ -51,7 +51,7 @@ impl Plan {
         };
         frames().try_for_each(|it| see(&it.scene))?;
         between.try_for_each(see)?;
-        situation.settle_levels(&first.scene, bright_drops);
+        situation.levels = situation.levels_by(&first.scene, bright_drops);
         let plans: Vec<&Self> = frames().map(|it| &it.plan).collect();
         let on: BTreeSet<_> = plans.iter().flat_map(|it| it.effects_on()).collect();
         let effects = (0..first.plan.effects.len()).map(|effect| of_any(effect, &plans));
