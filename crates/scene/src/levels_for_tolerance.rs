@@ -3,8 +3,8 @@
 //! a = T/2,   a_table = a_integral = a_orders = a/sqrt(6),   a_rays = a/sqrt(2),   a^2 = sum of their squares
 //! e_table = 0.005 / 2^n <= a_table / (2 B)
 //! `T` tolerance: RMS of luminance over the picture, over display white; `a` the half of it that is
-//! for levels, the other being for effects left out; `B` light of which the table's relative error `e_table` is a part. The parts are those of the renderer's estimate,
-//! which adds up their squares too. Beside them light that the air scatters more than once, which is no light of drops,
+//! for levels, the other being for effects left out; `B` light of which the table's relative error `e_table` is a part.
+//! The parts are those of the renderer's estimate, which adds up their squares too. Beside them light that the air scatters more than once, which is no light of drops,
 //! may be off by a_rays, and so may what lies between the nodes of drops, and between the instants of a shutter.
 //!
 //! The preset `standard` is its tolerance. A level whose setting is an error gets its part: the table's

@@ -1,6 +1,7 @@
 //! Plain images and layers for compositors, and spectra in half floats or left out.
 
 use super::*;
+use niji_exchange::PartContents;
 
 #[test]
 fn rgb_times_white_is_the_luminance_of_the_spectrum() {
@@ -20,10 +21,8 @@ fn rgb_times_white_is_the_luminance_of_the_spectrum() {
     assert!(rgb.iter().all(|value| *value >= 0.0));
 }
 
-#[test]
-fn light_where_nothing_covers_survives_in_the_plain_image() {
-    let mut image = image();
-    image.aovs.retain(|aov| aov.name != "transmittance");
+/// What a file of its layers holds.
+fn parts_of_layers(image: &SpectralImage) -> Vec<PartContents> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("image.layers.exr");
     let mut cursor = Cursor::new(Vec::new());
@@ -31,7 +30,14 @@ fn light_where_nothing_covers_survives_in_the_plain_image() {
         .write_layers(RgbPrimaries::Rec709, &mut cursor)
         .unwrap();
     fs::write(&path, cursor.into_inner()).unwrap();
-    let parts = contents(&path).unwrap();
+    contents(&path).unwrap()
+}
+
+#[test]
+fn light_where_nothing_covers_survives_in_the_plain_image() {
+    let mut image = image();
+    image.aovs.retain(|aov| aov.name != "transmittance");
+    let parts = parts_of_layers(&image);
     let names: Vec<&str> = parts[0].channels.iter().map(|c| c.name.as_str()).collect();
     assert_eq!((parts.len(), names), (1, vec!["A", "B", "G", "R", "Z"]));
     assert_eq!(
@@ -52,14 +58,7 @@ fn light_where_nothing_covers_survives_in_the_plain_image() {
 #[test]
 fn alpha_is_what_the_drops_cover_and_z_the_depth() {
     let image = image();
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("image.layers.exr");
-    let mut cursor = Cursor::new(Vec::new());
-    image
-        .write_layers(RgbPrimaries::Rec709, &mut cursor)
-        .unwrap();
-    fs::write(&path, cursor.into_inner()).unwrap();
-    let channels = &contents(&path).unwrap()[0].channels;
+    let channels = &parts_of_layers(&image)[0].channels;
     assert_eq!((channels[0].min, channels[0].max), (0.75, 0.75));
     let deepest = image.aovs[2].channels[0]
         .1

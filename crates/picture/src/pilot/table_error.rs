@@ -11,6 +11,7 @@ use ndarray::Array2;
 use niji_exchange::SpectralImage;
 use niji_render::PictureLayer;
 
+use super::SmallPicture;
 use super::small_scene::SmallScene;
 use super::small_scene::TABLE_ERROR;
 
@@ -21,10 +22,10 @@ pub(super) fn bright_drops(small: &SmallScene, picture: &SpectralImage) -> Optio
     let bows = [PictureLayer::BowPrimary, PictureLayer::BowSecondary];
     let light = bows.into_iter().filter_map(|bow| seen(bow, "Y"));
     let light = light.reduce(|one, other| one + other)?;
-    Some((mean_square(&of_angles) + mean_square(&light)).sqrt())
-}
-
-fn mean_square(values: &Array2<f64>) -> f64 {
-    let squares: f64 = values.iter().map(|it| it * it).sum();
-    squares / values.len().max(1) as f64
+    let rms = |values: &Array2<f64>| {
+        SmallPicture::new(&small.planned.scene.camera, values)
+            .bound()
+            .rms
+    };
+    Some(rms(&of_angles).hypot(rms(&light)))
 }
