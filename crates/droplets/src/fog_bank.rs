@@ -172,10 +172,13 @@ impl FogBank {
         Ok(DropVolume { modes: vec![mode] })
     }
 
-    /// Smallest and largest effective radius (um); an adiabatic bank begins with none.
+    /// Smallest and largest effective radius (um), at the lowest nodes and at the top: at its foot an adiabatic bank
+    /// has none.
     pub fn effective_radius_range_um(&self) -> (f64, f64) {
-        let (foot, top) = (self.at(0.0).1, self.at(1.0).1);
-        (foot.min(top), foot.max(top))
+        let height_m = self.box_max_m[1] - self.box_min_m[1];
+        let lowest = 0.5 * self.voxel_m / height_m;
+        let (lowest, top) = (self.at(lowest).1, self.at(1.0).1);
+        (lowest.min(top), lowest.max(top))
     }
 
     /// Smallest and largest effective variance at the nodes.
@@ -299,6 +302,8 @@ mod tests {
         // Nodes at t = 1/128 and 127/128.
         let growth = high.effective_radius_m / low.effective_radius_m;
         assert!((growth / 127.0_f32.cbrt() - 1.0).abs() < 1e-5);
+        let least_um = bank(FogProfile::Adiabatic).effective_radius_range_um().0;
+        assert!((f64::from(low.effective_radius_m) * 1e6 / least_um - 1.0).abs() < 1e-6);
     }
 
     fn published(preset: CloudPreset) -> FogBank {

@@ -281,7 +281,7 @@ mod tests {
             let roundoff = 1.0 + 1e-6;
             assert!(found.max_extinction_m1_q1 <= shape.max_extinction_m1_q1() * roundoff);
             let (low, high) = shape.effective_radius_range_um();
-            assert!(found.effective_radius_um.0 * roundoff >= low);
+            assert!(found.effective_radius_um.0 * roundoff >= low && low > 0.0);
             assert!(found.effective_radius_um.1 <= high * roundoff);
             let (low, high) = shape.effective_variance_range();
             assert!(found.effective_variance.0 * roundoff >= low);
