@@ -8,8 +8,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use niji_exchange::Aov;
-use niji_exchange::SpectralImage;
+use niji_exchange::LayerRms;
 use niji_render::PictureLayer;
 use niji_render::STANDARD_ERRORS;
 use niji_scene::Goal;
@@ -28,7 +27,8 @@ use niji_picture::SKY;
 const REMEDIES: [(&str, &str); 11] = [
     (
         "footprint",
-        "edges inside pixels: a larger picture, or --tolerance, which gives them up to 256 rays, but none in a photograph",
+        "edges inside pixels: a larger picture, or up to 256 rays a pixel, by --tolerance without --accuracy and \
+         accuracy.pixel_footprint, but none in a photograph",
     ),
     (
         ORDERS,
@@ -184,18 +184,16 @@ const LEAST_PERCENT: f64 = 1e-4;
 /// # Errors
 /// A file that cannot be read.
 pub(crate) fn reached(planned: &PlannedScene, image: &Path) -> Result<Option<Reached>, Failure> {
-    let layers = [PictureLayer::Error, PictureLayer::BowMultiple].map(PictureLayer::name);
-    let aovs =
-        SpectralImage::read_aovs(image, &layers).map_err(|e| Failure::bad_input(image, e))?;
-    Ok(reached_by(&planned.plan_as_shown(), &aovs))
+    let layers = LayerRms::read(image).map_err(|e| Failure::bad_input(image, e))?;
+    Ok(reached_by(&planned.plan_as_shown(), &layers))
 }
 
-/// How accurate a picture is; `None` if it holds no estimate.
-pub(crate) fn reached_by(plan: &Plan, aovs: &[Aov]) -> Option<Reached> {
-    let layer = |layer: PictureLayer| aovs.iter().find(|aov| aov.name == layer.name());
+/// How accurate a picture is by its layers; `None` if it holds no estimate.
+pub(crate) fn reached_by(plan: &Plan, layers: &[LayerRms]) -> Option<Reached> {
+    let layer = |layer: PictureLayer| layers.iter().find(|it| it.name == layer.name());
     let error = layer(PictureLayer::Error)?;
     let part = |channel| {
-        let told = rms(error, channel) / plan.display_white_cd_m2;
+        let told = error.of_channel(channel) / plan.display_white_cd_m2;
         // Of noise a picture tells what few pixels exceed, which is more than what is expected of all.
         if channel == ORDERS {
             told / STANDARD_ERRORS
@@ -208,7 +206,7 @@ pub(crate) fn reached_by(plan: &Plan, aovs: &[Aov]) -> Option<Reached> {
     let left_out = part(LEFT_OUT);
     let multiple = layer(PictureLayer::BowMultiple);
     Some(Reached {
-        further_orders: multiple.map_or(0.0, |aov| rms(aov, "Y")) / plan.display_white_cd_m2,
+        further_orders: multiple.map_or(0.0, |it| it.of_channel("Y")) / plan.display_white_cd_m2,
         tolerance: plan.tolerance,
         error: estimated + left_out,
         estimated,
@@ -226,6 +224,8 @@ pub(crate) struct Cheaper {
     seconds: f64,
     /// What the picture would err by, over display white.
     error: f64,
+    /// What its own estimate would be, which few pixels exceed.
+    told: f64,
 }
 
 impl Cheaper {
@@ -235,11 +235,15 @@ impl Cheaper {
             change,
             seconds,
             error,
+            told,
         } = self;
-        format!(
-            "cheaper: {change}: {seconds:.1} s less, error {}",
-            of_white(*error)
-        )
+        let [error, told] = [*error, *told].map(of_white);
+        let estimate = if told == error {
+            String::new()
+        } else {
+            format!(", which its estimate puts at {told}")
+        };
+        format!("cheaper: {change}: {seconds:.1} s less, error {error}{estimate}")
     }
 }
 
@@ -247,22 +251,28 @@ impl Cheaper {
 /// further orders. Nothing where the picture was there already or was made in parts.
 ///
 /// e_rays = sqrt(e^2 + <d^2>),   e_orders = e + rms of their light
-/// `e` error of the picture; `d` what more than one ray each changed its pixels by.
+/// `e` error of the picture; `d` what more than one ray each changed its pixels by. The estimate of the picture
+/// without them has what they took away of it in place of d^2.
 pub(crate) fn cheaper(planned: &PlannedScene, done: &[Done], reached: &Reached) -> Vec<Cheaper> {
     let Some(spent) = done.iter().find_map(|it| it.spent) else {
         return Vec::new();
     };
     let white = planned.plan_as_shown().display_white_cd_m2;
-    let change = spent.mean_square_change / (white * white);
+    let with = |squares: f64| {
+        let estimated = reached.estimated.powi(2) + squares / (white * white);
+        estimated.max(0.0).sqrt() + reached.left_out
+    };
     let of_rays = Cheaper {
         change: "accuracy.pixel_footprint = \"prefiltered\"",
         seconds: spent.more_rays_s,
-        error: (reached.estimated.powi(2) + change).sqrt() + reached.left_out,
+        error: with(spent.more_rays.change),
+        told: with(spent.more_rays.error),
     };
     let of_orders = Cheaper {
         change: "effects.multiple_scattering = \"off\"",
         seconds: spent.paths_s + done.iter().map(|it| it.further_orders_s).sum::<f64>(),
         error: reached.error + reached.further_orders,
+        told: reached.error + reached.further_orders,
     };
     let total_s: f64 = done.iter().map(|it| it.seconds).sum();
     let mut found = vec![of_rays, of_orders];
@@ -287,19 +297,8 @@ pub(crate) fn check(planned: &PlannedScene, image: &Path, goal: Goal) -> Result<
     reached.map_or(Ok(()), |reached| reached.verdict())
 }
 
-/// Root of the mean square of a channel; 0 where there is none.
-fn rms(error: &Aov, channel: &str) -> f64 {
-    let of_channel = error.channels.iter().find(|(name, _)| name == channel);
-    of_channel.map_or(0.0, |(_, values)| {
-        let squares: f64 = values.iter().map(|value| f64::from(*value).powi(2)).sum();
-        (squares / values.len().max(1) as f64).sqrt()
-    })
-}
-
 #[cfg(test)]
 mod tests {
-    use ndarray::array;
-
     use super::*;
 
     #[test]
@@ -339,16 +338,5 @@ mod tests {
             missed.starts_with("error 1.004 % of display white, not"),
             "{missed}"
         );
-    }
-
-    #[test]
-    fn the_rms_is_that_of_the_channel() {
-        let error = Aov {
-            name: PictureLayer::Error.name().to_owned(),
-            unit: "cd/m^2".to_owned(),
-            channels: vec![("Y".to_owned(), array![[3.0, 4.0], [0.0, 0.0]])],
-        };
-        assert_eq!(rms(&error, "Y"), 2.5);
-        assert_eq!(rms(&error, "sizes"), 0.0);
     }
 }

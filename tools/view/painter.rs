@@ -7,6 +7,7 @@ use std::path::Path;
 use std::time::Duration;
 use std::time::Instant;
 
+use niji_exchange::LayerRms;
 use niji_picture::Error;
 use niji_picture::KeptParts;
 use niji_picture::Look;
@@ -139,7 +140,8 @@ impl<'a> Painter<'a> {
         let (image, drops) = work.render_with_drops(whole, &watch)?;
         self.n_pictures += 1;
         let is_finished = matches!(level, Level::Full);
-        let reached = is_finished.then(|| accuracy::reached_by(&planned.plan, &image.aovs));
+        let layers = is_finished.then(|| image.aovs.iter().map(LayerRms::of).collect::<Vec<_>>());
+        let reached = layers.map(|it| accuracy::reached_by(&planned.plan, &it));
         let picture = Picture {
             number: self.n_pictures,
             revision,

@@ -11,6 +11,9 @@ pub enum AttributeValue {
     Number(f64),
 }
 
+/// The standard attribute for how wide a pinhole looks, 2 tan(fov/2), a number of f32; 1 where nothing says it.
+pub const WINDOW_WIDTH: &str = "screenWindowWidth";
+
 /// Attributes by name.
 pub type Attributes = BTreeMap<String, AttributeValue>;
 

@@ -34,6 +34,7 @@ use rayon::prelude::*;
 
 use crate::attributes::AttributeValue;
 use crate::attributes::Attributes;
+use crate::attributes::WINDOW_WIDTH;
 use crate::checksum;
 use crate::error::Error;
 use crate::frame_time;
@@ -55,69 +56,45 @@ const BATCH_BYTES: usize = 32 << 20;
 /// A missing, truncated or damaged file, a header that promises more than the file can hold, a part
 /// that does not fit its checksum, or a value that is not finite.
 pub(crate) fn read_parts(path: &Path) -> Result<Vec<Part<'static>>, Error> {
-    read_parts_where(path, |_| true)
-}
-
-/// The same of parts whose names are wanted; the pixels of others are not unpacked.
-///
-/// # Errors
-/// As for [`read_parts`], of these parts.
-pub(crate) fn read_parts_where(
-    path: &Path,
-    is_wanted: impl Fn(&str) -> bool,
-) -> Result<Vec<Part<'static>>, Error> {
     let (file, file_bytes) = open_file(path)?;
     guarded(Error::Damaged, || {
-        let source = BufReader::with_capacity(1 << 18, file);
-        read_from((source, file_bytes), is_wanted)
+        read_from(BufReader::with_capacity(1 << 18, file), file_bytes)
     })
 }
 
-/// Reads the attributes of the first part, and of pixels no more than tells that none were cut off.
+/// Reads names and attributes of all parts, and of pixels no more than tells that none were cut off.
 ///
 /// # Errors
 /// As for [`read_parts`], as far as headers and the end of each part show it.
-pub(crate) fn read_first_attributes(path: &Path) -> Result<Attributes, Error> {
+pub(crate) fn read_headers(path: &Path) -> Result<Vec<(String, Attributes)>, Error> {
     let (file, file_bytes) = open_file(path)?;
-    guarded(Error::Damaged, || {
-        first_attributes(BufReader::new(file), file_bytes)
-    })
+    guarded(Error::Damaged, || headers(BufReader::new(file), file_bytes))
 }
 
-fn first_attributes(mut source: impl Read + Seek, file_bytes: u64) -> Result<Attributes, Error> {
+fn headers(
+    mut source: impl Read + Seek,
+    file_bytes: u64,
+) -> Result<Vec<(String, Attributes)>, Error> {
     let meta_data = exr::block::read(&mut source, false)?.into_meta_data();
     // The reader looks at most one byte ahead.
     let header_bytes = source.stream_position()?.saturating_sub(1);
     check_sizes(&meta_data, header_bytes, file_bytes)?;
     source.rewind()?;
     check_ends(source)?;
-    Ok(meta_data
-        .headers
-        .first()
-        .map(attributes)
-        .unwrap_or_default())
+    let headers = meta_data.headers.iter();
+    Ok(headers.map(|it| (name(it), attributes(it))).collect())
 }
 
-/// Reads the wanted parts from a source of so many bytes.
-fn read_from(
-    (source, file_bytes): (impl Read + Seek, u64),
-    is_wanted: impl Fn(&str) -> bool,
-) -> Result<Vec<Part<'static>>, Error> {
+/// Reads all parts from a source of so many bytes.
+fn read_from(source: impl Read + Seek, file_bytes: u64) -> Result<Vec<Part<'static>>, Error> {
     let reader = exr::block::read(source, false)?;
     check_sizes(reader.meta_data(), 0, file_bytes)?;
     let meta_data = reader.meta_data().clone();
     let headers = &meta_data.headers;
-    let name = |header: &Header| header.own_attributes.layer_name.as_ref().map(text);
-    let are_wanted: Vec<bool> = (headers.iter())
-        .map(|header| is_wanted(&name(header).unwrap_or_default()))
-        .collect();
-    let wanted = headers.iter().zip(&are_wanted);
-    let wanted: Vec<&Header> = wanted.filter(|it| *it.1).map(|it| it.0).collect();
-    check_memory(&wanted)?;
-    let page = |(header, is_wanted): (_, &bool)| is_wanted.then(|| Page::new(header)).transpose();
-    let pages = headers.iter().zip(&are_wanted).map(page);
+    check_memory(headers)?;
+    let pages = headers.iter().map(Page::new);
     let mut pages = pages.collect::<Result<Vec<_>, _>>()?;
-    let n_per_batch = batch_length(&wanted);
+    let n_per_batch = batch_length(headers);
     let mut chunks = reader.all_chunks(false)?;
     loop {
         let batch = chunks
@@ -129,19 +106,15 @@ fn read_from(
         }
         let blocks: Vec<UncompressedBlock> = batch
             .into_par_iter()
-            .filter(|chunk| are_wanted[chunk.layer_index])
             .map(|chunk| unpack(chunk, &meta_data))
             .collect::<Result<_, _>>()?;
         for block in blocks {
             let layer = block.index.layer;
-            if let Some(page) = &mut pages[layer] {
-                page.insert(&headers[layer], &block)?;
-            }
+            pages[layer].insert(&headers[layer], &block)?;
         }
     }
     let parts = headers.iter().zip(pages);
-    let parts = parts.filter_map(|(header, page)| Some(page?.finish(header)));
-    parts.collect()
+    parts.map(|(header, page)| page.finish(header)).collect()
 }
 
 /// Compares the promises of all headers with the length of the file.
@@ -176,8 +149,8 @@ fn check_sizes(meta_data: &MetaData, header_bytes: u64, file_bytes: u64) -> Resu
 }
 
 /// Refuses more pixels than fit into memory.
-fn check_memory(headers: &[&Header]) -> Result<(), Error> {
-    let n_samples = |header: &&Header| {
+fn check_memory(headers: &[Header]) -> Result<(), Error> {
+    let n_samples = |header: &Header| {
         let n_channels = header.channels.list.len() as u128;
         n_channels * header.layer_size.area() as u128
     };
@@ -219,8 +192,8 @@ fn max_expansion(header: &Header) -> u128 {
     }
 }
 
-fn batch_length(headers: &[&Header]) -> usize {
-    let longest = headers.iter().map(|it| it.max_block_byte_size()).max();
+fn batch_length(headers: &[Header]) -> usize {
+    let longest = headers.iter().map(Header::max_block_byte_size).max();
     (BATCH_BYTES / longest.unwrap_or(BATCH_BYTES).max(1)).clamp(1, 4096)
 }
 
@@ -311,7 +284,7 @@ impl Page {
     fn finish(self, header: &Header) -> Result<Part<'static>, Error> {
         let size = (header.layer_size.height(), header.layer_size.width());
         let own = &header.own_attributes;
-        let name = own.layer_name.as_ref().map(text).unwrap_or_default();
+        let name = name(header);
         let mut channels = Vec::with_capacity(self.channels.len());
         for (description, samples) in header.channels.list.iter().zip(self.channels) {
             let channel = text(&description.name);
@@ -348,6 +321,12 @@ impl Page {
     }
 }
 
+/// The name of a part, empty where it has none.
+fn name(header: &Header) -> String {
+    let name = header.own_attributes.layer_name.as_ref();
+    name.map(text).unwrap_or_default()
+}
+
 /// A window of the format.
 fn region(bounds: IntegerBounds) -> Result<PixelRegion, Error> {
     let too_large = |_| Error::Damaged("found a window of more than 2^32 pixels".to_owned());
@@ -381,7 +360,7 @@ fn decode(sample_type: SampleType, bytes: &[u8], target: &mut [f32]) {
     }
 }
 
-/// The texts and numbers of a header, and when its frame is shown; other kinds belong to other programs.
+/// The texts and numbers of a header, when its frame is shown and how wide it looks; other kinds belong to other programs.
 fn attributes(header: &Header) -> Attributes {
     let mut attributes = Attributes::new();
     if let Some((rate, of)) = header
@@ -395,6 +374,11 @@ fn attributes(header: &Header) -> Attributes {
     if let Some(code) = &header.shared_attributes.time_code {
         let code = AttributeValue::Text(frame_time::time_code_text(code));
         attributes.insert(frame_time::TIME_CODE.to_owned(), code);
+    }
+    let width = header.own_attributes.screen_window_width;
+    if width.to_bits() != 1.0_f32.to_bits() {
+        let width = AttributeValue::Number(f64::from(width));
+        attributes.insert(WINDOW_WIDTH.to_owned(), width);
     }
     for (name, value) in &header.own_attributes.other {
         let value = match value {

@@ -37,6 +37,7 @@ use niji_radiometry::RgbPrimaries;
 use rayon::prelude::*;
 
 use crate::attributes::AttributeValue;
+use crate::attributes::WINDOW_WIDTH;
 use crate::checksum;
 use crate::error::Error;
 use crate::frame_time;
@@ -162,6 +163,10 @@ impl<'a, 'p> Sheet<'a, 'p> {
                 (frame_time::TIME_CODE, _) => continue,
                 (frame_time::FRAMES_PER_SECOND, AttributeValue::Number(rate)) => {
                     attributes.frames_per_second = Some(frame_time::fraction(*rate));
+                    continue;
+                }
+                (WINDOW_WIDTH, AttributeValue::Number(width)) => {
+                    attributes.screen_window_width = *width as f32;
                     continue;
                 }
                 (_, AttributeValue::Text(value)) => ExrValue::Text(text(value)),

@@ -23,6 +23,7 @@ use niji_radiometry::RgbPrimaries;
 use niji_radiometry::kept_saturation;
 use niji_radiometry::xyz_to_linear_rec709;
 
+use crate::attributes::WINDOW_WIDTH;
 use crate::error::Error;
 use crate::exr_write;
 use crate::exr_write::Codec;
@@ -88,9 +89,9 @@ impl SpectralImage {
         let mut part = Part::new(PART, channels);
         part.pack_as_half(&halves);
         part.primaries = primaries;
-        let is_of_time = |name: &str| [FRAMES_PER_SECOND, TIME_CODE].contains(&name);
-        let of_time = self.attributes.iter().filter(|(name, _)| is_of_time(name));
-        (part.attributes).extend(of_time.map(|(name, value)| (name.clone(), value.clone())));
+        let is_standard = |name: &str| [FRAMES_PER_SECOND, TIME_CODE, WINDOW_WIDTH].contains(&name);
+        let standard = (self.attributes.iter()).filter(|(name, _)| is_standard(name));
+        (part.attributes).extend(standard.map(|(name, value)| (name.clone(), value.clone())));
         self.describe(&mut part);
         exr_write::write(&[part], Codec::Piz, writer)
     }

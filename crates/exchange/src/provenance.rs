@@ -107,8 +107,9 @@ impl Provenance {
 /// # Errors
 /// If the file is missing, its header is damaged, or it is shorter than the header promises.
 pub fn read_provenance(path: &Path) -> Result<Option<Provenance>, Error> {
-    let header = exr_read::read_first_attributes(path)?;
-    Ok(Provenance::from_text_items(attributes::texts(&header)))
+    let headers = exr_read::read_headers(path)?;
+    let first = headers.first().map(|(_, it)| attributes::texts(it));
+    Ok(first.and_then(Provenance::from_text_items))
 }
 
 /// SHA-256 of a file's content, in hexadecimal.

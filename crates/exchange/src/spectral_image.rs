@@ -36,6 +36,7 @@ use crate::exr_read;
 use crate::exr_write;
 use crate::exr_write::Codec;
 use crate::image_windows::ImageWindows;
+use crate::layer_rms;
 use crate::layers_file::XYZ;
 use crate::layers_file::rgb_channels;
 use crate::part::Part;
@@ -188,6 +189,9 @@ impl SpectralImage {
             let unit = AttributeValue::Text(aov.unit.clone());
             part.attributes.insert(AOV_UNIT.to_owned(), unit);
             part.windows = Some(self.windows);
+            if aov.is_light() {
+                layer_rms::insert(&mut part);
+            }
             parts.push(part);
         }
         exr_write::write(&parts, Codec::Piz, writer)
@@ -294,15 +298,6 @@ impl SpectralImage {
         };
         image.check_shape()?;
         Ok(image)
-    }
-
-    /// Reads layers by their names and unpacks nothing else of a file; those that it lacks are left out.
-    ///
-    /// # Errors
-    /// A missing, truncated or damaged file, or values that are not finite.
-    pub fn read_aovs(path: &Path, names: &[&str]) -> Result<Vec<Aov>, Error> {
-        let parts = exr_read::read_parts_where(path, |name| names.contains(&name))?;
-        Ok(parts.into_iter().map(aov).collect())
     }
 
     /// Writes a preview of the frame for people: 8-bit sRGB, see [`crate::tone_curve`].

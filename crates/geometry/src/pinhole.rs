@@ -96,6 +96,12 @@ impl PinholeCamera {
         &self.pose
     }
 
+    /// Width of the frame at distance 1 before the eye, 2 tan(fov/2): `screenWindowWidth` of OpenEXR.
+    #[must_use]
+    pub fn window_width(&self) -> f64 {
+        2.0 * self.half_width
+    }
+
     /// Width of the picture in pixels.
     #[must_use]
     pub fn width_px(&self) -> u32 {

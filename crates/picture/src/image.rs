@@ -9,6 +9,7 @@ use niji_exchange::ImageWindows;
 use niji_exchange::Provenance;
 use niji_exchange::Spectra;
 use niji_exchange::SpectralImage;
+use niji_exchange::WINDOW_WIDTH;
 use niji_geometry::Camera;
 use niji_geometry::FisheyeMapping;
 use niji_geometry::PixelRegion;
@@ -47,15 +48,19 @@ pub(crate) fn of_rendered(
     }
 }
 
-/// What a reader of a picture needs to know of its projection beside `worldToCamera`; nothing for a
-/// pinhole, which every reader takes for granted.
+/// What a reader of a picture needs to know of its projection beside `worldToCamera`; of a pinhole, which every reader
+/// takes for granted, how wide it looks.
 fn projection_attributes(camera: &Camera) -> Attributes {
     let named = |name: &str| {
         let projection = AttributeValue::Text(name.to_owned());
         ("niji:projection".to_owned(), projection)
     };
     match camera {
-        Camera::Pinhole(_) => Attributes::new(),
+        Camera::Pinhole(pinhole) => {
+            // f32 is what the attribute holds.
+            let width = AttributeValue::Number(f64::from(pinhole.window_width() as f32));
+            Attributes::from([(WINDOW_WIDTH.to_owned(), width)])
+        }
         Camera::Fisheye(fisheye) => {
             let name = match fisheye.mapping() {
                 FisheyeMapping::Equidistant => Projection::FisheyeEquidistant.name(),

@@ -32,6 +32,7 @@ use niji_scene::Stage;
 use niji_scene::Sun;
 use niji_scene::WaterSurface;
 use niji_scene::most_error_of_orders;
+use niji_scene::most_error_of_rays;
 use niji_scene::tolerance_for_rays;
 use serde::Serialize;
 
@@ -125,7 +126,6 @@ impl PictureSettings {
     pub fn of(planned: &PlannedScene) -> Self {
         let (scene, plan) = (&planned.scene, &planned.plan);
         let accuracy = &scene.accuracy;
-        let tolerance = tolerance_for_rays(plan.tolerance);
         let is_of_photo = scene.photo.is_some();
         let adds_rays = accuracy.pixel_footprint.is_none() && !is_of_photo;
         let mut render_effects = plan.render_effects();
@@ -138,6 +138,11 @@ impl PictureSettings {
         let follows_rounds =
             accuracy.drop_orders.is_none() && plan.is_on(Effect::MultipleScattering);
         let sky = planned.choice.seen.sky.as_ref();
+        let error_of_sky = sky.map_or(0.0, |it| it.error.bound().rms);
+        let shared = |most_error: fn(f64, f64, f64) -> f64| {
+            most_error(plan.tolerance, plan.left_out, error_of_sky)
+        };
+        let of_rays = tolerance_for_rays(plan.tolerance);
         let settings = Self {
             coarser_rays: 1.0,
             camera: scene.camera,
@@ -145,15 +150,16 @@ impl PictureSettings {
             spectrum: scene.spectrum,
             effects: plan.effects_on().map(Effect::name).collect(),
             levels: plan.levels,
-            tolerance: adds_rays.then_some(tolerance),
+            tolerance: adds_rays.then(|| {
+                if follows_rounds {
+                    of_rays
+                } else {
+                    shared(most_error_of_rays)
+                }
+            }),
             is_of_photo,
-            shadow_relative_error: (accuracy.sun_path.is_none())
-                .then_some(tolerance / BRIGHT_DROPS),
-            orders_error: follows_rounds.then_some(most_error_of_orders(
-                plan.tolerance,
-                plan.left_out,
-                sky.map_or(0.0, |it| it.error.bound().rms),
-            )),
+            shadow_relative_error: (accuracy.sun_path.is_none()).then_some(of_rays / BRIGHT_DROPS),
+            orders_error: follows_rounds.then(|| shared(most_error_of_orders)),
             picture: Picture {
                 // Whatever it was decided on with.
                 spectral: planned.shown.spectral,

@@ -46,8 +46,17 @@ pub struct Spent {
     pub paths_s: f64,
     /// Seconds in which pixels got more rays.
     pub more_rays_s: f64,
-    /// Mean over the pixels of the square of what more than one ray each changed [cd²/m⁴].
-    pub mean_square_change: f64,
+    /// What more than one ray for each pixel did, mean over the pixels [cd²/m⁴].
+    pub more_rays: MoreRays,
+}
+
+/// What more than one ray did, by the squares of luminance.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct MoreRays {
+    /// What it changed.
+    pub change: f64,
+    /// What it took away from the estimated error.
+    pub error: f64,
 }
 
 /// What there was time for.

@@ -179,6 +179,7 @@ mod wave_facets;
 pub use deadline::Afforded;
 pub use deadline::Clock;
 pub use deadline::Deadline;
+pub use deadline::MoreRays;
 pub use deadline::Spent;
 pub use drop_orders::STANDARD_ERRORS;
 pub use effects::RenderEffects;

@@ -16,6 +16,7 @@ use rayon::prelude::*;
 use crate::air_error::AirError;
 use crate::deadline::Afforded;
 use crate::deadline::Deadline;
+use crate::deadline::MoreRays;
 use crate::deadline::Spent;
 use crate::error::Error;
 use crate::footprint::REACH_PX;
@@ -71,7 +72,7 @@ pub fn render_in_steps(
     let mut taken = Taken::dark(&tracer, request);
     let (mut traced, mut finished) = (0, 0);
     let mut coarser_rays = request.coarser_rays;
-    let (mut more_rays_s, mut squares) = (0.0, 0.0);
+    let (mut more_rays_s, mut more_rays) = (0.0, MoreRays::default());
     while traced < height {
         let n_rows = if has_end {
             height
@@ -95,7 +96,9 @@ pub fn render_in_steps(
                 coarser_rays = tracer.affordable(picture, &refining, (tolerance_cd_m2, deadline));
             }
             let start_s = (deadline.now_s)();
-            squares += tracer.refine(picture, &refining, coarser_rays * tolerance_cd_m2);
+            let step = tracer.refine(picture, &refining, coarser_rays * tolerance_cd_m2);
+            more_rays.change += step.change / n_pixels as f64;
+            more_rays.error += step.error / n_pixels as f64;
             more_rays_s += (deadline.now_s)() - start_s;
         }
         tracer.frame.check_rows()?;
@@ -109,7 +112,7 @@ pub fn render_in_steps(
         },
         paths_s: multiple.map_or(0.0, |it| it.seconds),
         more_rays_s,
-        mean_square_change: squares / n_pixels as f64,
+        more_rays,
     };
     Ok((taken.picture, spent))
 }

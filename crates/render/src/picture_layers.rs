@@ -68,6 +68,7 @@ const ERRORS: &[&str] = &[
 ];
 /// Channels of [`ERRORS`].
 pub(crate) const TOTAL: usize = 0;
+pub(crate) const QUADRATURE: usize = 1;
 pub(crate) const FOOTPRINT: usize = 8;
 /// Number of causes.
 pub(crate) const N_CAUSES: usize = ERRORS.len() - 1;
@@ -229,6 +230,7 @@ mod tests {
         for (index, (layer, ..)) in TABLE.into_iter().enumerate() {
             assert_eq!(layer as usize, index);
         }
-        assert_eq!((ERRORS[TOTAL], ERRORS[FOOTPRINT]), ("Y", "footprint"));
+        let named = [TOTAL, QUADRATURE, FOOTPRINT].map(|it| ERRORS[it]);
+        assert_eq!(named, ["Y", "quadrature", "footprint"]);
     }
 }

@@ -8,6 +8,7 @@ use std::ops::Range;
 
 use glam::Vec4;
 use ndarray::Array2;
+use ndarray::ArrayView1;
 use ndarray::ArrayViewMut;
 use ndarray::ArrayViewMut3;
 use ndarray::Axis;
@@ -21,6 +22,7 @@ use crate::picture_layers::FOOTPRINT;
 use crate::picture_layers::PictureLayer;
 use crate::picture_layers::PictureLayer::Error;
 use crate::picture_layers::PictureLayer::Surface;
+use crate::picture_layers::QUADRATURE;
 use crate::picture_layers::Rendered;
 use crate::picture_layers::TOTAL;
 use crate::pixel::Pixel;
@@ -38,15 +40,20 @@ pub(crate) struct TileMut<'a> {
     layers: Vec<(PictureLayer, ArrayViewMut3<'a, f32>)>,
 }
 
+/// What rays could better of a pixel, from its errors by cause [cd/m²].
+pub(crate) fn of_rays(causes: ArrayView1<f32>) -> f64 {
+    together(&[QUADRATURE, FOOTPRINT].map(|cause| f64::from(causes[cause])))
+}
+
 impl Rendered {
-    /// What the pixels of some rows err by [cd/m²].
-    pub(crate) fn errors_of(&self, rows: &Range<usize>) -> impl Iterator<Item = f64> {
+    /// What rays could better of the pixels of some rows [cd/m²].
+    pub(crate) fn errors_of_rays(&self, rows: &Range<usize>) -> Vec<f64> {
         let errors = self.layers.iter().filter(|(layer, _)| *layer == Error);
         let of_rows = errors.flat_map(|(_, values)| {
-            let total = values.index_axis(Axis(0), TOTAL);
-            total.slice_move(s![rows.clone(), ..]).into_iter()
+            let of_rows = values.slice(s![.., rows.clone(), ..]);
+            of_rows.map_axis(Axis(0), of_rays)
         });
-        of_rows.map(|error| f64::from(*error))
+        of_rows.collect()
     }
 
     /// Luminance of rows of pixels [cd/m²].

@@ -8,8 +8,9 @@
 //! that is left, at a step it is about as large; agreement by chance is not believed. Where a lattice of
 //! sights finds an edge in the pixel, it is cut there (`footprint_cuts`), and e_1 is half of the step at least that
 //! its neighbors show. Where it finds none and 4 x 4 parts do not suffice there may be one all the same: more parts
-//! are turned against the pixel, so that an edge along a row is met as well as any other. Rays take a finer quadrature. What rays cannot better, the errors of the
-//! table and of the sun's depths, leaves them the rest of the tolerance, a quarter of it at least.
+//! are turned against the pixel, so that an edge along a row is met as well as any other. Rays take a finer quadrature.
+//! The tolerance is theirs alone: errors of a picture add up by their squares, so that a ray betters it by as much
+//! whatever else errs in its pixel, the table, the air, light of further orders.
 //!
 //! Whether a pixel is refined depends on the pixel and its neighbors as they were before any was
 //! refined, so not on tiles or threads.
@@ -23,6 +24,7 @@ use ndarray::Axis;
 use rayon::prelude::*;
 
 use crate::deadline::Deadline;
+use crate::deadline::MoreRays;
 use crate::error_parts::together;
 use crate::footprint::offsets;
 use crate::footprint::turned_offsets;
@@ -35,10 +37,10 @@ use crate::footprint_error::lines_through;
 use crate::levels::Integration;
 use crate::levels::PixelFootprint;
 use crate::march::March;
-use crate::picture_layers::N_CAUSES;
+use crate::picture_layers::FOOTPRINT;
 use crate::picture_layers::Rendered;
-use crate::picture_layers::TOTAL;
 use crate::picture_tiles::TileMut;
+use crate::picture_tiles::of_rays;
 use crate::ray_settings::RaySettings;
 use crate::ray_tracer::RayTracer;
 use crate::ray_tracer::Room;
@@ -56,9 +58,6 @@ const CLOSE: f64 = 1.0 / 16.0;
 
 /// Relative error of the quadrature of rays that are added.
 const FINE: f64 = 1e-6;
-
-/// Part of the tolerance that is left to the rays whatever else errs.
-const LEAST_SHARE: f64 = 0.25;
 
 /// Pixels that get more rays as a trial, about, and the part of the time left that a trial is trusted with: it is
 /// of few pixels, and the picture is written afterwards.
@@ -112,18 +111,28 @@ struct Finer<'a> {
 }
 
 impl RayTracer<'_> {
-    /// Give the pixels of rows whose estimate exceeds a tolerance more rays; the sum of the squares of what that changed
-    /// of their luminance [cd²/m⁴].
+    /// Give the pixels of rows whose estimate exceeds a tolerance more rays; sums over the pixels of what that did
+    /// [cd²/m⁴].
     pub(crate) fn refine(
         &self,
         picture: &mut Rendered,
         refining: &Refining,
         tolerance_cd_m2: f64,
-    ) -> f64 {
-        let before = picture.luminance_of(&refining.rows, &self.xyz_weights);
+    ) -> MoreRays {
+        let rows = &refining.rows;
+        let squares = |values: &mut dyn Iterator<Item = f64>| values.map(|it| it * it).sum::<f64>();
+        let seen = |picture: &Rendered| {
+            let errors = picture.errors_of_rays(rows);
+            let light = picture.luminance_of(rows, &self.xyz_weights);
+            (light, squares(&mut errors.into_iter()))
+        };
+        let (light, error) = seen(picture);
         self.refine_some(picture, refining, (tolerance_cd_m2, Chosen::All));
-        let change = picture.luminance_of(&refining.rows, &self.xyz_weights) - before;
-        change.iter().map(|it| it * it).sum()
+        let (finer_light, finer_error) = seen(picture);
+        MoreRays {
+            change: squares(&mut (finer_light - light).into_iter()),
+            error: error - finer_error,
+        }
     }
 
     /// How many times the tolerance pixels may err by before they get more rays, so that there is time for those; less
@@ -134,7 +143,7 @@ impl RayTracer<'_> {
         refining: &Refining,
         (tolerance_cd_m2, deadline): (f64, Deadline),
     ) -> f64 {
-        let errors: Vec<f64> = picture.errors_of(&refining.rows).collect();
+        let errors = picture.errors_of_rays(&refining.rows);
         let largest = errors.iter().copied().fold(0.0, f64::max);
         let n_halvings = (largest / tolerance_cd_m2).log2().ceil();
         let n_halvings = if n_halvings.is_finite() {
@@ -179,9 +188,9 @@ impl RayTracer<'_> {
             || Room::new(self),
             |room, mut tile| {
                 // A copy: pixels are put on the way.
-                let errors = tile.errors().index_axis(Axis(0), TOTAL).to_owned();
+                let errors = tile.errors().map_axis(Axis(0), of_rays);
                 for ((y, x), error) in errors.indexed_iter() {
-                    if f64::from(*error) > tolerance_cd_m2 && is_chosen() {
+                    if *error > tolerance_cd_m2 && is_chosen() {
                         let (column, row) = tile.in_region((x, y));
                         let lines = lines_through(lights_around, column, row);
                         let finer = Finer {
@@ -205,20 +214,10 @@ impl RayTracer<'_> {
         );
     }
 
-    /// Leaves a pixel with more rays in the room, and returns what it still misses; `None` where no rays better it.
+    /// Leaves a pixel with more rays in the room, and returns what it still misses; `None` where it has most already.
     fn finer_pixel(&self, pixel: &mut PixelOfTile, finer: &Finer, room: &mut Room) -> Option<f64> {
         let (x, y) = (pixel.x, pixel.y);
         let tile = &mut *pixel.tile;
-        let errors = tile.errors();
-        let parts: [f64; N_CAUSES] =
-            std::array::from_fn(|cause| f64::from(errors[[1 + cause, y, x]]));
-        // Light between surfaces is no error that rays share a tolerance with: it would ask for many and gain nothing.
-        let [quadrature, fixed @ .., _, footprint] = &parts;
-        let of_rays = together(&[*quadrature, *footprint]);
-        if of_rays <= allowance(finer.tolerance_cd_m2, together(fixed)) {
-            // What errs here is nothing that rays can better.
-            return None;
-        }
         let place = self.place(tile.in_region((x, y)));
         let meets = |(dx, dy): (f64, f64)| {
             let sight = self.eye.sight(place.0 + dx, place.1 + dy)?;
@@ -227,7 +226,7 @@ impl RayTracer<'_> {
         let strips = Strips::across_edges(&meets);
         let mut missed = match (strips, self.footprint) {
             (Some(_), _) => finer.missed_cd_m2.max(finer.half_step_cd_m2),
-            (None, PixelFootprint::Grid { .. }) => *footprint,
+            (None, PixelFootprint::Grid { .. }) => f64::from(tile.errors()[[FOOTPRINT, y, x]]),
             (None, _) => finer.missed_cd_m2,
         };
         let mut before = tile.luminance((x, y), &self.xyz_weights);
@@ -245,7 +244,7 @@ impl RayTracer<'_> {
                 missed = (luminance - before).abs().max(least_left * missed);
             }
             before = luminance;
-            if missed <= allowance(finer.tolerance_cd_m2, room.pixel.errors.together()) {
+            if together(&[missed, room.pixel.errors.quadrature]) <= finer.tolerance_cd_m2 {
                 break;
             }
         }
@@ -350,10 +349,4 @@ fn rays_to_try(strips: Option<Strips>, level: PixelFootprint) -> impl Iterator<I
         (None, PixelFootprint::Grid { n }) => 2 * n,
     };
     std::iter::successors(Some(first), |n| Some(2 * n)).take_while(|n| *n <= MOST_ALONG)
-}
-
-/// What rays may err, where the rest errs by `fixed`.
-fn allowance(tolerance: f64, fixed: f64) -> f64 {
-    let square = tolerance * tolerance - fixed * fixed;
-    square.max(0.0).sqrt().max(LEAST_SHARE * tolerance)
 }

@@ -228,7 +228,7 @@ fn in_time(request: &RenderRequest, seconds: f64) -> (Rendered, Afforded) {
     };
     let mut next = |_: &Rendered, _| panic!("it is one step");
     let (picture, spent) = render_in_steps(request, (&unwatched, deadline), &mut next).unwrap();
-    assert!(spent.mean_square_change > 0.0 || spent.afforded.coarser_rays > 1.0);
+    assert!(spent.more_rays.change > 0.0 || spent.afforded.coarser_rays > 1.0);
     (picture, spent.afforded)
 }
 

@@ -18,7 +18,7 @@
 //! whose own table errs by no more than `a`.
 //!
 //! Paths of light of further orders go beyond those of the level where its error would else be more than the parts of
-//! all others leave of `T`.
+//! all others leave of `T`. Where none are followed, the rays of a pixel have that too.
 //!
 //! Nothing is foretold: the estimate that the renderer makes with the picture is the judge. What a scene
 //! names stays.
@@ -199,9 +199,22 @@ impl Scene {
 /// RMS error that light of further orders may have where so much is left out and light that the air scatters more than
 /// once errs by so much, all over display white: what leaves their parts to all other errors.
 pub fn most_error_of_orders(tolerance: f64, left_out: f64, error_of_sky: f64) -> f64 {
+    let rest = rest_of_scattered((tolerance, left_out), error_of_sky);
+    rest.max(OF_ORDERS * SHARE_FOR_LEVELS * tolerance)
+}
+
+/// What a pixel may err by before it gets more rays where no light of further orders is followed, over display white:
+/// what those leave it, where that is more than its part.
+pub fn most_error_of_rays(tolerance: f64, left_out: f64, error_of_sky: f64) -> f64 {
+    let rest = rest_of_scattered((tolerance, left_out), error_of_sky);
+    rest.max(tolerance_for_rays(tolerance))
+}
+
+/// What effects left out and the light that the air scatters more than once leave of a tolerance to light of further
+/// orders of drops.
+fn rest_of_scattered((tolerance, left_out): (f64, f64), error_of_sky: f64) -> f64 {
     let both = SCATTERED_OF_REST * (tolerance - left_out);
-    let own = (both * both.abs() - error_of_sky.powi(2)).max(0.0).sqrt();
-    own.max(OF_ORDERS * SHARE_FOR_LEVELS * tolerance)
+    (both * both.abs() - error_of_sky.powi(2)).max(0.0).sqrt()
 }
 
 /// RMS that light which the air scatters more than once may be off by where so much is left out, over display white.

@@ -82,6 +82,7 @@ pub use levels_for_tolerance::LEAST_TOLERANCE;
 pub use levels_for_tolerance::SHARE_FOR_LEVELS;
 pub use levels_for_tolerance::TableErrors;
 pub use levels_for_tolerance::most_error_of_orders;
+pub use levels_for_tolerance::most_error_of_rays;
 pub use levels_for_tolerance::tolerance_for_motion;
 pub use levels_for_tolerance::tolerance_for_rays;
 pub use levels_for_tolerance::tolerance_for_sky;

@@ -18,8 +18,10 @@ use niji_scene::SHARE_FOR_LEVELS;
 use niji_scene::Scene;
 use niji_scene::Switch;
 use niji_scene::most_error_of_orders;
+use niji_scene::most_error_of_rays;
 use niji_scene::tolerance_for_rays;
 use niji_scene::tolerance_for_sky;
+use niji_scene::tolerance_for_spacing;
 use support::planned;
 use support::scene;
 
@@ -97,6 +99,21 @@ fn light_scattered_more_than_once_has_what_effects_leave_of_the_tolerance() {
         assert!((of_orders(left_out, sky) - least).abs() < 1e-12);
     }
     assert!((of_sky(tolerance) - SHARE_FOR_LEVELS * 0.5_f64.sqrt()).abs() < 1e-12);
+}
+
+#[test]
+fn rays_have_what_light_of_further_orders_does_not_take() {
+    let tolerance = 0.01;
+    for (left_out, sky) in [(0.0, 0.0), (0.002, 0.001), (0.0, 0.0048)] {
+        let rays = most_error_of_rays(tolerance, left_out, sky);
+        assert_eq!(rays, most_error_of_orders(tolerance, left_out, sky));
+        let table = errors(&asked(scene(MIST), tolerance).levels(2.0))[0] * BRIGHT_DROPS;
+        let all = [sky, table, tolerance_for_spacing(tolerance)];
+        let all = all.into_iter().fold(rays, f64::hypot);
+        assert!(left_out + all < tolerance, "{left_out} {all}");
+    }
+    let own = tolerance_for_rays(tolerance);
+    assert_eq!(most_error_of_rays(tolerance, tolerance, 0.0), own);
 }
 
 #[test]

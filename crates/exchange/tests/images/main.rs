@@ -19,6 +19,7 @@ use niji_exchange::AttributeValue;
 use niji_exchange::Attributes;
 use niji_exchange::Error;
 use niji_exchange::ImageWindows;
+use niji_exchange::LayerRms;
 use niji_exchange::Provenance;
 use niji_exchange::Spectra;
 use niji_exchange::SpectralImage;
@@ -116,23 +117,38 @@ fn an_image_comes_back_bit_for_bit_with_wavelengths_aovs_and_camera() {
 }
 
 #[test]
-fn layers_are_read_alone_and_damage_elsewhere_is_not_met() {
+fn headers_tell_the_rms_of_light_as_it_was_written() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("image.exr");
-    let mut bytes = spectral_bytes(&image());
-    fs::write(&path, &bytes).unwrap();
-    let names = ["depth", "transmittance", "none of these"];
-    let expected = image().aovs[1..].to_vec();
-    assert_eq!(SpectralImage::read_aovs(&path, &names).unwrap(), expected);
-    // The spectra come first after the headers, the layers last.
-    let middle = bytes.len() / 3;
-    bytes[middle..middle + 64].fill(0x5a);
-    fs::write(&path, &bytes).unwrap();
-    assert!(SpectralImage::read_spectral(&path).is_err());
-    assert_eq!(SpectralImage::read_aovs(&path, &names).unwrap(), expected);
-    let cut = bytes.len() - 10;
-    fs::write(&path, &bytes[..cut]).unwrap();
-    assert!(SpectralImage::read_aovs(&path, &names).is_err());
+    let mut image = image();
+    let unit = "cd/m^2".to_owned();
+    let mut values = Array2::zeros((HEIGHT, WIDTH));
+    values[[0, 0]] = 3.0;
+    values[[HEIGHT - 1, WIDTH - 1]] = -4.0;
+    image.aovs.push(Aov {
+        name: "error".to_owned(),
+        unit,
+        channels: vec![("Y".to_owned(), values), ("sizes".to_owned(), plane(4))],
+    });
+    for spectra in [Spectra::Full, Spectra::Half] {
+        image.spectra = spectra;
+        fs::write(&path, spectral_bytes(&image)).unwrap();
+        let told = LayerRms::read(&path).unwrap();
+        let written = SpectralImage::read_picture(&path).unwrap();
+        let layer = written.aovs.iter().find(|it| it.name == "error").unwrap();
+        assert_eq!(
+            told,
+            [LayerRms::of(layer)],
+            "distances and shares have none"
+        );
+        let rms = told[0].of_channel("Y");
+        let expected = 5.0 / ((HEIGHT * WIDTH) as f64).sqrt();
+        assert!((rms / expected - 1.0).abs() < 1e-12, "{rms}");
+        assert_eq!(told[0].of_channel("air"), 0.0);
+    }
+    let bytes = fs::read(&path).unwrap();
+    fs::write(&path, &bytes[..bytes.len() - 10]).unwrap();
+    assert!(LayerRms::read(&path).is_err());
 }
 
 #[test]
