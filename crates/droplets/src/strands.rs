@@ -9,8 +9,11 @@
 //!
 //! The pattern falls with the water: what left the lip together stays together. Clumps are as tall as wide where
 //! the sheet breaks up and sqrt(h/L) times as tall further down, because water that is ahead is faster. n' is the relief
-//! of the lip, which stands still. Sharpness k is chosen.
+//! of the lip, which stands still. Sharpness k is chosen. Noise on a lattice of cubes shows its axes where it is cut
+//! along them; it is cut along the diagonal plane between them.
 //! [Hor56] Horeni (1956), quoted by Castillo, Carrillo and Blazquez, J. Hydraulic Research 53, 101-118 (2015).
+
+use std::f64::consts::FRAC_1_SQRT_2;
 
 use glam::DVec2;
 use glam::DVec3;
@@ -38,6 +41,11 @@ const SHARPNESS: f64 = 4.0;
 
 /// Strands between two crests of the lip.
 const OF_RELIEF: f64 = 4.0;
+
+/// Directions in the noise of what is across and of what left the lip earlier: both normal to (1, 1, 1).
+const ACROSS: DVec3 = DVec3::new(FRAC_1_SQRT_2, -FRAC_1_SQRT_2, 0.0);
+const EARLIER: DVec3 = DVec3::new(INV_SQRT_6, INV_SQRT_6, -2.0 * INV_SQRT_6);
+const INV_SQRT_6: f64 = 0.408_248_290_463_863;
 
 /// Strands and clumps in the curtain of a waterfall.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -121,9 +129,10 @@ impl FallingStrands {
     /// g of water that left the lip at a time, within -1..1.
     fn noise(&self, across_m: f64, left_s: f64) -> f64 {
         let break_up_m_s = (2.0 * GRAVITY_M_S2 * self.break_up_m).sqrt();
-        let clumps = DVec3::new(across_m, break_up_m_s * left_s, 0.0);
-        let both = self.clumps.sum(clumps) + self.relief.sum(DVec3::X * across_m);
-        squeezed(SHARPNESS * std::f64::consts::FRAC_1_SQRT_2 * both)
+        let across = across_m * ACROSS;
+        let clumps = across + break_up_m_s * left_s * EARLIER;
+        let both = self.clumps.sum(clumps) + self.relief.sum(across);
+        squeezed(SHARPNESS * FRAC_1_SQRT_2 * both)
     }
 }
 
