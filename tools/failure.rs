@@ -56,7 +56,10 @@ impl From<niji_picture::Error> for Failure {
             Error::NoDrops { ref path, .. } => {
                 Self::bad_input(path, text + &how_to_make_drops(&error))
             }
-            Error::Drops(_) | Error::Dark { .. } | Error::NoSun(_) => Self::Impossible(text),
+            Error::Drops(_)
+            | Error::Dark { .. }
+            | Error::NoSun(_)
+            | Error::CameraInTerrain { .. } => Self::Impossible(text),
             Error::Render(niji_render::Error::Memory { .. }) => Self::Failed(format!(
                 "{text} (`niji render --tiles` or `--region`, or more `--memory`)"
             )),

@@ -1,10 +1,12 @@
 //! A picture in the time that there is: which tolerance its tables have, and what was left out for the time.
 
+use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::Instant;
 
 use niji_picture::Afforded;
 use niji_picture::Choice;
+use niji_picture::Error;
 use niji_picture::PlanRequest;
 use niji_picture::PlannedScene;
 use niji_picture::TOLERANCES;
@@ -22,6 +24,9 @@ use crate::stages::Done;
 
 /// Part of the time left that tables may take.
 const FOR_TABLES: f64 = 0.5;
+
+/// Part of the time after which nothing is measured any more.
+const FOR_PLAN: f64 = 0.4;
 
 /// Part of the time within which finer tables are asked about.
 const FOR_SEARCH: f64 = 0.3;
@@ -75,29 +80,48 @@ impl Budget {
         }
         let clock = || self.elapsed_s();
         let allowed_s = || FOR_TABLES * (self.seconds - clock());
+        let in_time = |_: Stage, _: f64| {
+            if clock() < FOR_PLAN * self.seconds {
+                ControlFlow::Continue(())
+            } else {
+                ControlFlow::Break(())
+            }
+        };
+        // With the seconds of its tables; nothing where there was no time to measure what it asks for.
         let tried = |index: usize, other: Option<&PlannedScene>| {
             let request = PlanRequest {
                 measured: other.map(|it| &it.choice),
+                watch: &in_time,
                 ..scene_file::beside(path)
             };
-            let planned = scene_file::planned_for(scene(TOLERANCES[index]), path, request)?;
+            let planned = match PlannedScene::new(scene(TOLERANCES[index]), request) {
+                Err(Error::Stopped) => return Ok(None),
+                planned => planned.map_err(|error| scene_file::unplannable(path, error))?,
+            };
             let tables_s = table_seconds(&planned, &clock)?;
-            Ok::<_, Failure>((planned, tables_s))
+            Ok::<_, Failure>(Some((planned, tables_s)))
         };
-        if self.seconds < SHORT_S {
+        let mut index = FIRST;
+        let first = if self.seconds < SHORT_S {
+            None
+        } else {
+            tried(index, None)?
+        };
+        let Some((mut best, mut tables_s)) = first else {
             // There is no time to ask, and none is coarser.
             let request = PlanRequest {
                 is_hasty: true,
                 ..scene_file::beside(path)
             };
             return scene_file::planned_for(scene(TOLERANCES[0]), path, request);
-        }
-        let mut index = FIRST;
-        let (mut best, mut tables_s) = tried(index, None)?;
+        };
         if tables_s > allowed_s() {
             while index > 0 && tables_s > allowed_s() {
                 index -= 1;
-                (best, tables_s) = tried(index, Some(&best))?;
+                let Some(coarser) = tried(index, Some(&best))? else {
+                    break;
+                };
+                (best, tables_s) = coarser;
             }
             return Ok(best);
         }
@@ -110,12 +134,11 @@ impl Budget {
         {
             index += 1;
             let start_s = clock();
-            let (finer, finer_s) = tried(index, Some(&best))?;
-            if finer_s > allowed_s() {
+            let Some(finer) = tried(index, Some(&best))?.filter(|it| it.1 <= allowed_s()) else {
                 break;
-            }
+            };
             likely_s = LIKELY_TIMES * (clock() - start_s);
-            (best, tables_s) = (finer, finer_s);
+            (best, tables_s) = finer;
         }
         Ok(best)
     }
@@ -152,9 +175,13 @@ impl Budget {
             return format!("{elapsed_s:.1} s of {asked_s} s");
         }
         let longest = done.iter().max_by(|a, b| a.seconds.total_cmp(&b.seconds));
-        let longest = longest.map_or(String::new(), |it| {
-            format!(": {} alone takes {:.1} s", it.stage, it.seconds)
-        });
+        let decided_s = elapsed_s - done.iter().map(|it| it.seconds).sum::<f64>();
+        let longest = match longest {
+            Some(it) if it.seconds >= decided_s => {
+                format!(": {} alone takes {:.1} s", it.stage, it.seconds)
+            }
+            _ => format!(": to decide what there is time for took {decided_s:.1} s"),
+        };
         format!("{elapsed_s:.1} s, more than the {asked_s} s asked for{longest}")
     }
 }

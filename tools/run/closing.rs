@@ -10,6 +10,10 @@ use crate::stages::Done;
 use crate::stages::accuracy::Reached;
 use crate::stages::accuracy::of_white;
 
+/// What is switched off although it is seen: the scene says so, or cannot do without, so that the verdict does not count
+/// it.
+const LEFT_OUT: &str = "left out beside the error told here";
+
 /// The times of stages after an empty line, the effects that are left out, and the verdict.
 pub(super) fn text(
     plan: &Plan,
@@ -35,7 +39,7 @@ pub(super) fn text(
 
 /// The effects that are off although they may be seen, a line for light that drops scatter more than
 /// once and one for all others.
-fn left_out(plan: &Plan) -> Vec<String> {
+pub(super) fn left_out(plan: &Plan) -> Vec<String> {
     let (orders, others): (Vec<_>, Vec<_>) = plan
         .missed()
         .partition(|it| it.effect == Effect::MultipleScattering);
@@ -45,7 +49,7 @@ fn left_out(plan: &Plan) -> Vec<String> {
     let others: Vec<String> = others.collect();
     if !others.is_empty() {
         let others = others.join(", ");
-        lines.push(format!("left out (at most, of display white): {others}"));
+        lines.push(format!("{LEFT_OUT} (at most, of display white): {others}"));
     }
     lines
 }
@@ -59,7 +63,7 @@ fn further_orders(plan: &Plan, decision: &EffectDecision) -> String {
         .map(|it| format!("effects.{} = \"on\"", it.effect))
         .collect();
     format!(
-        "left out: light that drops scatter more than once ({} of display white at most, on average); {} {} it",
+        "{LEFT_OUT}: light that drops scatter more than once (up to about {} of display white, RMS); {} {} it",
         of_white(decision.bound.rms),
         keys.join(", "),
         if keys.len() > 1 { "add" } else { "adds" }

@@ -13,6 +13,7 @@ use crate::output;
 use crate::output::Existing;
 use crate::run::Outcome;
 use crate::run::RunCommand;
+use crate::run::closing;
 use crate::run::files::Files;
 use crate::run::report;
 use crate::run::run_stages_to;
@@ -21,6 +22,7 @@ use crate::run::told;
 use crate::sequence_file::SequenceFile;
 use crate::stages::Done;
 use crate::stages::accuracy;
+use crate::stages::accuracy::Reached;
 use crate::stages::given_table;
 
 /// What was done for a frame.
@@ -30,6 +32,9 @@ pub(super) struct FrameDone {
     pub(super) frame: u32,
     /// Its spectral image, or the folder of its tiles.
     pub(super) image: PathBuf,
+    /// How accurate it is, where it is there as a whole.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) accuracy: Option<Reached>,
     /// What was done, in order.
     pub(super) stages: Vec<Done>,
 }
@@ -71,12 +76,29 @@ pub(super) fn execute(
         verbosity.say(format_args!("{:>11}  {number}", "frame"));
         let outcome = run_stages_to((&planned, None), &files, options);
         let Outcome { done, .. } = outcome.map_err(in_frame)?;
-        if accuracy.is_ok() && files.tiles.is_none() {
-            accuracy = accuracy::check(&planned, &files.image, common.goal()).map_err(in_frame);
+        let reached = if files.tiles.is_none() {
+            accuracy::reached(&planned, &files.image)?
+        } else {
+            None
+        };
+        if let Some(reached) = &reached {
+            let seconds: f64 = done.iter().map(|it| it.seconds).sum();
+            verbosity.say(format_args!(
+                "             {}; {seconds:.1} s",
+                reached.text()
+            ));
+            let asked = common.goal().tolerance;
+            if let Some(cause) = reached.too_much().filter(|_| asked.is_none()) {
+                verbosity.say(format_args!("             most of it from {cause}"));
+            }
+            if accuracy.is_ok() && asked.is_some() {
+                accuracy = reached.verdict().map_err(in_frame);
+            }
         }
         let done = FrameDone {
             frame: number,
             image: files.picture(),
+            accuracy: reached,
             stages: done,
         };
         // After each frame: whoever waits for frames may look.
@@ -90,6 +112,9 @@ pub(super) fn execute(
     }
     if command.tiles.is_none() && common.choice.is_none() {
         report::write_summary(folder)?;
+    }
+    for line in closing::left_out(&choice.plan) {
+        verbosity.say(line);
     }
     finish(&frames, folder, common)?;
     accuracy

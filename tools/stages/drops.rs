@@ -4,6 +4,7 @@
 use std::path::Path;
 
 use niji_dropfield::DropVolume;
+use niji_dropfield::Warning;
 use niji_picture::VolumeSource;
 use niji_vdb::Compression;
 
@@ -45,13 +46,13 @@ pub(crate) fn make(
             _ => Failure::Failed(error.to_string()),
         })?;
         output::write_file(to, |writer| file.write(writer, compression))?;
-        options.verbosity.say(summary(volume));
+        options.verbosity.say(summary(volume, source.is_thrown()));
         Ok(())
     })
 }
 
 /// How much water and how much extinction there is, and what is unnatural.
-fn summary(volume: DropVolume) -> String {
+fn summary(volume: DropVolume, is_thrown: bool) -> String {
     let whole = volume.summary();
     let modes = if volume.modes.len() > 1 {
         volume.modes
@@ -88,7 +89,8 @@ fn summary(volume: DropVolume) -> String {
             2.0 * deepest
         ));
     }
-    let warnings = whole.warnings.iter();
+    let is_meant = |it: &&Warning| is_thrown && matches!(it, Warning::LiquidWater { .. });
+    let warnings = whole.warnings.iter().filter(|it| !is_meant(it));
     lines.extend(warnings.map(|warning| format!("    warning  {warning}")));
     lines.join("\n")
 }

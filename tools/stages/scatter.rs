@@ -143,8 +143,8 @@ fn warn_of_small_drops(need: &ScatteringNeed, verbosity: Verbosity) {
     let is_airy = matches!(need.theory, Theory::Airy | Theory::AiryPublished);
     if is_airy && smallest_um < AIRY_SMALLEST_RADIUS.0 {
         verbosity.warn(format_args!(
-            "drops of {smallest_um} µm: below {} µm Airy's bow is wrong by more than 8 % and \
-             misplaced; use uniform, debye or mie",
+            "the smallest drops have {smallest_um:.1} µm: of those below {} µm Airy's bow is wrong by more than 8 % and \
+             misplaced; accuracy.theory = \"by-size\" is right for all",
             AIRY_SMALLEST_RADIUS.0
         ));
     }

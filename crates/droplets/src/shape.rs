@@ -117,6 +117,11 @@ impl Shape {
         self
     }
 
+    /// Whether its water is thrown or falls as a body, and not held by the air.
+    pub fn is_thrown(&self) -> bool {
+        matches!(self, Self::Fountain(_) | Self::Waterfall(_))
+    }
+
     /// Smallest and largest effective radius (um).
     pub fn effective_radius_range_um(&self) -> (f64, f64) {
         for_each_shape!(self, shape => shape.effective_radius_range_um())

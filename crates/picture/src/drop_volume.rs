@@ -99,6 +99,12 @@ impl VolumeSource {
         Ok(DropSummary::joined(parts.into_iter().flatten()))
     }
 
+    /// Whether some of its water is thrown, of which there may be more than the air holds.
+    pub fn is_thrown(&self) -> bool {
+        let mut parts = self.parts.iter();
+        parts.any(|(_, part)| matches!(part, VolumePart::Shape(shape) if shape.is_thrown()))
+    }
+
     /// The volume itself.
     ///
     /// # Errors

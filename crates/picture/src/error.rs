@@ -78,6 +78,16 @@ pub enum Error {
         /// What the plan warns of, or what light needs.
         reason: String,
     },
+    /// A camera below the land.
+    #[error(
+        "the camera is below the terrain: found camera.position_m[1] = {found_m:.2}, expected more than {ground_m:.2} there"
+    )]
+    CameraInTerrain {
+        /// Height of the camera (m).
+        found_m: f64,
+        /// Height of the land there (m).
+        ground_m: f64,
+    },
     /// A photograph into which no bow can be set.
     #[error(transparent)]
     Photo(#[from] niji_photo::Error),

@@ -185,7 +185,8 @@ fn with_spacing(mut scene: Scene, spacing: DropSpacing) -> Scene {
 pub fn check_files(scene: &Scene, folder: &Path) -> Result<(), Error> {
     for file in scene.files() {
         let path = folder.join(file);
-        fs::metadata(&path).map_err(|error| Error::file(&path, error))?;
+        let missing = |error| Error::file(&path, format!("{error}: the scene names this file"));
+        fs::metadata(&path).map_err(missing)?;
     }
     Ok(())
 }
@@ -196,8 +197,9 @@ impl PlannedScene {
     /// drops' nodes changes. What was chosen before for the same scene, however shown, is taken as it is.
     ///
     /// # Errors
-    /// A drop volume that is missing or wrong, or a scene that cannot be planned; [`Error::Stopped`].
+    /// A file that is missing, a drop volume that is wrong, or a scene that cannot be planned; [`Error::Stopped`].
     pub fn new(scene: Scene, request: PlanRequest) -> Result<Self, Error> {
+        check_files(&scene, request.folder)?;
         let files = drop_hashes(&scene, request)?;
         let key = |scene: &Scene| choice::request((request.version, &files), scene);
         if let Some(before) = request.choice {
@@ -494,10 +496,11 @@ impl PlannedScene {
     /// A file that is missing or damaged; distances that are none.
     pub fn surfaces(&self, photo_depth_m: Option<Array2<f32>>) -> Result<Option<Surfaces>, Error> {
         let files = SurfaceFiles::of_scene(&self.scene, &self.folder);
+        let camera = self.scene.camera;
         match photo_depth_m {
             // A map of the scene has become distances of its photograph.
-            Some(depth_m) => files.beside(Some(Surfaces::new(depth_m)?)),
-            None => files.read(self.scene.camera),
+            Some(depth_m) => files.beside(Some(Surfaces::new(depth_m)?), camera),
+            None => files.read(camera),
         }
     }
 
@@ -583,10 +586,21 @@ impl PlannedScene {
         if !self.plan.is_dark() {
             return Ok(());
         }
-        let warned = self.plan.warnings.first();
+        let effects = self.plan.effects.iter().filter(|it| it.is_left_out);
+        let brightest = effects.max_by(|a, b| a.bound.value.total_cmp(&b.bound.value));
+        let reason = match (brightest, self.plan.warnings.first()) {
+            (Some(brightest), _) if brightest.bound.value > 0.0 => format!(
+                "all of it is too faint to be seen, most of it {0}, {1:.2} % of display white at most: \
+                 effects.{0} = \"on\" shows it, or a larger picture.exposure_ev, or a smaller accuracy.tolerance",
+                brightest.effect,
+                100.0 * brightest.bound.value
+            ),
+            (_, Some(warned)) => warned.clone(),
+            (_, None) => LIGHT_NEEDS.to_owned(),
+        };
         Err(Error::Dark {
             scene: self.scene.name.clone(),
-            reason: warned.map_or(LIGHT_NEEDS, String::as_str).to_owned(),
+            reason,
         })
     }
 }

@@ -48,7 +48,7 @@ pub(crate) struct Allowed {
     pub efficiency: f64,
 }
 
-/// Lights drops; with a tolerance the voxel of a swept volume is made as small as that asks for.
+/// Lights drops; with a tolerance the voxel of a swept volume is made as small as that asks for, and as large as fits.
 ///
 /// # Errors
 /// As [`LitDrops::watched`] for the level itself.
@@ -60,7 +60,14 @@ pub(crate) fn lit(
     let (Some(allowed), SunPath::Volume { mut voxel_m }) = (allowed, sunlight.path) else {
         return sunlight.on(bricks, sunlight.path);
     };
-    let mut best = sunlight.on(bricks.clone(), sunlight.path)?;
+    let mut best = match sunlight.on(bricks.clone(), sunlight.path) {
+        // What was planned for the box of a shape; its nodes reach farther.
+        Err(Error::SunVolumeTooLarge { smallest_m, .. }) => {
+            voxel_m = smallest_m;
+            sunlight.on(bricks.clone(), SunPath::Volume { voxel_m })?
+        }
+        lit => lit?,
+    };
     for _ in 0..MOST_HALVINGS {
         let error = best.shadow_depth_error();
         if allowed.efficiency * error <= SHARE * allowed.relative_error {

@@ -7,6 +7,7 @@ use glam::DVec3;
 use niji_geometry::HeightField;
 use niji_geometry::HeightMap;
 use niji_geometry::MeshBvh;
+use niji_geometry::Ray;
 use niji_geometry::read_mesh;
 use niji_photo::DepthAlong;
 use niji_photo::DepthKind;
@@ -148,21 +149,26 @@ impl SurfaceFiles {
     /// A file that is missing or damaged.
     pub fn read(&self, camera: Camera) -> Result<Option<Surfaces>, Error> {
         let depth = self.depth.as_ref();
-        self.beside(depth.map(|depth| read_depth(depth, camera)).transpose()?)
+        let depth = depth.map(|depth| read_depth(depth, camera)).transpose()?;
+        self.beside(depth, camera)
     }
 
     /// Reads its meshes and terrain beside surfaces whose distances are there; `None` if there are none of all.
     ///
     /// # Errors
-    /// A file that is missing or damaged.
-    pub fn beside(&self, depth: Option<Surfaces>) -> Result<Option<Surfaces>, Error> {
+    /// A file that is missing or damaged; a camera below the terrain.
+    pub fn beside(
+        &self,
+        depth: Option<Surfaces>,
+        camera: Camera,
+    ) -> Result<Option<Surfaces>, Error> {
         let is_any = depth.is_some() || !self.meshes.is_empty() || self.terrain.is_some();
         let mut surfaces = depth.unwrap_or_default();
         for (path, mesh) in &self.meshes {
             surfaces = surfaces.with(read_solid(path, mesh)?);
         }
         if let Some((path, terrain)) = &self.terrain {
-            surfaces = surfaces.with(read_terrain(path, terrain)?);
+            surfaces = surfaces.with(read_terrain((path, terrain), camera)?);
         }
         Ok(is_any.then_some(surfaces))
     }
@@ -189,7 +195,9 @@ fn read_depth(depth: &DepthFile, camera: Camera) -> Result<Surfaces, Error> {
 
 /// Reads a mesh and puts it in its place.
 fn read_solid(path: &Path, placed: &OccluderMesh) -> Result<Solid, Error> {
-    let bad = |error: &dyn std::fmt::Display| Error::file(path, error);
+    let bad = |error: &dyn std::fmt::Display| {
+        Error::file(path, format!("{error} (file of [[occluders.meshes]])"))
+    };
     let mesh = read_mesh(path).map_err(|error| bad(&error))?;
     let to_world = placed.to_world();
     let moved = mesh.moved(|corner| to_world.transform_point3(corner));
@@ -199,9 +207,9 @@ fn read_solid(path: &Path, placed: &OccluderMesh) -> Result<Solid, Error> {
     })
 }
 
-/// Reads heights.
-fn read_terrain(path: &Path, terrain: &Terrain) -> Result<Solid, Error> {
-    let bad = |error: &dyn std::fmt::Display| Error::file(path, error);
+/// Reads heights, above which a camera has to stand.
+fn read_terrain((path, terrain): (&Path, &Terrain), camera: Camera) -> Result<Solid, Error> {
+    let bad = |error: &dyn std::fmt::Display| Error::file(path, format!("{error} (terrain.file)"));
     let mut heights = read_depth_values(path).map_err(|error| bad(&error))?;
     if let Some([low_m, high_m]) = terrain.height_m {
         let metres = |value: f32| low_m + f64::from(value) * (high_m - low_m);
@@ -217,8 +225,19 @@ fn read_terrain(path: &Path, terrain: &Terrain) -> Result<Solid, Error> {
         spacing_m: terrain.spacing_m,
         corner: DVec3::from(terrain.position_m) - 0.5 * size_m,
     });
+    let field = field.map_err(|error| bad(&error))?;
+    let upwards = Ray {
+        origin: DVec3::from(camera.position_m),
+        direction: DVec3::Y,
+    };
+    if let Some(above) = field.nearest(&upwards, 0.0) {
+        return Err(Error::CameraInTerrain {
+            found_m: upwards.origin.y,
+            ground_m: upwards.origin.y + above.distance_m,
+        });
+    }
     Ok(Solid {
-        shape: SolidShape::Heights(field.map_err(|error| bad(&error))?),
+        shape: SolidShape::Heights(field),
         albedo: terrain.albedo.map(Albedo::reflectance),
     })
 }

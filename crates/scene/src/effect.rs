@@ -107,9 +107,9 @@ impl Section {
     /// It in a sentence.
     pub(crate) fn name(self) -> &'static str {
         match self {
-            Self::Air => "an [air]",
-            Self::WaterSurface => "a [water_surface]",
-            Self::Shutter => "a shutter_deg in [sequence], and its frames",
+            Self::Air => "an [air] section",
+            Self::WaterSurface => "a [water_surface] section",
+            Self::Shutter => "a shutter_deg in [sequence]",
         }
     }
 }

@@ -316,12 +316,12 @@ fn effects(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {
             return refused("\"off\"", expected);
         }
         let section = section.filter(|section| !scene.has(*section));
-        let section = section.map(|section| format!("{} section", section.name()));
+        let section = section.map(|section| format!("in a scene without {}", section.name()));
         let mut needs = effect.needs().iter();
         let effect_off = needs.find(|needed| scene.effects.of(**needed) == Switch::Off);
-        let lacking = section.or(effect_off.map(Effect::to_string));
+        let lacking = section.or(effect_off.map(|it| format!("while effects.{it} is \"off\"")));
         if let (Switch::On, Some(lacking)) = (switch, lacking) {
-            let expected = format!("\"auto\" or \"off\" in a scene without {lacking}");
+            let expected = format!("\"auto\" or \"off\" {lacking}");
             return refused("\"on\"", &expected);
         }
     }

@@ -187,7 +187,9 @@ impl Plan {
     pub fn is_dark(&self) -> bool {
         let mut lights = self.effects.iter().filter(|decision| {
             let role = decision.effect.row().role;
-            decision.on && [Role::Order, Role::AirLight].contains(&role)
+            let is_light = [Role::Order, Role::AirLight].contains(&role)
+                || [Effect::LitSurfaces, Effect::SeenWater].contains(&decision.effect);
+            decision.on && is_light
         });
         // A bound of 0 is exactly 0.
         lights.all(|decision| decision.bound.value <= 0.0)

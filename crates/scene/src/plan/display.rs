@@ -73,7 +73,7 @@ impl Plan {
         };
         writeln!(
             out,
-            "drops {} to {} away, scattering angles {low:.1} to {high:.1} degrees, optical depth up \
+            "drops within {} to {} of the camera, scattering angles {low:.1} to {high:.1} degrees, optical depth up \
              to {} in view and {} towards the sun",
             length(near_m),
             length(far_m),

@@ -58,8 +58,9 @@ fn of_sun(scene: &Scene) -> Option<String> {
     let may_be_radians = elevation_deg > 0.0 && elevation_deg <= HIGHEST_OF_BOWS_RAD;
     may_be_radians.then(|| {
         format!(
-            "the sun stands on the horizon: found sun.elevation_deg = {}; are {:.1} degrees meant, which \
+            "the {} stands on the horizon: found sun.elevation_deg = {}; are {:.1} degrees meant, which \
              are as much in radians?",
+            scene.sun.body.name(),
             brief(elevation_deg),
             elevation_deg.to_degrees()
         )

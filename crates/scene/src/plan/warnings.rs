@@ -2,6 +2,8 @@
 
 use std::collections::BTreeSet;
 
+use glam::DVec3;
+
 use crate::drops::Population;
 use crate::effect::Effect;
 use crate::effect::Role;
@@ -58,6 +60,14 @@ fn of_thin_drops(scene: &Scene) -> Vec<String> {
     populations.filter_map(warning).collect()
 }
 
+/// Whether a direction falls on a pixel.
+fn is_in_frame(situation: &Situation, direction: DVec3) -> bool {
+    let camera = &situation.camera;
+    let inside = |at: f64, n_px: u32| (0.0..=f64::from(n_px)).contains(&at);
+    let place = camera.project(direction);
+    place.is_some_and(|(x, y)| inside(x, camera.width_px()) && inside(y, camera.height_px()))
+}
+
 /// What of the bows is seen.
 fn of_view(scene: &Scene, situation: &Situation) -> Vec<String> {
     let mut warnings = Vec::new();
@@ -77,7 +87,12 @@ fn of_view(scene: &Scene, situation: &Situation) -> Vec<String> {
         ));
     }
     if scene.sun.elevation_deg < 0.0 {
-        warnings.push("the sun is below the horizon".to_string());
+        warnings.push("the sun is below the horizon: sun.elevation_deg is below 0".to_string());
+    } else if scene.photo.is_none() && is_in_frame(situation, scene.sun.direction()) {
+        warnings.push(
+            "the sun stands in the frame: its disc is not drawn, only what air, drops, water and surfaces send of it"
+                .to_string(),
+        );
     }
     warnings
 }
