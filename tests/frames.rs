@@ -103,6 +103,16 @@ fn tables_are_made_once_and_frames_that_are_there_are_kept() {
         names(&out, "image.0002."),
         BTreeSet::from(["exr", "png", "layers.exr"].map(|end| format!("image.0002.{end}")))
     );
+    // Each is told how accurate it is.
+    for frame in first["frames"].as_array().unwrap() {
+        assert!(
+            frame["accuracy"]["error"].as_f64().unwrap() > 0.0,
+            "{frame}"
+        );
+    }
+    let said = niji(&["run", text(&scene), "-o", text(&out), "--frames", "1-3"]);
+    let said = String::from_utf8_lossy(&said.stderr).into_owned();
+    assert_eq!(said.matches("of display white").count(), 3, "{said}");
     // A second run keeps all, one of more frames makes only those.
     let again = report(&scene, &out, &["--frames", "1-3:2,5"]);
     assert_eq!(made(&again), [(1, vec![]), (3, vec![]), (5, render())]);

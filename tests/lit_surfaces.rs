@@ -67,12 +67,16 @@ const ALBEDO: f64 = 0.25;
 const FLOOR: &str =
     "v -9000 0 -9000\nv 9000 0 -9000\nv 9000 0 9000\nv -9000 0 9000\nf 1 2 3\nf 1 3 4\n";
 
-fn planned(text: &str, folder: &Path) -> PlannedScene {
+fn plan(text: &str, folder: &Path) -> Result<PlannedScene, niji_picture::Error> {
     let request = PlanRequest {
         folder,
         ..PlanRequest::default()
     };
-    PlannedScene::new(Scene::from_toml(text).unwrap(), request).unwrap()
+    PlannedScene::new(Scene::from_toml(text).unwrap(), request)
+}
+
+fn planned(text: &str, folder: &Path) -> PlannedScene {
+    plan(text, folder).unwrap()
 }
 
 /// Radiance of a scene, and its air.
@@ -266,15 +270,51 @@ fn terrain_that_is_none_is_refused_with_its_name() {
     ] {
         let keys =
             format!("{SCENE}[terrain]\nfile = \"{file}\"\nspacing_m = 9\nheight_m = [0, 90]\n");
-        let message = planned(&keys, folder.path())
-            .surfaces(None)
-            .unwrap_err()
-            .to_string();
+        let surfaces = plan(&keys, folder.path()).and_then(|it| it.surfaces(None));
+        let message = surfaces.unwrap_err().to_string();
         assert!(message.contains(word), "{message}");
         let scene = place("scene.toml");
         fs::write(&scene, keys).unwrap();
         niji_ends_with(3, &["run", text(&scene), "-o", text(&place("out")), "-q"]);
     }
+}
+
+#[test]
+fn a_camera_below_the_terrain_is_told_how_high_that_is() {
+    let folder = tempfile::tempdir().unwrap();
+    gray_png(&folder.path().join("a.png"), [3, 3], (0..9).map(|_| 13_107));
+    let terrain = "[terrain]\nfile = \"a.png\"\nspacing_m = 9\nheight_m = [0, 90]\n";
+    let scene = folder.path().join("scene.toml");
+    let at = |height_m: &str| {
+        let camera = format!("position_m = [0.0, {height_m}, 0.0]");
+        let text = SCENE.replace("position_m = [0.0, 1.0, 0.0]", &camera);
+        plan(&format!("{text}{terrain}"), folder.path()).and_then(|it| it.surfaces(None))
+    };
+    // 0.2 of 90 m.
+    let message = at("17.9").unwrap_err().to_string();
+    assert!(message.contains("found camera.position_m[1] = 17.90, expected more than 18.00"));
+    assert!(at("18.1").is_ok());
+    fs::write(&scene, format!("{SCENE}{terrain}")).unwrap();
+    let out = folder.path().join("out");
+    niji_ends_with(4, &["run", text(&scene), "-o", text(&out), "-q"]);
+}
+
+#[test]
+fn a_lit_wall_without_drops_or_air_is_a_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("floor.obj"), FLOOR).unwrap();
+    let vacuum = SCENE.replace("[air]\nconstituents = [\"rayleigh\"]\n", "");
+    let mesh = "[[occluders.meshes]]\nfile = \"floor.obj\"\nalbedo = 0.5\n";
+    let lit = planned(&format!("{vacuum}{mesh}"), folder.path());
+    lit.check_light().unwrap();
+    let image = lit.picture(&unwatched).unwrap();
+    assert!(image.radiance.iter().all(|it| *it > 0.0));
+    let dark = planned(&vacuum, folder.path()).check_light();
+    assert!(
+        dark.unwrap_err()
+            .to_string()
+            .contains("no drops are in view")
+    );
 }
 
 #[test]

@@ -150,6 +150,8 @@ fn what_cannot_be_is_refused_with_its_code_and_a_way_out() {
     let open = folder.path().join("open.jpg");
     plate(2, SIZE).through_jpeg(&open);
     assert!(photo(4, &open, &out, &high).contains("expected at most 40.9"));
+    let outside = photo(2, &open, &out, &["--apex", "240,400", "--fov-deg", "60"]);
+    assert!(outside.contains("--apex 240,400 is outside"), "{outside}");
     photo(2, &room, &out, &["--fov-deg", "60"]);
     photo(2, &room, &out, &["--bow", "10,20", "--fov-deg", "60"]);
     photo(2, &room, &out, &[&flags[..], &["--rain", "-1"]].concat());
