@@ -19,6 +19,7 @@ use niji_exchange::read_provenance;
 use niji_geometry::HeightField;
 use niji_geometry::HeightMap;
 use niji_geometry::MeshBvh;
+use niji_geometry::MeshDetail;
 use niji_geometry::Ray;
 use niji_geometry::mesh_buffers;
 use niji_geometry::read_mesh;
@@ -157,7 +158,9 @@ fn heights(path: &Path) -> bool {
 
 fn mesh(path: &Path) -> bool {
     let _ = mesh_buffers(path);
-    read_mesh(path).map(MeshBvh::new).is_ok()
+    let lit = read_mesh(path, MeshDetail::Normals).map(MeshBvh::new);
+    // What is wrong with normals is nothing to a black mesh.
+    read_mesh(path, MeshDetail::Shape).is_ok() | lit.is_ok()
 }
 
 /// A scene survives its canonical JSON.

@@ -240,7 +240,7 @@ pub fn gltf(uri: Option<&str>) -> Vec<u8> {
         r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],
         "nodes":[{{"mesh":0,"scale":[1,2,3],"children":[1,2]}},{{"mesh":0,"translation":[5,0,0]}},
         {{"mesh":0,"rotation":[0,0,0,1]}}],
-        "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}},"indices":1}}]}}],
+        "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0,"NORMAL":0}},"indices":1}}]}}],
         "accessors":[{{"bufferView":0,"componentType":5126,"count":4,"type":"VEC3"}},
         {{"bufferView":1,"byteOffset":0,"componentType":5123,"count":12,"type":"SCALAR"}}],
         "bufferViews":[{{"buffer":0,"byteLength":48,"byteStride":12}},

@@ -15,6 +15,7 @@ use niji_atmosphere::SkyObserver;
 use niji_atmosphere::sun_irradiance_at;
 use niji_exchange::AtmosphereTable;
 use niji_geometry::Aabb;
+use niji_geometry::MeshDetail;
 use niji_geometry::PinholeCamera;
 use niji_geometry::TriangleMesh;
 use niji_geometry::read_mesh;
@@ -135,7 +136,7 @@ fn body(scene: &IceScene, mesh: Option<&Path>) -> Result<Body, Failure> {
         IceShape::Box { size_m } => Body::of_box(box_on(base, DVec3::from(*size_m))),
         IceShape::Mesh { length_m, up, .. } => {
             let path = mesh.ok_or_else(|| Failure::Usage("the scene names no mesh".to_owned()))?;
-            let mesh = read_mesh(path).map_err(|error| failed(&error))?;
+            let mesh = read_mesh(path, MeshDetail::Shape).map_err(|error| failed(&error))?;
             let longest_m = mesh.bounds().size().max_element();
             let scale = length_m.map_or(1.0, |length_m| length_m / longest_m);
             let turn = up.to_y_up();

@@ -100,6 +100,12 @@ pub enum Error {
         /// Its number, from 0.
         index: usize,
     },
+    /// A normal of a mesh with NaN or infinity.
+    #[error("found a normal, of triangle {index} from 0, that is not finite")]
+    NormalNotFinite {
+        /// The number of its triangle, from 0.
+        index: usize,
+    },
     /// A triangle that names a corner which is not there.
     #[error("found a triangle with corner {index}, expected less than {n_vertices}")]
     VertexIndex {

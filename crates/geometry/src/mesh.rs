@@ -5,10 +5,13 @@
 
 use std::collections::HashMap;
 
+use glam::DAffine3;
 use glam::DVec3;
+use glam::Vec3;
 
 use crate::aabb::Aabb;
 use crate::error::Error;
+use crate::mesh_normals::on_its_side;
 
 /// Triangles over shared corners; finite, with indices that exist, and not empty.
 ///
@@ -23,6 +26,17 @@ use crate::error::Error;
 pub struct TriangleMesh {
     vertices: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
+    /// Of as many triangles as there are, or of none.
+    attributes: TriangleAttributes,
+}
+
+/// What is known of triangles beside their corners: each list has as many entries as there are triangles, or fewer,
+/// where nothing is known of the rest.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TriangleAttributes {
+    /// Normals at the corners of a smooth surface of any length; 0 where the triangle is its own surface.
+    // f32: as files have them, and light leaves in f32.
+    pub normals: Vec<[Vec3; 3]>,
 }
 
 impl TriangleMesh {
@@ -36,6 +50,21 @@ impl TriangleMesh {
     /// # Errors
     /// A corner that is not finite, an index without a corner, or nothing left.
     pub fn new(corners: &[DVec3], triangles: &[[u32; 3]]) -> Result<Self, Error> {
+        Self::with_attributes(corners, triangles, TriangleAttributes::default())
+    }
+
+    /// The same of triangles of which more is known.
+    ///
+    /// Normals become unit vectors. Those that cannot be of a surface near their triangle become its own
+    /// (`mesh_normals`).
+    ///
+    /// # Errors
+    /// As [`TriangleMesh::new`], and a normal that is not finite.
+    pub fn with_attributes(
+        corners: &[DVec3],
+        triangles: &[[u32; 3]],
+        mut attributes: TriangleAttributes,
+    ) -> Result<Self, Error> {
         if let Some(index) = corners.iter().position(|corner| !corner.is_finite()) {
             return Err(Error::VertexNotFinite { index });
         }
@@ -44,19 +73,39 @@ impl TriangleMesh {
         if let Some(&index) = missing.into_iter().find(|&&i| i as usize >= n_vertices) {
             return Err(Error::VertexIndex { index, n_vertices });
         }
+        let is_finite = |normals: &[Vec3; 3]| normals.iter().all(|normal| normal.is_finite());
+        if let Some(index) = attributes.normals.iter().position(|it| !is_finite(it)) {
+            return Err(Error::NormalNotFinite { index });
+        }
         let (vertices, renamed) = welded(corners);
-        let triangles: Vec<[u32; 3]> = triangles
+        let triangles = triangles
             .iter()
-            .map(|triangle| triangle.map(|index| renamed[index as usize]))
-            .filter(|[a, b, c]| a != b && b != c && c != a)
+            .map(|triangle| triangle.map(|index| renamed[index as usize]));
+        let has_area: Vec<bool> = triangles
+            .clone()
+            .map(|[a, b, c]| a != b && b != c && c != a)
             .collect();
+        let triangles: Vec<[u32; 3]> = kept(triangles, &has_area).collect();
         if triangles.is_empty() {
             return Err(Error::EmptyMesh);
         }
-        Ok(Self {
+        attributes.keep(&has_area, triangles.len());
+        let mut mesh = Self {
             vertices,
             triangles,
-        })
+            attributes,
+        };
+        mesh.mend_normals();
+        Ok(mesh)
+    }
+
+    /// Leaves no normal that its triangle could not have.
+    fn mend_normals(&mut self) {
+        let mut normals = std::mem::take(&mut self.attributes.normals);
+        for (index, normals) in normals.iter_mut().enumerate() {
+            *normals = on_its_side(*normals, self.corners(index));
+        }
+        self.attributes.normals = normals;
     }
 
     /// The surface of a box.
@@ -87,6 +136,7 @@ impl TriangleMesh {
         Self {
             vertices: (0..8).map(corner).collect(),
             triangles: triangles.collect(),
+            attributes: TriangleAttributes::default(),
         }
     }
 
@@ -100,6 +150,12 @@ impl TriangleMesh {
     #[must_use]
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
+    }
+
+    /// Unit normals of the smooth surface at the corners of a triangle, on its outer side; `None` of a mesh that has none.
+    #[must_use]
+    pub fn normals(&self, triangle_index: usize) -> Option<[Vec3; 3]> {
+        self.attributes.normals.get(triangle_index).copied()
     }
 
     /// The three corners of a triangle.
@@ -148,7 +204,24 @@ impl TriangleMesh {
         0.5 * (b - a).cross(c - a).length()
     }
 
-    /// The mesh with every corner moved by `place`.
+    /// The mesh turned, stretched and moved, with all that is known of its triangles.
+    ///
+    /// Normals go by the inverse transpose, which keeps them across the surface.
+    ///
+    /// # Errors
+    /// As [`TriangleMesh::new`] for the moved corners.
+    pub fn placed(&self, to_world: &DAffine3) -> Result<Self, Error> {
+        let place = |&corner: &DVec3| to_world.transform_point3(corner);
+        let corners: Vec<DVec3> = self.vertices.iter().map(place).collect();
+        let mut attributes = self.attributes.clone();
+        let across = to_world.matrix3.inverse().transpose();
+        for normal in attributes.normals.iter_mut().flatten() {
+            *normal = (across * normal.as_dvec3()).normalize_or_zero().as_vec3();
+        }
+        Self::with_attributes(&corners, &self.triangles, attributes)
+    }
+
+    /// The shape alone with every corner moved by `place`.
     ///
     /// # Errors
     /// As [`TriangleMesh::new`] for the moved corners.
@@ -162,6 +235,10 @@ impl TriangleMesh {
     pub fn turned_inside_out(mut self) -> Self {
         for [_, b, c] in &mut self.triangles {
             std::mem::swap(b, c);
+        }
+        for [a, b, c] in &mut self.attributes.normals {
+            std::mem::swap(b, c);
+            [*a, *b, *c] = [-*a, -*b, -*c];
         }
         self
     }
@@ -182,6 +259,24 @@ impl TriangleMesh {
         let sum: f64 = (0..self.triangles.len()).map(half_angle).sum();
         (sum / std::f64::consts::TAU).round() as i32
     }
+}
+
+impl TriangleAttributes {
+    /// Leaves those of triangles that are kept, `n` of them; nothing where nothing is known.
+    fn keep(&mut self, is_kept: &[bool], n: usize) {
+        if self.normals.iter().flatten().all(|it| *it == Vec3::ZERO) {
+            self.normals = Vec::new();
+        } else {
+            self.normals = kept(self.normals.iter().copied(), is_kept).collect();
+            self.normals.resize(n, [Vec3::ZERO; 3]);
+        }
+    }
+}
+
+/// Those of some things that are kept.
+fn kept<T>(things: impl Iterator<Item = T>, is_kept: &[bool]) -> impl Iterator<Item = T> {
+    let pairs = things.zip(is_kept);
+    pairs.filter_map(|(thing, is_kept)| is_kept.then_some(thing))
 }
 
 /// The smallest box around points; one that contains nothing for no points.
@@ -249,12 +344,36 @@ mod tests {
     }
 
     #[test]
+    fn a_mesh_that_is_placed_or_turned_over_keeps_its_normals_across_its_surface() {
+        let corners = [DVec3::ZERO, DVec3::X, DVec3::Y];
+        let attributes = TriangleAttributes {
+            normals: vec![[Vec3::Z, Vec3::new(0.6, 0.0, 0.8), Vec3::Z]],
+        };
+        let mesh = TriangleMesh::with_attributes(&corners, &[[0, 1, 2]], attributes).unwrap();
+        // A plane across (0.6, 0, 0.8) holds (0.8, 0, -0.6), which becomes (1.6, 0, -0.6).
+        let placed = mesh
+            .placed(&DAffine3::from_scale(DVec3::new(2.0, 1.0, 1.0)))
+            .unwrap();
+        let expected = Vec3::new(0.6, 0.0, 1.6).normalize();
+        assert!((placed.normals(0).unwrap()[1] - expected).length() < 1e-6);
+        let over = placed.turned_inside_out();
+        assert!((over.normals(0).unwrap()[2] + expected).length() < 1e-6);
+    }
+
+    #[test]
     fn impossible_meshes_are_refused() {
         let corners = [DVec3::ZERO, DVec3::X, DVec3::Y];
         let nan = [DVec3::ZERO, DVec3::X, DVec3::new(0.0, f64::NAN, 0.0)];
         assert_eq!(
             TriangleMesh::new(&nan, &[[0, 1, 2]]),
             Err(Error::VertexNotFinite { index: 2 })
+        );
+        let attributes = TriangleAttributes {
+            normals: vec![[Vec3::Z, Vec3::NAN, Vec3::Z]],
+        };
+        assert_eq!(
+            TriangleMesh::with_attributes(&corners, &[[0, 1, 2]], attributes),
+            Err(Error::NormalNotFinite { index: 0 })
         );
         let missing = TriangleMesh::new(&corners, &[[0, 1, 3]]);
         assert!(matches!(missing, Err(Error::VertexIndex { index: 3, .. })));

@@ -9,6 +9,7 @@ use glam::DVec3;
 use crate::aabb::Aabb;
 use crate::mesh::TriangleMesh;
 use crate::mesh::box_around;
+use crate::mesh_normals::between;
 use crate::mesh_triangle::ShearedRay;
 use crate::ray::Ray;
 use crate::slabs::Slabs;
@@ -29,6 +30,8 @@ pub struct MeshHit {
     pub triangle_index: usize,
     /// Unit normal away from the body.
     pub normal: DVec3,
+    /// The same of the smooth surface that the mesh stands for; that of the triangle where it has no normals.
+    pub smooth_normal: DVec3,
     /// Whether the ray meets it from inside.
     pub is_from_inside: bool,
 }
@@ -98,11 +101,19 @@ impl MeshBvh {
     #[must_use]
     pub fn nearest(&self, ray: &Ray, after_m: f64) -> Option<MeshHit> {
         let (distance_m, triangle, is_from_inside) = self.search(ray, after_m, Wanted::Nearest)?;
-        let [a, b, c] = self.mesh.corners(triangle as usize);
+        let triangle_index = triangle as usize;
+        let corners = self.mesh.corners(triangle_index);
+        let [a, b, c] = corners;
+        let normal = (b - a).cross(c - a).normalize_or_zero();
+        let smooth_normal = match self.mesh.normals(triangle_index) {
+            Some(normals) => between(normals, ShearedRay::new(ray)?.weights(corners), normal),
+            None => normal,
+        };
         Some(MeshHit {
             distance_m,
-            triangle_index: triangle as usize,
-            normal: (b - a).cross(c - a).normalize_or_zero(),
+            triangle_index,
+            normal,
+            smooth_normal,
             is_from_inside,
         })
     }

@@ -15,14 +15,31 @@ use niji_radiometry::memory_limit;
 use niji_radiometry::open_file;
 
 use crate::error::Error;
+use crate::mesh::TriangleAttributes;
 use crate::mesh::TriangleMesh;
 use crate::mesh_gltf;
 use crate::mesh_gltf::read_gltf;
 use crate::mesh_obj::read_obj;
 
-/// Memory that a triangle takes until it stands in its tree: three corners before and after equal ones are found,
-/// their names, boxes and nodes.
-const TRIANGLE_BYTES: u128 = 400;
+/// What is read of a mesh; of the rest of its file nothing is believed and nothing refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum MeshDetail {
+    /// Where it is.
+    Shape,
+    /// That, and the normals at its corners where its file has them.
+    Normals,
+}
+
+impl MeshDetail {
+    /// Memory that a triangle takes until it stands in its tree: three corners before and after equal ones are found,
+    /// their names, boxes and nodes; and three normals in the file, of it, of the mesh and of the mesh in its place.
+    fn triangle_bytes(self) -> u128 {
+        match self {
+            Self::Shape => 400,
+            Self::Normals => 400 + 4 * 36,
+        }
+    }
+}
 
 /// Bytes of corners that a byte of a file can become, `v 0 0 0` say.
 const CORNER_EXPANSION: u128 = 4;
@@ -31,21 +48,21 @@ const CORNER_EXPANSION: u128 = 4;
 ///
 /// # Errors
 /// A file that is missing or damaged, a name of another kind, more than fits into memory, or as
-/// [`TriangleMesh::new`].
-pub fn read_mesh(path: &Path) -> Result<TriangleMesh, Error> {
+/// [`TriangleMesh::with_attributes`].
+pub fn read_mesh(path: &Path, detail: MeshDetail) -> Result<TriangleMesh, Error> {
     let format = Format::of(path)?;
     let opened = opened(path)?;
     let (name, soup) = match format {
-        Format::Obj => ("OBJ", read_obj(BufReader::new(opened))),
-        Format::Gltf => ("glTF", read_gltf(opened, path)),
+        Format::Obj => ("OBJ", read_obj(BufReader::new(opened), detail)),
+        Format::Gltf => ("glTF", read_gltf(opened, path, detail)),
         Format::Stl => ("STL", read_stl(opened)),
     };
     let checked = soup.and_then(|soup| {
-        Soup::check_memory(soup.triangles.len() as u128)?;
+        Soup::check_memory(soup.triangles.len() as u128, detail)?;
         Ok(soup)
     });
     let soup = checked.map_err(|message| unreadable(path, name, &message))?;
-    TriangleMesh::new(&soup.corners, &soup.triangles)
+    TriangleMesh::with_attributes(&soup.corners, &soup.triangles, soup.attributes)
 }
 
 /// The other files that hold corners of the mesh in a file: buffers of glTF.
@@ -111,18 +128,37 @@ pub(crate) struct Soup {
     pub(crate) corners: Vec<DVec3>,
     /// Triples of indices of corners.
     pub(crate) triangles: Vec<[u32; 3]>,
+    pub(crate) attributes: TriangleAttributes,
 }
 
 impl Soup {
     /// Refuses more triangles than fit into memory.
-    pub(crate) fn check_memory(n_triangles: u128) -> Result<(), String> {
-        let (needed, limit) = (Bytes(n_triangles * TRIANGLE_BYTES), memory_limit());
+    pub(crate) fn check_memory(n_triangles: u128, detail: MeshDetail) -> Result<(), String> {
+        let needed = Bytes(n_triangles * detail.triangle_bytes());
+        let limit = memory_limit();
         if needed > limit {
             return Err(format!(
                 "found {n_triangles} triangles, which take {needed} of memory, expected at most {limit}"
             ));
         }
         Ok(())
+    }
+
+    /// Adds normals of the triangle that is added next.
+    pub(crate) fn add_normals(&mut self, normals: [Vec3; 3]) {
+        let all = &mut self.attributes.normals;
+        // Triangles before it have none.
+        all.resize(self.triangles.len(), [Vec3::ZERO; 3]);
+        all.push(normals);
+    }
+
+    /// Adds normals of the triangles from one on, by their corners, which are the last that were added.
+    pub(crate) fn add_normals_of(&mut self, first: usize, normals: &[Vec3]) {
+        let n_before = self.corners.len() - normals.len();
+        let of = |triangle: &[u32; 3]| triangle.map(|index| normals[index as usize - n_before]);
+        let all = &mut self.attributes.normals;
+        all.resize(first, [Vec3::ZERO; 3]);
+        all.extend(self.triangles[first..].iter().map(of));
     }
 
     /// Adds a part with corners of its own.
@@ -173,6 +209,10 @@ mod tests {
             fs::write(folder.path().join(name), bytes).unwrap();
         }
         look(&folder.path().join(files[0].0))
+    }
+
+    fn read_shape(path: &Path) -> Result<TriangleMesh, Error> {
+        read_mesh(path, MeshDetail::Shape)
     }
 
     fn cube() -> TriangleMesh {
@@ -233,16 +273,78 @@ mod tests {
     #[test]
     fn every_format_gives_the_cube_that_was_written() {
         let (json, bytes) = gltf();
-        let in_obj = in_folder(&[("cube.OBJ", &obj())], read_mesh).unwrap();
-        let in_stl = in_folder(&[("cube.stl", &stl())], read_mesh).unwrap();
+        let in_obj = in_folder(&[("cube.OBJ", &obj())], read_shape).unwrap();
+        let in_stl = in_folder(&[("cube.stl", &stl())], read_shape).unwrap();
         let files: [(&str, &[u8]); 2] = [("cube.gltf", json.as_bytes()), ("cube.bin", &bytes)];
-        let in_gltf = in_folder(&files, read_mesh).unwrap();
+        let in_gltf = in_folder(&files, read_shape).unwrap();
         for (mesh, volume_m3) in [(in_obj, 1.0), (in_stl, 1.0), (in_gltf.clone(), 8.0)] {
             assert!(mesh.check_closed().is_ok());
             assert_eq!((mesh.volume_m3(), mesh.vertices().len()), (volume_m3, 8));
         }
         // Moved by 1 m, then stretched and mirrored.
         assert_eq!(in_gltf.bounds().min, DVec3::new(-4.0, 0.0, 0.0));
+    }
+
+    #[test]
+    fn normals_are_those_of_the_surface_in_every_format_and_none_cost_nothing() {
+        // One face of two triangles, tilted by 45 degrees and leaning at one corner.
+        let corners = "v 0 0 0\nv 2 0 0\nv 2 1 1\nv 0 1 1\n";
+        let obj = corners.to_owned() + "vn 0 -3 3\nvn 3 -3 3\nf 1//1 2//2 3//1 4\n";
+        let in_obj = |detail| {
+            in_folder(&[("a.obj", obj.as_bytes())], |path| {
+                read_mesh(path, detail).unwrap()
+            })
+        };
+        assert_eq!(in_obj(MeshDetail::Shape).normals(0), None);
+        let plain = corners.to_owned() + "f 1 2 3 4\n";
+        let plain = in_folder(&[("a.obj", plain.as_bytes())], |path| {
+            read_mesh(path, MeshDetail::Normals)
+        });
+        assert_eq!(plain.unwrap().normals(0), None);
+        let smooth = in_obj(MeshDetail::Normals);
+        let own = Vec3::new(0.0, -1.0, 1.0).normalize();
+        let lean = Vec3::new(1.0, -1.0, 1.0).normalize();
+        for (triangle, expected) in [[own, lean, own], [own, own, own]].into_iter().enumerate() {
+            let found = smooth.normals(triangle).unwrap();
+            let pairs = found.into_iter().zip(expected);
+            assert!(
+                pairs.into_iter().all(|(a, b)| (a - b).length() < 1e-6),
+                "{found:?}"
+            );
+        }
+        // The same by a node that mirrors and stretches what was written: x by -2, y by 0.5.
+        let (corners, normals) = (
+            [[0.0_f32, 0.0, 0.0], [-1.0, 2.0, 1.0], [-1.0, 0.0, 0.0]],
+            [[0.0_f32, -0.5, 1.0], [0.0, -0.5, 1.0], [-2.0, -0.5, 1.0]],
+        );
+        let numbers = corners.iter().chain(&normals).flatten();
+        let bytes: Vec<u8> = numbers.flat_map(|it| it.to_le_bytes()).collect();
+        let json = r#"{"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0,"scale":[-2,0.5,1]}],
+            "meshes":[{"primitives":[{"attributes":{"POSITION":0,"NORMAL":1}}]}],
+            "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"},
+            {"bufferView":0,"byteOffset":36,"componentType":5126,"count":3,"type":"VEC3"}],
+            "bufferViews":[{"buffer":0,"byteLength":72}],"buffers":[{"uri":"a.bin","byteLength":72}]}"#;
+        let read = |json: &str| {
+            let files: [(&str, &[u8]); 2] = [("a.gltf", json.as_bytes()), ("a.bin", &bytes)];
+            in_folder(&files, |path| read_mesh(path, MeshDetail::Normals))
+        };
+        let in_gltf = read(json).unwrap();
+        // Mirrored, its triangle runs from the first corner to the third.
+        let found = in_gltf.normals(0).unwrap();
+        let pairs = found.into_iter().zip([own, lean, own]);
+        assert!(
+            pairs.into_iter().all(|(a, b)| (a - b).length() < 1e-6),
+            "{found:?}"
+        );
+        let fewer = json.replace(
+            "36,\"componentType\":5126,\"count\":3",
+            "36,\"componentType\":5126,\"count\":2",
+        );
+        let refused = read(&fewer).unwrap_err().to_string();
+        assert!(
+            refused.contains("found 2 normals of 3 corners"),
+            "{refused}"
+        );
     }
 
     #[test]
@@ -263,20 +365,20 @@ mod tests {
             &[("a.gltf", json.as_bytes()), ("cube.bin", &bytes[..100])],
         ];
         for files in broken {
-            assert!(in_folder(files, read_mesh).is_err(), "{}", files[0].0);
+            assert!(in_folder(files, read_shape).is_err(), "{}", files[0].0);
         }
         let index = json.replace("\"count\":8", "\"count\":7");
         let files: [(&str, &[u8]); 2] = [("a.gltf", index.as_bytes()), ("cube.bin", &bytes)];
-        let beyond = in_folder(&files, read_mesh).unwrap_err().to_string();
+        let beyond = in_folder(&files, read_shape).unwrap_err().to_string();
         assert!(
             beyond.contains("corner 7, expected less than 7"),
             "{beyond}"
         );
-        let cut = in_folder(&[("a.stl", &stl()[..300])], read_mesh).unwrap_err();
+        let cut = in_folder(&[("a.stl", &stl()[..300])], read_shape).unwrap_err();
         assert!(cut.to_string().contains("cannot be read as STL"), "{cut}");
-        let missing = read_mesh(&PathBuf::from("no-such-file.obj"));
+        let missing = read_shape(&PathBuf::from("no-such-file.obj"));
         assert!(matches!(missing, Err(Error::MeshFile { .. })));
-        let other = read_mesh(&PathBuf::from("cube.ply")).unwrap_err();
+        let other = read_shape(&PathBuf::from("cube.ply")).unwrap_err();
         assert_eq!(
             other.to_string(),
             "cube.ply: expected a mesh named *.obj, *.gltf, *.glb or *.stl"

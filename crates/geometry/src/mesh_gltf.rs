@@ -14,6 +14,7 @@ use std::path::PathBuf;
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD as BASE64;
+use glam::DMat3;
 use glam::DMat4;
 use glam::DQuat;
 use glam::DVec3;
@@ -22,6 +23,7 @@ use niji_radiometry::Bytes;
 use niji_radiometry::memory_limit;
 use serde::Deserialize;
 
+use crate::mesh_files::MeshDetail;
 use crate::mesh_files::Soup;
 
 /// First bytes of a file with its buffer inside (GLB).
@@ -107,6 +109,8 @@ struct Primitive {
 struct MeshAttributes {
     #[serde(rename = "POSITION")]
     position: Option<usize>,
+    #[serde(rename = "NORMAL")]
+    normal: Option<usize>,
 }
 
 #[derive(Deserialize)]
@@ -161,12 +165,13 @@ fn triangles() -> u32 {
 }
 
 /// Reads the triangles of a file, opened from `path`.
-pub(crate) fn read_gltf(file: File, path: &Path) -> Result<Soup, String> {
+pub(crate) fn read_gltf(file: File, path: &Path, detail: MeshDetail) -> Result<Soup, String> {
     let bytes = all_bytes(file)?;
     let (document, binary) = parsed(&bytes)?;
     let shapes = document.shapes()?;
-    document.check_memory(&shapes)?;
+    document.check_memory(&shapes, detail)?;
     let content = Content {
+        detail,
         buffers: document.read_buffers(binary, path)?,
         document: &document,
     };
@@ -267,14 +272,18 @@ impl Document {
     }
 
     /// Refuses more triangles than fit into memory: a mesh can stand in many places.
-    fn check_memory(&self, shapes: &[(&Primitive, DMat4)]) -> Result<(), String> {
+    fn check_memory(
+        &self,
+        shapes: &[(&Primitive, DMat4)],
+        detail: MeshDetail,
+    ) -> Result<(), String> {
         let mut n_triangles = 0;
         for (primitive, _) in shapes {
             let corners = primitive.indices.or(primitive.attributes.position);
             let corners = corners.map(|index| item(&self.accessors, index, "accessor"));
             n_triangles += corners.transpose()?.map_or(0, |it| it.count as u128 / 3);
         }
-        Soup::check_memory(n_triangles)
+        Soup::check_memory(n_triangles, detail)
     }
 
     fn read_buffers(&self, binary: Option<&[u8]>, path: &Path) -> Result<Vec<Vec<u8>>, String> {
@@ -380,6 +389,7 @@ fn percent_decoded(text: &str) -> String {
 
 /// A file with its buffers.
 struct Content<'a> {
+    detail: MeshDetail,
     document: &'a Document,
     buffers: Vec<Vec<u8>>,
 }
@@ -401,9 +411,20 @@ impl Content<'_> {
         let position = primitive.attributes.position;
         let position = position.ok_or("found a mesh without positions")?;
         let corners: Vec<DVec3> = self
-            .corners(position)?
+            .vectors(position, "positions")?
             .map(|corner| placed.transform_point3(corner))
             .collect();
+        let wanted = (self.detail >= MeshDetail::Normals).then_some(primitive.attributes.normal);
+        let normals = wanted.flatten().map(|index| self.normals(index, placed));
+        let normals = normals.transpose()?;
+        if let Some(found) = normals.as_ref().map(Vec::len)
+            && found != corners.len()
+        {
+            let n = corners.len();
+            return Err(format!(
+                "found {found} normals of {n} corners, expected as many"
+            ));
+        }
         let indices = match primitive.indices {
             Some(index) => self.indices(index)?,
             None => (0..corners.len() as u32).collect(),
@@ -420,15 +441,33 @@ impl Content<'_> {
         let triangles = triangles
             .iter()
             .map(|&[a, b, c]| if is_mirrored { [a, c, b] } else { [a, b, c] });
-        soup.add(&corners, triangles)
+        let first = soup.triangles.len();
+        soup.add(&corners, triangles)?;
+        if let Some(normals) = normals {
+            soup.add_normals_of(first, &normals);
+        }
+        Ok(())
     }
 
-    fn corners(&self, index: usize) -> Result<impl Iterator<Item = DVec3>, String> {
+    /// Normals across the surface that the transforms make.
+    fn normals(&self, index: usize, placed: DMat4) -> Result<Vec<Vec3>, String> {
+        let across = DMat3::from_mat4(placed).inverse().transpose();
+        let normals = self.vectors(index, "normals")?.enumerate();
+        let turned = normals.map(|(index, normal)| {
+            // A transform without an inverse flattens all triangles.
+            let turned = (across * normal).normalize_or_zero().as_vec3();
+            let odd = || format!("found a normal, number {index} from 0, that is not finite");
+            normal.is_finite().then_some(turned).ok_or_else(odd)
+        });
+        turned.collect()
+    }
+
+    fn vectors(&self, index: usize, what: &str) -> Result<impl Iterator<Item = DVec3>, String> {
         let accessor = item(&self.document.accessors, index, "accessor")?;
         let (kind, of) = (&*accessor.kind, accessor.at.component_type);
         if (kind, of) != ("VEC3", F32) {
             return Err(format!(
-                "found positions of {kind}, component type {of}, expected VEC3, component type {F32}"
+                "found {what} of {kind}, component type {of}, expected VEC3, component type {F32}"
             ));
         }
         let elements = self.elements::<12>(accessor)?.into_iter();

@@ -55,10 +55,7 @@ impl ShearedRay {
     /// Distance to a triangle on the line of the ray, and whether the ray meets it from inside,
     /// that is from the side from which its corners run clockwise.
     pub(crate) fn meet(&self, corners: [DVec3; 3]) -> Option<(f64, bool)> {
-        let [a, b, c] = corners.map(|corner| self.sheared(corner));
-        let u = c.x * b.y - c.y * b.x;
-        let v = a.x * c.y - a.y * c.x;
-        let w = b.x * a.y - b.y * a.x;
+        let ([a, b, c], [u, v, w]) = self.edges(corners);
         if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
             return None;
         }
@@ -69,6 +66,21 @@ impl ShearedRay {
         }
         let distance_m = (u * a.z + v * b.z + w * c.z) / area;
         distance_m.is_finite().then_some((distance_m, area < 0.0))
+    }
+
+    /// Barycentric coordinates of the place where the ray meets a triangle, which it does: none is below 0.
+    pub(crate) fn weights(&self, corners: [DVec3; 3]) -> [f64; 3] {
+        let (_, [u, v, w]) = self.edges(corners);
+        [u, v, w].map(|edge| edge / (u + v + w))
+    }
+
+    /// Sheared corners and edge functions U, V, W.
+    fn edges(&self, corners: [DVec3; 3]) -> ([DVec3; 3], [f64; 3]) {
+        let [a, b, c] = corners.map(|corner| self.sheared(corner));
+        let u = c.x * b.y - c.y * b.x;
+        let v = a.x * c.y - a.y * c.x;
+        let w = b.x * a.y - b.y * a.x;
+        ([a, b, c], [u, v, w])
     }
 
     fn sheared(&self, corner: DVec3) -> DVec3 {

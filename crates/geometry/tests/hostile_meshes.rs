@@ -5,6 +5,7 @@
 use std::fs;
 use std::path::Path;
 
+use niji_geometry::MeshDetail;
 use niji_geometry::TriangleMesh;
 use niji_geometry::mesh_buffers;
 use niji_geometry::read_mesh;
@@ -51,7 +52,7 @@ fn description() -> Value {
 fn read_in(folder: &Path, description: &Value) -> Result<TriangleMesh, String> {
     let path = folder.join("a.gltf");
     fs::write(&path, description.to_string()).unwrap();
-    read_mesh(&path).map_err(|error| error.to_string())
+    read_mesh(&path, MeshDetail::Normals).map_err(|error| error.to_string())
 }
 
 /// The description with another value at a place, read beside its buffer.
@@ -261,10 +262,10 @@ fn a_binary_file_cut_anywhere_is_refused() {
     let length = (12 + chunks.len() as u32).to_le_bytes();
     let bytes = [&b"glTF"[..], &[2, 0, 0, 0], &length, &chunks].concat();
     fs::write(&path, &bytes).unwrap();
-    assert!((read_mesh(&path).unwrap().volume_m3() - VOLUME_M3).abs() < 1e-12);
+    assert!((read_mesh(&path, MeshDetail::Normals).unwrap().volume_m3() - VOLUME_M3).abs() < 1e-12);
     for n_bytes in 0..bytes.len() {
         fs::write(&path, &bytes[..n_bytes]).unwrap();
-        assert!(read_mesh(&path).is_err(), "{n_bytes}");
+        assert!(read_mesh(&path, MeshDetail::Normals).is_err(), "{n_bytes}");
     }
 }
 
@@ -275,7 +276,7 @@ fn obj_indices_that_no_corner_has_are_refused() {
     let read = |lines: &str| {
         let corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\n";
         fs::write(&path, format!("{corners}{lines}\n")).unwrap();
-        read_mesh(&path)
+        read_mesh(&path, MeshDetail::Normals)
     };
     for face in [
         "f 1 2 3",
@@ -303,6 +304,8 @@ fn obj_indices_that_no_corner_has_are_refused() {
             assert!(read(&face).is_err(), "{face}");
         }
     }
+    // Normals of any length, and none.
+    assert!(read("vn 0 0 0\nvn 0 0 9e30\nf 1//2 2//3 3//1").is_ok());
     for lines in [
         "f 1",
         "f",
@@ -311,6 +314,8 @@ fn obj_indices_that_no_corner_has_are_refused() {
         "v 1 2",
         "v 1 2 x",
         "v 1 2 nan\nf 1 2 3",
+        "vn 1 2\nf 1 2 3",
+        "vn 0 0 nan\nf 1//2 2//2 3//2",
     ] {
         assert!(read(lines).is_err(), "{lines}");
     }
@@ -322,5 +327,5 @@ fn an_stl_count_beyond_its_file_is_refused_at_once() {
     let path = folder.path().join("a.stl");
     let header = [&[0; 80][..], &u32::MAX.to_le_bytes(), &[0; 50]].concat();
     fs::write(&path, header).unwrap();
-    assert!(read_mesh(&path).is_err());
+    assert!(read_mesh(&path, MeshDetail::Normals).is_err());
 }

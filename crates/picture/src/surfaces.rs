@@ -7,6 +7,7 @@ use glam::DVec3;
 use niji_geometry::HeightField;
 use niji_geometry::HeightMap;
 use niji_geometry::MeshBvh;
+use niji_geometry::MeshDetail;
 use niji_geometry::Ray;
 use niji_geometry::read_mesh;
 use niji_photo::DepthAlong;
@@ -198,11 +199,14 @@ fn read_solid(path: &Path, placed: &OccluderMesh) -> Result<Solid, Error> {
     let bad = |error: &dyn std::fmt::Display| {
         Error::file(path, format!("{error} (file of [[occluders.meshes]])"))
     };
-    let mesh = read_mesh(path).map_err(|error| bad(&error))?;
-    let to_world = placed.to_world();
-    let moved = mesh.moved(|corner| to_world.transform_point3(corner));
+    let detail = match placed.albedo {
+        Some(_) => MeshDetail::Normals,
+        None => MeshDetail::Shape,
+    };
+    let mesh = read_mesh(path, detail).map_err(|error| bad(&error))?;
+    let mesh = mesh.placed(&placed.to_world());
     Ok(Solid {
-        shape: SolidShape::Mesh(MeshBvh::new(moved.map_err(|error| bad(&error))?)),
+        shape: SolidShape::Mesh(MeshBvh::new(mesh.map_err(|error| bad(&error))?)),
         albedo: placed.albedo.map(Albedo::reflectance),
     })
 }

@@ -3,7 +3,7 @@
 //! L = A/pi T_drops T_eye (E_sun T_sun [(n . w) S exp(-tau) + V w_y (1 + n_y)/2 (T(tau) - exp(-tau))]
 //!     + V U (E(n) - D(n)) + D(n))
 //!
-//! `A` albedo, `n` normal, `w` towards the sun, `T_eye` and `T_sun` what air lets pass, `S` 1 where no surface stands
+//! `A` albedo, `n` normal of the smooth surface, of a flat triangle its own, `w` towards the sun, `T_eye` and `T_sun` what air lets pass, `S` 1 where no surface stands
 //! before the sun, `tau` of the drops before it (Q = 1: what diffraction turns aside falls next to it), `T` what these
 //! let pass with what they scatter downwards, `U` the same of skylight (`under_drops`),
 //! `E(n)` irradiance of all diffuse light on a tilted face, as sky and ground send it to an open place of this
@@ -17,6 +17,11 @@
 //!
 //! `E` irradiance there, `W` share of what lies below the horizon that surfaces are; what the ground sends in
 //! place of these is part of the light.
+//!
+//! Where the smooth surface and its triangle disagree about the sun, S is 0: none lights a triangle that it stands behind
+//! (V97, section 5.3). So the edge of night follows triangles, and is that of the smooth surface to within the angle
+//! between their normals; wherever the triangle is lit it has n . w, without a hole.
+//! [V97] E. Veach, Robust Monte Carlo Methods for Light Transport Simulation, dissertation, Stanford (1997).
 //!
 //! The sun is a point. Left out: the light that clouds send down beside their shadow,
 //! and the shadow of surfaces on air and drops.

@@ -58,7 +58,7 @@ impl SolidShape {
         match self {
             Self::Mesh(mesh) => {
                 let hit = mesh.nearest(ray, 0.0)?;
-                Some((hit.distance_m, [hit.normal; 2]))
+                Some((hit.distance_m, [hit.normal, hit.smooth_normal]))
             }
             Self::Heights(field) => {
                 let hit = field.nearest(ray, 0.0)?;
