@@ -21,7 +21,7 @@ use niji_geometry::HeightMap;
 use niji_geometry::MeshBvh;
 use niji_geometry::MeshDetail;
 use niji_geometry::Ray;
-use niji_geometry::mesh_buffers;
+use niji_geometry::files_beside_mesh;
 use niji_geometry::read_mesh;
 use niji_photo::Photograph;
 use niji_photo::Plate;
@@ -157,7 +157,7 @@ fn heights(path: &Path) -> bool {
 }
 
 fn mesh(path: &Path) -> bool {
-    let _ = mesh_buffers(path);
+    let _ = files_beside_mesh(path);
     let lit = read_mesh(path, MeshDetail::Normals).map(MeshBvh::new);
     // What is wrong with normals is nothing to a black mesh.
     read_mesh(path, MeshDetail::Shape).is_ok() | lit.is_ok()

@@ -25,7 +25,7 @@ use std::time::Instant;
 
 use niji_exchange::Provenance;
 use niji_exchange::read_provenance;
-use niji_geometry::mesh_buffers;
+use niji_geometry::files_beside_mesh;
 use niji_render::Spent;
 use niji_vdb::VdbHeader;
 use serde::Deserialize;
@@ -185,9 +185,9 @@ fn provenance(request: &Request) -> Result<Provenance, Failure> {
 pub(crate) fn hashed(role: &str, path: &Path) -> Result<Vec<(String, String)>, Failure> {
     let hash = |path: &Path| hash_once(path).map_err(|error| Failure::bad_input(path, error));
     let mut hashes = vec![(role.to_owned(), hash(path)?)];
-    let buffers = mesh_buffers(path).map_err(|error| Failure::bad_input(path, error))?;
-    for (index, buffer) in buffers.iter().enumerate() {
-        hashes.push((format!("{role}.buffer.{index}"), hash(buffer)?));
+    let beside = files_beside_mesh(path).map_err(|error| Failure::bad_input(path, error))?;
+    for (index, file) in beside.iter().enumerate() {
+        hashes.push((format!("{role}.buffer.{index}"), hash(file)?));
     }
     Ok(hashes)
 }

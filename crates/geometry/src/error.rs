@@ -106,6 +106,12 @@ pub enum Error {
         /// The number of its triangle, from 0.
         index: usize,
     },
+    /// A texture coordinate of a mesh with NaN or infinity.
+    #[error("found a texture coordinate, of triangle {index} from 0, that is not finite")]
+    UvNotFinite {
+        /// The number of its triangle, from 0.
+        index: usize,
+    },
     /// A triangle that names a corner which is not there.
     #[error("found a triangle with corner {index}, expected less than {n_vertices}")]
     VertexIndex {

@@ -7,6 +7,7 @@ use std::collections::HashMap;
 
 use glam::DAffine3;
 use glam::DVec3;
+use glam::Vec2;
 use glam::Vec3;
 
 use crate::aabb::Aabb;
@@ -37,6 +38,10 @@ pub struct TriangleAttributes {
     /// Normals at the corners of a smooth surface of any length; 0 where the triangle is its own surface.
     // f32: as files have them, and light leaves in f32.
     pub normals: Vec<[Vec3; 3]>,
+    /// Texture coordinates at the corners: u to the right and v down from the first texel of a picture, 1 a whole one.
+    pub uv: Vec<[Vec2; 3]>,
+    /// Which of the materials of a file ([`MeshMaterial`](crate::MeshMaterial)).
+    pub materials: Vec<u32>,
 }
 
 impl TriangleMesh {
@@ -59,7 +64,7 @@ impl TriangleMesh {
     /// (`mesh_normals`).
     ///
     /// # Errors
-    /// As [`TriangleMesh::new`], and a normal that is not finite.
+    /// As [`TriangleMesh::new`], and a normal or a texture coordinate that is not finite.
     pub fn with_attributes(
         corners: &[DVec3],
         triangles: &[[u32; 3]],
@@ -76,6 +81,10 @@ impl TriangleMesh {
         let is_finite = |normals: &[Vec3; 3]| normals.iter().all(|normal| normal.is_finite());
         if let Some(index) = attributes.normals.iter().position(|it| !is_finite(it)) {
             return Err(Error::NormalNotFinite { index });
+        }
+        let is_finite = |uv: &[Vec2; 3]| uv.iter().all(|uv| uv.is_finite());
+        if let Some(index) = attributes.uv.iter().position(|it| !is_finite(it)) {
+            return Err(Error::UvNotFinite { index });
         }
         let (vertices, renamed) = welded(corners);
         let triangles = triangles
@@ -156,6 +165,27 @@ impl TriangleMesh {
     #[must_use]
     pub fn normals(&self, triangle_index: usize) -> Option<[Vec3; 3]> {
         self.attributes.normals.get(triangle_index).copied()
+    }
+
+    /// Material of a triangle and texture coordinates at its corners; 0 where none are known.
+    #[must_use]
+    pub fn painted(&self, triangle_index: usize) -> (u32, [Vec2; 3]) {
+        let TriangleAttributes { uv, materials, .. } = &self.attributes;
+        let material = materials.get(triangle_index).copied().unwrap_or_default();
+        (
+            material,
+            uv.get(triangle_index).copied().unwrap_or_default(),
+        )
+    }
+
+    /// Whether more is known of a triangle than its corners.
+    pub(crate) fn has_attributes(&self) -> bool {
+        let TriangleAttributes {
+            normals,
+            uv,
+            materials,
+        } = &self.attributes;
+        !(normals.is_empty() && uv.is_empty() && materials.is_empty())
     }
 
     /// The three corners of a triangle.
@@ -240,6 +270,9 @@ impl TriangleMesh {
             std::mem::swap(b, c);
             [*a, *b, *c] = [-*a, -*b, -*c];
         }
+        for [_, b, c] in &mut self.attributes.uv {
+            std::mem::swap(b, c);
+        }
         self
     }
 
@@ -264,12 +297,20 @@ impl TriangleMesh {
 impl TriangleAttributes {
     /// Leaves those of triangles that are kept, `n` of them; nothing where nothing is known.
     fn keep(&mut self, is_kept: &[bool], n: usize) {
-        if self.normals.iter().flatten().all(|it| *it == Vec3::ZERO) {
-            self.normals = Vec::new();
-        } else {
-            self.normals = kept(self.normals.iter().copied(), is_kept).collect();
-            self.normals.resize(n, [Vec3::ZERO; 3]);
-        }
+        keep(&mut self.normals, is_kept, n);
+        keep(&mut self.uv, is_kept, n);
+        keep(&mut self.materials, is_kept, n);
+    }
+}
+
+/// Leaves of a list those that are kept, `n` of them, the rest unknown; nothing where nothing is known.
+fn keep<T: Copy + Default + PartialEq>(list: &mut Vec<T>, is_kept: &[bool], n: usize) {
+    let unknown = T::default();
+    if list.iter().all(|it| *it == unknown) {
+        *list = Vec::new();
+    } else {
+        *list = kept(list.iter().copied(), is_kept).collect();
+        list.resize(n, unknown);
     }
 }
 
@@ -348,6 +389,7 @@ mod tests {
         let corners = [DVec3::ZERO, DVec3::X, DVec3::Y];
         let attributes = TriangleAttributes {
             normals: vec![[Vec3::Z, Vec3::new(0.6, 0.0, 0.8), Vec3::Z]],
+            ..TriangleAttributes::default()
         };
         let mesh = TriangleMesh::with_attributes(&corners, &[[0, 1, 2]], attributes).unwrap();
         // A plane across (0.6, 0, 0.8) holds (0.8, 0, -0.6), which becomes (1.6, 0, -0.6).
@@ -370,6 +412,7 @@ mod tests {
         );
         let attributes = TriangleAttributes {
             normals: vec![[Vec3::Z, Vec3::NAN, Vec3::Z]],
+            ..TriangleAttributes::default()
         };
         assert_eq!(
             TriangleMesh::with_attributes(&corners, &[[0, 1, 2]], attributes),

@@ -4,6 +4,7 @@
 //! axis (`A` area of the box around, `n` number of triangles): the surface area heuristic.
 //! [W07] I. Wald, IEEE Symposium on Interactive Ray Tracing, 33-40 (2007).
 
+use glam::DVec2;
 use glam::DVec3;
 
 use crate::aabb::Aabb;
@@ -32,6 +33,8 @@ pub struct MeshHit {
     pub normal: DVec3,
     /// The same of the smooth surface that the mesh stands for; that of the triangle where it has no normals.
     pub smooth_normal: DVec3,
+    /// Material and texture coordinates there, right and down; 0 of a mesh that has none.
+    pub painted: (u32, DVec2),
     /// Whether the ray meets it from inside.
     pub is_from_inside: bool,
 }
@@ -105,17 +108,27 @@ impl MeshBvh {
         let corners = self.mesh.corners(triangle_index);
         let [a, b, c] = corners;
         let normal = (b - a).cross(c - a).normalize_or_zero();
-        let smooth_normal = match self.mesh.normals(triangle_index) {
-            Some(normals) => between(normals, ShearedRay::new(ray)?.weights(corners), normal),
-            None => normal,
-        };
-        Some(MeshHit {
+        let mut hit = MeshHit {
             distance_m,
             triangle_index,
             normal,
-            smooth_normal,
+            smooth_normal: normal,
+            painted: (0, DVec2::ZERO),
             is_from_inside,
-        })
+        };
+        if self.mesh.has_attributes() {
+            let weights = ShearedRay::new(ray)?.weights(corners);
+            let (material, uv) = self.mesh.painted(triangle_index);
+            let uv = uv
+                .iter()
+                .zip(weights)
+                .map(|(uv, weight)| weight * uv.as_dvec2());
+            hit.painted = (material, uv.sum());
+            if let Some(normals) = self.mesh.normals(triangle_index) {
+                hit.smooth_normal = between(normals, weights, normal);
+            }
+        }
+        Some(hit)
     }
 
     /// Whether there is any triangle farther along the ray than `after_m`: what a shadow asks.

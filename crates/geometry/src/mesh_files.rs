@@ -19,24 +19,33 @@ use crate::mesh::TriangleAttributes;
 use crate::mesh::TriangleMesh;
 use crate::mesh_gltf;
 use crate::mesh_gltf::read_gltf;
+use crate::mesh_materials::MeshMaterial;
+use crate::mesh_materials::MeshTexture;
+use crate::mesh_materials::PaintedMesh;
+use crate::mesh_obj;
 use crate::mesh_obj::read_obj;
 
 /// What is read of a mesh; of the rest of its file nothing is believed and nothing refused.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum MeshDetail {
     /// Where it is.
+    #[default]
     Shape,
     /// That, and the normals at its corners where its file has them.
     Normals,
+    /// That, and its own colors.
+    Materials,
 }
 
 impl MeshDetail {
     /// Memory that a triangle takes until it stands in its tree: three corners before and after equal ones are found,
-    /// their names, boxes and nodes; and three normals in the file, of it, of the mesh and of the mesh in its place.
+    /// their names, boxes and nodes; and of the file, of the mesh and of the mesh in its place three normals, then
+    /// three texture coordinates and a material.
     fn triangle_bytes(self) -> u128 {
         match self {
             Self::Shape => 400,
             Self::Normals => 400 + 4 * 36,
+            Self::Materials => 400 + 4 * (36 + 24 + 4),
         }
     }
 }
@@ -50,10 +59,28 @@ const CORNER_EXPANSION: u128 = 4;
 /// A file that is missing or damaged, a name of another kind, more than fits into memory, or as
 /// [`TriangleMesh::with_attributes`].
 pub fn read_mesh(path: &Path, detail: MeshDetail) -> Result<TriangleMesh, Error> {
+    Ok(read(path, detail)?.mesh)
+}
+
+/// Reads the mesh in a file as [`read_mesh`], with the materials that its file has.
+///
+/// # Errors
+/// As there, a file without materials, and what is wrong with them, pictures but for their names.
+pub fn read_painted_mesh(path: &Path) -> Result<PaintedMesh, Error> {
+    let painted = read(path, MeshDetail::Materials)?;
+    // The first is that of triangles without one.
+    if painted.materials.len() < 2 {
+        let message = "found no materials, expected those of an OBJ (mtllib, usemtl) or a glTF";
+        return Err(damaged(path, message.to_owned()));
+    }
+    Ok(painted)
+}
+
+fn read(path: &Path, detail: MeshDetail) -> Result<PaintedMesh, Error> {
     let format = Format::of(path)?;
     let opened = opened(path)?;
     let (name, soup) = match format {
-        Format::Obj => ("OBJ", read_obj(BufReader::new(opened), detail)),
+        Format::Obj => ("OBJ", read_obj(BufReader::new(opened), path, detail)),
         Format::Gltf => ("glTF", read_gltf(opened, path, detail)),
         Format::Stl => ("STL", read_stl(opened)),
     };
@@ -62,18 +89,25 @@ pub fn read_mesh(path: &Path, detail: MeshDetail) -> Result<TriangleMesh, Error>
         Ok(soup)
     });
     let soup = checked.map_err(|message| unreadable(path, name, &message))?;
-    TriangleMesh::with_attributes(&soup.corners, &soup.triangles, soup.attributes)
+    let mesh = TriangleMesh::with_attributes(&soup.corners, &soup.triangles, soup.attributes)?;
+    Ok(PaintedMesh {
+        mesh,
+        materials: soup.materials,
+        textures: soup.textures,
+    })
 }
 
-/// The other files that hold corners of the mesh in a file: buffers of glTF.
+/// The other files that a mesh file names: buffers of glTF, and those of materials that are there.
 ///
 /// # Errors
-/// As [`read_mesh`], as far as names show it.
-pub fn mesh_buffers(path: &Path) -> Result<Vec<PathBuf>, Error> {
+/// As [`read_mesh`], as far as names of buffers show it.
+pub fn files_beside_mesh(path: &Path) -> Result<Vec<PathBuf>, Error> {
     match Format::of(path) {
-        Ok(Format::Gltf) => mesh_gltf::buffer_files(opened(path)?, path)
+        Ok(Format::Gltf) => mesh_gltf::files_beside(opened(path)?, path)
             .map_err(|message| unreadable(path, "glTF", &message)),
-        Ok(Format::Obj | Format::Stl) | Err(_) => Ok(Vec::new()),
+        Ok(Format::Obj) => mesh_obj::files_beside(BufReader::new(opened(path)?), path)
+            .map_err(|message| unreadable(path, "OBJ", &message)),
+        Ok(Format::Stl) | Err(_) => Ok(Vec::new()),
     }
 }
 
@@ -110,7 +144,7 @@ fn unreadable(path: &Path, format: &str, message: &str) -> Error {
 }
 
 /// A file that ends, and whose bytes fit into memory.
-fn opened(path: &Path) -> Result<File, Error> {
+pub(crate) fn opened(path: &Path) -> Result<File, Error> {
     let failed = |error: std::io::Error| damaged(path, error.to_string());
     let (file, file_bytes) = open_file(path).map_err(failed)?;
     let found = Bytes(file_bytes.into());
@@ -129,6 +163,9 @@ pub(crate) struct Soup {
     /// Triples of indices of corners.
     pub(crate) triangles: Vec<[u32; 3]>,
     pub(crate) attributes: TriangleAttributes,
+    /// What the attributes name; the first is of triangles without one. Empty where nobody asked.
+    pub(crate) materials: Vec<MeshMaterial>,
+    pub(crate) textures: Vec<MeshTexture>,
 }
 
 impl Soup {
@@ -144,21 +181,20 @@ impl Soup {
         Ok(())
     }
 
-    /// Adds normals of the triangle that is added next.
-    pub(crate) fn add_normals(&mut self, normals: [Vec3; 3]) {
-        let all = &mut self.attributes.normals;
-        // Triangles before it have none.
-        all.resize(self.triangles.len(), [Vec3::ZERO; 3]);
-        all.push(normals);
+    /// Refuses more bytes of something than fit into memory.
+    pub(crate) fn check_bytes(n_bytes: u128, what: &str) -> Result<(), String> {
+        let (found, limit) = (Bytes(n_bytes), memory_limit());
+        if found > limit {
+            return Err(format!("found {what} of {found}, expected at most {limit}"));
+        }
+        Ok(())
     }
 
-    /// Adds normals of the triangles from one on, by their corners, which are the last that were added.
-    pub(crate) fn add_normals_of(&mut self, first: usize, normals: &[Vec3]) {
-        let n_before = self.corners.len() - normals.len();
-        let of = |triangle: &[u32; 3]| triangle.map(|index| normals[index as usize - n_before]);
-        let all = &mut self.attributes.normals;
-        all.resize(first, [Vec3::ZERO; 3]);
-        all.extend(self.triangles[first..].iter().map(of));
+    /// Values of the triangles from one on by their corners, which are the last that were added.
+    pub(crate) fn by_corner<T: Copy>(&self, first: usize, values: &[T]) -> Vec<[T; 3]> {
+        let n_before = self.corners.len() - values.len();
+        let of = |triangle: &[u32; 3]| triangle.map(|index| values[index as usize - n_before]);
+        self.triangles[first..].iter().map(of).collect()
     }
 
     /// Adds a part with corners of its own.

@@ -6,9 +6,12 @@
 //! every view in its buffer, nodes must be a tree, and buffers must be files beside the mesh or below its folder.
 //! Khronos Group, glTF 2.0 Specification (2021), sections 3.5 to 3.7 and 4.
 
+mod appearance;
+
+use std::collections::BTreeSet;
+use std::collections::HashMap;
 use std::fs::File;
 use std::io::Read;
-use std::path::Component;
 use std::path::Path;
 use std::path::PathBuf;
 
@@ -18,6 +21,7 @@ use glam::DMat3;
 use glam::DMat4;
 use glam::DQuat;
 use glam::DVec3;
+use glam::Vec2;
 use glam::Vec3;
 use niji_radiometry::Bytes;
 use niji_radiometry::memory_limit;
@@ -25,6 +29,13 @@ use serde::Deserialize;
 
 use crate::mesh_files::MeshDetail;
 use crate::mesh_files::Soup;
+use crate::mesh_materials::MeshMaterial;
+use crate::mesh_materials::MeshTexture;
+use crate::mesh_materials::TextureContent;
+use crate::mesh_materials::beside;
+
+use appearance::Appearance;
+use appearance::TextureKey;
 
 /// First bytes of a file with its buffer inside (GLB).
 const GLB_MAGIC: &[u8] = b"glTF";
@@ -101,6 +112,7 @@ struct Mesh {
 struct Primitive {
     attributes: MeshAttributes,
     indices: Option<usize>,
+    material: Option<usize>,
     #[serde(default = "triangles")]
     mode: u32,
 }
@@ -111,6 +123,8 @@ struct MeshAttributes {
     position: Option<usize>,
     #[serde(rename = "NORMAL")]
     normal: Option<usize>,
+    #[serde(rename = "TEXCOORD_0")]
+    uv: Option<usize>,
 }
 
 #[derive(Deserialize)]
@@ -167,28 +181,41 @@ fn triangles() -> u32 {
 /// Reads the triangles of a file, opened from `path`.
 pub(crate) fn read_gltf(file: File, path: &Path, detail: MeshDetail) -> Result<Soup, String> {
     let bytes = all_bytes(file)?;
-    let (document, binary) = parsed(&bytes)?;
+    let (json, binary) = parts(&bytes)?;
+    let document = Document::parsed(json)?;
     let shapes = document.shapes()?;
     document.check_memory(&shapes, detail)?;
-    let content = Content {
+    let mut content = Content {
         detail,
         buffers: document.read_buffers(binary, path)?,
         document: &document,
+        appearance: Appearance::default(),
     };
+    if detail == MeshDetail::Materials {
+        content.appearance = Appearance::parsed(json)?;
+    }
     let mut soup = Soup::default();
     for (primitive, placed) in shapes {
         content.add_primitive(primitive, placed, &mut soup)?;
     }
+    content.add_materials(path, &mut soup)?;
     Ok(soup)
 }
 
-/// The files beside a file of this name that hold its corners, in the order of its buffers.
-pub(crate) fn buffer_files(file: File, path: &Path) -> Result<Vec<PathBuf>, String> {
+/// The files beside a file of this name that it names: its buffers, and those of its pictures that are there.
+pub(crate) fn files_beside(file: File, path: &Path) -> Result<Vec<PathBuf>, String> {
     let bytes = all_bytes(file)?;
-    let (document, _) = parsed(&bytes)?;
+    let (json, _) = parts(&bytes)?;
+    let document = Document::parsed(json)?;
     let uris = document.buffers.iter().filter_map(|it| it.uri.as_ref());
     let outside = uris.filter(|uri| !uri.starts_with("data:"));
-    outside.map(|uri| beside(path, uri)).collect()
+    let mut files = outside
+        .map(|uri| beside(path, &percent_decoded(uri)))
+        .collect::<Result<Vec<_>, _>>()?;
+    // They count only where a mesh has its own materials, and are refused there.
+    let appearance = Appearance::parsed(json).unwrap_or_default();
+    files.extend(appearance.picture_files(path));
+    Ok(files)
 }
 
 fn all_bytes(mut file: File) -> Result<Vec<u8>, String> {
@@ -198,8 +225,8 @@ fn all_bytes(mut file: File) -> Result<Vec<u8>, String> {
     Ok(bytes)
 }
 
-/// The description in a file, and the buffer that stands behind it in a GLB.
-fn parsed(bytes: &[u8]) -> Result<(Document, Option<&[u8]>), String> {
+/// The description in a file, as JSON, and the buffer that stands behind it in a GLB.
+fn parts(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
     let (json, binary) = if bytes.starts_with(GLB_MAGIC) {
         let (json, rest) = chunk(bytes.get(12..).unwrap_or_default(), JSON_CHUNK)?;
         let binary = (!rest.is_empty()).then(|| chunk(rest, BINARY_CHUNK));
@@ -213,18 +240,7 @@ fn parsed(bytes: &[u8]) -> Result<(Document, Option<&[u8]>), String> {
             "found a description of {found}, expected at most {most}: keep buffers in files of their own"
         ));
     }
-    let document: Document = serde_json::from_slice(json).map_err(|error| error.to_string())?;
-    let version = &document.asset.version;
-    if !version.starts_with("2.") {
-        return Err(format!("found version {version:?}, expected 2.0"));
-    }
-    let is_shape = |name: &&String| !APPEARANCE.iter().any(|start| name.starts_with(start));
-    if let Some(name) = document.extensions_required.iter().find(is_shape) {
-        return Err(format!(
-            "found the required extension {name}, expected none: export the mesh without it"
-        ));
-    }
-    Ok((document, binary))
+    Ok((json, binary))
 }
 
 /// The content of the chunk that bytes begin with, and what follows it.
@@ -244,6 +260,21 @@ fn item<'a, T>(list: &'a [T], index: usize, what: &str) -> Result<&'a T, String>
 }
 
 impl Document {
+    fn parsed(json: &[u8]) -> Result<Self, String> {
+        let document: Self = serde_json::from_slice(json).map_err(|error| error.to_string())?;
+        let version = &document.asset.version;
+        if !version.starts_with("2.") {
+            return Err(format!("found version {version:?}, expected 2.0"));
+        }
+        let is_shape = |name: &&String| !APPEARANCE.iter().any(|start| name.starts_with(start));
+        if let Some(name) = document.extensions_required.iter().find(is_shape) {
+            return Err(format!(
+                "found the required extension {name}, expected none: export the mesh without it"
+            ));
+        }
+        Ok(document)
+    }
+
     /// Shapes of the scene, and where they stand.
     fn shapes(&self) -> Result<Vec<(&Primitive, DMat4)>, String> {
         let scene = match self.scene {
@@ -336,13 +367,10 @@ impl Node {
 impl Buffer {
     /// Its bytes, or as many of them as it says.
     fn read(&self, uri: &str, path: &Path) -> Result<Vec<u8>, String> {
-        if let Some(data) = uri.strip_prefix("data:") {
-            let (_, text) = data
-                .split_once(";base64,")
-                .ok_or("found a data URI that is not base64")?;
-            return BASE64.decode(text).map_err(|error| error.to_string());
+        if let Some(bytes) = of_data_uri(uri) {
+            return bytes;
         }
-        let file = beside(path, uri)?;
+        let file = beside(path, &percent_decoded(uri))?;
         let failed = |error: std::io::Error| format!("{}: {error}", file.display());
         let mut bytes = Vec::new();
         let source = File::open(&file).map_err(failed)?;
@@ -352,25 +380,12 @@ impl Buffer {
     }
 }
 
-/// The file that a mesh names, which lies in its folder or below, whatever links say.
-fn beside(path: &Path, uri: &str) -> Result<PathBuf, String> {
-    let foreign = || {
-        format!("found the buffer {uri:?}, expected the name of a file in the folder of the mesh")
-    };
-    let name = PathBuf::from(percent_decoded(uri));
-    let is_name = |part| matches!(part, Component::Normal(_) | Component::CurDir);
-    if uri.contains([':', '\\']) || !name.components().all(is_name) {
-        return Err(foreign());
-    }
-    let folder = path.parent().filter(|folder| *folder != Path::new(""));
-    let folder = folder.unwrap_or(Path::new("."));
-    let failed = |error| format!("{uri}: {error}");
-    let file = folder.join(name).canonicalize().map_err(failed)?;
-    let is_inside = file.starts_with(folder.canonicalize().map_err(failed)?);
-    if !is_inside || !file.is_file() {
-        return Err(foreign());
-    }
-    Ok(file)
+/// The bytes that a URI itself is; `None` if it names a file.
+fn of_data_uri(uri: &str) -> Option<Result<Vec<u8>, String>> {
+    let data = uri.strip_prefix("data:")?;
+    let text = data.split_once(";base64,");
+    let text = text.ok_or_else(|| "found a data URI that is not base64".to_owned());
+    Some(text.and_then(|(_, text)| BASE64.decode(text).map_err(|error| error.to_string())))
 }
 
 /// A text with its `%20` as spaces and so on.
@@ -390,6 +405,7 @@ fn percent_decoded(text: &str) -> String {
 /// A file with its buffers.
 struct Content<'a> {
     detail: MeshDetail,
+    appearance: Appearance,
     document: &'a Document,
     buffers: Vec<Vec<u8>>,
 }
@@ -414,17 +430,14 @@ impl Content<'_> {
             .vectors(position, "positions")?
             .map(|corner| placed.transform_point3(corner))
             .collect();
+        let n = corners.len();
         let wanted = (self.detail >= MeshDetail::Normals).then_some(primitive.attributes.normal);
         let normals = wanted.flatten().map(|index| self.normals(index, placed));
-        let normals = normals.transpose()?;
-        if let Some(found) = normals.as_ref().map(Vec::len)
-            && found != corners.len()
-        {
-            let n = corners.len();
-            return Err(format!(
-                "found {found} normals of {n} corners, expected as many"
-            ));
-        }
+        let normals = normals.map(|it| as_many(it?, n, "normals")).transpose()?;
+        let (material, uv) = self.paint(primitive)?;
+        let uv = uv
+            .map(|it| as_many(it, n, "texture coordinates"))
+            .transpose()?;
         let indices = match primitive.indices {
             Some(index) => self.indices(index)?,
             None => (0..corners.len() as u32).collect(),
@@ -444,9 +457,115 @@ impl Content<'_> {
         let first = soup.triangles.len();
         soup.add(&corners, triangles)?;
         if let Some(normals) = normals {
-            soup.add_normals_of(first, &normals);
+            let of_corners = soup.by_corner(first, &normals);
+            soup.attributes.normals.resize(first, Default::default());
+            soup.attributes.normals.extend(of_corners);
+        }
+        if let Some(uv) = uv {
+            let of_corners = soup.by_corner(first, &uv);
+            soup.attributes.uv.resize(first, Default::default());
+            soup.attributes.uv.extend(of_corners);
+        }
+        if material > 0 {
+            let materials = &mut soup.attributes.materials;
+            materials.resize(first, 0);
+            materials.resize(soup.triangles.len(), material);
         }
         Ok(())
+    }
+
+    /// Number of the material of a part, the first being that of parts without one, and texture coordinates where it
+    /// has a texture.
+    fn paint(&self, primitive: &Primitive) -> Result<(u32, Option<Vec<Vec2>>), String> {
+        let wanted = (self.detail == MeshDetail::Materials).then_some(primitive.material);
+        let Some(index) = wanted.flatten() else {
+            return Ok((0, None));
+        };
+        let uv = if self.appearance.has_texture(index)? {
+            let uv = primitive.attributes.uv.ok_or_else(|| {
+                format!("found no TEXCOORD_0 of a part whose material {index} has a texture")
+            })?;
+            Some(self.uv(uv)?)
+        } else {
+            None
+        };
+        Ok((index as u32 + 1, uv))
+    }
+
+    /// Texture coordinates: floats, or whole numbers of which the largest is 1.
+    fn uv(&self, index: usize) -> Result<Vec<Vec2>, String> {
+        let accessor = item(&self.document.accessors, index, "accessor")?;
+        let (kind, of) = (&*accessor.kind, accessor.at.component_type);
+        Ok(match (kind, of) {
+            ("VEC2", F32) => of_bytes(self.elements(accessor)?, |it: [u8; 8]| {
+                let [u, v] = [0, 4].map(|at| [0, 1, 2, 3].map(|byte| it[at + byte]));
+                Vec2::new(f32::from_le_bytes(u), f32::from_le_bytes(v))
+            }),
+            ("VEC2", U16) => of_bytes(self.elements(accessor)?, |[a, b, c, d]| {
+                let [u, v] = [[a, b], [c, d]].map(|it| f32::from(u16::from_le_bytes(it)));
+                Vec2::new(u, v) / f32::from(u16::MAX)
+            }),
+            ("VEC2", U8) => of_bytes(self.elements(accessor)?, |[u, v]| {
+                Vec2::new(f32::from(u), f32::from(v)) / f32::from(u8::MAX)
+            }),
+            _ => {
+                return Err(format!(
+                    "found texture coordinates of {kind}, component type {of}, expected VEC2, component type {F32}, \
+                     {U8} or {U16}"
+                ));
+            }
+        })
+    }
+
+    /// Adds the materials, with the pictures that triangles need.
+    fn add_materials(&self, path: &Path, soup: &mut Soup) -> Result<(), String> {
+        if self.detail != MeshDetail::Materials {
+            return Ok(());
+        }
+        let used: BTreeSet<u32> = soup.attributes.materials.iter().copied().collect();
+        let mut wanted = HashMap::new();
+        let mut n_bytes = 0;
+        soup.materials = vec![MeshMaterial::WHITE];
+        for (index, material) in self.appearance.materials().enumerate() {
+            let (factor, texture) = material?;
+            // Of one that no triangle has nothing is opened.
+            let texture = texture.filter(|_| used.contains(&(index as u32 + 1)));
+            let texture = texture.map(|key| match wanted.get(&key) {
+                Some(known) => Ok::<usize, String>(*known),
+                None => {
+                    let texture = self.texture(&key, path)?;
+                    if let TextureContent::Bytes(bytes) = &texture.content {
+                        n_bytes += bytes.len() as u128;
+                    }
+                    Soup::check_bytes(n_bytes, "pictures")?;
+                    soup.textures.push(texture);
+                    wanted.insert(key, soup.textures.len() - 1);
+                    Ok(soup.textures.len() - 1)
+                }
+            });
+            let texture = texture.transpose()?;
+            soup.materials.push(MeshMaterial { factor, texture });
+        }
+        Ok(())
+    }
+
+    /// A picture that a material names.
+    fn texture(&self, key: &TextureKey, path: &Path) -> Result<MeshTexture, String> {
+        let name = format!("image {}", key.image);
+        let (uri, view) = self.appearance.image(key.image)?;
+        let content = match (uri, view) {
+            (Some(uri), _) => match of_data_uri(uri) {
+                Some(bytes) => TextureContent::Bytes(bytes?),
+                None => TextureContent::File(beside(path, &percent_decoded(uri))?),
+            },
+            (None, Some(view)) => TextureContent::Bytes(self.view(view)?.0.to_vec()),
+            (None, None) => return Err(format!("found no content of {name}")),
+        };
+        Ok(MeshTexture {
+            name,
+            content,
+            wraps: key.wraps,
+        })
     }
 
     /// Normals across the surface that the transforms make.
@@ -541,21 +660,15 @@ impl Content<'_> {
         byte_offset: usize,
         count: usize,
     ) -> Result<Vec<[u8; N]>, String> {
-        let outside = || {
-            format!(
-                "found {count} elements of {N} bytes beyond their buffer view {view} or its buffer"
-            )
-        };
-        let view = item(&self.document.buffer_views, view, "buffer view")?;
-        let buffer = item(&self.buffers, view.buffer, "buffer")?;
-        let stride = view.byte_stride.unwrap_or(N);
+        let outside =
+            || format!("found {count} elements of {N} bytes beyond their buffer view {view}");
+        let (bytes, stride) = self.view(view)?;
+        let stride = stride.unwrap_or(N);
         if stride < N {
             return Err(format!(
                 "found a stride of {stride} bytes, expected at least {N}"
             ));
         }
-        let bytes = buffer.get(view.byte_offset..).ok_or_else(outside)?;
-        let bytes = bytes.get(..view.byte_length).ok_or_else(outside)?;
         let bytes = bytes.get(byte_offset..).ok_or_else(outside)?;
         // The last element has no gap behind it.
         let found = bytes
@@ -564,8 +677,25 @@ impl Content<'_> {
         let found: Vec<[u8; N]> = found.take(count).copied().collect();
         (found.len() == count).then_some(found).ok_or_else(outside)
     }
+
+    /// The bytes of a view, and from how many to how many its elements stand.
+    fn view(&self, index: usize) -> Result<(&[u8], Option<usize>), String> {
+        let outside = || format!("found the buffer view {index} beyond its buffer");
+        let view = item(&self.document.buffer_views, index, "buffer view")?;
+        let buffer = item(&self.buffers, view.buffer, "buffer")?;
+        let bytes = buffer.get(view.byte_offset..).ok_or_else(outside)?;
+        let bytes = bytes.get(..view.byte_length).ok_or_else(outside)?;
+        Ok((bytes, view.byte_stride))
+    }
 }
 
-fn of_bytes<const N: usize>(elements: Vec<[u8; N]>, number: impl Fn([u8; N]) -> u32) -> Vec<u32> {
-    elements.into_iter().map(number).collect()
+/// Values of corners, if there are as many.
+fn as_many<T>(values: Vec<T>, n: usize, what: &str) -> Result<Vec<T>, String> {
+    let found = values.len();
+    let wrong = || format!("found {found} {what} of {n} corners, expected as many");
+    (found == n).then_some(values).ok_or_else(wrong)
+}
+
+fn of_bytes<const N: usize, T>(elements: Vec<[u8; N]>, value: impl Fn([u8; N]) -> T) -> Vec<T> {
+    elements.into_iter().map(value).collect()
 }

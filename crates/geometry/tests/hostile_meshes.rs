@@ -7,7 +7,7 @@ use std::path::Path;
 
 use niji_geometry::MeshDetail;
 use niji_geometry::TriangleMesh;
-use niji_geometry::mesh_buffers;
+use niji_geometry::files_beside_mesh;
 use niji_geometry::read_mesh;
 use serde_json::Value;
 use serde_json::json;
@@ -205,7 +205,7 @@ fn buffers_are_files_in_the_folder_of_the_mesh() {
     let read = |uri: &str| read_in(&own, &with("/buffers/0/uri", &json!(uri)));
     assert!(read("parts%20of%20it/a.bin").is_ok());
     assert!(read("./parts of it/a.bin").is_ok());
-    assert_eq!(mesh_buffers(&own.join("a.gltf")).unwrap().len(), 1);
+    assert_eq!(files_beside_mesh(&own.join("a.gltf")).unwrap().len(), 1);
     let absolute = folder.path().join("outside.bin");
     let absolute = absolute.to_str().unwrap();
     for uri in [

@@ -123,6 +123,7 @@ pub use lens::is_cropped;
 pub use linear_picture::LinearPicture;
 pub use photograph::Encoding;
 pub use photograph::Photograph;
+pub use photograph::read_texture;
 pub use pick_diagnosis::PickedEdge;
 pub use pick_diagnosis::diagnose_picks;
 pub use picture_files::Frame;

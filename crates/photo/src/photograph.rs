@@ -6,7 +6,9 @@
 //! scene. Transparency is dropped.
 
 use std::fs::File;
+use std::io::BufRead;
 use std::io::BufReader;
+use std::io::Cursor;
 use std::io::Read;
 use std::io::Seek;
 use std::io::SeekFrom;
@@ -17,6 +19,7 @@ use image::ImageDecoder;
 use image::ImageFormat;
 use image::ImageReader;
 use image::Limits;
+use image::metadata::Orientation;
 use ndarray::Array2;
 use niji_exchange::guarded;
 use niji_radiometry::open_file;
@@ -95,6 +98,20 @@ impl Photograph {
     }
 }
 
+/// Linear light of a PNG or JPEG in memory as its rows stand there, whatever way up a camera was held: a texture.
+///
+/// # Errors
+/// As [`Photograph::read`].
+pub fn read_texture(bytes: &[u8]) -> Result<LinearPicture, Error> {
+    if bytes.is_empty() {
+        return Err(Error::Empty);
+    }
+    let stored = guarded(Error::Damaged, || {
+        Stored::decode(Cursor::new(bytes), bytes.len() as u64)
+    })?;
+    Ok(linearize(&stored.picture)?.0)
+}
+
 /// A file that is not empty and ends, and its length.
 pub(crate) fn opened(path: &Path) -> Result<(File, u64), Error> {
     let (file, file_bytes) = open_file(path)?;
@@ -116,43 +133,58 @@ fn read_coded(file: File, file_bytes: u64) -> Result<Photograph, Error> {
 
 /// The code values, upright, and the camera's notes.
 pub(crate) fn decode(file: File, file_bytes: u64) -> Result<(DynamicImage, ExifNotes), Error> {
-    guarded(Error::Damaged, || decode_unguarded(file, file_bytes))
+    guarded(Error::Damaged, || {
+        let source = BufReader::with_capacity(1 << 18, file);
+        let mut stored = Stored::decode(source, file_bytes)?;
+        stored.picture.apply_orientation(stored.orientation);
+        let notes = stored.exif.map(ExifNotes::parse).unwrap_or_default();
+        Ok((stored.picture, notes))
+    })
 }
 
-fn decode_unguarded(mut file: File, file_bytes: u64) -> Result<(DynamicImage, ExifNotes), Error> {
-    let format = ImageReader::new(BufReader::new(&file))
-        .with_guessed_format()?
-        .format();
-    if format == Some(ImageFormat::Jpeg) {
-        file.seek(SeekFrom::Start(0))?;
-        if !has_end_of_image(BufReader::new(&file))? {
-            return Err(Error::Damaged(
-                "found no end of the JPEG picture".to_owned(),
-            ));
+/// A picture as a file has it.
+struct Stored {
+    picture: DynamicImage,
+    orientation: Orientation,
+    exif: Option<Vec<u8>>,
+}
+
+impl Stored {
+    fn decode(mut source: impl BufRead + Seek, n_bytes: u64) -> Result<Self, Error> {
+        let format = ImageReader::new(&mut source)
+            .with_guessed_format()?
+            .format();
+        if format == Some(ImageFormat::Jpeg) {
+            source.seek(SeekFrom::Start(0))?;
+            if !has_end_of_image(&mut source)? {
+                return Err(Error::Damaged(
+                    "found no end of the JPEG picture".to_owned(),
+                ));
+            }
         }
-    }
-    file.seek(SeekFrom::Start(0))?;
-    let mut reader = ImageReader::new(BufReader::with_capacity(1 << 18, file));
-    match format {
-        Some(format) if [ImageFormat::Jpeg, ImageFormat::Png].contains(&format) => {
-            reader.set_format(format);
+        source.seek(SeekFrom::Start(0))?;
+        let mut reader = ImageReader::new(source);
+        match format {
+            Some(format) if [ImageFormat::Jpeg, ImageFormat::Png].contains(&format) => {
+                reader.set_format(format);
+            }
+            Some(_) | None => return Err(Error::UnknownFormat),
         }
-        Some(_) | None => return Err(Error::UnknownFormat),
+        let mut limits = Limits::default();
+        limits.max_alloc = Some(MOST_DECODER_BYTES);
+        reader.limits(limits);
+        let mut decoder = reader.into_decoder().map_err(damaged)?;
+        let (width, height) = decoder.dimensions();
+        // A pixel of a PNG may be one bit.
+        check_size([width, height].map(u64::from), 1, n_bytes)?;
+        let n_pixels = u128::from(width) * u128::from(height);
+        check_memory(2 * u128::from(decoder.total_bytes()) + LIGHT_BYTES * n_pixels)?;
+        Ok(Self {
+            orientation: decoder.orientation().map_err(damaged)?,
+            exif: decoder.exif_metadata().map_err(damaged)?,
+            picture: DynamicImage::from_decoder(decoder).map_err(damaged)?,
+        })
     }
-    let mut limits = Limits::default();
-    limits.max_alloc = Some(MOST_DECODER_BYTES);
-    reader.limits(limits);
-    let mut decoder = reader.into_decoder().map_err(damaged)?;
-    let (width, height) = decoder.dimensions();
-    // A pixel of a PNG may be one bit.
-    check_size([width, height].map(u64::from), 1, file_bytes)?;
-    let n_pixels = u128::from(width) * u128::from(height);
-    check_memory(2 * u128::from(decoder.total_bytes()) + LIGHT_BYTES * n_pixels)?;
-    let orientation = decoder.orientation().map_err(damaged)?;
-    let exif = decoder.exif_metadata().map_err(damaged)?;
-    let mut picture = DynamicImage::from_decoder(decoder).map_err(damaged)?;
-    picture.apply_orientation(orientation);
-    Ok((picture, exif.map(ExifNotes::parse).unwrap_or_default()))
 }
 
 fn damaged(error: image::ImageError) -> Error {

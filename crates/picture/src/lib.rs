@@ -37,6 +37,7 @@ mod image;
 mod kept_parts;
 mod look;
 mod mean_of_instants;
+mod mesh_paint;
 mod open_shutter;
 mod photo_depth;
 mod picked_sun;

@@ -17,17 +17,20 @@ use niji_photo::read_depth_map;
 use niji_photo::read_depth_values;
 use niji_render::Solid;
 use niji_render::SolidShape;
+use niji_render::SurfaceColor;
 use niji_render::Surfaces;
-use niji_scene::Albedo;
 use niji_scene::Along;
 use niji_scene::Camera;
+use niji_scene::MeshAlbedo;
 use niji_scene::OccluderMesh;
+use niji_scene::OfFile;
 use niji_scene::Scene;
 use niji_scene::Terrain;
 use niji_scene::canonical_json;
 use serde::Serialize;
 
 use crate::error::Error;
+use crate::mesh_paint::read_painted;
 
 /// Names of meshes among the inputs of a picture.
 const MESH_ROLES: [&str; 8] = [
@@ -199,15 +202,22 @@ fn read_solid(path: &Path, placed: &OccluderMesh) -> Result<Solid, Error> {
     let bad = |error: &dyn std::fmt::Display| {
         Error::file(path, format!("{error} (file of [[occluders.meshes]])"))
     };
-    let detail = match placed.albedo {
-        Some(_) => MeshDetail::Normals,
-        None => MeshDetail::Shape,
+    let read = |detail| read_mesh(path, detail).map_err(|error| bad(&error));
+    let (mesh, albedo) = match placed.albedo {
+        None => (read(MeshDetail::Shape)?, None),
+        Some(MeshAlbedo::Plain(albedo)) => {
+            let color = SurfaceColor::Plain(albedo.reflectance());
+            (read(MeshDetail::Normals)?, Some(color))
+        }
+        Some(MeshAlbedo::OfFile(OfFile::Materials)) => {
+            let (mesh, paint) = read_painted(path)?;
+            (mesh, Some(SurfaceColor::Painted(paint)))
+        }
     };
-    let mesh = read_mesh(path, detail).map_err(|error| bad(&error))?;
     let mesh = mesh.placed(&placed.to_world());
     Ok(Solid {
         shape: SolidShape::Mesh(MeshBvh::new(mesh.map_err(|error| bad(&error))?)),
-        albedo: placed.albedo.map(Albedo::reflectance),
+        albedo,
     })
 }
 
@@ -242,6 +252,6 @@ fn read_terrain((path, terrain): (&Path, &Terrain), camera: Camera) -> Result<So
     }
     Ok(Solid {
         shape: SolidShape::Heights(field),
-        albedo: terrain.albedo.map(Albedo::reflectance),
+        albedo: terrain.albedo.map(|it| it.reflectance().into()),
     })
 }

@@ -3,7 +3,7 @@
 //! L = A/pi T_drops T_eye (E_sun T_sun [(n . w) S exp(-tau) + V w_y (1 + n_y)/2 (T(tau) - exp(-tau))]
 //!     + V U (E(n) - D(n)) + D(n))
 //!
-//! `A` albedo, `n` normal of the smooth surface, of a flat triangle its own, `w` towards the sun, `T_eye` and `T_sun` what air lets pass, `S` 1 where no surface stands
+//! `A` albedo (`paint` where it is by place), `n` normal of the smooth surface, of a flat triangle its own, `w` towards the sun, `T_eye` and `T_sun` what air lets pass, `S` 1 where no surface stands
 //! before the sun, `tau` of the drops before it (Q = 1: what diffraction turns aside falls next to it), `T` what these
 //! let pass with what they scatter downwards, `U` the same of skylight (`under_drops`),
 //! `E(n)` irradiance of all diffuse light on a tilted face, as sky and ground send it to an open place of this
@@ -29,11 +29,15 @@
 use glam::DVec3;
 use niji_dropfield::Bricks;
 use niji_geometry::Ray;
+use niji_radiometry::Nanometers;
+use niji_radiometry::WavelengthGrid;
 
 use crate::air::Air;
 use crate::air_diffuse::FaceOfAir;
 use crate::air_glow::both_ways;
 use crate::lit_drops::depth;
+use crate::paint::Paint;
+use crate::paint::SurfaceColor;
 use crate::request::RenderRequest;
 use crate::sky_view::free_share;
 use crate::sky_view::horizon_by_halving_rad;
@@ -125,9 +129,9 @@ impl SurfaceRoom {
 /// What all lit surfaces of a picture share.
 pub(crate) struct SurfaceLight<'a> {
     surfaces: Option<&'a Surfaces>,
-    /// Albedos over pi by solid and wavelength; none of those that are black.
-    // f32: spectra leave in f32.
-    reflected: Vec<Vec<f32>>,
+    /// What the solids give back.
+    colors: Vec<Reflected<'a>>,
+    wavelengths: Vec<Nanometers>,
     /// The largest albedo by wavelength.
     brightest: Vec<f64>,
     sun_direction: DVec3,
@@ -135,6 +139,31 @@ pub(crate) struct SurfaceLight<'a> {
     bricks: &'a [Bricks],
     /// What they leave of the sky.
     sky: Option<SkyUnderDrops>,
+}
+
+/// What a solid gives back.
+enum Reflected<'a> {
+    /// Albedos over pi by wavelength; none of a black one.
+    // f32: spectra leave in f32.
+    Evenly(Vec<f32>),
+    /// By place.
+    Painted(&'a Paint),
+}
+
+impl<'a> Reflected<'a> {
+    fn of(color: Option<&'a SurfaceColor>, grid: &WavelengthGrid) -> Self {
+        match color {
+            None => Self::Evenly(Vec::new()),
+            Some(SurfaceColor::Plain(reflectance)) => {
+                Self::Evenly(reflectance.on(grid).into_iter().map(over_pi).collect())
+            }
+            Some(SurfaceColor::Painted(paint)) => Self::Painted(paint),
+        }
+    }
+}
+
+fn over_pi(albedo: f64) -> f32 {
+    (albedo * std::f64::consts::FRAC_1_PI) as f32
 }
 
 /// Sunlight through drops, over that in front of them.
@@ -149,28 +178,28 @@ struct SunThroughDrops {
 impl<'a> SurfaceLight<'a> {
     /// The surfaces and drops of a picture.
     pub(crate) fn new(request: &RenderRequest<'a>) -> Self {
-        let albedos = request.surfaces.into_iter().flat_map(Surfaces::albedos);
-        let albedos = albedos.map(|albedo| albedo.map(|it| it.on(&request.wavelengths)));
-        let albedos: Vec<Vec<f64>> = albedos.map(Option::unwrap_or_default).collect();
+        let colors = || request.surfaces.into_iter().flat_map(Surfaces::albedos);
         let mut brightest = vec![0.0; request.wavelengths.len()];
-        for albedo in &albedos {
-            for (brightest, value) in brightest.iter_mut().zip(albedo) {
-                *brightest = value.max(*brightest);
+        for color in colors().flatten() {
+            let most = match color {
+                SurfaceColor::Plain(reflectance) => vec![*reflectance],
+                SurfaceColor::Painted(paint) => paint.brightest(),
+            };
+            for most in most {
+                for (brightest, value) in brightest.iter_mut().zip(most.on(&request.wavelengths)) {
+                    *brightest = value.max(*brightest);
+                }
             }
         }
-        let reflected = albedos.into_iter().map(|values| {
-            let over_pi = values
-                .into_iter()
-                .map(|value| value * std::f64::consts::FRAC_1_PI);
-            over_pi.map(|value| value as f32).collect()
-        });
+        let colors = colors().map(|color| Reflected::of(color, &request.wavelengths));
         let has_shadow = request.effects.drop_shadow.is_on();
         let bricks = request.drops.bricks();
         let bounds = request.drops.bounds().filter(|_| has_shadow);
         let has_sky = request.effects.lit_surfaces.is_on();
         Self {
             surfaces: request.surfaces,
-            reflected: reflected.collect(),
+            colors: colors.collect(),
+            wavelengths: request.wavelengths.centers().collect(),
             brightest,
             sun_direction: request.sun_direction,
             bricks: if has_shadow { bricks } else { &[] },
@@ -216,7 +245,7 @@ impl<'a> SurfaceLight<'a> {
         (sight, air): (&Sight, Option<&Air>),
         room: &mut SurfaceRoom,
     ) {
-        let Face { normal, solid, .. } = spot.face;
+        let Face { normal, .. } = spot.face;
         let view = self.sky_view_of_pixel(spot, sight.surface_m, &mut room.sky);
         self.write_unfollowed((spot, view.hidden), (sight, air), &mut room.unfollowed);
         let (share, out) = (view.free, &mut room.light);
@@ -228,7 +257,7 @@ impl<'a> SurfaceLight<'a> {
         };
         let Some(air) = air else {
             out.fill(sunlit as f32);
-            return self.reflect(solid, out);
+            return self.reflect(&spot.face, out);
         };
         let to_eye = air.to_eye(
             air.ray(sight.ray.origin, sight.ray.direction),
@@ -260,7 +289,7 @@ impl<'a> SurfaceLight<'a> {
                 *sum += light * transmitted;
             }
         }
-        self.reflect(solid, out);
+        self.reflect(&spot.face, out);
     }
 
     /// Writes what surfaces that are a share of all that lights a place may send to the eye by way of it.
@@ -302,12 +331,22 @@ impl<'a> SurfaceLight<'a> {
                 *light *= transmitted;
             }
         }
-        self.reflect(spot.face.solid, out);
+        self.reflect(&spot.face, out);
     }
 
-    fn reflect(&self, solid: usize, light: &mut [f32]) {
-        for (light, reflected) in light.iter_mut().zip(&self.reflected[solid]) {
-            *light *= reflected;
+    fn reflect(&self, face: &Face, light: &mut [f32]) {
+        match &self.colors[face.solid] {
+            Reflected::Evenly(reflected) => {
+                for (light, reflected) in light.iter_mut().zip(reflected) {
+                    *light *= reflected;
+                }
+            }
+            Reflected::Painted(paint) => {
+                let mix = paint.at(face.painted);
+                for (light, wavelength) in light.iter_mut().zip(&self.wavelengths) {
+                    *light *= over_pi(mix.at(*wavelength));
+                }
+            }
         }
     }
 

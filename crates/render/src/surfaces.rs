@@ -14,10 +14,11 @@ use niji_geometry::Camera;
 use niji_geometry::HeightField;
 use niji_geometry::MeshBvh;
 use niji_geometry::Ray;
-use niji_radiometry::Reflectance;
 
 use crate::error::Error;
 use crate::map_edge;
+use crate::paint::Painted;
+use crate::paint::SurfaceColor;
 use crate::sky_view::horizon_by_halving_rad;
 use crate::water_surface::Foot;
 use crate::water_surface::WaterSurface;
@@ -28,7 +29,7 @@ pub struct Solid {
     /// Where it is.
     pub shape: SolidShape,
     /// What it gives back, as much in all directions; `None` for one that hides and nothing else.
-    pub albedo: Option<Reflectance>,
+    pub albedo: Option<SurfaceColor>,
 }
 
 /// Where a surface is.
@@ -49,20 +50,38 @@ pub(crate) struct Face {
     pub(crate) normal: DVec3,
     /// Of which solid.
     pub(crate) solid: usize,
+    /// What of its paint, where it is painted.
+    pub(crate) painted: Painted,
+}
+
+/// A place at which a ray meets a solid.
+struct Met {
+    distance_m: f64,
+    /// Of the triangle, and of the smooth surface.
+    normals: [DVec3; 2],
+    painted: Painted,
 }
 
 impl SolidShape {
-    /// Distance (m), normal and smooth normal where a ray first meets it.
-    fn nearest(&self, ray: &Ray) -> Option<(f64, [DVec3; 2])> {
+    /// Where a ray first meets it.
+    fn nearest(&self, ray: &Ray) -> Option<Met> {
         // One on which the eye itself lies does not blind it.
         match self {
             Self::Mesh(mesh) => {
                 let hit = mesh.nearest(ray, 0.0)?;
-                Some((hit.distance_m, [hit.normal, hit.smooth_normal]))
+                Some(Met {
+                    distance_m: hit.distance_m,
+                    normals: [hit.normal, hit.smooth_normal],
+                    painted: hit.painted,
+                })
             }
             Self::Heights(field) => {
                 let hit = field.nearest(ray, 0.0)?;
-                Some((hit.distance_m, [hit.normal, hit.smooth_normal]))
+                Some(Met {
+                    distance_m: hit.distance_m,
+                    normals: [hit.normal, hit.smooth_normal],
+                    painted: Painted::default(),
+                })
             }
         }
     }
@@ -144,8 +163,8 @@ impl Surfaces {
     }
 
     /// What each of the solids gives back.
-    pub(crate) fn albedos(&self) -> impl Iterator<Item = Option<Reflectance>> {
-        self.solids.iter().map(|solid| solid.albedo)
+    pub(crate) fn albedos(&self) -> impl Iterator<Item = Option<&SurfaceColor>> {
+        self.solids.iter().map(|solid| solid.albedo.as_ref())
     }
 
     /// Whether a ray meets any solid.
@@ -222,21 +241,22 @@ impl Surfaces {
     fn nearer_solid(&self, ray: &Ray, within_m: f64) -> (f64, Option<Face>) {
         let mut end = (within_m, None);
         for (index, solid) in self.solids.iter().enumerate() {
-            let Some((distance_m, normals)) = solid.shape.nearest(ray) else {
+            let Some(met) = solid.shape.nearest(ray) else {
                 continue;
             };
-            if distance_m < end.0 {
-                let [side, normal] = if normals[0].dot(ray.direction) > 0.0 {
-                    normals.map(|normal| -normal)
+            if met.distance_m < end.0 {
+                let [side, normal] = if met.normals[0].dot(ray.direction) > 0.0 {
+                    met.normals.map(|normal| -normal)
                 } else {
-                    normals
+                    met.normals
                 };
                 let face = Face {
                     side,
                     normal,
                     solid: index,
+                    painted: met.painted,
                 };
-                end = (distance_m, solid.albedo.map(|_| face));
+                end = (met.distance_m, solid.albedo.as_ref().map(|_| face));
             }
         }
         end

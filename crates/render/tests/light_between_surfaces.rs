@@ -22,7 +22,7 @@ fn rectangle(middle: DVec3, [a, b]: [DVec3; 2], albedo: f64) -> Solid {
     let mesh = TriangleMesh::new(&corners, &[[0, 1, 2], [0, 2, 3]]).unwrap();
     Solid {
         shape: SolidShape::Mesh(MeshBvh::new(mesh)),
-        albedo: Some(Reflectance::Even(albedo)),
+        albedo: Some(Reflectance::Even(albedo).into()),
     }
 }
 

@@ -43,7 +43,7 @@ fn rectangle(middle: DVec3, [a, b]: [DVec3; 2]) -> SolidShape {
 fn lit(shape: SolidShape) -> Solid {
     Solid {
         shape,
-        albedo: Some(Reflectance::Even(ALBEDO)),
+        albedo: Some(Reflectance::Even(ALBEDO).into()),
     }
 }
 

@@ -100,7 +100,7 @@ fn hills() -> Solid {
     });
     Solid {
         shape: SolidShape::Heights(field.unwrap()),
-        albedo: Some(Reflectance::of_rgb([0.3, 0.5, 0.1])),
+        albedo: Some(Reflectance::of_rgb([0.3, 0.5, 0.1]).into()),
     }
 }
 

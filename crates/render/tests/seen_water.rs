@@ -236,7 +236,7 @@ fn a_lit_wall_stands_on_its_head_in_the_water() {
     let mesh = TriangleMesh::new(&corners, &[[0, 1, 2], [0, 2, 3]]).unwrap();
     let surfaces = Surfaces::default().with(Solid {
         shape: SolidShape::Mesh(MeshBvh::new(mesh)),
-        albedo: Some(Reflectance::Even(0.4)),
+        albedo: Some(Reflectance::Even(0.4).into()),
     });
     let (drops, table) = (LitDrops::none(), isotropic(0.0));
     let any = camera(DVec3::Y, (0.0, 0.0), 1.0, (1, 1));

@@ -69,7 +69,7 @@ fn placed(mesh: &TriangleMesh) -> Solid {
         DAffine3::from_translation(MIDDLE) * DAffine3::from_scale(DVec3::splat(RADIUS_M));
     Solid {
         shape: SolidShape::Mesh(MeshBvh::new(mesh.placed(&to_world).unwrap())),
-        albedo: Some(Reflectance::Even(ALBEDO)),
+        albedo: Some(Reflectance::Even(ALBEDO).into()),
     }
 }
 
@@ -156,11 +156,12 @@ fn the_sun_behind_a_triangle_never_lights_it() {
         let corners = [-east - north, east - north, north].map(|at| 20.0 * at + MIDDLE);
         let attributes = TriangleAttributes {
             normals: vec![[normal.as_vec3(); 3]],
+            ..TriangleAttributes::default()
         };
         let mesh = TriangleMesh::with_attributes(&corners, &[[0, 1, 2]], attributes).unwrap();
         let solid = Solid {
             shape: SolidShape::Mesh(MeshBvh::new(mesh)),
-            albedo: Some(Reflectance::Even(ALBEDO)),
+            albedo: Some(Reflectance::Even(ALBEDO).into()),
         };
         let found = cos_seen(&Surfaces::default().with(solid), (0.0, 0.0));
         let of_normal = normal.dot(sun());

@@ -1,4 +1,4 @@
-//! What a surface gives back: as much of all light, or a color.
+//! What a surface gives back: as much of all light, a color, or what its file says.
 
 use std::fmt;
 
@@ -8,6 +8,7 @@ use serde::Deserialize;
 use serde::Deserializer;
 use serde::Serialize;
 use serde::de::SeqAccess;
+use serde::de::Unexpected;
 use serde::de::Visitor;
 
 use crate::check::Check;
@@ -50,6 +51,82 @@ impl Albedo {
         numbers
             .into_iter()
             .try_for_each(|it| check.number(key, it, (0.0, 1.0)))
+    }
+}
+
+/// What a mesh gives back: its albedo, or `"materials"`: the base colors and base color textures of its file (glTF, or
+/// OBJ with `Kd` and `map_Kd`), as much in all directions whatever else its materials are; alpha is ignored.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[serde(untagged)]
+pub enum MeshAlbedo {
+    /// As much everywhere.
+    Plain(Albedo),
+    /// By its own materials.
+    OfFile(OfFile),
+}
+
+/// The word for a mesh's own materials.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum OfFile {
+    /// Those of its file.
+    Materials,
+}
+
+impl MeshAlbedo {
+    /// The largest of its numbers; 1 where only the file knows.
+    pub(crate) fn largest(self) -> f64 {
+        match self {
+            Self::Plain(albedo) => albedo.largest(),
+            Self::OfFile(OfFile::Materials) => 1.0,
+        }
+    }
+
+    /// Checks that all are shares.
+    pub(crate) fn check(self, key: &str, check: &Check<'_>) -> Result<(), SceneError> {
+        match self {
+            Self::Plain(albedo) => albedo.check(key, check),
+            Self::OfFile(OfFile::Materials) => Ok(()),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for MeshAlbedo {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(OrMaterials)
+    }
+}
+
+struct OrMaterials;
+
+impl<'de> Visitor<'de> for OrMaterials {
+    type Value = MeshAlbedo;
+
+    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("a number, a list of red, green and blue, or \"materials\"")
+    }
+
+    fn visit_f64<E: serde::de::Error>(self, value: f64) -> Result<MeshAlbedo, E> {
+        Either.visit_f64(value).map(MeshAlbedo::Plain)
+    }
+
+    fn visit_i64<E: serde::de::Error>(self, value: i64) -> Result<MeshAlbedo, E> {
+        Either.visit_i64(value).map(MeshAlbedo::Plain)
+    }
+
+    fn visit_u64<E: serde::de::Error>(self, value: u64) -> Result<MeshAlbedo, E> {
+        Either.visit_u64(value).map(MeshAlbedo::Plain)
+    }
+
+    fn visit_str<E: serde::de::Error>(self, word: &str) -> Result<MeshAlbedo, E> {
+        if word == "materials" {
+            return Ok(MeshAlbedo::OfFile(OfFile::Materials));
+        }
+        Err(E::invalid_value(Unexpected::Str(word), &self))
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, items: A) -> Result<MeshAlbedo, A::Error> {
+        Either.visit_seq(items).map(MeshAlbedo::Plain)
     }
 }
 

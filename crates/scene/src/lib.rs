@@ -59,6 +59,8 @@ pub use air::Layer;
 pub use air::LayerLaw;
 pub use air::RayleighModel;
 pub use albedo::Albedo;
+pub use albedo::MeshAlbedo;
+pub use albedo::OfFile;
 pub use camera_section::Camera;
 pub use camera_section::Projection;
 pub use canonical_json::canonical_json;

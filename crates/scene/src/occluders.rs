@@ -8,7 +8,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
 
-use crate::albedo::Albedo;
+use crate::albedo::MeshAlbedo;
 
 /// Most meshes that hide what is behind them.
 pub(crate) const MAX_MESHES: usize = 8;
@@ -53,9 +53,10 @@ pub struct OccluderMesh {
     #[serde(default)]
     #[schemars(inner(range(min = -1e7, max = 1e7)))]
     pub position_m: [f64; 3],
-    /// Share of the light that it gives back, 0..1, or red, green and blue; black where it is left out.
+    /// Share of the light that it gives back, 0..1, or red, green and blue, or "materials" for those of its file; black
+    /// where it is left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub albedo: Option<Albedo>,
+    pub albedo: Option<MeshAlbedo>,
 }
 
 impl OccluderMesh {

@@ -10,6 +10,7 @@ use serde::de::IgnoredAny;
 use crate::accuracy::Accuracy;
 use crate::air::Air;
 use crate::albedo::Albedo;
+use crate::albedo::MeshAlbedo;
 use crate::camera_section::Camera;
 use crate::canonical_json::canonical_json;
 use crate::drops::Drops;
@@ -149,11 +150,12 @@ impl Scene {
             .map(|water| water.surface())
     }
 
-    /// What the surfaces with an albedo give back.
-    pub(crate) fn albedos(&self) -> impl Iterator<Item = Albedo> {
+    /// The most that each of the surfaces with an albedo gives back.
+    pub(crate) fn albedos(&self) -> impl Iterator<Item = f64> {
         let meshes = self.occluders.iter().flat_map(|it| &it.meshes);
-        let of_meshes = meshes.filter_map(|mesh| mesh.albedo);
-        of_meshes.chain(self.terrain.iter().filter_map(|it| it.albedo))
+        let of_meshes = meshes.filter_map(|mesh| mesh.albedo.map(MeshAlbedo::largest));
+        let of_terrain = self.terrain.iter().filter_map(|it| it.albedo);
+        of_meshes.chain(of_terrain.map(Albedo::largest))
     }
 
     /// What the drops are made of: the sea's water where all of them are its spray, otherwise pure, unless

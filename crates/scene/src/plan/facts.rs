@@ -15,7 +15,6 @@ use niji_scatter::Band;
 use niji_scatter::dark_band_rad;
 
 use crate::accuracy::Levels;
-use crate::albedo::Albedo;
 use crate::drops::DropSource;
 use crate::effect::Effect;
 use crate::effect_facts::Facts;
@@ -155,7 +154,7 @@ impl Situation {
             bows_rad: dark_band_rad(scene.water()).into(),
             mirrored,
             sees_water,
-            lit_albedo: scene.albedos().map(Albedo::largest).fold(0.0, f64::max),
+            lit_albedo: scene.albedos().fold(0.0, f64::max),
             lines,
             grid,
             blocks,
