@@ -329,7 +329,10 @@ fn what_is_no_albedo_or_height_is_told_with_its_line() {
         ("1.5", "0 to 1"),
         ("[0.1, 0.2, -0.1]", "0 to 1"),
         ("[0.1, 0.2]", "red, green and blue"),
-        ("\"grass\"", "a number or a list of red, green and blue"),
+        (
+            "\"grass\"",
+            "a number, a list of red, green and blue, or \"materials\"",
+        ),
     ] {
         let message = refused(&format!("{mesh}{albedo}\n"));
         assert!(

@@ -23,6 +23,7 @@ use niji_geometry::MeshDetail;
 use niji_geometry::Ray;
 use niji_geometry::files_beside_mesh;
 use niji_geometry::read_mesh;
+use niji_geometry::read_painted_mesh;
 use niji_photo::Photograph;
 use niji_photo::Plate;
 use niji_photo::read_depth_map;
@@ -160,7 +161,8 @@ fn mesh(path: &Path) -> bool {
     let _ = files_beside_mesh(path);
     let lit = read_mesh(path, MeshDetail::Normals).map(MeshBvh::new);
     // What is wrong with normals is nothing to a black mesh.
-    read_mesh(path, MeshDetail::Shape).is_ok() | lit.is_ok()
+    let painted = read_painted_mesh(path);
+    read_mesh(path, MeshDetail::Shape).is_ok() | lit.is_ok() | painted.is_ok()
 }
 
 /// A scene survives its canonical JSON.

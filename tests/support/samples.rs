@@ -228,7 +228,8 @@ pub fn buffer() -> Vec<u8> {
 
 pub fn obj() -> Vec<u8> {
     let corners = CORNERS.map(|[x, y, z]| format!("v {x} {y} {z}\n")).concat();
-    let faces = "vt 0 0\nvn 0 0 1\nf 1/1 3 2\nf 1//1 2 4\nf -4 -1 -2\nf 2/1/1 3 4\nf 1 2 3 4\n";
+    let faces =
+        "vt 0 0\nvn 0 0 1\nusemtl a\nf 1/1 3 2\nf 1//1 2 4\nf -4 -1 -2\nf 2/1/1 3 4\nf 1 2 3 4\n";
     (corners + faces).into_bytes()
 }
 
@@ -240,9 +241,13 @@ pub fn gltf(uri: Option<&str>) -> Vec<u8> {
         r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],
         "nodes":[{{"mesh":0,"scale":[1,2,3],"children":[1,2]}},{{"mesh":0,"translation":[5,0,0]}},
         {{"mesh":0,"rotation":[0,0,0,1]}}],
-        "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0,"NORMAL":0}},"indices":1}}]}}],
+        "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0,"NORMAL":0,"TEXCOORD_0":2}},"indices":1,
+        "material":0}}]}}],"materials":[{{"pbrMetallicRoughness":{{"baseColorFactor":[0.5,0.4,1,1],
+        "baseColorTexture":{{"index":0}}}}}}],"textures":[{{"sampler":0,"source":0}}],
+        "samplers":[{{"wrapS":33071}}],"images":[{{"bufferView":1}}],
         "accessors":[{{"bufferView":0,"componentType":5126,"count":4,"type":"VEC3"}},
-        {{"bufferView":1,"byteOffset":0,"componentType":5123,"count":12,"type":"SCALAR"}}],
+        {{"bufferView":1,"byteOffset":0,"componentType":5123,"count":12,"type":"SCALAR"}},
+        {{"bufferView":0,"componentType":5126,"count":4,"type":"VEC2"}}],
         "bufferViews":[{{"buffer":0,"byteLength":48,"byteStride":12}},
         {{"buffer":0,"byteOffset":48,"byteLength":24}}],"buffers":[{{{uri}"byteLength":72}}]}}"#
     )

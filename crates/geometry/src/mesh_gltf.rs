@@ -8,8 +8,6 @@
 
 mod appearance;
 
-use std::collections::BTreeSet;
-use std::collections::HashMap;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
@@ -21,7 +19,6 @@ use glam::DMat3;
 use glam::DMat4;
 use glam::DQuat;
 use glam::DVec3;
-use glam::Vec2;
 use glam::Vec3;
 use niji_radiometry::Bytes;
 use niji_radiometry::memory_limit;
@@ -29,13 +26,9 @@ use serde::Deserialize;
 
 use crate::mesh_files::MeshDetail;
 use crate::mesh_files::Soup;
-use crate::mesh_materials::MeshMaterial;
-use crate::mesh_materials::MeshTexture;
-use crate::mesh_materials::TextureContent;
 use crate::mesh_materials::beside;
 
 use appearance::Appearance;
-use appearance::TextureKey;
 
 /// First bytes of a file with its buffer inside (GLB).
 const GLB_MAGIC: &[u8] = b"glTF";
@@ -472,100 +465,6 @@ impl Content<'_> {
             materials.resize(soup.triangles.len(), material);
         }
         Ok(())
-    }
-
-    /// Number of the material of a part, the first being that of parts without one, and texture coordinates where it
-    /// has a texture.
-    fn paint(&self, primitive: &Primitive) -> Result<(u32, Option<Vec<Vec2>>), String> {
-        let wanted = (self.detail == MeshDetail::Materials).then_some(primitive.material);
-        let Some(index) = wanted.flatten() else {
-            return Ok((0, None));
-        };
-        let uv = if self.appearance.has_texture(index)? {
-            let uv = primitive.attributes.uv.ok_or_else(|| {
-                format!("found no TEXCOORD_0 of a part whose material {index} has a texture")
-            })?;
-            Some(self.uv(uv)?)
-        } else {
-            None
-        };
-        Ok((index as u32 + 1, uv))
-    }
-
-    /// Texture coordinates: floats, or whole numbers of which the largest is 1.
-    fn uv(&self, index: usize) -> Result<Vec<Vec2>, String> {
-        let accessor = item(&self.document.accessors, index, "accessor")?;
-        let (kind, of) = (&*accessor.kind, accessor.at.component_type);
-        Ok(match (kind, of) {
-            ("VEC2", F32) => of_bytes(self.elements(accessor)?, |it: [u8; 8]| {
-                let [u, v] = [0, 4].map(|at| [0, 1, 2, 3].map(|byte| it[at + byte]));
-                Vec2::new(f32::from_le_bytes(u), f32::from_le_bytes(v))
-            }),
-            ("VEC2", U16) => of_bytes(self.elements(accessor)?, |[a, b, c, d]| {
-                let [u, v] = [[a, b], [c, d]].map(|it| f32::from(u16::from_le_bytes(it)));
-                Vec2::new(u, v) / f32::from(u16::MAX)
-            }),
-            ("VEC2", U8) => of_bytes(self.elements(accessor)?, |[u, v]| {
-                Vec2::new(f32::from(u), f32::from(v)) / f32::from(u8::MAX)
-            }),
-            _ => {
-                return Err(format!(
-                    "found texture coordinates of {kind}, component type {of}, expected VEC2, component type {F32}, \
-                     {U8} or {U16}"
-                ));
-            }
-        })
-    }
-
-    /// Adds the materials, with the pictures that triangles need.
-    fn add_materials(&self, path: &Path, soup: &mut Soup) -> Result<(), String> {
-        if self.detail != MeshDetail::Materials {
-            return Ok(());
-        }
-        let used: BTreeSet<u32> = soup.attributes.materials.iter().copied().collect();
-        let mut wanted = HashMap::new();
-        let mut n_bytes = 0;
-        soup.materials = vec![MeshMaterial::WHITE];
-        for (index, material) in self.appearance.materials().enumerate() {
-            let (factor, texture) = material?;
-            // Of one that no triangle has nothing is opened.
-            let texture = texture.filter(|_| used.contains(&(index as u32 + 1)));
-            let texture = texture.map(|key| match wanted.get(&key) {
-                Some(known) => Ok::<usize, String>(*known),
-                None => {
-                    let texture = self.texture(&key, path)?;
-                    if let TextureContent::Bytes(bytes) = &texture.content {
-                        n_bytes += bytes.len() as u128;
-                    }
-                    Soup::check_bytes(n_bytes, "pictures")?;
-                    soup.textures.push(texture);
-                    wanted.insert(key, soup.textures.len() - 1);
-                    Ok(soup.textures.len() - 1)
-                }
-            });
-            let texture = texture.transpose()?;
-            soup.materials.push(MeshMaterial { factor, texture });
-        }
-        Ok(())
-    }
-
-    /// A picture that a material names.
-    fn texture(&self, key: &TextureKey, path: &Path) -> Result<MeshTexture, String> {
-        let name = format!("image {}", key.image);
-        let (uri, view) = self.appearance.image(key.image)?;
-        let content = match (uri, view) {
-            (Some(uri), _) => match of_data_uri(uri) {
-                Some(bytes) => TextureContent::Bytes(bytes?),
-                None => TextureContent::File(beside(path, &percent_decoded(uri))?),
-            },
-            (None, Some(view)) => TextureContent::Bytes(self.view(view)?.0.to_vec()),
-            (None, None) => return Err(format!("found no content of {name}")),
-        };
-        Ok(MeshTexture {
-            name,
-            content,
-            wraps: key.wraps,
-        })
     }
 
     /// Normals across the surface that the transforms make.

@@ -3,8 +3,9 @@
 //! L = A/pi T_drops T_eye (E_sun T_sun [(n . w) S exp(-tau) + V w_y (1 + n_y)/2 (T(tau) - exp(-tau))]
 //!     + V U (E(n) - D(n)) + D(n))
 //!
-//! `A` albedo (`paint` where it is by place), `n` normal of the smooth surface, of a flat triangle its own, `w` towards the sun, `T_eye` and `T_sun` what air lets pass, `S` 1 where no surface stands
-//! before the sun, `tau` of the drops before it (Q = 1: what diffraction turns aside falls next to it), `T` what these
+//! `A` albedo (`paint` where it is by place), `n` normal of the smooth surface, of a flat triangle its own, `w` towards
+//! the sun, `T_eye` and `T_sun` what air lets pass, `S` 1 where no surface stands before the sun, `tau` of the drops before
+//! it (Q = 1: what diffraction turns aside falls next to it), `T` what these
 //! let pass with what they scatter downwards, `U` the same of skylight (`under_drops`),
 //! `E(n)` irradiance of all diffuse light on a tilted face, as sky and ground send it to an open place of this
 //! height (`air_diffuse`), `D(n) = A_g/2 (1 - n_y) E_g` what of it the ground sends, `E_g` light on the level ground,
