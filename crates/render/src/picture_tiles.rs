@@ -41,7 +41,7 @@ pub(crate) struct TileMut<'a> {
 }
 
 /// What rays could better of a pixel, from its errors by cause [cd/m²].
-pub(crate) fn of_rays(causes: ArrayView1<f32>) -> f64 {
+pub(crate) fn of_rays(causes: &ArrayView1<f32>) -> f64 {
     together(&[QUADRATURE, FOOTPRINT].map(|cause| f64::from(causes[cause])))
 }
 
@@ -51,7 +51,7 @@ impl Rendered {
         let errors = self.layers.iter().filter(|(layer, _)| *layer == Error);
         let of_rows = errors.flat_map(|(_, values)| {
             let of_rows = values.slice(s![.., rows.clone(), ..]);
-            of_rows.map_axis(Axis(0), of_rays)
+            of_rows.map_axis(Axis(0), |causes| of_rays(&causes))
         });
         of_rows.collect()
     }

@@ -188,7 +188,7 @@ impl RayTracer<'_> {
             || Room::new(self),
             |room, mut tile| {
                 // A copy: pixels are put on the way.
-                let errors = tile.errors().map_axis(Axis(0), of_rays);
+                let errors = tile.errors().map_axis(Axis(0), |causes| of_rays(&causes));
                 for ((y, x), error) in errors.indexed_iter() {
                     if *error > tolerance_cd_m2 && is_chosen() {
                         let (column, row) = tile.in_region((x, y));
