@@ -63,7 +63,7 @@ fn further_orders(plan: &Plan, decision: &EffectDecision) -> String {
         .map(|it| format!("effects.{} = \"on\"", it.effect))
         .collect();
     format!(
-        "{LEFT_OUT}: light that drops scatter more than once (up to about {} of display white, RMS); {} {} it",
+        "{LEFT_OUT}: light that drops scatter more than once (RMS up to about {} of display white); {} {} it",
         of_white(decision.bound.rms),
         keys.join(", "),
         if keys.len() > 1 { "add" } else { "adds" }

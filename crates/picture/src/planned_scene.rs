@@ -58,6 +58,9 @@ use crate::surfaces::SurfaceFiles;
 use crate::watch::Watch;
 use crate::watch::unwatched;
 
+/// Light below this part of a tolerance is none that an effect could show: an exposure is missing.
+const SEEN_AT_ALL: f64 = 1e-3;
+
 /// What a dark scene lacks where its plan warns of nothing.
 const LIGHT_NEEDS: &str = "a bow needs drops in view at its angle and the sun above the horizon, a sky needs air; \
                            `niji plan` says what each effect contributes";
@@ -589,12 +592,14 @@ impl PlannedScene {
         let effects = self.plan.effects.iter().filter(|it| it.is_left_out);
         let brightest = effects.max_by(|a, b| a.bound.value.total_cmp(&b.bound.value));
         let reason = match (brightest, self.plan.warnings.first()) {
-            (Some(brightest), _) if brightest.bound.value > 0.0 => format!(
-                "all of it is too faint to be seen, most of it {0}, {1:.2} % of display white at most: \
+            (Some(brightest), _) if brightest.bound.value > SEEN_AT_ALL * self.plan.tolerance => {
+                format!(
+                    "all of it is too faint to be seen, most of it {0}, {1:.2} % of display white at most: \
                  effects.{0} = \"on\" shows it, or a larger picture.exposure_ev, or a smaller accuracy.tolerance",
-                brightest.effect,
-                100.0 * brightest.bound.value
-            ),
+                    brightest.effect,
+                    100.0 * brightest.bound.value
+                )
+            }
             (_, Some(warned)) => warned.clone(),
             (_, None) => LIGHT_NEEDS.to_owned(),
         };
