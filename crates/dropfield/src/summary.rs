@@ -279,7 +279,7 @@ mod tests {
     fn what_nature_does_not_make_is_said() {
         let giants = said(slab("", 0.1, 4000.0));
         assert!(
-            giants[0].contains("rain does not exceed 2 mm"),
+            giants[0].contains("larger drops than 2 mm break up"),
             "{giants:?}"
         );
         let milk = said(slab("", 1e10, 10.0));
