@@ -10,9 +10,6 @@ use base64::engine::general_purpose::STANDARD as BASE64;
 use ndarray::Array2;
 use ndarray::Array3;
 use niji_photo::write_jpeg;
-use niji_picture::KeptParts;
-use niji_picture::PictureSettings;
-use niji_picture::PictureWork;
 use niji_picture::PlanRequest;
 use niji_picture::PlannedScene;
 use niji_picture::unwatched;
@@ -75,13 +72,8 @@ fn seen_in(folder: &Path, mesh: &str) -> Result<Array3<f32>, String> {
         ..PlanRequest::default()
     };
     let planned = PlannedScene::new(Scene::from_toml(&text).unwrap(), request);
-    let planned = planned.map_err(|error| error.to_string())?;
-    let settings = PictureSettings::of(&planned);
-    let whole = settings.whole().unwrap();
-    let parts = KeptParts::default().parts(&planned, "", &unwatched);
-    let parts = parts.map_err(|error| error.to_string())?;
-    let work = PictureWork::new(settings, parts, &unwatched).unwrap();
-    Ok(work.render(whole, &unwatched).unwrap().radiance)
+    let image = planned.and_then(|it| it.picture(&unwatched));
+    Ok(image.map_err(|error| error.to_string())?.radiance)
 }
 
 fn png(size: [u32; 2], rgb: impl Fn(u32, u32) -> [u8; 3]) -> Vec<u8> {

@@ -77,7 +77,7 @@ pub(super) fn execute(
         let outcome = run_stages_to((&planned, None), &files, options);
         let Outcome { done, .. } = outcome.map_err(in_frame)?;
         let reached = if files.tiles.is_none() {
-            accuracy::reached(&planned, &files.image)?
+            accuracy::reached(&planned, &files.image).map_err(in_frame)?
         } else {
             None
         };

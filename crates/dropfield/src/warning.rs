@@ -192,7 +192,8 @@ impl fmt::Display for Warning {
                 effective_radius_um,
             } => write!(
                 f,
-                "{}an effective radius of {:.2} mm: larger drops than {} mm break up, sizes in [drops] are in the unit that a key ends with",
+                "{}an effective radius of {:.2} mm: larger drops than {} mm break up, sizes in [drops] are \
+                 in the unit that a key ends with",
                 prefix(mode),
                 1e-3 * effective_radius_um,
                 1e-3 * LARGEST_RAIN_RADIUS_UM

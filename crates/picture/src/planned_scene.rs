@@ -595,7 +595,7 @@ impl PlannedScene {
             (Some(brightest), _) if brightest.bound.value > SEEN_AT_ALL * self.plan.tolerance => {
                 format!(
                     "all of it is too faint to be seen, most of it {0}, {1:.2} % of display white at most: \
-                 effects.{0} = \"on\" shows it, or a larger picture.exposure_ev, or a smaller accuracy.tolerance",
+                     effects.{0} = \"on\" shows it, or a larger picture.exposure_ev, or a smaller accuracy.tolerance",
                     brightest.effect,
                     100.0 * brightest.bound.value
                 )
