@@ -11,6 +11,7 @@ use std::process::Command;
 
 use support::TINY;
 use support::niji_ends_with;
+use support::repository;
 use support::text;
 
 /// Kills of each job: some seconds in all.
@@ -34,6 +35,37 @@ fn every_stage_ends_when_it_is_asked_to_and_goes_on() {
 #[test]
 fn rows_stay_until_their_image_is_there() {
     killed::rows().end_with_rows();
+}
+
+#[test]
+fn files_without_a_place_for_their_request_are_known_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = |name: &str| folder.path().join(name);
+    let photo = repository("data/photos/pavilion.jpg");
+    let image = place("depth.exr");
+    let depth = [
+        "depth",
+        text(&photo),
+        "--fov-deg",
+        "60",
+        "-q",
+        "-o",
+        text(&image),
+    ];
+    niji_ends_with(0, &depth);
+    let whole = fs::read(&image).unwrap();
+    // As if it had been ended before the picture.
+    fs::remove_file(&image).unwrap();
+    niji_ends_with(0, &depth);
+    assert!(fs::read(&image).unwrap() == whole);
+    // What somebody edited is theirs.
+    fs::remove_file(&image).unwrap();
+    let layers = place("depth.layers.toml");
+    let edited = fs::read_to_string(&layers).unwrap() + "# mine\n";
+    fs::write(&layers, &edited).unwrap();
+    let said = String::from_utf8(niji_ends_with(2, &depth).stderr).unwrap();
+    assert!(said.contains("depth.layers.toml exists already"), "{said}");
+    assert_eq!(fs::read_to_string(&layers).unwrap(), edited);
 }
 
 #[test]

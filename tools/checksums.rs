@@ -183,6 +183,20 @@ pub(crate) fn note_merged(path: &Path, request: &str, tiles: Option<&str>) -> Re
     known.write(path)
 }
 
+/// Notes what an output will be before it stands there.
+///
+/// # Errors
+/// As [`note`].
+pub(crate) fn foresee(path: &Path, request: &str, sha256: String) -> Result<(), Failure> {
+    let known = Known {
+        request: request.to_owned(),
+        sha256,
+        tiles: None,
+        seen: None,
+    };
+    known.write(path)
+}
+
 /// Removes an output with what is known of it, as far as that is possible: what is left does no harm.
 pub(crate) fn remove(path: &Path) {
     let note = note_file(path);

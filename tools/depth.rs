@@ -1,5 +1,6 @@
 //! `niji depth`: how far away the surfaces of a photograph are.
 
+use std::io::Write;
 use std::path::Path;
 use std::path::PathBuf;
 
@@ -196,7 +197,7 @@ pub(crate) fn make(command: &DepthCommand, options: StageOptions) -> Result<Done
         };
         let found = request.depth()?;
         if let Some(layers) = &found.layers {
-            write_layers(layers, &toml, &labels)?;
+            write_layers(layers, (&toml, &labels), &provenance)?;
         }
         write(&found.depth_m, (&command.output, &preview), &provenance)
     })
@@ -231,11 +232,17 @@ fn distances(command: &DepthCommand) -> Result<Distances, Failure> {
     }
 }
 
-fn write_layers(layers: &Layers, toml: &Path, labels: &Path) -> Result<(), Failure> {
+fn write_layers(
+    layers: &Layers,
+    (toml, labels): (&Path, &Path),
+    made_for: &Provenance,
+) -> Result<(), Failure> {
     let text = layers_to_toml(&layers.layers);
-    output::write_text(toml, &text)?;
+    output::write_file_for(toml, made_for, |to| to.write_all(text.as_bytes()))?;
     let n_layers = layers.layers.len();
-    output::write_file(labels, |to| write_labels(&layers.labels, n_layers, to))
+    output::write_file_for(labels, made_for, |to| {
+        write_labels(&layers.labels, n_layers, to)
+    })
 }
 
 fn write(

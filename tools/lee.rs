@@ -125,10 +125,11 @@ pub(crate) fn execute(command: &LeeCommand, common: &Common) -> Result<(), Failu
         image
             .write_png(&mut png, 0.0)
             .map_err(|error| Failure::Failed(error.to_string()))?;
+        diagram
+            .with_axes(&png)
+            .write_svg(&plot, &image.provenance)?;
         output::write_file(&preview, |writer| std::io::Write::write_all(writer, &png))?;
-        output::write_file(&command.output, |writer| image.write_spectral(writer))?;
-        // Last: it has no place for what it was made for, by which an interrupted run knows its own.
-        diagram.with_axes(&png).write_svg(&plot)
+        output::write_file(&command.output, |writer| image.write_spectral(writer))
     })
     .map(|_| ())
 }

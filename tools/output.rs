@@ -18,6 +18,7 @@ use std::sync::Mutex;
 use std::sync::MutexGuard;
 use std::sync::PoisonError;
 
+use niji_exchange::Provenance;
 use niji_exchange::content_hash;
 use tempfile::Builder;
 use tempfile::NamedTempFile;
@@ -116,6 +117,27 @@ pub(crate) fn write_file<E: std::fmt::Display>(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<File>) -> Result<(), E>,
 ) -> Result<(), Failure> {
+    place(path, None, write)
+}
+
+/// Writes a file that has no place for what it was made for: that is noted before it stands there, so that whoever is
+/// interrupted knows it again.
+///
+/// # Errors
+/// As [`write_file`].
+pub(crate) fn write_file_for<E: std::fmt::Display>(
+    path: &Path,
+    made_for: &Provenance,
+    write: impl FnOnce(&mut BufWriter<File>) -> Result<(), E>,
+) -> Result<(), Failure> {
+    place(path, Some(made_for), write)
+}
+
+fn place<E: std::fmt::Display>(
+    path: &Path,
+    made_for: Option<&Provenance>,
+    write: impl FnOnce(&mut BufWriter<File>) -> Result<(), E>,
+) -> Result<(), Failure> {
     check_regular(path)?;
     let failed = |error: &dyn std::fmt::Display| {
         Failure::Failed(format!("cannot write {}: {error}", path.display()))
@@ -131,7 +153,7 @@ pub(crate) fn write_file<E: std::fmt::Display>(
     let temporary = locked_file(folder).map_err(|error| failed(&error))?;
     let name = temporary.path().to_owned();
     remember(&name);
-    let outcome = fill(temporary, path, write);
+    let outcome = fill(temporary, (path, made_for), write);
     forget(&name);
     outcome.map_err(|error| failed(&error))
 }
@@ -261,7 +283,7 @@ fn temporary_file(folder: &Path) -> io::Result<NamedTempFile> {
 
 fn fill<E: std::fmt::Display>(
     temporary: NamedTempFile,
-    path: &Path,
+    (path, made_for): (&Path, Option<&Provenance>),
     write: impl FnOnce(&mut BufWriter<File>) -> Result<(), E>,
 ) -> Result<(), String> {
     let file = temporary.as_file().try_clone();
@@ -274,6 +296,10 @@ fn fill<E: std::fmt::Display>(
         .sync_data()
         .map_err(|error| error.to_string())?;
     let hash = content_hash(temporary.path()).map_err(|error| error.to_string())?;
+    if let Some(made_for) = made_for {
+        checksums::foresee(path, &made_for.request_hash(), hash.clone())
+            .map_err(|error| error.to_string())?;
+    }
     let file = temporary.persist(path).map_err(|error| error.to_string())?;
     // Renaming it has changed its time of change.
     let written = file.metadata().map_err(|error| error.to_string())?;
@@ -322,6 +348,22 @@ mod tests {
         assert!(matches!(outcome, Err(Failure::Failed(message)) if message.contains("disk full")));
         assert_eq!(fs::read_to_string(&path).unwrap(), "old");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn a_file_without_a_place_for_its_request_is_noted_as_it_is_placed() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("drawing.svg");
+        let made_for = |settings: &str| Provenance {
+            tool: "niji lee".to_owned(),
+            version: "1".to_owned(),
+            settings: settings.to_owned(),
+            inputs: std::collections::BTreeMap::new(),
+        };
+        let hash = |settings| made_for(settings).request_hash();
+        write_file_for(&path, &made_for("{}"), |to| to.write_all(b"<svg/>")).unwrap();
+        assert!(checksums::fits(&path, &hash("{}"), true));
+        assert!(!checksums::fits(&path, &hash("[]"), true));
     }
 
     #[test]

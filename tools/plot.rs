@@ -1,9 +1,11 @@
 //! Plots as SVG: curves, and pictures with axes.
 
+use std::io::Write;
 use std::path::Path;
 
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
+use niji_exchange::Provenance;
 use plotters::prelude::*;
 
 use crate::failure::Failure;
@@ -56,7 +58,7 @@ impl Plot {
     /// # Errors
     /// No positive value to draw, or a file that cannot be written.
     pub(crate) fn write_svg(&self, path: &Path) -> Result<(), Failure> {
-        write(self.svg(), path)
+        output::write_text(path, &drawn(self.svg(), path)?)
     }
 
     fn svg(&self) -> Result<String, Box<dyn std::error::Error>> {
@@ -203,8 +205,9 @@ impl Picture<'_> {
     ///
     /// # Errors
     /// An empty axis, or a file that cannot be written.
-    pub(crate) fn write_svg(&self, path: &Path) -> Result<(), Failure> {
-        write(self.svg(), path)
+    pub(crate) fn write_svg(&self, path: &Path, made_for: &Provenance) -> Result<(), Failure> {
+        let svg = drawn(self.svg(), path)?;
+        output::write_file_for(path, made_for, |to| to.write_all(svg.as_bytes()))
     }
 
     fn svg(&self) -> Result<String, Box<dyn std::error::Error>> {
@@ -240,8 +243,6 @@ impl Picture<'_> {
     }
 }
 
-fn write(svg: Result<String, Box<dyn std::error::Error>>, path: &Path) -> Result<(), Failure> {
-    let cannot = |error| Failure::Failed(format!("cannot draw {}: {error}", path.display()));
-    let svg = svg.map_err(cannot)?;
-    output::write_text(path, &svg)
+fn drawn(svg: Result<String, Box<dyn std::error::Error>>, path: &Path) -> Result<String, Failure> {
+    svg.map_err(|error| Failure::Failed(format!("cannot draw {}: {error}", path.display())))
 }

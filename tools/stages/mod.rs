@@ -156,8 +156,10 @@ pub(crate) fn check_free_for(
     existing: Existing,
 ) -> Result<(), Failure> {
     output::check_distinct(outputs)?;
+    let request = made_for.request_hash();
     for path in outputs {
-        if stored_provenance(path).as_ref() != Some(made_for) {
+        let is_of_it = || checksums::fits(path, &request, false);
+        if stored_provenance(path).as_ref() != Some(made_for) && !is_of_it() {
             check_readable(path, existing)?;
             output::check_free(path, existing)?;
         }
@@ -192,15 +194,18 @@ pub(crate) fn hashed(role: &str, path: &Path) -> Result<Vec<(String, String)>, F
     Ok(hashes)
 }
 
-/// Is it a drawing, which has no place for a provenance?
-fn is_plot(path: &Path) -> bool {
-    path.extension()
-        .is_some_and(|extension| extension.eq_ignore_ascii_case("svg"))
+/// Is it a drawing or a text, which have no place for a provenance?
+fn is_plain(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| {
+        ["svg", "toml"]
+            .iter()
+            .any(|plain| extension.eq_ignore_ascii_case(plain))
+    })
 }
 
 /// Refuses a file that is to be kept and is none: what a copy or a full disk left of one, say.
 fn check_readable(path: &Path, existing: Existing) -> Result<(), Failure> {
-    if existing == Existing::Replace || !path.is_file() || is_plot(path) {
+    if existing == Existing::Replace || !path.is_file() || is_plain(path) {
         return Ok(());
     }
     let Err(message) = provenance_within(path) else {
