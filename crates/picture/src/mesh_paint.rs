@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 use std::collections::HashMap;
 use std::io::Read;
 use std::path::Path;
@@ -76,8 +77,18 @@ fn paint(mesh: &PaintedMesh) -> Result<Paint, String> {
             |number| Material::Texture(*number),
         )
     };
+    let n_triangles = mesh.mesh.triangles().len();
+    let used: BTreeSet<u32> = (0..n_triangles).map(|it| mesh.mesh.painted(it).0).collect();
+    // What no triangle has lights none.
+    let of_used = |(number, material)| {
+        if used.contains(&number) {
+            of_material(material)
+        } else {
+            Material::Even(Reflectance::Even(0.0))
+        }
+    };
     Ok(Paint {
-        materials: mesh.materials.iter().map(of_material).collect(),
+        materials: (0..).zip(&mesh.materials).map(of_used).collect(),
         textures,
     })
 }

@@ -118,7 +118,7 @@ impl Paint {
         }
     }
 
-    /// About the most that any place gives back, of each channel the most.
+    /// About the most that a place which is not small gives back: of a texture its brighter texels together.
     pub(crate) fn brightest(&self) -> Vec<Reflectance> {
         let even = self.materials.iter().filter_map(|material| match material {
             Material::Even(reflectance) => Some(*reflectance),
@@ -190,11 +190,22 @@ impl Texture {
         }
     }
 
+    /// The mean of the texels that are as bright as the mean of all.
     fn brightest(&self) -> Reflectance {
-        let most = self.colors.iter().fold([0.0_f64; 3], |most, color| {
-            [0, 1, 2].map(|channel| most[channel].max(color.rgb[channel]))
-        });
-        Reflectance::of_rgb(most)
+        let mean_from = |least: f64| {
+            let (mut sum, mut n) = ([0.0; 3], 0.0_f64);
+            for texel in &self.texels {
+                let rgb = self.colors[*texel as usize].rgb;
+                if rgb.iter().sum::<f64>() >= least {
+                    sum = [0, 1, 2].map(|channel| sum[channel] + rgb[channel]);
+                    n += 1.0;
+                }
+            }
+            sum.map(|sum| sum / n.max(1.0))
+        };
+        let mean = mean_from(0.0).iter().sum::<f64>();
+        // A sum of many numbers is a little more or less than as many times one of them.
+        Reflectance::of_rgb(mean_from(mean * (1.0 - 1e-9)))
     }
 }
 

@@ -60,9 +60,6 @@ const GROUND_M: f64 = 0.0;
 const NEAR: f64 = 0.02;
 const ALIKE: f64 = 0.999;
 
-/// Least part of light that is taken to leave surfaces which see each other.
-const LEAST_LEAVING: f64 = 1e-3;
-
 /// Shares of the light of the sun and of the sky that reach a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Shade {
@@ -174,6 +171,18 @@ struct SunThroughDrops {
     straight: f64,
     /// On a level one, over that of the sun there.
     scattered: f64,
+}
+
+/// What surfaces send to a place, over what they get straight from the sun across them and from all of the sky, where
+/// they hide a share `h` of it from the place and from each other and give back `a`.
+///
+/// Between faces that are lit alike the reflections are the series of (a h)^n. But by reciprocity such surfaces, in the
+/// mean of their areas, have straight light of only 1 - h of what comes in to them; in a corner, where h is 1/2, both
+/// faces may have all of it: twice the mean.
+fn sent_each_other(h: f64, a: f64) -> f64 {
+    // Of white that hides all the limit, from surfaces that let a little out.
+    let leaving = (1.0 - h * a).max(1.0 - h).max(f64::MIN_POSITIVE);
+    h * a / leaving * (2.0 * (1.0 - h)).min(1.0)
 }
 
 impl<'a> SurfaceLight<'a> {
@@ -293,7 +302,7 @@ impl<'a> SurfaceLight<'a> {
         self.reflect(&spot.face, out);
     }
 
-    /// Writes what surfaces that are a share of all that lights a place may send to the eye by way of it.
+    /// Writes what surfaces that hide a share of what lights a place may send to the eye by way of it.
     fn write_unfollowed(
         &self,
         (spot, hidden): (&Spot, f64),
@@ -320,8 +329,7 @@ impl<'a> SurfaceLight<'a> {
             out.fill(sunlit);
         }
         for (light, brightest) in out.iter_mut().zip(&self.brightest) {
-            let seen = hidden * brightest;
-            *light *= (seen / (1.0 - seen).max(LEAST_LEAVING)) as f32;
+            *light *= sent_each_other(hidden, *brightest) as f32;
         }
         if let Some(air) = air {
             let Ray { origin, direction } = sight.ray;

@@ -115,6 +115,89 @@ fn what_is_told_covers_one_reflection_of_a_wall_in_the_sun() {
     }
 }
 
+/// Irradiance that the middle of the floor of an endless street, one wide, has from its walls and the walls from it and
+/// each other, over what the sun straight above the street's axis gives level ground: radiosity with Hottel's crossed
+/// strings, in strips.
+fn in_a_street(height: f64, albedo: f64, sun: DVec3) -> f64 {
+    const N: usize = 41;
+    let strip = |index: usize| {
+        let (side, at) = (index / N, (index % N) as f64 / N as f64);
+        let end = |more: f64| match side {
+            0 => (at + more, 0.0),
+            1 => (0.0, height * (at + more)),
+            _ => (1.0, height * (at + more)),
+        };
+        (side, [end(0.0), end(1.0 / N as f64)])
+    };
+    let far = |a: (f64, f64), b: (f64, f64)| (a.0 - b.0).hypot(a.1 - b.1);
+    let factor = |to: usize, from: usize| {
+        let ((side, [a, b]), (other, [c, d])) = (strip(to), strip(from));
+        let strings = far(a, c) + far(b, d) - far(a, d) - far(b, c);
+        f64::from(u8::from(side != other)) * strings.abs() / (2.0 * far(a, b))
+    };
+    let factors: Vec<Vec<f64>> = (0..3 * N)
+        .map(|to| (0..3 * N).map(|from| factor(to, from)).collect())
+        .collect();
+    // The sun stands above the wall on the left: the floor from where it comes in, and the wall on the right.
+    let cot = sun.x.abs() / sun.y;
+    let straight: Vec<f64> = (0..3 * N)
+        .map(|index| {
+            let (side, [a, b]) = strip(index);
+            let (x, y) = (0.5 * (a.0 + b.0), 0.5 * (a.1 + b.1));
+            let is_lit = height - y < x / cot;
+            let cos = [sun.y, 0.0, sun.x.abs()][side];
+            f64::from(u8::from(is_lit)) * cos / sun.y
+        })
+        .collect();
+    let mut from_others = vec![0.0; 3 * N];
+    for _ in 0..400 {
+        let sent: Vec<f64> = straight
+            .iter()
+            .zip(&from_others)
+            .map(|(a, b)| albedo * (a + b))
+            .collect();
+        let seen = |to: &Vec<f64>| {
+            to.iter()
+                .zip(&sent)
+                .map(|(factor, sent)| factor * sent)
+                .sum()
+        };
+        from_others = factors.iter().map(seen).collect();
+    }
+    from_others[N / 2]
+}
+
+#[test]
+fn what_is_told_in_a_street_covers_all_reflections_and_stays_finite() {
+    for albedo in [0.2, 0.5, 0.9] {
+        for (height, elevation_deg) in [(0.5, 35.0), (1.0, 60.0), (3.0, 80.0), (8.0, 85.0)] {
+            let (sine, cosine) = f64::to_radians(elevation_deg).sin_cos();
+            let sun = DVec3::new(-cosine, sine, 0.0);
+            let side = |east: f64| {
+                let middle = DVec3::new(east, 0.5 * height, 0.0);
+                rectangle(
+                    middle,
+                    [height * DVec3::Y, -2e3 * east.signum() * DVec3::Z],
+                    albedo,
+                )
+            };
+            let street = Surfaces::default()
+                .with(floor(albedo))
+                .with(side(-0.5))
+                .with(side(0.5));
+            let (told, _) = seen(&street, sun, DVec3::new(0.0, 0.2, 0.0), DOWN);
+            let level = Surfaces::default().with(floor(albedo));
+            let (_, of_level) = seen(&level, sun, DVec3::new(0.0, 0.2, 0.0), DOWN);
+            let (told, expected) = (told / of_level, in_a_street(height, albedo, sun));
+            let case = format!("{albedo} {height} {elevation_deg}: {told} {expected}");
+            // Of a slit twelve azimuths see less sky than there is.
+            let least = if height > 4.0 { 0.6 } else { 1.0 };
+            assert!(told > least * expected, "{case}");
+            assert!(told < 5.0 * expected && told < 2.0 / sine, "{case}");
+        }
+    }
+}
+
 #[test]
 fn white_surfaces_that_enclose_a_place_tell_a_finite_error() {
     let sun = sun_in_the_south(40.0);
