@@ -100,6 +100,17 @@ pub(super) struct LitBy<'a> {
     pub(super) share: f64,
     /// How far its light may come from beside it, rad.
     pub(super) reach_rad: f64,
+    /// What spreads it, where anything does.
+    pub(super) waves: Option<Waves>,
+}
+
+/// Waves that mirror the sun.
+#[derive(Clone, Copy)]
+pub(super) struct Waves {
+    /// Standard deviation of their slopes along one axis.
+    pub(super) slope: f64,
+    /// Of the sun's elevation.
+    pub(super) sine: f64,
 }
 
 /// A scene as bounds see it.
@@ -145,6 +156,8 @@ fn returned(depth: f64) -> f64 {
 enum Change {
     /// A share of the light of the column that is seen.
     Column { light: DirectedCurve, share: f64 },
+    /// Light of the column within some degrees of a sun or opposite it: of a sun that waves spread, as many as do.
+    Ring { light: DirectedCurve },
     /// What extinction takes from this light and from what shines behind.
     Extinction { light: DirectedCurve },
     /// Light in the share that the drops take from a ray.
@@ -199,7 +212,8 @@ impl BoundScene<'_> {
         });
         if let Some(water) = water {
             let (_, change) = self.change(effect, assumed, water);
-            if let Change::Column { .. } | Change::Extinction { .. } = change {
+            if let Change::Column { .. } | Change::Ring { .. } | Change::Extinction { .. } = change
+            {
                 let more = self.by_block(&change, assumed, water);
                 for (sum, more) in changes.iter_mut().zip(more) {
                     *sum += more;
@@ -263,6 +277,11 @@ impl BoundScene<'_> {
                 Some(brightest(light, (index, sun))),
                 (share * sun.share < 1.0).then_some(share * sun.share),
             ),
+            Change::Ring { light } => (
+                Some(self.column(index, assumed)),
+                Some(of_spread_sun(light, (index, sun))),
+                (sun.share < 1.0).then_some(sun.share),
+            ),
             Change::Extinction { light } => (
                 Some(taken(efficiency * depth) / efficiency),
                 Some(brightest(light, (index, sun))),
@@ -323,7 +342,7 @@ impl BoundScene<'_> {
             }
             Effect::Glory | Effect::Corona => {
                 let light = sun.light.ring(effect, &sunlight, &shapes);
-                (BoundKind::Estimated, whole(light))
+                (BoundKind::Estimated, Change::Ring { light })
             }
             Effect::DropFlattening => {
                 let light = sun.light.flattening(&sunlight, &shapes);
@@ -407,6 +426,10 @@ impl BoundScene<'_> {
             Change::Column { light, share } => {
                 let light = sun.share * brightest(light, (index, sun));
                 share * light * self.column(index, assumed)
+            }
+            Change::Ring { light } => {
+                let light = sun.share * of_spread_sun(light, (index, sun));
+                light * self.column(index, assumed)
             }
             Change::Extinction { light } => {
                 let from_bow = self.extinct(index, sun.share * brightest(light, (index, sun)));
@@ -514,6 +537,24 @@ fn brightest(curve: &DirectedCurve, (block_index, sun): (usize, &LitBy<'_>)) -> 
     let (low_rad, high_rad) = block.theta_rad;
     let theta_rad = (low_rad - sun.reach_rad, high_rad + sun.reach_rad);
     curve.max_within(theta_rad, block.rise)
+}
+
+/// The same in the mean over the slopes of waves, each axis Gaussian: a facet turns the mirrored sun by twice its tilt
+/// along the plane of the sun, and by that times the sine of the sun's elevation across it, so that it has at most the
+/// density exp(-tan²(turn/2)/(2 slope²))/(2 pi (2 slope)² sine) a steradian.
+fn of_spread_sun(curve: &DirectedCurve, (block_index, sun): (usize, &LitBy<'_>)) -> f64 {
+    let most = brightest(curve, (block_index, sun));
+    let Some(Waves { slope, sine }) = sun.waves else {
+        return most;
+    };
+    let block = &sun.blocks[block_index];
+    let (low_rad, high_rad) = block.theta_rad;
+    let density = |theta_rad: f64| {
+        let turn_rad = (low_rad - theta_rad).max(theta_rad - high_rad).max(0.0);
+        let of_turn = (-0.5 * ((0.5 * turn_rad).tan() / slope).powi(2)).exp();
+        of_turn / (2.0 * PI * (2.0 * slope).powi(2) * sine)
+    };
+    most.min(curve.over_the_sphere(density, block.rise))
 }
 
 /// Light of all orders that may be on.

@@ -37,6 +37,17 @@ impl Curve {
         MARGIN * range.iter().fold(0.0, |max: f64, value| max.max(*value))
     }
 
+    /// Its integral over the sphere times a density by angle, times [`MARGIN`].
+    pub(super) fn over_the_sphere(&self, density: impl Fn(f64) -> f64) -> f64 {
+        let angles = (0..self.values.len()).map(|index| self.first_rad + STEP_RAD * index as f64);
+        // The ring of an angle, a cap at 0.
+        let light = angles.zip(&self.values).map(|(theta_rad, value)| {
+            let ring = theta_rad.sin().max(0.25 * STEP_RAD) * STEP_RAD * std::f64::consts::TAU;
+            value * density(theta_rad) * ring
+        });
+        MARGIN * light.sum::<f64>()
+    }
+
     /// Pointwise sum of curves over the same angles.
     pub(super) fn plus(&self, other: &Self) -> Self {
         self.pointwise(other, |a, b| a + b)
@@ -111,6 +122,24 @@ impl Curve {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn even_light_over_the_sphere_is_that_of_4_pi() {
+        let n = (std::f64::consts::PI / STEP_RAD).round() as usize + 1;
+        let even = Curve {
+            first_rad: 0.0,
+            values: vec![0.5; n],
+        };
+        let whole = even.over_the_sphere(|_| 1.0) / MARGIN;
+        assert!(
+            (whole / (2.0 * std::f64::consts::PI) - 1.0).abs() < 1e-5,
+            "{whole}"
+        );
+        let cap = even.over_the_sphere(|theta| f64::from(u8::from(theta < 0.1))) / MARGIN;
+        let expected = std::f64::consts::PI * (1.0 - 0.1_f64.cos());
+        assert!((cap / expected - 1.0).abs() < 0.02, "{cap} {expected}");
+        assert_eq!(Curve::empty().over_the_sphere(|_| 1.0), 0.0);
+    }
 
     #[test]
     fn a_widened_curve_is_the_largest_value_around() {

@@ -51,6 +51,18 @@ impl DirectedCurve {
         }
     }
 
+    /// Its integral over the sphere times a density, of one range of the rise.
+    pub(super) fn over_the_sphere(&self, density: impl Fn(f64) -> f64, rise: (f64, f64)) -> f64 {
+        match self {
+            Self::Round(curve) => curve.over_the_sphere(density),
+            Self::Flat(curves) => {
+                let near = curves.iter().filter(|(node, _)| is_near(*node, rise));
+                near.map(|(_, curve)| curve.over_the_sphere(&density))
+                    .fold(0.0, f64::max)
+            }
+        }
+    }
+
     /// Pointwise sum.
     pub(super) fn plus(&self, other: &Self) -> Self {
         self.zip(other, Curve::plus)

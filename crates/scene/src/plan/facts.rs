@@ -25,6 +25,7 @@ use super::air_light::AirLight;
 use super::air_light::AirRequest;
 use super::bounds::BoundScene;
 use super::bounds::LitBy;
+use super::bounds::Waves;
 use super::bounds::Way;
 use super::decide::weighs_further_orders;
 use super::decided::View;
@@ -79,6 +80,7 @@ pub(super) struct MirroredSun {
     pub(super) share: f64,
     /// How far waves spread it, rad.
     reach_rad: f64,
+    waves: Option<Waves>,
 }
 
 /// Where the light of one sun is seen.
@@ -141,6 +143,10 @@ impl Situation {
                 blocks,
                 share,
                 reach_rad,
+                waves: (surface.slope > 0.0).then_some(Waves {
+                    slope: surface.slope,
+                    sine: sun.y,
+                }),
             })
         });
         Ok(Self {
@@ -263,6 +269,7 @@ impl Situation {
                 sun_depth: self.view.max_sun_optical_depth,
                 share: 1.0,
                 reach_rad: 0.0,
+                waves: None,
             },
             mirrored: self
                 .mirrored
@@ -275,6 +282,7 @@ impl Situation {
                     sun_depth: sun.sun_depth,
                     share: sun.share,
                     reach_rad: sun.reach_rad,
+                    waves: sun.waves,
                 }),
             lines: &self.lines,
             sees_water: self.sees_water,
