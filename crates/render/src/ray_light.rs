@@ -67,7 +67,7 @@ pub(crate) struct RayLight {
     pub(crate) glows: bool,
     /// Whether the ray looks at the primary side of the split.
     pub(crate) is_primary: bool,
-    /// exp(-tau) of the drops, without diffraction.
+    /// exp(-tau) of the drops, without diffraction, whether they dim what is behind them or not.
     pub(crate) transmittance: f64,
     /// Light of the drops [-], the sums over it of its distance and optical depth to the sun.
     pub(crate) light: f64,
@@ -301,7 +301,7 @@ impl Frame<'_> {
             }
             out.errors.orders = light.add(
                 ray.direction,
-                out.transmittance,
+                self.left_behind(out),
                 &self.irradiance,
                 &mut out.multiple,
             );
@@ -353,20 +353,20 @@ impl Frame<'_> {
             return;
         };
         out.glows = true;
+        let through = self.left_behind(out);
         let room = &mut out.scratch.surface;
         lit.radiance(&spot, (sight, air), room);
-        let through = out.transmittance as f32;
         for ((surface, irradiance), light) in out
             .lit_surface
             .iter_mut()
             .zip(&self.irradiance)
             .zip(&room.light)
         {
-            *surface = irradiance * through * *light;
+            *surface = irradiance * through as f32 * *light;
         }
         let unfollowed = self.luminance_weights.iter().zip(&room.unfollowed);
         let unfollowed: f64 = unfollowed.map(|(y, light)| y * f64::from(*light)).sum();
-        out.errors.surfaces = out.transmittance * unfollowed;
+        out.errors.surfaces = through * unfollowed;
     }
 
     /// The lit place at the end of a sight; `None` where it ends on the ground, or nothing is lit.
@@ -386,9 +386,6 @@ impl Frame<'_> {
         } = way;
         let width_rad = settings.width_rad;
         let rows = self.rows.as_ref().filter(|_| self.sides.wants(theta_rad));
-        if rows.is_none() && !self.drops_dim {
-            return;
-        }
         // Bows in water have their places.
         let natural = rows.filter(|_| out.scratch.in_water.is_none());
         if let Some(rows) = natural {
@@ -457,14 +454,21 @@ impl Frame<'_> {
                 }
                 add_product(bow, slab, &self.irradiance);
             });
-        if self.drops_dim {
-            out.transmittance = (-depth).exp();
-        }
+        out.transmittance = (-depth).exp();
         (out.light, out.light_m, out.light_tau_sun) =
             (sums.light, sums.light_m, sums.light_tau_sun);
         out.sunlit_cd_m2 = sums.luminance_cd_m2;
         out.errors = sums.errors;
         out.errors.shadow = self.shadow_error(ray, &sums);
+    }
+
+    /// Share of the light behind the drops that is seen.
+    fn left_behind(&self, out: &RayLight) -> f64 {
+        if self.drops_dim {
+            out.transmittance
+        } else {
+            1.0
+        }
     }
 
     /// Set a slab to the light of a stencil.
@@ -533,8 +537,9 @@ impl Frame<'_> {
             let lengths = air.to_eye(air.ray(ray.origin, ray.direction), middle_m);
             air.transmit(&lengths, &mut out.scratch.transmitted);
         }
+        let through = self.left_behind(out);
         for (index, irradiance) in self.irradiance.iter().enumerate() {
-            let skylit = skylit_radiance(out.transmittance, surround[index]);
+            let skylit = skylit_radiance(through, surround[index]);
             out.skylit[index] = irradiance * out.scratch.transmitted[index] * skylit;
         }
     }

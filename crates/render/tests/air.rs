@@ -222,6 +222,12 @@ fn what_shines_through_is_dimmed_without_diffraction() {
     request.effects.secondary_bow = Toggle::Off;
     request.effects.sky = Toggle::On;
     let bare = f64::from(rendered(&request).radiance[[1, 0, 0]]);
+    // A matte has what the drops let pass, whether the picture dims what is behind them or not.
+    let matte = rendered(&request)[PictureLayer::Transmittance][[0, 0, 0]];
+    assert!(
+        relative(f64::from(matte), (-1.0_f64).exp()) < 1e-5,
+        "{matte}"
+    );
     request.effects.drop_extinction = Toggle::On;
     for model in [
         niji_render::DropExtinctionModel::WithoutDiffraction,
