@@ -53,6 +53,7 @@ mod panorama;
 mod pinhole;
 mod pixel_region;
 mod planet;
+mod polygon;
 mod ray;
 mod slabs;
 mod sobol;

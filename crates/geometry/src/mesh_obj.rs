@@ -25,6 +25,7 @@ use crate::mesh_materials::beside;
 use crate::mesh_materials::check_count;
 use crate::mesh_mtl::Mtl;
 use crate::mesh_mtl::read_mtl;
+use crate::polygon::triangles_of_polygon;
 
 /// Reads the triangles of a file.
 pub(crate) fn read_obj(
@@ -91,7 +92,9 @@ fn each_statement(
     for (index, line) in source.split(b'\n').enumerate() {
         let line = line.map_err(|error| error.to_string())?;
         let line = String::from_utf8_lossy(&line);
-        let line = line.split('#').next().unwrap_or_default().trim();
+        // Some programs begin a text with the mark of its encoding.
+        let line = line.trim_start_matches('\u{feff}');
+        let line = without_comment(line).trim();
         // A line that ends so goes on in the next one.
         if let Some(part) = line.strip_suffix('\\') {
             statement += part;
@@ -104,6 +107,18 @@ fn each_statement(
         statement.clear();
     }
     Ok(())
+}
+
+/// A line up to a comment, which stands alone or behind a blank: names have `#` inside.
+pub(crate) fn without_comment(line: &str) -> &str {
+    let begins = |(at, _): &(usize, &str)| {
+        line[..*at]
+            .chars()
+            .next_back()
+            .is_none_or(char::is_whitespace)
+    };
+    let comment = line.match_indices('#').find(begins);
+    comment.map_or(line, |(at, _)| &line[..at])
 }
 
 /// What was read so far.
@@ -177,17 +192,18 @@ impl Reading {
     }
 
     fn add_face(&mut self, corners: &[FaceCorner]) -> Result<(), String> {
-        let [first, rest @ ..] = corners else {
-            return Err("found a face without corners".to_owned());
-        };
-        if rest.len() < 2 {
+        if corners.len() < 3 {
             let found = corners.len();
             return Err(format!(
                 "found a face of {found} corners, expected at least 3"
             ));
         }
-        for pair in rest.windows(2) {
-            let triangle = [*first, pair[0], pair[1]];
+        let places: Vec<DVec3> = corners
+            .iter()
+            .map(|corner| self.soup.corners[corner.at as usize])
+            .collect();
+        for numbers in triangles_of_polygon(&places) {
+            let triangle = numbers.map(|number| corners[number as usize]);
             if !self.normals.is_empty() {
                 let normal = |corner: FaceCorner| match corner.normal {
                     Some(index) => self.normals[index],
@@ -317,4 +333,17 @@ fn named(text: &str, n: usize) -> Result<usize, String> {
         Err(_) => None,
     };
     index.ok_or_else(|| format!("found index {text:?} in a face, expected 1 to {n} or -{n} to -1"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::without_comment;
+
+    #[test]
+    fn a_comment_stands_behind_a_blank() {
+        assert_eq!(without_comment("# made by hand"), "");
+        assert_eq!(without_comment("v 0 1 2 # top"), "v 0 1 2 ");
+        assert_eq!(without_comment("usemtl red#1"), "usemtl red#1");
+        assert_eq!(without_comment("usemtl red#1\t#2"), "usemtl red#1\t");
+    }
 }

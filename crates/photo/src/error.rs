@@ -59,6 +59,9 @@ pub enum Error {
     /// A depth file without a depth.
     #[error("found several channels and none called Z in the EXR file, expected one channel or Z")]
     NoDepthChannel,
+    /// Channels any of which may be the depth.
+    #[error("found {0:?} in the EXR file, expected one channel of distances: call it Z or depth.Z")]
+    DepthChannels(Vec<String>),
     /// A depth that is measured in something else.
     #[error("found a channel Z in {0:?}, expected a depth in metres")]
     DepthUnit(String),

@@ -72,8 +72,8 @@ impl Plate {
         if let Some(alpha) = &alpha {
             check_finite(ALPHA, alpha)?;
         }
-        let surface_m = layer[0].holds(DEPTH).then(|| depth(layer)).transpose()?;
-        let surface_m = surface_m.as_ref().map(metres).transpose()?;
+        let surface_m = depth_channel(layer)?;
+        let surface_m = surface_m.map(metres).transpose()?;
         let light = colors(layer)?;
         let windows = ImageWindows {
             data: layer[0].data,
@@ -135,22 +135,54 @@ fn known(chromaticities: Option<Chromaticities>) -> Result<RgbPrimaries, Error> 
     RgbPrimaries::of_chromaticities(corners).ok_or(Error::Primaries(corners))
 }
 
-/// Reads the channel Z of the first part that has one, or the only channel there is. Infinity and
-/// NaN are the sky and allowed.
+/// Reads the channel of distances, or the only channel there is. Infinity and NaN are the sky and allowed.
 pub(crate) fn read_depth(path: &Path) -> Result<Array2<f32>, Error> {
     depth(&layers(path)?.layers)
 }
 
 fn depth(layers: &[Layer]) -> Result<Array2<f32>, Error> {
-    if let Some(layer) = layers.iter().find(|layer| layer.holds(DEPTH)) {
-        if let Some(unit) = layer.unit.as_ref().filter(|unit| *unit != "m") {
-            return Err(Error::DepthUnit(unit.clone()));
-        }
-        return plane(std::slice::from_ref(layer), DEPTH).ok_or(Error::NoDepthChannel);
+    match (depth_channel(layers)?, layers) {
+        (Some(values), _) => Ok(values.clone()),
+        (None, [layer]) if layer.channels.len() == 1 => Ok(layer.channels[0].1.clone()),
+        (None, _) => Err(Error::NoDepthChannel),
     }
-    match layers {
-        [layer] if layer.channels.len() == 1 => Ok(layer.channels[0].1.clone()),
-        _ => Err(Error::NoDepthChannel),
+}
+
+/// The channel of distances: `Z`, else that of a layer `depth`, else the only one whose name ends so. Beside an X of the
+/// same layer a Z is part of a color, a normal or a place.
+fn depth_channel(layers: &[Layer]) -> Result<Option<&Array2<f32>>, Error> {
+    let prefix_of = |name: &str| name.strip_suffix(DEPTH).map(str::to_owned);
+    let is_depth = |layer: &Layer, name: &str| {
+        let of_layer = prefix_of(name).filter(|prefix| prefix.is_empty() || prefix.ends_with('.'));
+        of_layer.filter(|prefix| {
+            let beside = format!("{prefix}X");
+            !layer.channels.iter().any(|(other, _)| *other == beside)
+        })
+    };
+    let found: Vec<_> = layers
+        .iter()
+        .flat_map(|layer| layer.channels.iter().map(move |channel| (layer, channel)))
+        .filter_map(|(layer, (name, values))| Some((is_depth(layer, name)?, layer, values)))
+        .collect();
+    let is_named = |prefix: &str| {
+        let of_depth = prefix.trim_end_matches('.').rsplit('.').next();
+        of_depth.is_some_and(|name| name.eq_ignore_ascii_case("depth"))
+    };
+    let plain = found.iter().find(|(prefix, ..)| prefix.is_empty());
+    let named = || found.iter().find(|(prefix, ..)| is_named(prefix));
+    let (_, layer, values) = match (plain.or_else(named), &found[..]) {
+        (Some(found), _) | (None, [found]) => found,
+        (None, []) => return Ok(None),
+        (None, several) => {
+            let names = several
+                .iter()
+                .map(|(prefix, ..)| format!("{prefix}{DEPTH}"));
+            return Err(Error::DepthChannels(names.collect()));
+        }
+    };
+    match layer.unit.as_ref().filter(|unit| *unit != "m") {
+        Some(unit) => Err(Error::DepthUnit(unit.clone())),
+        None => Ok(Some(values)),
     }
 }
 

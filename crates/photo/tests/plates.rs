@@ -36,7 +36,7 @@ fn write_plate(path: &Path, channels: &[(&str, f32)], white: Option<Vec2<f32>>) 
     let n_pixels = SIZE[0] * SIZE[1];
     let channels = channels.iter().map(|&(name, value)| {
         // Distances lose too much as halves.
-        let samples = if name == "Z" {
+        let samples = if name.ends_with('Z') {
             FlatSamples::F32(vec![value; n_pixels])
         } else {
             FlatSamples::F16(vec![f16::from_f32(value); n_pixels])
@@ -94,6 +94,32 @@ fn windows_primaries_alpha_and_depth_are_read() {
     assert_eq!(
         (named.primaries, &named.light),
         (RgbPrimaries::Rec709, &plate.light)
+    );
+}
+
+#[test]
+fn the_depth_is_told_from_normals_and_other_layers() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("plate.exr");
+    let normals = [("N.X", 0.6), ("N.Y", 0.0), ("N.Z", 0.8)];
+    let read = |more: &[(&str, f32)]| {
+        write_plate(&path, &[&RGB[..], &normals, more].concat(), None);
+        Plate::read(&path, None).map(|plate| plate.surface_m.map(|depth| depth[[0, 0]]))
+    };
+    for depth in ["Z", "depth.Z", "ViewLayer.Depth.Z", "main.Z"] {
+        assert_eq!(read(&[(depth, 82.0)]).unwrap(), Some(82.0), "{depth}");
+    }
+    // Blender's comes with one for its denoiser.
+    let blender = [
+        ("ViewLayer.Denoising Depth.Z", 7.0),
+        ("ViewLayer.Depth.Z", 82.0),
+    ];
+    assert_eq!(read(&blender).unwrap(), Some(82.0));
+    assert_eq!(read(&[]).unwrap(), None);
+    let several = read(&[("A.Z", 1.0), ("B.Z", 2.0)]).unwrap_err();
+    assert!(
+        several.to_string().contains("[\"A.Z\", \"B.Z\"]"),
+        "{several}"
     );
 }
 
