@@ -80,6 +80,24 @@ fn orders_agree_between_theories_near_the_bow() {
 }
 
 #[test]
+fn what_a_theory_does_not_know_is_refused() {
+    let refused = |line: &str| {
+        let output = niji_ends_with(2, &line.split(' ').collect::<Vec<_>>());
+        String::from_utf8(output.stderr).unwrap()
+    };
+    let absorbing = "--order 2 --x 500 --index 1.333+0.01i --angles-deg 140";
+    for theory in ["airy", "uniform", "geometric"] {
+        let said = refused(&format!("eval scatter --theory {theory} {absorbing}"));
+        assert!(said.contains("k = 0.01") && said.contains("debye"), "{said}");
+    }
+    for theory in ["debye", "airy"] {
+        let of_all = "--order 2 --x 100 --index 1.333 --efficiencies";
+        let said = refused(&format!("eval scatter --theory {theory} {of_all}"));
+        assert!(said.contains("--theory mie"), "{said}");
+    }
+}
+
+#[test]
 fn marshall_palmer_rain_amounts_to_the_closed_forms() {
     let law = [
         "eval",

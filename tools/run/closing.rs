@@ -14,13 +14,19 @@ use crate::stages::accuracy::of_white;
 /// it.
 const LEFT_OUT: &str = "left out beside the error told here";
 
-/// The times of stages after an empty line, the effects that are left out, and the verdict.
+/// Shorter times to decide how a picture is made are not told (s).
+const INSTANT_S: f64 = 0.05;
+
+/// The times of the plan and of stages after an empty line, the effects that are left out, and the verdict.
 pub(super) fn text(
     plan: &Plan,
     (done, reached): (&[Done], Option<&Reached>),
-    budget: Option<&Budget>,
+    (decided_s, budget): (f64, Option<&Budget>),
 ) -> String {
     let mut lines = vec![String::new()];
+    if decided_s >= INSTANT_S {
+        lines.push(format!("{:>11} {decided_s:>7.2} s", "plan"));
+    }
     for stage in done {
         let note = if stage.up_to_date { "  up to date" } else { "" };
         lines.push(format!(
@@ -29,7 +35,7 @@ pub(super) fn text(
         ));
     }
     lines.extend(left_out(plan));
-    let seconds: f64 = done.iter().map(|done| done.seconds).sum();
+    let seconds = decided_s + done.iter().map(|done| done.seconds).sum::<f64>();
     lines.extend(reached.map(|reached| match budget {
         Some(budget) => format!("{}; {}", reached.text_of_error(), budget.text(done)),
         None => format!("{}; {seconds:.1} s", reached.text()),

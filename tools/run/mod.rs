@@ -9,6 +9,7 @@ pub(crate) mod report;
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::path::PathBuf;
+use std::time::Instant;
 
 use clap::Args;
 use niji_photo::Finding;
@@ -139,6 +140,7 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
     }
     let kept = folder.join(choice_file::FILE);
     let budget = command.budget.map(Budget::new);
+    let start = Instant::now();
     let mut planned = planned(command, (common, budget.as_ref()), &kept)?;
     if planned.scene.sequence.is_some() {
         return Err(Failure::Usage(format!(
@@ -146,6 +148,7 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
             command.scene.display()
         )));
     }
+    let decided_s = start.elapsed().as_secs_f64();
     planned.check()?;
     if planned.scene.photo.is_some() && command.tiles.is_some() {
         let message = "--tiles is of a picture that is rendered: leave it out for a photograph";
@@ -179,7 +182,8 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
         .as_ref()
         .map(|it| accuracy::cheaper(&planned, &done, it));
     let cheaper = cheaper.unwrap_or_default();
-    let report = report::json(&planned, &done, (reached.as_ref(), &cheaper));
+    let mut report = report::json(&planned, &done, (reached.as_ref(), &cheaper));
+    report["plan_seconds"] = decided_s.into();
     report::write(&report, folder, None)?;
     let verbosity = options.verbosity;
     let plan = planned.plan_as_shown();
@@ -192,7 +196,7 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
     verbosity.say(closing::text(
         &plan,
         (&done, reached.as_ref()),
-        budget.as_ref(),
+        (decided_s, budget.as_ref()),
     ));
     for line in &cheaper {
         verbosity.say(line.text());

@@ -58,13 +58,19 @@ pub(super) struct ScatterArguments {
 
 pub(super) fn csv(arguments: &ScatterArguments) -> Result<String, Failure> {
     let drops = arguments.drop.drops()?;
+    let is_mie = arguments.theory == TheoryName::Mie;
     if arguments.efficiencies {
+        if !is_mie {
+            return Err(Failure::Usage(
+                "--efficiencies are of all the light of a drop: expected --theory mie".to_owned(),
+            ));
+        }
         let [q_ext, q_sca, g] = efficiencies(&drops)?;
         return Ok("q_ext,q_sca,g\n".to_owned() + &line(&[q_ext, q_sca, g]));
     }
     let angles_deg = arguments.drop.angles_deg()?;
     let angles = ScatteringAngles::from_degrees(&angles_deg).map_err(usage)?;
-    if arguments.theory == TheoryName::Mie {
+    if is_mie {
         return match &drops.nodes[..] {
             [drop] => Ok(amplitudes(&drop.sphere()?, &angles_deg, &angles)),
             _ => mean_phase_function(&drops, &angles_deg, &angles),
@@ -78,7 +84,14 @@ pub(super) fn csv(arguments: &ScatterArguments) -> Result<String, Failure> {
             Ok(waves.amplitudes(&angles).intensities().collect())
         })
     } else {
-        let directions = directions(arguments.theory, drops.nodes[0].index.n, order, &angles_deg)?;
+        let index = drops.nodes[0].index;
+        if index.k > 0.0 {
+            return Err(Failure::Usage(format!(
+                "found an absorbing drop, k = {}: expected --theory mie or debye, which know of it",
+                index.k
+            )));
+        }
+        let directions = directions(arguments.theory, index.n, order, &angles_deg)?;
         mean_intensities(&drops, |drop| {
             let at = |direction: &BowDirection| intensities(direction, drop.x);
             Ok(directions.iter().map(at).collect())
