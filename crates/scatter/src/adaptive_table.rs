@@ -30,7 +30,8 @@ const N_HALVINGS: usize = 4;
 /// variances of the request are nodes at least. The result does not depend on the number of threads.
 ///
 /// Where [`ScatteringTable::interpolation_error`] is above the tolerance nevertheless, the rows are
-/// means of the exact solution over the cells of single sizes, or four halvings were not enough.
+/// means of the exact solution over the cells of single sizes, or four halvings were not enough; along θ, a point sun
+/// asks for more angles than there may be.
 ///
 /// # Errors
 /// As [`crate::scattering_table`].
@@ -39,7 +40,7 @@ pub fn adaptive_table(
     progress: Progress,
 ) -> Result<ScatteringTable, Error> {
     request.check()?;
-    let chosen = chosen_angles(request)?;
+    let chosen = chosen_angles(request, progress)?;
     let pilots = Pilots {
         theta_rad: &chosen.angles.theta_rad,
         progress,

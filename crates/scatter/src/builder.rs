@@ -43,7 +43,7 @@ pub fn scattering_table(
     progress: Progress,
 ) -> Result<ScatteringTable, Error> {
     request.check()?;
-    table_at(request, chosen_angles(request)?, progress)
+    table_at(request, chosen_angles(request, progress)?, progress)
 }
 
 /// The table at angles that were chosen already.

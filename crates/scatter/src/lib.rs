@@ -58,6 +58,7 @@ mod glory;
 mod interpolation_error;
 mod jet;
 mod mean_square;
+mod measured_angles;
 mod moebius_shift;
 mod moved_orders;
 mod needed_angles;

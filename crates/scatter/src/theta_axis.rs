@@ -4,9 +4,9 @@
 //!
 //! Judged on every wavelength, because each has its bow elsewhere, on the smallest, the largest and
 //! some radii between, and on the narrowest and the broadest law, by the theory itself (the uniform one
-//! for exact theories) after the sun's disc. One thing these curves do not show, so that steps are
-//! limited: exact theories keep a ripple, of the orders' interference or of small drops, as wide as the
-//! disc.
+//! for exact theories) after the sun's disc. One thing these curves do not show: exact theories keep a
+//! ripple, of the orders' interference or of small drops. After a disc it is as wide as that, so that steps are
+//! limited; without one angles between are measured ([`crate::measured_angles`]).
 
 use std::f64::consts::PI;
 
@@ -17,9 +17,12 @@ use crate::bow_rows::BowLights;
 use crate::bow_rows::BowRows;
 use crate::bow_rows::Drops;
 use crate::error::Error;
+use crate::measured_angles::measured_angles;
 use crate::moved_orders::MovedOrders;
 use crate::needed_angles::Nearness;
 use crate::needed_angles::needed_angles;
+use crate::progress::Progress;
+use crate::progress::unwatched;
 use crate::request::SizeRow;
 use crate::request::SizeRows;
 use crate::request::TableRequest;
@@ -51,7 +54,7 @@ pub struct NumberOfAngles {
 /// # Errors
 /// As [`crate::scattering_table`].
 pub fn number_of_angles(request: &TableRequest) -> Result<NumberOfAngles, Error> {
-    Ok(chosen_angles(request)?.angles.number())
+    Ok(chosen_angles(request, &unwatched)?.angles.number())
 }
 
 /// The angles of a table.
@@ -77,8 +80,11 @@ pub(crate) struct ChosenAngles {
     pub(crate) lights: BowLights,
 }
 
-/// Chooses the angles.
-pub(crate) fn chosen_angles(request: &TableRequest) -> Result<ChosenAngles, Error> {
+/// Chooses the angles. `progress` hears that nothing of the table itself is done yet.
+pub(crate) fn chosen_angles(
+    request: &TableRequest,
+    progress: Progress,
+) -> Result<ChosenAngles, Error> {
     let candidates = candidates(request);
     let probe = probe(request);
     let lights = BowLights::new(&probe, &candidates)?;
@@ -117,9 +123,8 @@ pub(crate) fn chosen_angles(request: &TableRequest) -> Result<ChosenAngles, Erro
     theta_rad.extend(of_orders.iter().flatten());
     theta_rad.sort_by(f64::total_cmp);
     theta_rad.dedup();
-    if request.theory.is_exact() && request.disc_radius_rad() > 0.0 {
-        let root = (2.0 * request.tolerance / ripple(request)).sqrt();
-        theta_rad = with_steps_up_to(&theta_rad, root * 2.0 * request.disc_radius_rad() / PI);
+    if request.theory.is_exact() {
+        theta_rad = with_ripple(request, &theta_rad, progress)?;
     }
     let place = |theta: &f64| theta_rad.partition_point(|of_all| of_all < theta);
     Ok(ChosenAngles {
@@ -132,6 +137,21 @@ pub(crate) fn chosen_angles(request: &TableRequest) -> Result<ChosenAngles, Erro
         },
         lights: rows.lights,
     })
+}
+
+/// The same angles, with those between them that the ripple of exact theories needs.
+fn with_ripple(
+    request: &TableRequest,
+    theta_rad: &[f64],
+    progress: Progress,
+) -> Result<Vec<f64>, Error> {
+    let radius_rad = request.disc_radius_rad();
+    if radius_rad <= 0.0 {
+        return measured_angles(request, theta_rad, progress);
+    }
+    let root = (2.0 * request.tolerance / ripple(request)).sqrt();
+    let largest_rad = root * 2.0 * radius_rad / PI;
+    Ok(with_steps_up_to(theta_rad, largest_rad))
 }
 
 /// Amplitude of the ripple after the disc in what is seen of a table, in parts of the peak: in sums over
@@ -210,7 +230,7 @@ fn probe<'a>(request: &TableRequest<'a>) -> TableRequest<'a> {
 }
 
 /// At most `n` values, the ends among them.
-fn some_of(values: &[f64], n: usize) -> Vec<f64> {
+pub(crate) fn some_of(values: &[f64], n: usize) -> Vec<f64> {
     let last = values.len() - 1;
     let mut indices: Vec<usize> = (0..n).map(|index| index * last / (n - 1)).collect();
     indices.dedup();
