@@ -108,6 +108,7 @@ impl AirModel {
 
 #[cfg(test)]
 mod tests {
+    use niji_exchange::DensityLaw;
     use niji_geometry::EARTH;
 
     use super::*;
@@ -191,6 +192,36 @@ mod tests {
             .tabulate()
             .is_err()
         );
+    }
+
+    #[test]
+    fn look_ups_have_the_column_from_sea_level() {
+        let tent = |bottom_m: f64| DensityProfile::Tent {
+            bottom_m,
+            peak_m: 900.0,
+            top_m: 3e3,
+        };
+        let nodes = |heights_m: [f64; 2], density: [f64; 2]| DensityProfile::Tabulated {
+            law: DensityLaw::Linear,
+            nodes: vec![[heights_m[0], density[0]], [heights_m[1], density[1]]],
+        };
+        for profile in [
+            nodes([2e3, 4e3], [1.0, 1.0]),
+            nodes([500.0, 1500.0], [1.0, 0.0]),
+            nodes([-430.0, 8e3], [1.0, 0.2]),
+            tent(400.0),
+            tent(-700.0),
+        ] {
+            let usual = custom(1e-4, 1e-4);
+            let layered = usual.clone().with_column_in(profile.clone()).unwrap();
+            let depth = model(vec![layered]).tabulate().unwrap();
+            let found = depth.optical_depth_at(7, 0.0, 1.0);
+            let expected = usual.vertical_optical_depth()[7];
+            assert!(
+                (found / expected - 1.0).abs() < 1e-9,
+                "{profile:?}: {found} {expected}"
+            );
+        }
     }
 
     #[test]

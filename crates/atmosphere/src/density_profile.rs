@@ -3,7 +3,8 @@
 //! exponential  rho = exp(-h/H)                         H scale height
 //! tent         rho rises linearly from 0 at the bottom to 1 at the peak and falls to 0 at the top
 //! tabulated    nodes, with either law between them
-//! Densities are relative: 1 is where the coefficients of the constituent hold.
+//! Densities are relative: 1 is where the coefficients of the constituent hold. Below its lowest node a profile has
+//! the density of that node, above the highest there is nothing: so look-ups have it, and columns.
 
 use std::cmp::Ordering;
 
@@ -38,7 +39,8 @@ pub enum DensityProfile {
     Tabulated {
         /// Law between the nodes.
         law: DensityLaw,
-        /// Rising heights, m, and relative densities.
+        /// Rising heights, m, and relative densities. Below the first height its density holds, above the
+        /// last there is nothing.
         nodes: Vec<[f64; 2]>,
     },
 }
@@ -57,11 +59,14 @@ impl DensityProfile {
         match self {
             Self::Exponential { scale_height_m } => *scale_height_m,
             Self::Tent {
-                bottom_m, top_m, ..
-            } => 0.5 * (top_m - bottom_m),
-            Self::Tabulated { law, nodes } => {
-                nodes.windows(2).map(|pair| layer_m(*law, pair)).sum()
+                bottom_m,
+                peak_m,
+                top_m,
+            } => {
+                let nodes = [[*bottom_m, 0.0], [*peak_m, 1.0], [*top_m, 0.0]];
+                from_sea_level_m(DensityLaw::Linear, &nodes)
             }
+            Self::Tabulated { law, nodes } => from_sea_level_m(*law, nodes),
         }
     }
 
@@ -167,7 +172,16 @@ fn between(law: DensityLaw, nodes: &[[f64; 2]], height_m: f64) -> f64 {
     }
 }
 
-/// Integral over one layer, above sea level, m.
+/// Integral over all heights from sea level, m.
+fn from_sea_level_m(law: DensityLaw, nodes: &[[f64; 2]]) -> f64 {
+    let above: Vec<[f64; 2]> = [[0.0, between(law, nodes, 0.0)]]
+        .into_iter()
+        .chain(nodes.iter().copied().filter(|node| node[0] > 0.0))
+        .collect();
+    above.windows(2).map(|pair| layer_m(law, pair)).sum()
+}
+
+/// Integral over one layer, m.
 fn layer_m(law: DensityLaw, pair: &[[f64; 2]]) -> f64 {
     let [[low_m, low], [high_m, high]] = [pair[0], pair[1]];
     let thickness_m = high_m - low_m;
@@ -201,6 +215,51 @@ mod tests {
             nodes,
         };
         assert!((profile.vertical_length_m() / 8e3 - 1.0).abs() < 1e-10);
+    }
+
+    /// Linear nodes.
+    fn linear(nodes: &[[f64; 2]]) -> DensityProfile {
+        DensityProfile::Tabulated {
+            law: DensityLaw::Linear,
+            nodes: nodes.to_vec(),
+        }
+    }
+
+    #[test]
+    fn columns_begin_at_sea_level_wherever_the_nodes_do() {
+        let length_m = |profile: DensityProfile| profile.vertical_length_m();
+        // As dense below the first node as there.
+        assert!((length_m(linear(&[[2e3, 1.0], [4e3, 1.0]])) - 4e3).abs() < 1e-9);
+        assert!((length_m(linear(&[[500.0, 1.0], [1500.0, 0.0]])) - 1e3).abs() < 1e-9);
+        assert!((length_m(linear(&[[500.0, 0.0], [1500.0, 1.0]])) - 500.0).abs() < 1e-9);
+        // What lies below sea level is no part of it: a shore of the Dead Sea, 0.3 left of 1 at sea level.
+        let shore = linear(&[[-430.0, 1.0], [0.0, 0.3], [570.0, 0.0]]);
+        assert!((length_m(shore) - 0.5 * 0.3 * 570.0).abs() < 1e-9);
+        let across = linear(&[[-500.0, 1.0], [500.0, 0.0]]);
+        assert!((length_m(across) - 0.5 * 0.5 * 500.0).abs() < 1e-9);
+        assert_eq!(length_m(linear(&[[-500.0, 1.0], [-100.0, 1.0]])), 0.0);
+        // exp(-h/H) from below sea level to 40 H.
+        let exponential = DensityProfile::Tabulated {
+            law: DensityLaw::Exponential,
+            nodes: vec![[-1e3, 0.125_f64.exp()], [320e3, (-40.0_f64).exp()]],
+        };
+        assert!((length_m(exponential) / 8e3 - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_tent_across_sea_level_has_the_column_above_it() {
+        let tent = |bottom_m: f64, peak_m: f64, top_m: f64| {
+            let tent = DensityProfile::Tent {
+                bottom_m,
+                peak_m,
+                top_m,
+            };
+            tent.vertical_length_m()
+        };
+        assert!((tent(10e3, 25e3, 40e3) - 15e3).abs() < 1e-9);
+        // From 1/2 at sea level up to 1 and down again; from 1/2 down.
+        assert!((tent(-1e3, 1e3, 3e3) - (0.75 * 1e3 + 0.5 * 2e3)).abs() < 1e-9);
+        assert!((tent(-3e3, -1e3, 1e3) - 0.5 * 0.5 * 1e3).abs() < 1e-9);
     }
 
     #[test]

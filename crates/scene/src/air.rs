@@ -73,7 +73,8 @@ pub struct Layer {
     /// How the density runs between the heights: linearly where it is left out.
     #[serde(default)]
     pub between: LayerLaw,
-    /// Rising heights above sea level, m; above the last there is nothing.
+    /// Rising heights above sea level, m. Above the last there is nothing, below the first as much as there: a
+    /// layer aloft begins with a density of 0.
     pub height_m: Vec<f64>,
     /// Relative density at each height.
     pub density: Vec<f64>,
