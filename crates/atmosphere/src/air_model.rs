@@ -225,6 +225,27 @@ mod tests {
     }
 
     #[test]
+    fn king_factors_of_no_molecule_are_refused() {
+        let with_factor = |factor: f64| {
+            let king_factor = vec![factor; WavelengthGrid::visible().len()];
+            let molecules = Constituent {
+                phase: PhaseFunction::Rayleigh { king_factor },
+                ..custom(1e-5, 1e-5)
+            };
+            model(vec![molecules]).tabulate()
+        };
+        assert!(with_factor(1.0).is_ok() && with_factor(1.05).is_ok());
+        for factor in [f64::NAN, 0.0, -5.0, 100.0, f64::INFINITY] {
+            let refused = with_factor(factor);
+            let is_of_factor = |what: &str| what == "King factor";
+            assert!(
+                matches!(refused, Err(Error::OutOfRange { what, .. }) if is_of_factor(what)),
+                "{factor}: {refused:?}"
+            );
+        }
+    }
+
+    #[test]
     fn two_constituents_of_one_name_are_refused() {
         let twice = [1e-4, 2e-4].map(|m1| custom(m1, m1));
         let error = model(twice.to_vec()).tabulate();

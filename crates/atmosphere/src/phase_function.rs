@@ -8,6 +8,7 @@ use crate::cornette_shanks::cornette_shanks;
 use crate::error::Error;
 use crate::error::within;
 use crate::henyey_greenstein::henyey_greenstein;
+use crate::king_factor::KingFactor;
 use crate::rayleigh_phase::rayleigh_phase;
 
 /// Largest asymmetry that the table's 0.5 degree steps resolve.
@@ -49,7 +50,10 @@ impl PhaseFunction {
     pub(crate) fn check(&self) -> Result<(), Error> {
         let range = [-LARGEST_ASYMMETRY, LARGEST_ASYMMETRY];
         match self {
-            Self::Isotropic | Self::Rayleigh { .. } => Ok(()),
+            Self::Isotropic => Ok(()),
+            Self::Rayleigh { king_factor } => king_factor
+                .iter()
+                .try_for_each(|factor| KingFactor::Constant(*factor).check()),
             Self::HenyeyGreenstein { asymmetry: g } | Self::CornetteShanks { parameter: g } => {
                 within("asymmetry", *g, range).map(|_| ())
             }
