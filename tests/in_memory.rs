@@ -259,7 +259,7 @@ fn whoever_watches_hears_of_each_stage_and_may_stop_it() {
         });
         (picture.err(), largest.into_inner().unwrap().unwrap())
     };
-    for stage in [Stage::Scatter, Stage::Render] {
+    for stage in [Stage::Scatter, Stage::Atmosphere, Stage::Render] {
         let (none, part) = heard(stage, ControlFlow::Continue(()));
         assert!(
             none.is_none() && (part - 1.0).abs() < 1e-12,

@@ -99,16 +99,17 @@ pub fn with_diffuse_light(air: AtmosphereTable, level: ScatteringOrders) -> Atmo
 
 /// Solves the light of higher orders in an air.
 pub fn diffuse_light(air: &AtmosphereTable, level: ScatteringOrders) -> DiffuseLight {
-    let go_on = || Ok::<_, Infallible>(());
+    let go_on = |_| Ok::<_, Infallible>(());
     diffuse_light_while(go_on, air, level).unwrap_or_else(|never| match never {})
 }
 
-/// The same, unless `go_on` refuses, which is asked before each layer of each order.
+/// The same, unless `go_on` refuses, which is asked before each layer of each order and told the part that is done,
+/// 0 to 1, by how near the error of the orders so far is to the tolerance.
 ///
 /// # Errors
 /// What `go_on` says.
 pub fn diffuse_light_while<E: Send>(
-    go_on: impl Fn() -> Result<(), E> + Sync,
+    go_on: impl Fn(f64) -> Result<(), E> + Sync,
     air: &AtmosphereTable,
     level: ScatteringOrders,
 ) -> Result<DiffuseLight, E> {
@@ -117,25 +118,61 @@ pub fn diffuse_light_while<E: Send>(
     let axis = SunAxis::new(1);
     let ratios = medium.at_shells(air, &shells_m);
     let beam = Beam::new(air, &medium, &shells_m);
-    let mut last = beam.gather(&axis, level.n_zeniths, &go_on)?;
+    let mut last = beam.gather(&axis, level.n_zeniths, || go_on(0.0))?;
     let mut sum = last.clone();
     let mut series = Series::new(axis.len(), air.wavelengths.len());
     if last.is_dark() {
+        go_on(1.0)?;
         return Ok(table(&medium, shells_m, &axis, sum));
     }
     let directions = Directions::new(air, &shells_m, level.n_zeniths);
+    let mut approach = Approach::new(level.tolerance);
     for azimuth_order in medium.azimuth_orders(&ratios) {
         let source = last.to_source(air, &ratios, azimuth_order);
-        let next = directions.gather(&source, &axis, &go_on)?;
+        let next = directions.gather(&source, &axis, || go_on(approach.part))?;
         sum.add(&next);
         let error = series.follow(&last, &next, &sum);
         last = next;
         if error <= level.tolerance {
             break;
         }
+        approach.follow(error);
     }
     series.add_tail(&last, &mut sum);
+    go_on(1.0)?;
     Ok(table(&medium, shells_m, &axis, sum))
+}
+
+/// How near a series of orders has come to its tolerance.
+struct Approach {
+    tolerance: f64,
+    /// That of the first ratio has no ratio before it to be compared with.
+    n_errors: usize,
+    second_error: f64,
+    /// Of the way, 0 to 1: errors fall by about the same factor from order to order.
+    part: f64,
+}
+
+impl Approach {
+    fn new(tolerance: f64) -> Self {
+        Self {
+            tolerance,
+            n_errors: 0,
+            second_error: 0.0,
+            part: 0.0,
+        }
+    }
+
+    fn follow(&mut self, error: f64) {
+        self.n_errors += 1;
+        if self.n_errors <= 2 {
+            self.second_error = error;
+            return;
+        }
+        let part = (self.second_error / error).ln() / (self.second_error / self.tolerance).ln();
+        // Errors may grow for an order.
+        self.part = self.part.max(part.min(1.0));
+    }
 }
 
 fn table(medium: &Medium, height_m: Vec<f64>, axis: &SunAxis, sum: Light) -> DiffuseLight {

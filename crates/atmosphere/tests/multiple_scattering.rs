@@ -2,7 +2,9 @@
 
 mod common;
 
+use std::convert::Infallible;
 use std::f64::consts::PI;
+use std::sync::Mutex;
 
 use common::grid;
 use common::haze;
@@ -22,6 +24,7 @@ use niji_atmosphere::SkyObserver;
 use niji_atmosphere::USUAL_TOP_M;
 use niji_atmosphere::ViewRay;
 use niji_atmosphere::diffuse_light;
+use niji_atmosphere::diffuse_light_while;
 use niji_atmosphere::sun_transmittance;
 use niji_atmosphere::with_diffuse_light;
 use niji_exchange::AtmosphereTable;
@@ -431,4 +434,32 @@ fn all_light(table: &AtmosphereTable, height_m: f64, angles_deg: [f64; 3]) -> Ve
     more.zip(suns)
         .map(|(more, (once, sun))| more + once / sun)
         .collect()
+}
+
+#[test]
+fn the_part_that_is_done_goes_from_0_to_1() {
+    let heard = Mutex::new(Vec::new());
+    let go_on = |part: f64| {
+        heard.lock().unwrap().push(part);
+        Ok::<_, Infallible>(())
+    };
+    diffuse_light_while(go_on, &hazy(), ScatteringOrders::STANDARD).unwrap();
+    let mut heard = heard.into_inner().unwrap();
+    assert_eq!((heard[0], heard[heard.len() - 1]), (0.0, 1.0));
+    assert!(heard.windows(2).all(|pair| pair[0] <= pair[1]), "{heard:?}");
+    heard.dedup();
+    // One a further order.
+    assert!(heard.len() >= 4, "{heard:?}");
+    // Air without light is done at once.
+    let dark = Mutex::new(Vec::new());
+    let go_on = |part: f64| {
+        dark.lock().unwrap().push(part);
+        Ok::<_, Infallible>(())
+    };
+    let vacuum = AtmosphereTable {
+        constituents: Vec::new(),
+        ..hazy()
+    };
+    diffuse_light_while(go_on, &vacuum, ScatteringOrders::DRAFT).unwrap();
+    assert_eq!(dark.into_inner().unwrap().last(), Some(&1.0));
 }

@@ -37,7 +37,7 @@ impl AirRequest<'_> {
     pub fn table(&self, watch: Watch) -> Result<AtmosphereTable, Error> {
         let model = (self.air).model(self.wavelengths, self.ground_albedo, self.sun)?;
         let table = model.tabulate()?;
-        let go_on = || go_on(watch, Stage::Atmosphere);
+        let go_on = |part| go_on(watch, Stage::Atmosphere, part);
         let solve = |orders| diffuse_light_while(go_on, &table, orders);
         let diffuse = self.orders.map(solve).transpose()?;
         Ok(AtmosphereTable { diffuse, ..table })

@@ -17,9 +17,9 @@ pub fn unwatched(_: Stage, _: f64) -> ControlFlow<()> {
     ControlFlow::Continue(())
 }
 
-/// Refuses to go on with a stage where that is stopped before any part of it is done.
-pub(crate) fn go_on(watch: Watch, stage: Stage) -> Result<(), Error> {
-    match watch(stage, 0.0) {
+/// Says which part of a stage is done, and refuses to go on where that is stopped.
+pub(crate) fn go_on(watch: Watch, stage: Stage, part: f64) -> Result<(), Error> {
+    match watch(stage, part) {
         ControlFlow::Continue(()) => Ok(()),
         ControlFlow::Break(()) => Err(Error::Stopped),
     }
