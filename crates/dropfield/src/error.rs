@@ -65,6 +65,14 @@ pub enum Error {
         /// Names of the grids that are there.
         found: Vec<String>,
     },
+    /// Two grids of a name of which there can be one.
+    #[error(
+        "grid `{grid}` is there twice, expected once: give one of them a prefix, as in `mist_{grid}`"
+    )]
+    GridTwice {
+        /// Name of both.
+        grid: String,
+    },
     /// A grid of the right name with values of the wrong type.
     #[error("grid `{grid}` does not hold floats")]
     NotFloat {

@@ -146,9 +146,14 @@ fn find<'a>(
     mode: &str,
     quantity: &Quantity,
 ) -> Result<Option<FloatGrid<'a>>, Error> {
-    let Some(grid) = file.grid(&grid_name(mode, quantity)) else {
+    let name = grid_name(mode, quantity);
+    let mut of_name = file.grids.iter().filter(|grid| grid.name == name);
+    let Some(grid) = of_name.next() else {
         return Ok(None);
     };
+    if of_name.next().is_some() {
+        return Err(Error::GridTwice { grid: name });
+    }
     let tree = grid.tree.as_float().ok_or_else(|| Error::NotFloat {
         grid: grid.name.clone(),
     })?;

@@ -190,6 +190,24 @@ fn missing_grids_are_named_beside_those_that_are_there() {
 }
 
 #[test]
+fn two_grids_of_one_name_are_refused() {
+    // The first of a name stood for both modes, so that its drops were there twice and the others not at all.
+    for name in ["number_density", "effective_radius", "effective_variance"] {
+        let error = error_after(|file| file.grids.push(file.grid(name).unwrap().clone()));
+        assert!(
+            error
+                .to_string()
+                .starts_with(&format!("grid `{name}` is there twice, expected once")),
+            "{error}"
+        );
+    }
+    // Those for display are not read.
+    let mut file = rain().to_vdb(&[]).unwrap();
+    file.grids.push(file.grid("density").unwrap().clone());
+    assert_eq!(DropVolume::from_vdb(&file).unwrap(), rain());
+}
+
+#[test]
 fn a_missing_variance_is_a_single_size() {
     let mut file = rain().to_vdb(&[]).unwrap();
     file.grids.retain(|grid| grid.name != "effective_variance");

@@ -159,7 +159,7 @@ impl DropVolume {
     /// prefix. Voxels without drops are dropped; constant regions are filled out.
     ///
     /// # Errors
-    /// Grids that are missing, of the wrong type, unit or lattice; voxels that no drops can have.
+    /// Grids that are missing, there twice, of the wrong type, unit or lattice; voxels that no drops can have.
     pub fn from_vdb(file: &VdbFile) -> Result<Self, Error> {
         read_vdb::volume(file)
     }
