@@ -70,7 +70,7 @@ struct Sheet<'a, 'p> {
 /// two parts of one name, or a writer that fails.
 pub(crate) fn write(parts: &[Part], codec: Codec, writer: impl Write + Seek) -> Result<(), Error> {
     for (index, part) in parts.iter().enumerate() {
-        part.check()?;
+        part.check(parts.len() == 1)?;
         if parts[..index]
             .iter()
             .any(|earlier| earlier.name == part.name)
@@ -146,6 +146,9 @@ impl<'a, 'p> Sheet<'a, 'p> {
 
     fn attributes(&self) -> LayerAttributes {
         let mut attributes = LayerAttributes::named(text(&self.part.name));
+        attributes
+            .layer_name
+            .take_if(|name| name.as_slice().is_empty());
         attributes.white_luminance = self.part.white_luminance_cd_m2;
         attributes.world_to_camera = self.part.world_to_camera;
         if let Some(windows) = self.part.windows {

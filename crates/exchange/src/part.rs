@@ -101,9 +101,11 @@ impl<'a> Part<'a> {
         }
     }
 
-    /// Everything that the format or this crate asks of a part before it is written.
-    pub(crate) fn check(&self) -> Result<(), Error> {
-        check_name("part", &self.name)?;
+    /// Everything that the format or this crate asks of a part before it is written; one of several needs a name.
+    pub(crate) fn check(&self, is_only: bool) -> Result<(), Error> {
+        if !(is_only && self.name.is_empty()) {
+            check_name("part", &self.name)?;
+        }
         for name in self.attributes.keys() {
             check_name("attribute", name)?;
         }

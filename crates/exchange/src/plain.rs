@@ -38,8 +38,25 @@ pub fn read_plain(path: &Path) -> Result<Vec<PlainPart>, Error> {
 
 /// Writes parts without attributes.
 ///
+/// ```
+/// use ndarray::array;
+/// use niji_exchange::{Channel, PlainPart, read_plain, write_plain};
+///
+/// let channels = vec![Channel { name: "Y".to_owned(), values: array![[0.5, 1.0]] }];
+/// let unnamed = [PlainPart { name: String::new(), channels }];
+/// let mut bytes = std::io::Cursor::new(Vec::new());
+/// write_plain(&unnamed, &mut bytes)?;
+///
+/// let path = std::env::temp_dir().join(format!("niji-plain-{}.exr", std::process::id()));
+/// std::fs::write(&path, bytes.get_ref())?;
+/// assert_eq!(read_plain(&path)?, unnamed);
+/// std::fs::remove_file(&path)?;
+/// # Ok::<(), niji_exchange::Error>(())
+/// ```
+///
 /// # Errors
-/// A value that is not finite, two parts or channels of one name, or a writer that fails.
+/// A value that is not finite, two parts or channels of one name, one of several parts without a name, or a writer
+/// that fails.
 pub fn write_plain(parts: &[PlainPart], writer: impl Write + Seek) -> Result<(), Error> {
     let borrowed: Vec<Part> = parts.iter().map(borrow).collect();
     exr_write::write(&borrowed, Codec::Piz, writer)

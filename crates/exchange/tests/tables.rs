@@ -11,12 +11,16 @@ use std::path::Path;
 use common::*;
 use niji_exchange::AttributeValue;
 use niji_exchange::Axis;
+use niji_exchange::Channel;
 use niji_exchange::Error;
+use niji_exchange::PlainPart;
 use niji_exchange::ScatteringTable;
 use niji_exchange::TableFile;
 use niji_exchange::TablePart;
 use niji_exchange::contents;
+use niji_exchange::read_plain;
 use niji_exchange::read_provenance;
+use niji_exchange::write_plain;
 use niji_radiometry::Water;
 use niji_radiometry::WavelengthGrid;
 
@@ -211,6 +215,33 @@ fn values_that_are_not_finite_are_rejected_with_part_channel_and_pixel() {
         assert_eq!((part.as_str(), channel.as_str()), ("second", "f.prime"));
         assert_eq!(found.to_bits(), value.to_bits());
     }
+}
+
+#[test]
+fn an_only_part_needs_no_name() {
+    let unnamed = |channel: &str| {
+        let values = ndarray::array![[0.5, 1.0]];
+        let name = channel.to_owned();
+        PlainPart {
+            name: String::new(),
+            channels: vec![Channel { name, values }],
+        }
+    };
+    let written = |parts: &[PlainPart]| {
+        let mut bytes = Cursor::new(Vec::new());
+        write_plain(parts, &mut bytes).map(|()| bytes.into_inner())
+    };
+    // What is read of it is written again, and has no name then either.
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("unnamed.exr");
+    let bytes = written(&[unnamed("Y")]).unwrap();
+    assert!(!bytes.windows(12).any(|it| it == b"name\0string\0"));
+    fs::write(&path, &bytes).unwrap();
+    let again = read_plain(&path).unwrap();
+    assert_eq!(again, [unnamed("Y")]);
+    assert_eq!(written(&again).unwrap(), bytes);
+    let error = written(&[unnamed("Y"), unnamed("Z")]).unwrap_err();
+    assert!(matches!(error, Error::Name { kind: "part", .. }), "{error}");
 }
 
 #[test]
