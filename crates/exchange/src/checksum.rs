@@ -1,6 +1,6 @@
 //! Notices damage that the format cannot see.
 //!
-//! checksum = SHA-256(name, header values this crate uses, place in the frame unless (0, 0),
+//! checksum = SHA-256(name, attributes `niji:…`, white, camera, place in the frame unless (0, 0),
 //!            SHA-256 of every channel)
 //! EXR itself protects only deflated blocks; a flipped bit in an uncompressed table would pass as
 //! another number. Channels are hashed in parallel and combined in the order of their names.

@@ -48,7 +48,7 @@ pub enum Error {
         part: String,
     },
     /// A name that EXR cannot hold.
-    #[error("found {name:?} as the name of a {kind}, expected 1 to 255 bytes without a zero")]
+    #[error("found {name:?} as the name of {}, expected 1 to 255 bytes without a zero", with_article(.kind))]
     Name {
         /// `part`, `channel` or `attribute`.
         kind: &'static str,
@@ -56,7 +56,7 @@ pub enum Error {
         name: String,
     },
     /// Two of one name.
-    #[error("found two {kind}s of the name {name:?}, expected different names")]
+    #[error("found two {} of the name {name:?}, expected different names", plural(.kind))]
     Duplicate {
         /// `part`, `channel` or `axis`.
         kind: &'static str,
@@ -87,6 +87,22 @@ pub enum Error {
         y: usize,
         /// What was found.
         value: f32,
+    },
+    /// A number of a header that may not enter a file.
+    #[error("found {value} in part {part:?}, attribute {name:?}, expected a finite number")]
+    AttributeNotFinite {
+        /// Part of the file.
+        part: String,
+        /// Name of the attribute.
+        name: String,
+        /// What was found.
+        value: f64,
+    },
+    /// An exposure whose factor is no number.
+    #[error("found an exposure of {found} EV, expected a finite number below 1024")]
+    Exposure {
+        /// What was found.
+        found: f64,
     },
     /// A value below zero where there can be none.
     #[error(
@@ -192,6 +208,18 @@ impl Error {
             kind,
             name: name.to_owned(),
         }
+    }
+}
+
+fn with_article(kind: &str) -> String {
+    let article = if kind.starts_with('a') { "an" } else { "a" };
+    format!("{article} {kind}")
+}
+
+fn plural(kind: &str) -> String {
+    match kind {
+        "axis" => "axes".to_owned(),
+        kind => format!("{kind}s"),
     }
 }
 

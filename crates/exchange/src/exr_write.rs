@@ -66,8 +66,8 @@ struct Sheet<'a, 'p> {
 /// Writes parts in their order, from the current position of the writer.
 ///
 /// # Errors
-/// A value that is not finite, a name the format cannot hold, no pixels, channels of several sizes,
-/// two parts of one name, or a writer that fails.
+/// A value or number of a header that is not finite, a name the format cannot hold, no pixels, channels of several
+/// sizes, two parts of one name, or a writer that fails.
 pub(crate) fn write(parts: &[Part], codec: Codec, writer: impl Write + Seek) -> Result<(), Error> {
     for (index, part) in parts.iter().enumerate() {
         part.check(parts.len() == 1)?;

@@ -109,6 +109,7 @@ impl<'a> Part<'a> {
         for name in self.attributes.keys() {
             check_name("attribute", name)?;
         }
+        self.check_numbers()?;
         let (height, width) = self.size();
         if height * width == 0 {
             return Err(Error::Empty {
@@ -136,6 +137,29 @@ impl<'a> Part<'a> {
             }
         }
         self.check_values()
+    }
+
+    /// Refuses NaN and infinity in the header.
+    fn check_numbers(&self) -> Result<(), Error> {
+        let own = self
+            .attributes
+            .iter()
+            .filter_map(|(name, value)| match value {
+                AttributeValue::Number(number) => Some((name.as_str(), *number)),
+                AttributeValue::Text(_) => None,
+            });
+        let white = self.white_luminance_cd_m2.iter();
+        let white = white.map(|number| ("whiteLuminance", f64::from(*number)));
+        let camera = self.world_to_camera.iter().flatten();
+        let camera = camera.map(|number| ("worldToCamera", f64::from(*number)));
+        match own.chain(white).chain(camera).find(|it| !it.1.is_finite()) {
+            Some((name, value)) => Err(Error::AttributeNotFinite {
+                part: self.name.clone(),
+                name: name.to_owned(),
+                value,
+            }),
+            None => Ok(()),
+        }
     }
 
     /// Refuses NaN and infinity.

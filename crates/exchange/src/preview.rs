@@ -28,7 +28,7 @@ pub fn tone_curve(value: f64) -> f64 {
 /// Writes linear Rec.709 by channel, row and column as 8-bit sRGB, with the provenance as text.
 ///
 /// # Errors
-/// A value that is not finite, no pixels, or an encoder or writer that fails.
+/// An exposure or a value that is not finite, no pixels, or an encoder or writer that fails.
 pub(crate) fn write_png(
     rgb: &Array3<f32>,
     exposure_ev: f64,
@@ -68,6 +68,9 @@ pub fn write_srgb_png(
 fn code_values(rgb: &Array3<f32>, exposure_ev: f64) -> Result<Vec<u8>, Error> {
     let (_, height, width) = rgb.dim();
     let gain = exposure_ev.exp2();
+    if !(exposure_ev.is_finite() && gain.is_finite()) {
+        return Err(Error::Exposure { found: exposure_ev });
+    }
     let mut bytes = Vec::with_capacity(3 * width * height);
     for y in 0..height {
         for x in 0..width {

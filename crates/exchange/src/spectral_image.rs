@@ -303,7 +303,7 @@ impl SpectralImage {
     /// Writes a preview of the frame for people: 8-bit sRGB, see [`crate::tone_curve`].
     ///
     /// # Errors
-    /// A value that is not finite or a writer that fails.
+    /// An exposure or a value that is not finite, or a writer that fails.
     pub fn write_png(&self, writer: impl Write, exposure_ev: f64) -> Result<(), Error> {
         self.check_shape()?;
         preview::write_png(&self.shown(), exposure_ev, &self.provenance, writer)

@@ -218,6 +218,23 @@ fn values_that_are_not_finite_are_rejected_with_part_channel_and_pixel() {
 }
 
 #[test]
+fn numbers_of_headers_that_are_not_finite_are_rejected_by_name() {
+    for value in [f64::NAN, f64::INFINITY] {
+        let number = (
+            "niji:splitThetaRad".to_owned(),
+            AttributeValue::Number(value),
+        );
+        let error = changed(|file| file.parts[1].attributes.extend([number.clone()]));
+        assert_eq!(
+            error.unwrap_err().to_string(),
+            format!(
+                "found {value} in part \"second\", attribute \"niji:splitThetaRad\", expected a finite number"
+            )
+        );
+    }
+}
+
+#[test]
 fn an_only_part_needs_no_name() {
     let unnamed = |channel: &str| {
         let values = ndarray::array![[0.5, 1.0]];
@@ -258,7 +275,14 @@ fn axes_that_are_not_ascending_numbers_are_refused() {
     let error = changed(|file| file.parts[0].row_axes[1].values.clear());
     assert!(matches!(error, Err(Error::Axis { .. })));
     let error = changed(|file| file.parts[0].row_axes[1].name = "height".to_owned());
-    assert!(matches!(error, Err(Error::Duplicate { kind: "axis", .. })));
+    let duplicate = error.unwrap_err();
+    assert!(matches!(duplicate, Error::Duplicate { kind: "axis", .. }));
+    assert!(
+        duplicate
+            .to_string()
+            .starts_with("found two axes of the name"),
+        "{duplicate}"
+    );
     let error = changed(|file| file.parts[0].row_axes[1].name = "a,b".to_owned());
     assert!(matches!(error, Err(Error::Axis { .. })));
 }
@@ -305,6 +329,12 @@ fn names_that_the_format_cannot_hold_are_refused() {
             })
         ));
     }
+    let nameless = (String::new(), AttributeValue::Number(1.0));
+    let error = changed(|file| file.parts[0].attributes.extend([nameless.clone()])).unwrap_err();
+    assert!(
+        error.to_string().contains("as the name of an attribute"),
+        "{error}"
+    );
     let error = changed(|file| file.parts[0].name = "second".to_owned());
     assert!(matches!(error, Err(Error::Duplicate { kind: "part", .. })));
     let error = changed(|file| file.parts[0].channels[0].name = "f.prime".to_owned());

@@ -235,6 +235,22 @@ fn values_that_are_not_finite_name_the_wavelength_and_the_pixel() {
 }
 
 #[test]
+fn numbers_beside_the_pixels_that_are_not_finite_are_refused() {
+    for exposure_ev in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1024.0] {
+        let error = image().write_png(Vec::new(), exposure_ev).unwrap_err();
+        assert!(matches!(error, Error::Exposure { .. }), "{error}");
+    }
+    image().write_png(Vec::new(), -40.0).unwrap();
+    let mut broken = image();
+    broken.world_to_camera = Some([f32::NAN; 16]);
+    let error = broken.write_spectral(Cursor::new(Vec::new())).unwrap_err();
+    assert!(
+        error.to_string().contains("attribute \"worldToCamera\""),
+        "{error}"
+    );
+}
+
+#[test]
 fn aovs_of_another_size_and_images_without_pixels_are_refused() {
     let mut broken = image();
     broken.aovs[1].channels[0].1 = Array2::zeros((HEIGHT, WIDTH + 1));
