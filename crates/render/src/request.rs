@@ -1,7 +1,9 @@
 //! What a picture is made of, and whether it can be.
 
 use glam::DVec3;
+use niji_exchange::AirConstituent;
 use niji_exchange::AtmosphereTable;
+use niji_exchange::DensityLaw;
 use niji_exchange::ScatteringTable;
 use niji_geometry::Aabb;
 use niji_geometry::Camera;
@@ -450,6 +452,7 @@ impl<'a> RenderRequest<'a> {
                 && constituent.scattering_m1.len() == n
                 && constituent.phase_sr1.dim() == (n, constituent.phase_angle_rad.len())
                 && is_axis(&constituent.phase_angle_rad)
+                && has_profile(constituent)
         });
         if fits {
             Ok(())
@@ -457,6 +460,18 @@ impl<'a> RenderRequest<'a> {
             bad("a constituent's values do not fit its axes")
         }
     }
+}
+
+/// Whether a density stands at every height, and a reach where its law needs them.
+fn has_profile(air: &AirConstituent) -> bool {
+    let has_reaches = || {
+        is_axis(&air.reach_height_m)
+            && is_axis(&air.reach_mu)
+            && air.reach_m.dim() == (air.reach_height_m.len(), air.reach_mu.len())
+    };
+    is_axis(&air.height_m)
+        && air.density.len() == air.height_m.len()
+        && (air.law == DensityLaw::Linear || has_reaches())
 }
 
 fn is_axis(values: &[f64]) -> bool {

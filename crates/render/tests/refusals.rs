@@ -11,6 +11,9 @@ use std::sync::atomic::Ordering;
 use common::*;
 use glam::DVec3;
 use niji_dropfield::GridBox;
+use niji_exchange::AirConstituent;
+use niji_exchange::AtmosphereTable;
+use niji_exchange::DensityLaw;
 use niji_geometry::Aabb;
 use niji_radiometry::WavelengthGrid;
 use niji_render::AirPath;
@@ -21,6 +24,7 @@ use niji_render::Integration;
 use niji_render::LitDrops;
 use niji_render::PixelFootprint;
 use niji_render::RenderRequest;
+use niji_render::Rendered;
 use niji_render::SunPath;
 use niji_render::Toggle;
 use niji_render::render;
@@ -71,6 +75,39 @@ fn wavelengths_must_agree() {
     let text = found.to_string();
     assert!(text.contains("3 x 100 nm from 450 nm"), "{text}");
     drop((air, other));
+}
+
+#[test]
+fn air_without_a_profile_is_refused() {
+    let spoils: [fn(&mut AirConstituent); 4] = [
+        |air| air.height_m.clear(),
+        |air| air.density.clear(),
+        |air| air.height_m.reverse(),
+        // Which needs reaches.
+        |air| air.law = DensityLaw::Exponential,
+    ];
+    for (index, spoil) in spoils.into_iter().enumerate() {
+        let mut air = air([1e-5; 3], [1e-5; 3]);
+        spoil(&mut air.constituents[0]);
+        let found = with_air(&air);
+        let input = Input::AtmosphereTable;
+        assert!(
+            matches!(found, Err(Error::BadTable { input: of, .. }) if of == input),
+            "{index}: {found:?}"
+        );
+    }
+    with_air(&air([1e-5; 3], [1e-5; 3])).unwrap();
+}
+
+/// What the renderer says to a request with extinction by that air.
+fn with_air(air: &AtmosphereTable) -> Result<Rendered, Error> {
+    let drops = drops(SunPath::Volume { voxel_m: 1.0 });
+    let camera = camera(DVec3::ZERO, (0.0, 0.0), 30.0, (4, 3));
+    let table = isotropic(0.1);
+    let mut request = request(&camera, sun_in_the_south(30.0), &drops, &table);
+    request.air = Some(air);
+    request.effects.air_extinction = Toggle::On;
+    render(&request, &|_| ())
 }
 
 #[test]
