@@ -177,6 +177,35 @@ fn rain_in_air() {
 }
 
 #[test]
+fn as_much_of_spectra_as_the_scene_keeps() {
+    let folder = tempfile::tempdir().unwrap();
+    for kept in ["\"half\"", "\"none\""] {
+        let changes = [&SMALL[..], &[("picture.spectral", kept)]].concat();
+        let scene = variant("paper-b-sun-20-inscatter.toml", folder.path(), &changes);
+        let out = folder.path().join(kept.trim_matches('"'));
+        niji_ends_with(0, &["run", text(&scene), "-o", text(&out), "-q"]);
+        let planned = planned(&fs::read_to_string(&scene).unwrap(), folder.path());
+        let image = compare(&planned, &out, "image.exr");
+        let at_once = planned.picture(&unwatched).unwrap();
+        assert_eq!(at_once.spectra, image.spectra, "{kept}");
+        assert!(at_once.radiance == image.radiance && at_once.aovs == image.aovs);
+    }
+}
+
+#[test]
+fn a_scene_without_light_has_no_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    let no_light = [&SMALL[..], &[("camera.azimuth_deg", "180.0")]].concat();
+    let scene = variant("paper-c-figure-3.toml", folder.path(), &no_light);
+    let planned = planned(&fs::read_to_string(&scene).unwrap(), folder.path());
+    let refused = planned.picture(&unwatched);
+    assert!(matches!(refused, Err(Error::Dark { .. })));
+    // So does the command line.
+    let out = folder.path().join("out");
+    niji_ends_with(4, &["run", text(&scene), "-o", text(&out), "-q"]);
+}
+
+#[test]
 fn a_frame_of_a_sequence() {
     let folder = tempfile::tempdir().unwrap();
     let scene = variant("garden-fountain.toml", folder.path(), &SMALL);

@@ -33,7 +33,7 @@ const WHITE: [u8; 3] = [255, 255, 255];
 /// Draws where the bows of a scene lie, and the horizon and the antisolar point where these are in view.
 ///
 /// # Errors
-/// A scene without light for a look, or a file that exists or cannot be written.
+/// A scene that cannot be looked at, or a file that exists or cannot be written.
 pub(crate) fn write(
     planned: &PlannedScene,
     (scene, to): (&Path, &Path),
@@ -74,7 +74,8 @@ impl Sheet {
     /// A look at a scene, as large as `shown`.
     fn of(looked: &PlannedScene, shown: &Scene) -> Result<Self, Failure> {
         let mut bytes = Vec::new();
-        let picture = looked.picture(&unwatched)?;
+        // Where bows lie is asked of scenes without light, too.
+        let picture = looked.unchecked_picture(&unwatched)?;
         let failed = |error: &dyn std::fmt::Display| Failure::Failed(error.to_string());
         let written = picture.write_png(&mut bytes, shown.picture.exposure_ev);
         written.map_err(|error| failed(&error))?;

@@ -96,7 +96,6 @@ pub(crate) fn make(stage: RenderStage, options: StageOptions) -> Result<Done, Fa
     let done = perform(&request(&stage)?, options, |provenance| {
         let (image, of_all) = picture(stage, &provenance, options.verbosity)?;
         spent = of_all;
-        let image = image.keeping(stage.settings.picture.spectral.into());
         write_spectral(&image, stage.target.path)?;
         rendered = Some(image);
         Ok(())
@@ -135,8 +134,7 @@ pub(crate) fn make_until(
     shown.check_free(options)?;
     let mut made = None;
     let done = perform(&request(&as_afforded)?, options, |provenance| {
-        let image = work.image(rendered, region, provenance);
-        let image = image.keeping(settings.picture.spectral.into());
+        let image = work.keeping(work.image(rendered, region, provenance));
         write_spectral(&image, stage.target.path)?;
         made = Some(image);
         Ok(())

@@ -66,7 +66,7 @@ impl PictureSettings {
 
 impl PictureWork {
     /// The mean of pictures that `render` makes, each told by its place among the instants; where there is no shutter the
-    /// only one.
+    /// only one. It keeps as much of its spectra as the scene says ([`Self::keeping`]).
     ///
     /// # Errors
     /// As [`PictureWork::new`]; what `render` reports.
@@ -76,7 +76,7 @@ impl PictureWork {
         mut render: impl FnMut(&Self, usize) -> Result<SpectralImage, E>,
     ) -> Result<SpectralImage, E> {
         let Some(OpenShutter { frame, instants }) = self.settings().shutter.clone() else {
-            return render(&self, 0);
+            return Ok(self.keeping(render(&self, 0)?));
         };
         let mut mean = MeanOfInstants::new(instants.len());
         let (mut work, mut at) = (self, &*frame);
@@ -94,6 +94,6 @@ impl PictureWork {
             let stays = next.is_some_and(|next| next.scene == instant.scene);
             (at, before) = (instant, stays.then_some(image));
         }
-        Ok(mean.finish())
+        Ok(work.keeping(mean.finish()))
     }
 }

@@ -379,6 +379,12 @@ impl PictureWork {
         image
     }
 
+    /// An image of it with as much of its spectra as the scene keeps, `[picture] spectral`.
+    #[must_use]
+    pub fn keeping(&self, image: SpectralImage) -> SpectralImage {
+        image.keeping(self.settings.picture.spectral.into())
+    }
+
     /// Renders a region, over the time its shutter is open; the image has no provenance.
     ///
     /// # Errors

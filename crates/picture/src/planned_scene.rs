@@ -530,11 +530,20 @@ impl PlannedScene {
         request.with_bow(image).map(Some)
     }
 
-    /// Its picture, of all pixels.
+    /// Its picture, of all pixels, with as much of its spectra as it keeps.
+    ///
+    /// # Errors
+    /// As [`Self::check`] and as its parts: a scene that sends no light is refused; [`Error::Stopped`].
+    pub fn picture(&self, watch: Watch) -> Result<SpectralImage, Error> {
+        self.check()?;
+        self.unchecked_picture(watch)
+    }
+
+    /// As [`Self::picture`] without [`Self::check`]: of a scene that sends no light a black one.
     ///
     /// # Errors
     /// As its parts; [`Error::Stopped`].
-    pub fn picture(&self, watch: Watch) -> Result<SpectralImage, Error> {
+    pub fn unchecked_picture(&self, watch: Watch) -> Result<SpectralImage, Error> {
         let parts = PictureParts {
             drops: self.drops()?,
             table: self.scattering(self.airy()?.as_ref(), watch)?,

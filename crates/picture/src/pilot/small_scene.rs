@@ -20,6 +20,7 @@ use niji_scene::Foretold;
 use niji_scene::Preset;
 use niji_scene::SHARE_FOR_EFFECTS;
 use niji_scene::Scene;
+use niji_scene::Spectral;
 use niji_scene::Switch;
 
 use super::Seen;
@@ -194,6 +195,8 @@ impl<'a> SmallScene<'a> {
         };
         let mut settings = PictureSettings::of(&self.planned);
         settings.levels.drop_orders = orders;
+        // It is measured, never shown.
+        settings.picture.spectral = Spectral::Full;
         let whole = settings.whole()?;
         PictureWork::new(settings, parts, self.watch)?.render(whole, self.watch)
     }
