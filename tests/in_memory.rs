@@ -206,6 +206,20 @@ fn a_scene_without_light_has_no_picture() {
 }
 
 #[test]
+fn a_scene_that_was_changed_in_code_is_checked() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = variant("paper-c-figure-3.toml", folder.path(), &SMALL);
+    let scene = scene_from_toml(&fs::read_to_string(file).unwrap(), folder.path()).unwrap();
+    for tolerance in [f64::NAN, -1.0] {
+        let mut changed = scene.clone();
+        changed.accuracy.tolerance = Some(tolerance);
+        let refused = PlannedScene::new(changed, request(folder.path())).unwrap_err();
+        let expected = format!("`accuracy.tolerance` is {tolerance}, expected 0.000001 to 1");
+        assert_eq!(refused.to_string(), expected);
+    }
+}
+
+#[test]
 fn a_frame_of_a_sequence() {
     let folder = tempfile::tempdir().unwrap();
     let scene = variant("garden-fountain.toml", folder.path(), &SMALL);

@@ -29,7 +29,7 @@ pub enum Error {
     /// Drops that physics does not allow.
     #[error("{}", with_causes(.0))]
     Drops(#[source] niji_droplets::Error),
-    /// A scene file that is wrong.
+    /// A scene that is wrong, as it was read or as it was changed in code.
     #[error(transparent)]
     SceneFile(#[from] niji_scene::SceneError),
     /// Picks in a photograph that no sun explains.

@@ -106,6 +106,7 @@ impl Looks {
         look: Look,
         request: PlanRequest,
     ) -> Result<PlannedScene, Error> {
+        scene.check()?;
         let scene = look.scene(scene);
         let key = decided_by(&scene);
         let known = self.decided.iter().find(|it| it.0 == look && it.1 == key);
@@ -116,7 +117,7 @@ impl Looks {
             is_hasty: true,
             ..request
         };
-        let mut planned = PlannedScene::new(scene.clone(), request)?;
+        let mut planned = PlannedScene::of_checked(scene.clone(), request)?;
         if let Some(need) = &mut planned.plan.scattering {
             need.theta_range_rad = (0.0, std::f64::consts::PI);
         }

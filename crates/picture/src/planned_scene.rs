@@ -200,8 +200,15 @@ impl PlannedScene {
     /// drops' nodes changes. What was chosen before for the same scene, however shown, is taken as it is.
     ///
     /// # Errors
-    /// A file that is missing, a drop volume that is wrong, or a scene that cannot be planned; [`Error::Stopped`].
+    /// A scene that was changed in code to one that is none ([`Scene::check`]), a file that is missing, a drop volume that
+    /// is wrong, or a scene that cannot be planned; [`Error::Stopped`].
     pub fn new(scene: Scene, request: PlanRequest) -> Result<Self, Error> {
+        scene.check()?;
+        Self::of_checked(scene, request)
+    }
+
+    /// The same of a scene whose switches need not go together.
+    pub(crate) fn of_checked(scene: Scene, request: PlanRequest) -> Result<Self, Error> {
         check_files(&scene, request.folder)?;
         let files = drop_hashes(&scene, request)?;
         let key = |scene: &Scene| choice::request((request.version, &files), scene);
@@ -372,7 +379,8 @@ impl PlannedScene {
         Ok(Self::decided(scene, request.folder, choice))
     }
 
-    /// The same scene with other switches or levels, planned anew.
+    /// The same scene with other switches or levels, planned anew; switches need not go together, as
+    /// [`Plan::switched`] has them.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -381,7 +389,7 @@ impl PlannedScene {
             folder: &self.folder,
             ..PlanRequest::default()
         };
-        Self::new(scene, request)
+        Self::of_checked(scene, request)
     }
 
     /// Its plan with all that is told over display white as the picture is shown.

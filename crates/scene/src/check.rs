@@ -10,14 +10,17 @@ const MAX_COORDINATE_M: f64 = 1e7;
 /// Angles that turn, degrees: ten turns either way, for a sequence that goes on turning.
 pub(crate) const TURNS_DEG: (f64, f64) = (-3600.0, 3600.0);
 
-/// Where the keys of a document stand.
+/// Where the keys of a document stand; nowhere for a scene that was not read.
 pub(crate) struct Check<'a> {
     pub(crate) lines: &'a BTreeMap<String, usize>,
 }
 
 impl Check<'_> {
-    /// Line of a key; of its section, or the first, where the key was left out.
+    /// Line of a key; of its section, or the first, where the key was left out. 0 where there are no lines.
     pub(crate) fn line(&self, key: &str) -> usize {
+        if self.lines.is_empty() {
+            return 0;
+        }
         let section = key.split('.').next().unwrap_or(key);
         self.lines
             .get(key)

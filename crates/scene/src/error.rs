@@ -1,9 +1,9 @@
-//! What can be wrong with a scene file, always with the line and with what would be right.
+//! What can be wrong with a scene, with the line of its file and with what would be right.
 
 use thiserror::Error;
 
 /// Why a scene was refused. Every variant that belongs to a place in the file names its line,
-/// counted from 1.
+/// counted from 1; 0 stands for a scene that was not read from a file with lines.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum SceneError {
     /// The text is not TOML.
@@ -65,7 +65,7 @@ pub enum SceneError {
         expected: String,
     },
     /// A value of the right type that cannot be meant.
-    #[error("line {line}: `{key}` is {found}, expected {expected}")]
+    #[error("{}`{key}` is {found}, expected {expected}", at(*.line))]
     OutOfRange {
         /// Line of the value.
         line: usize,
@@ -77,7 +77,7 @@ pub enum SceneError {
         expected: String,
     },
     /// Values that are sound one by one but cannot be meant together.
-    #[error("line {line}: `{key}` cannot be used: {reason}")]
+    #[error("{}`{key}` cannot be used: {reason}", at(*.line))]
     Refused {
         /// Line of the value or of its section.
         line: usize,
@@ -87,7 +87,7 @@ pub enum SceneError {
         reason: String,
     },
     /// Drops that cannot be laid out.
-    #[error("line {line}: {section}: {message}")]
+    #[error("{}{section}: {message}", at(*.line))]
     Drops {
         /// Line at which the section begins.
         line: usize,
@@ -105,7 +105,7 @@ pub enum SceneError {
 }
 
 impl SceneError {
-    /// Line of the scene file, counted from 1; `None` for JSON.
+    /// Line of the scene file, counted from 1; `None` for a scene that has no lines.
     pub fn line(&self) -> Option<usize> {
         match self {
             Self::Syntax { line, .. }
@@ -115,9 +115,18 @@ impl SceneError {
             | Self::WrongType { line, .. }
             | Self::OutOfRange { line, .. }
             | Self::Refused { line, .. }
-            | Self::Drops { line, .. } => Some(*line),
+            | Self::Drops { line, .. } => Some(*line).filter(|line| *line > 0),
             Self::Json { .. } => None,
         }
+    }
+}
+
+/// The beginning of a message about a line.
+fn at(line: usize) -> String {
+    if line == 0 {
+        String::new()
+    } else {
+        format!("line {line}: ")
     }
 }
 

@@ -59,15 +59,18 @@ pub use stages::Estimate;
 pub use stages::Stage;
 pub use stages::StagePlan;
 
+use std::collections::BTreeMap;
 use std::collections::BTreeSet;
 
 use niji_exchange::AtmosphereTable;
 use niji_render::DropOrders;
 
 use crate::accuracy::Levels;
+use crate::check::Check;
 use crate::effect::Effect;
 use crate::effect_switches::Switch;
 use crate::scene::Scene;
+use crate::scene_check;
 
 use air_light::AirLight;
 use bounds::Assumed;
@@ -83,8 +86,8 @@ use stages::Chosen;
 /// finds by itself where they are not known yet.
 ///
 /// # Errors
-/// If figures of a drop file are missing or the volume is empty, drops cannot be laid out, or parts of a scene that was not
-/// read from a file are out of range.
+/// If figures of a drop file are missing or the volume is empty, drops cannot be laid out, or the scene is none
+/// ([`Scene::check`], but for switches of effects that do not go together, as [`Plan::switched`] has them).
 pub fn plan(scene: &Scene, drops: Option<DropSummary>) -> Result<Plan, PlanError> {
     plan_looking(scene, drops, |_| Ok(DropsSeen::default()))
 }
@@ -98,6 +101,8 @@ pub fn plan_looking<E: From<PlanError>>(
     drops: Option<DropSummary>,
     look: impl FnOnce(&Foretold) -> Result<DropsSeen, E>,
 ) -> Result<Plan, E> {
+    let lines = BTreeMap::new();
+    scene_check::values(scene, &Check { lines: &lines }).map_err(PlanError::from)?;
     let mut situation = Situation::new(scene, drops)?;
     let (seen, plan) = Known::of(scene, &situation, |known| {
         let decisions = known.decisions(None);

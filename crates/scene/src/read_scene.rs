@@ -67,14 +67,33 @@ impl Scene {
     /// Reads a scene from the JSON that [`Scene::canonical_json`] writes.
     ///
     /// # Errors
-    /// [`SceneError::Json`] if it is not that, and as [`Scene::from_toml`] for values out of range,
-    /// with line 1.
+    /// [`SceneError::Json`] if it is not that, and as [`Scene::check`].
     pub fn from_json(text: &str) -> Result<Self, SceneError> {
         let scene: Self = serde_json::from_str(text).map_err(|error| SceneError::Json {
             message: error.to_string(),
         })?;
-        scene_check::check(&scene, &BTreeMap::new())?;
+        scene.check()?;
         Ok(scene)
+    }
+
+    /// Refuses a scene that was changed in code as one that is read: values out of their ranges, NaN among them, and
+    /// parts that contradict each other. Every scene that is read was checked.
+    ///
+    /// ```
+    /// use niji_scene::{Scene, SceneError};
+    ///
+    /// let text = include_str!("../../../data/scenes/garden-fountain.toml");
+    /// let mut scene = Scene::from_toml(text)?;
+    /// scene.accuracy.tolerance = Some(f64::NAN);
+    /// let error = scene.check().unwrap_err();
+    /// assert_eq!(error.to_string(), "`accuracy.tolerance` is NaN, expected 0.000001 to 1");
+    /// # Ok::<(), SceneError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// The first thing that is wrong, by its key and with what would be right; without a line.
+    pub fn check(&self) -> Result<(), SceneError> {
+        scene_check::check(self, &BTreeMap::new())
     }
 }
 

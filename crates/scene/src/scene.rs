@@ -166,7 +166,8 @@ impl Scene {
     }
 
     /// All values, those left out in the file included, as JSON whose bytes depend on nothing but
-    /// the values: sorted keys, no white space, shortest decimals that read back exactly.
+    /// the values: sorted keys, no white space, shortest decimals that read back exactly. Of a scene that
+    /// [`Self::check`] refuses NaN and infinity become `null`, which is read as left out.
     pub fn canonical_json(&self) -> String {
         canonical_json(self)
     }

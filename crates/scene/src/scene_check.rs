@@ -48,19 +48,25 @@ const MAX_PICKS: usize = 1000;
 /// Checks everything; `lines` says where the keys stand.
 pub(crate) fn check(scene: &Scene, lines: &BTreeMap<String, usize>) -> Result<(), SceneError> {
     let check = Check { lines };
+    values(scene, &check)?;
+    effects(scene, &check)
+}
+
+/// Checks everything but whether switches of effects go together.
+pub(crate) fn values(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {
     if scene.format != FORMAT {
         let found = scene.format.to_string();
         return Err(check.out_of_range("format", found, &format!("{FORMAT}, the only format yet")));
     }
     check.number("sun.elevation_deg", scene.sun.elevation_deg, (-90.0, 90.0))?;
     check.number("sun.azimuth_deg", scene.sun.azimuth_deg, TURNS_DEG)?;
-    moon(scene, &check)?;
-    camera_section::check(&scene.camera, &check)?;
-    drops(scene, &check)?;
+    moon(scene, check)?;
+    camera_section::check(&scene.camera, check)?;
+    drops(scene, check)?;
     let water = scene.water().check();
     water.map_err(|error| check.refused("water", &error))?;
     let surface = scene.water_surface;
-    surface.map_or(Ok(()), |surface| surface.check(&check))?;
+    surface.map_or(Ok(()), |surface| surface.check(check))?;
     let motion = scene.drop_motion.validate();
     motion.map_err(|error| check.refused("drop_motion", &error))?;
     check.number("ground.albedo", scene.ground.albedo, (0.0, 1.0))?;
@@ -69,10 +75,9 @@ pub(crate) fn check(scene: &Scene, lines: &BTreeMap<String, usize>) -> Result<()
         scene.picture.exposure_ev,
         (-40.0, 40.0),
     )?;
-    accuracy(&scene.accuracy, &check)?;
-    air(scene, &check)?;
-    photo(scene, &check)?;
-    effects(scene, &check)
+    accuracy(&scene.accuracy, check)?;
+    air(scene, check)?;
+    photo(scene, check)
 }
 
 fn moon(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {

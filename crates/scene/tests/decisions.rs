@@ -10,6 +10,7 @@ use niji_scene::BoundKind;
 use niji_scene::DropSummary;
 use niji_scene::Effect;
 use niji_scene::EffectDecision;
+use niji_scene::LEAST_TOLERANCE;
 use niji_scene::Plan;
 use niji_scene::PlanError;
 use niji_scene::Stage;
@@ -100,7 +101,7 @@ fn a_view_of_the_secondary_keeps_it() {
 fn what_is_left_out_sums_to_half_of_the_tolerance_at_most() {
     for text in [FOUNTAIN, RAIN_CELL, FIGURE_3] {
         let mut n_off_before = usize::MAX;
-        for tolerance in [0.3, 0.01, 1e-4, 0.0] {
+        for tolerance in [0.3, 0.01, 1e-4, LEAST_TOLERANCE] {
             let mut scene = all_auto(text);
             scene.accuracy.tolerance = Some(tolerance);
             let plan = planned(&scene);

@@ -8,6 +8,7 @@ use niji_scene::Preset;
 use niji_scene::Scene;
 use niji_scene::SceneError;
 use niji_scene::Switch;
+use niji_scene::plan;
 
 const SCENE: &str = r#"format = 1
 name = "test"
@@ -335,6 +336,33 @@ fn missing_keys_are_named_with_their_section() {
             );
         }
     }
+}
+
+#[test]
+fn a_scene_that_was_changed_in_code_is_checked() {
+    let scene = Scene::from_toml(SCENE).unwrap();
+    scene.check().unwrap();
+    let refused = |change: &dyn Fn(&mut Scene)| {
+        let mut scene = scene.clone();
+        change(&mut scene);
+        let error = scene.check().unwrap_err();
+        assert_eq!(error.line(), None);
+        let planned = plan(&scene, None).unwrap_err();
+        assert_eq!(planned.to_string(), error.to_string());
+        error.to_string()
+    };
+    for (tolerance, found) in [(f64::NAN, "NaN"), (-1.0, "-1"), (0.0, "0")] {
+        assert_eq!(
+            refused(&|scene| scene.accuracy.tolerance = Some(tolerance)),
+            format!("`accuracy.tolerance` is {found}, expected 0.000001 to 1")
+        );
+    }
+    for temperature_c in [500.0, f64::NAN] {
+        let error = refused(&|scene| scene.water.temperature_c = temperature_c);
+        assert!(error.starts_with("`water` cannot be used: "), "{error}");
+    }
+    let error = refused(&|scene| scene.sun.elevation_deg = f64::INFINITY);
+    assert_eq!(error, "`sun.elevation_deg` is inf, expected -90 to 90");
 }
 
 #[test]

@@ -2,9 +2,14 @@
 
 use thiserror::Error;
 
+use crate::error::SceneError;
+
 /// Why there is no plan.
 #[derive(Debug, Error)]
 pub enum PlanError {
+    /// A scene that was changed in code, as [`crate::Scene::check`] refuses it.
+    #[error(transparent)]
+    Scene(Box<SceneError>),
     /// The drops are in a file whose figures were not given, or which has no drops.
     #[error("the drop volume {file} holds no drops, or was not read")]
     NoDrops {
@@ -26,4 +31,10 @@ pub enum PlanError {
     /// Sizes of the scattering table.
     #[error("scattering table")]
     Sizes(#[from] niji_sizes::Error),
+}
+
+impl From<SceneError> for PlanError {
+    fn from(error: SceneError) -> Self {
+        Self::Scene(Box::new(error))
+    }
 }
