@@ -16,7 +16,7 @@ use crate::wavelength_grid::WavelengthGrid;
 const MAX_LUMINOUS_EFFICACY: f64 = 683.0;
 
 /// First and last wavelength of the standard observer, nm.
-const OBSERVER_RANGE_NM: (f64, f64) = (360.0, 830.0);
+pub const OBSERVER_RANGE_NM: (f64, f64) = (360.0, 830.0);
 
 static OBSERVER: LazyLock<[TabulatedSpectrum; 3]> = LazyLock::new(|| {
     let table = include_str!("../../../data/cie_1931_2deg.csv");

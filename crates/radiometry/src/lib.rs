@@ -46,6 +46,7 @@ pub use crate::color_space::srgb_encode;
 pub use crate::color_space::xy_chromaticity;
 pub use crate::color_space::xyz_to_linear_rec709;
 pub use crate::colorimetry::Colorimetry;
+pub use crate::colorimetry::OBSERVER_RANGE_NM;
 pub use crate::error::Error;
 pub use crate::gauss_legendre::gauss_legendre;
 pub use crate::iapws_r9_97::water_refractive_index;

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::error::Error as _;
 
+use niji_radiometry::OBSERVER_RANGE_NM;
 use niji_render::AirPath;
 use niji_render::DropOrders;
 use niji_render::Integration;
@@ -62,6 +63,7 @@ pub(crate) fn values(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError>
     check.number("sun.azimuth_deg", scene.sun.azimuth_deg, TURNS_DEG)?;
     moon(scene, check)?;
     camera_section::check(&scene.camera, check)?;
+    spectrum(scene, check)?;
     drops(scene, check)?;
     let water = scene.water().check();
     water.map_err(|error| check.refused("water", &error))?;
@@ -92,6 +94,25 @@ fn moon(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {
             Err(check.out_of_range(key, phase_deg.to_string(), expected))
         }
     }
+}
+
+/// Errors are parts of display white, which is dark where the eye sees nothing.
+fn spectrum(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {
+    let grid = &scene.spectrum;
+    let (first, last) = (grid.edges(0).0, grid.edges(grid.len() - 1).1);
+    let (first_seen_nm, last_seen_nm) = OBSERVER_RANGE_NM;
+    if first.0 < last_seen_nm && last.0 > first_seen_nm {
+        return Ok(());
+    }
+    let expected = format!(
+        "wavelengths of which the eye sees some, of {first_seen_nm} to {last_seen_nm} nm: errors are measured in \
+         display white, which has none of these"
+    );
+    Err(check.out_of_range(
+        "spectrum",
+        format!("{} to {} nm", first.0, last.0),
+        &expected,
+    ))
 }
 
 /// Every population, and that their names differ.

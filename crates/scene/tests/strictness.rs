@@ -339,6 +339,31 @@ fn missing_keys_are_named_with_their_section() {
 }
 
 #[test]
+fn a_spectrum_needs_light_that_is_seen() {
+    let spectrum = |first_nm: f64| {
+        let start = SCENE.find("[drops]").unwrap();
+        let (head, rest) = SCENE.split_at(start);
+        let section =
+            format!("[spectrum]\nfirst_nm = {first_nm}\nstep_nm = 10.0\nn_wavelengths = 3\n");
+        Scene::from_toml(&format!("{head}{section}{rest}"))
+    };
+    // Of the last bin below, and of the first above, the eye sees 5 nm.
+    for first_nm in [340.0, 550.0, 830.0] {
+        spectrum(first_nm).unwrap();
+    }
+    for first_nm in [310.0, 900.0] {
+        let error = spectrum(first_nm).unwrap_err();
+        assert_eq!(error.line(), Some(line_of("[drops]")));
+        let message = error.to_string();
+        assert!(
+            message.contains("`spectrum` is")
+                && message.contains("the eye sees some, of 360 to 830 nm"),
+            "{message}"
+        );
+    }
+}
+
+#[test]
 fn a_scene_that_was_changed_in_code_is_checked() {
     let scene = Scene::from_toml(SCENE).unwrap();
     scene.check().unwrap();
