@@ -43,7 +43,7 @@ pub enum SceneError {
         allowed: Vec<String>,
     },
     /// A key that must be there is not.
-    #[error("line {line}: {section} lacks `{key}`")]
+    #[error("line {line}: {section} lacks `{key}`{}", or(.other.as_ref()))]
     MissingKey {
         /// Line at which the section begins.
         line: usize,
@@ -51,6 +51,8 @@ pub enum SceneError {
         section: String,
         /// The key that is missing.
         key: String,
+        /// Another that would do in its place.
+        other: Option<String>,
     },
     /// A value of another type than the key wants.
     #[error("line {line}: `{key}` is {found}, expected {expected}")]
@@ -128,6 +130,10 @@ fn at(line: usize) -> String {
     } else {
         format!("line {line}: ")
     }
+}
+
+fn or(other: Option<&String>) -> String {
+    other.map_or_else(String::new, |key| format!(" or `{key}`"))
 }
 
 fn did_you_mean(suggestion: Option<&String>) -> String {

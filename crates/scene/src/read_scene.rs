@@ -102,6 +102,7 @@ fn missing_sun() -> SceneError {
         line: 1,
         section: document::section_of(""),
         key: "sun".to_owned(),
+        other: None,
     }
 }
 

@@ -124,6 +124,7 @@ fn given<T>(value: Option<T>, key: &str, check: &Check<'_>) -> Result<T, SceneEr
         line: check.line("sun"),
         section: "[sun]".to_string(),
         key: key.to_string(),
+        other: None,
     })
 }
 

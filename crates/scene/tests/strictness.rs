@@ -324,6 +324,7 @@ fn missing_keys_are_named_with_their_section() {
             section: found,
             key: missing,
             line,
+            ..
         } = &error
         else {
             panic!("{key}: {error}");
@@ -335,6 +336,33 @@ fn missing_keys_are_named_with_their_section() {
                 "{error}"
             );
         }
+    }
+}
+
+#[test]
+fn drops_need_a_shape_or_a_file() {
+    let drops = |text: &str| {
+        let start = SCENE.find("[drops]").unwrap();
+        let end = SCENE[start..]
+            .find("\n[")
+            .map_or(SCENE.len(), |at| start + at + 1);
+        let scene = SCENE.replace(&SCENE[start..end], &format!("[drops]\n{text}\n"));
+        Scene::from_toml(&scene).map_err(|error| error.to_string())
+    };
+    drops("file = \"mist.vdb\"").unwrap();
+    let line = line_of("[drops]") + 1;
+    for (misspelt, key) in [("fil", "file"), ("filename", "file"), ("shap", "shape")] {
+        let expected = format!(
+            "line {line}: unknown key `{misspelt}` in [drops], did you mean `{key}`?; allowed here: shape, file"
+        );
+        assert_eq!(drops(&format!("{misspelt} = \"mist.vdb\"")), Err(expected));
+    }
+    for other in ["vdb = \"mist.vdb\"", "profile = \"jet\""] {
+        let error = drops(other).unwrap_err();
+        assert!(
+            error.ends_with("[drops] lacks `shape` or `file`"),
+            "{error}"
+        );
     }
 }
 

@@ -26,7 +26,7 @@ pub(super) struct Fault {
 enum Kind {
     UnknownKey { key: String, allowed: Vec<String> },
     UnknownName { found: String, allowed: Vec<String> },
-    MissingKey { key: String },
+    MissingKey { key: String, other: Option<String> },
     WrongType { found: String, expected: String },
     OutOfRange { found: String, expected: String },
     Refused { reason: String },
@@ -58,9 +58,10 @@ impl Fault {
         })
     }
 
-    pub(super) fn missing_key(key: &str) -> Self {
+    pub(super) fn missing_key(key: &str, other: Option<&str>) -> Self {
         Self::new(Kind::MissingKey {
             key: key.to_string(),
+            other: other.map(str::to_string),
         })
     }
 
@@ -118,7 +119,12 @@ impl Fault {
                     allowed,
                 }
             }
-            Kind::MissingKey { key } => SceneError::MissingKey { line, section, key },
+            Kind::MissingKey { key, other } => SceneError::MissingKey {
+                line,
+                section,
+                key,
+                other,
+            },
             Kind::WrongType { found, expected } => SceneError::WrongType {
                 line,
                 key: path,
@@ -179,7 +185,7 @@ impl serde::de::Error for Fault {
     }
 
     fn missing_field(field: &'static str) -> Self {
-        Self::missing_key(field)
+        Self::missing_key(field, None)
     }
 }
 

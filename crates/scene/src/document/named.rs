@@ -24,6 +24,9 @@ pub(crate) enum Naming {
     OnlyKey,
 }
 
+/// The variant of drops that is named by having this key, in place of a shape.
+const FILE: &str = "file";
+
 /// Parts of drop shapes nest; the drops themselves and the levels of accuracy have a naming key.
 pub(crate) fn naming(enum_name: &str) -> Naming {
     match enum_name {
@@ -179,27 +182,24 @@ impl<'a> NamedTable<'a> {
         place: &Place<'a>,
     ) -> Result<Self, Fault> {
         let place = place.clone();
-        if table.get(key).is_none() && key == "shape" && table.get("file").is_some() {
+        if table.get(key).is_none() && names.contains(&FILE) && table.get(FILE).is_some() {
             return Ok(Self {
-                name: "file",
+                name: FILE,
                 elsewhere: Vec::new(),
                 table,
                 place,
             });
         }
         let Some((spanned_key, value)) = table.get_key_value(key) else {
-            return Err(missing_naming_key(table, key, &place));
+            let other = names.contains(&FILE).then_some(FILE);
+            return Err(missing_naming_key(table, (key, other), &place));
         };
         let name_place = Place {
             source: place.source,
             path: join(&place.path, key),
             line: place.source.line(spanned_key.span().start),
         };
-        let choices: Vec<&str> = names
-            .iter()
-            .copied()
-            .filter(|name| *name != "file")
-            .collect();
+        let choices: Vec<&str> = names.iter().copied().filter(|name| *name != FILE).collect();
         let DeValue::String(name) = value.get_ref() else {
             let expected = format!("one of {}", choices.join(", "));
             let found = fault::describe(value.get_ref());
@@ -215,21 +215,30 @@ impl<'a> NamedTable<'a> {
     }
 }
 
-/// A misspelt naming key is reported as such, an absent one as missing.
-fn missing_naming_key(table: &DeTable<'_>, key: &'static str, place: &Place<'_>) -> Fault {
+/// A misspelt naming key is reported as such, an absent one as missing; `other` would do as well as `key`.
+fn missing_naming_key(
+    table: &DeTable<'_>,
+    (key, other): (&'static str, Option<&'static str>),
+    place: &Place<'_>,
+) -> Fault {
+    let keys: Vec<&str> = [key].into_iter().chain(other).collect();
+    // A `profile` is not a misspelt `file`.
+    let is_like = |found: &str, key: &str| {
+        found.chars().next() == key.chars().next() && crate::error::suggest(found, &[key]).is_some()
+    };
     let lookalike = table
         .keys()
-        .find(|found| crate::error::suggest(found.get_ref(), &[key]).is_some());
+        .find(|found| keys.iter().any(|key| is_like(found.get_ref(), key)));
     match lookalike {
         Some(found) => {
             let line = place.source.line(found.span().start);
-            let allowed = vec![key.to_string()];
+            let allowed = keys.iter().map(ToString::to_string).collect();
             Fault::unknown_key(found.get_ref(), allowed).located(&Place {
                 line,
                 ..place.clone()
             })
         }
-        None => Fault::missing_key(key),
+        None => Fault::missing_key(key, other),
     }
 }
 

@@ -107,7 +107,7 @@ impl<'de> MapAccess<'de> for Entries<'_> {
                 let place = node.place.clone();
                 place.locate(seed.deserialize(node))
             }
-            None => Err(Fault::missing_key("a value")),
+            None => Err(Fault::missing_key("a value", None)),
         }
     }
 }
