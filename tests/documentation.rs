@@ -227,6 +227,22 @@ fn recipes_for_other_programs_use_commands_that_are_understood() {
     }
 }
 
+/// Those of README.md cannot be compiled: what they leave out is hidden in the documentation of the crate.
+#[test]
+fn lines_of_rust_in_the_readme_are_run_in_the_documentation_of_the_library() {
+    let run = page("crates/picture/src/lib.rs");
+    let run: BTreeSet<&str> = run
+        .lines()
+        .filter_map(|line| line.strip_prefix("//! "))
+        .collect();
+    let blocks = blocks(&page("README.md"), "rust");
+    assert!(!blocks.is_empty());
+    for line in blocks.iter().flat_map(|block| block.lines()) {
+        let code = line.split(" // ").next().unwrap_or(line);
+        assert!(run.contains(code), "{line}");
+    }
+}
+
 #[test]
 fn scenes_in_the_documentation_are_toml() {
     for name in PAGES {
