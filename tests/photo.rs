@@ -110,6 +110,11 @@ fn contradictions_are_told_with_code_4() {
     assert!(!sound.contains("error:"), "{sound}");
     assert!(check(&["--sun-elevation-deg", "28", "--cloud-cover", "0"], 4).contains("cloudless"));
     assert!(check(&["--sun-elevation-deg", "70"], 4).contains("sun-too-high"));
+    let (photo, fixed) = (pavilion(), ["--fov-deg=60", "--sun-azimuth-deg=180"]);
+    let once = ["--sun-elevation-deg=28", "--cloud-cover=0"];
+    let told = niji_ends_with(4, &[&["check", &photo], &fixed[..], &once].concat());
+    let told = String::from_utf8(told.stderr).unwrap();
+    assert!(told.trim_end().ends_with("for 1 reason"), "{told}");
     // Noon in June at the equator: the sun stands in the north, 67 degrees high.
     let noon = [
         "--sun-elevation-deg",
@@ -203,4 +208,24 @@ fn layers_are_proposed_corrected_and_hide_the_bow_behind_them() {
         2,
         &["composite", &photo, "--image", &image, "-o", &at("bow.tif")],
     );
+}
+
+#[test]
+fn numbers_of_a_depth_map_that_cannot_be_meant_are_usage() {
+    let folder = tempfile::tempdir().unwrap();
+    let depth = folder.path().join("depth.exr");
+    let (photo, map) = (pavilion(), repository("data/photos/pavilion.labels.png"));
+    let fixed = ["depth", &photo, "--fov-deg", "60", "-o", text(&depth)];
+    let map = ["--map", text(&map), "--kind", "metres", "--unit-m"];
+    for (flags, told) in [
+        (vec!["--clusters", "0"], "clusters"),
+        (vec!["--eye-height-m=-1"], "the eye"),
+        ([&map[..], &["0"]].concat(), "the unit"),
+        ([&map[..], &["nan"]].concat(), "the unit"),
+    ] {
+        let refused = niji_ends_with(2, &[&fixed[..], &flags].concat());
+        let message = String::from_utf8(refused.stderr).unwrap();
+        assert!(message.contains(told), "{message}");
+        assert!(!depth.exists());
+    }
 }

@@ -69,7 +69,8 @@ impl From<niji_picture::Error> for Failure {
             | Error::PartOfFrame
             | Error::Volume(_)
             | Error::Light(_) => Self::Failed(text),
-            Error::Plan(_)
+            Error::Photo(niji_photo::Error::Range { .. })
+            | Error::Plan(_)
             | Error::NoFrameWithDrops(_)
             | Error::Scattering(_)
             | Error::Air(_)

@@ -170,6 +170,13 @@ impl PhotoDepthRequest<'_> {
         let kind = match &map.values {
             MapValues::Inverse(known) => DepthKind::Inverse(anchors(known)),
             MapValues::Relative(known) => DepthKind::Relative(anchors(known)),
+            MapValues::Metres(found) if !(*found > 0.0 && found.is_finite()) => {
+                return Err(Error::Photo(niji_photo::Error::Range {
+                    what: "the unit of the map in metres",
+                    found: *found,
+                    expected: "a length above 0",
+                }));
+            }
             MapValues::Metres(unit_m) => {
                 let unit_m = *unit_m as f32;
                 values.mapv_inplace(|value| value * unit_m);
