@@ -1,6 +1,9 @@
 //! What nature would not do, asked of everything that a call of `niji check` gives.
 
+use std::path::Path;
+
 use glam::DVec3;
+use ndarray::Array2;
 use niji_exchange::SpectralImage;
 use niji_geometry::PinholeCamera;
 use niji_geometry::direction_from_azimuth_elevation;
@@ -9,6 +12,7 @@ use niji_photo::DropSource;
 use niji_photo::Exposure;
 use niji_photo::Finding;
 use niji_photo::Photograph;
+use niji_photo::SeenBow;
 use niji_photo::bow_on_the_suns_side;
 use niji_photo::bow_outside_picture;
 use niji_photo::bow_path;
@@ -110,16 +114,12 @@ impl Case<'_> {
             .iter()
             .map(|view| view.angle_between(forward))
             .fold(0.0, f64::max);
-        let around =
-            luminance_around_bow(&self.photo.light, &self.camera, -self.sun, self.bow_angle);
-        let [inside, outside] = around;
         let from_sun = Radians(forward.angle_between(self.sun));
         [
             sun_below_horizon(self.elevation),
             sun_too_high(self.elevation, self.bow_angle, Radians(lowest.asin())),
             bow_on_the_suns_side(from_sun, Radians(half_diagonal)),
             bow_outside_picture(self.path_px.len()),
-            inside_not_brighter(inside, outside),
             self.shadow_error().and_then(shadows_point_elsewhere),
         ]
         .into_iter()
@@ -211,18 +211,30 @@ impl Case<'_> {
             let contrast = peak_contrast(&self.photo.light, &added, gain).map_err(of_image)?;
             findings.extend(contrast_too_low(contrast, &name(command.bow)));
         }
-        if let (Some(path), Some(drops_m)) = (&command.depth, command.drops_distance_m) {
-            let depth_m = read_depth_map(path).map_err(|error| Failure::bad_input(path, error))?;
-            if depth_m.dim() != self.photo.light.dim() {
-                let message = "found another size than that of the photograph";
-                return Err(Failure::bad_input(path, message));
-            }
-            findings.extend(hidden_by_surface(hidden_share(
-                &self.path_px,
-                &depth_m,
-                drops_m,
-            )));
+        let depth_m = command.depth.as_ref().map(|path| self.depth_m(path));
+        let depth_m = depth_m.transpose()?;
+        if let (Some(depth_m), Some(drops_m)) = (&depth_m, command.drops_distance_m) {
+            let hidden = hidden_share(&self.path_px, depth_m, drops_m);
+            findings.extend(hidden_by_surface(hidden));
         }
+        let is_sky = depth_m.map(|it| it.mapv(f32::is_infinite));
+        let bow = SeenBow {
+            camera: &self.camera,
+            antisolar: -self.sun,
+            bow_angle: self.bow_angle,
+        };
+        let [inside, outside] = luminance_around_bow(&self.photo.light, &bow, is_sky.as_ref());
+        findings.extend(inside_not_brighter(inside, outside));
         Ok(findings)
+    }
+
+    /// The distances of what was photographed.
+    fn depth_m(&self, path: &Path) -> Result<Array2<f32>, Failure> {
+        let depth_m = read_depth_map(path).map_err(|error| Failure::bad_input(path, error))?;
+        if depth_m.dim() != self.photo.light.dim() {
+            let message = "found another size than that of the photograph";
+            return Err(Failure::bad_input(path, message));
+        }
+        Ok(depth_m)
     }
 }

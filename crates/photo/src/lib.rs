@@ -130,6 +130,7 @@ pub use picture_files::Frame;
 pub use picture_files::PremultipliedPicture;
 pub use picture_files::write_jpeg;
 pub use picture_files::write_png;
+pub use picture_light::SeenBow;
 pub use picture_light::hidden_share;
 pub use picture_light::luminance_around_bow;
 pub use picture_light::peak_contrast;

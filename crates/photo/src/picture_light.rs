@@ -24,20 +24,34 @@ const N_SAMPLES: usize = 300;
 /// Luminance below which a photograph is black.
 const BLACK: f64 = 1e-3;
 
-/// Mean luminance inside and outside of a bow; NaN for a ring that is not in the picture.
+/// A bow as a camera sees it.
+#[derive(Clone, Copy, Debug)]
+pub struct SeenBow<'a> {
+    /// What sees it.
+    pub camera: &'a PinholeCamera,
+    /// Unit vector away from the sun.
+    pub antisolar: DVec3,
+    /// Half its opening angle.
+    pub bow_angle: Radians,
+}
+
+/// Mean luminance inside and outside of a bow, of the sky where that is known, by row and column in the size of the
+/// photograph; NaN for a ring that is not in the picture.
 #[must_use]
 pub fn luminance_around_bow(
     photo: &LinearPicture,
-    camera: &PinholeCamera,
-    antisolar: DVec3,
-    bow_angle: Radians,
+    bow: &SeenBow,
+    is_sky: Option<&Array2<bool>>,
 ) -> [f64; 2] {
     let mut sums = [[0.0; 2]; 2];
     let (height, width) = photo.dim();
     for y in (0..height).step_by(height.div_ceil(N_SAMPLES).max(1)) {
         for x in (0..width).step_by(width.div_ceil(N_SAMPLES).max(1)) {
-            let view = camera.ray(x as f64 + 0.5, y as f64 + 0.5).direction;
-            let beyond_deg = (angle_between(view, antisolar) - bow_angle.0).to_degrees();
+            if is_sky.is_some_and(|it| it.get((y, x)) != Some(&true)) {
+                continue;
+            }
+            let view = bow.camera.ray(x as f64 + 0.5, y as f64 + 0.5).direction;
+            let beyond_deg = (angle_between(view, bow.antisolar) - bow.bow_angle.0).to_degrees();
             for (sum, (low, high)) in sums.iter_mut().zip([INSIDE_DEG, OUTSIDE_DEG]) {
                 if beyond_deg >= low && beyond_deg < high {
                     sum[0] += luminance(photo[[y, x]]);
@@ -104,10 +118,29 @@ mod tests {
             let is_inside = view.angle_between(DVec3::NEG_Z) < bow_angle.0;
             [if is_inside { 0.75 } else { 0.25 }; 3]
         });
-        let [inside, outside] = luminance_around_bow(&photo, &camera, DVec3::NEG_Z, bow_angle);
+        let bow = SeenBow {
+            camera: &camera,
+            antisolar: DVec3::NEG_Z,
+            bow_angle,
+        };
+        let [inside, outside] = luminance_around_bow(&photo, &bow, None);
         assert!((inside - 0.75).abs() < 1e-6 && (outside - 0.25).abs() < 1e-6);
-        let behind = luminance_around_bow(&photo, &camera, DVec3::Z, bow_angle);
-        assert!(behind[0].is_nan());
+        let behind = SeenBow {
+            antisolar: DVec3::Z,
+            ..bow
+        };
+        assert!(luminance_around_bow(&photo, &behind, None)[0].is_nan());
+
+        // A dark foreground inside of the bow is none of its light.
+        let is_sky = Array2::from_shape_fn((150, 200), |(y, _)| y < 75);
+        let mut photo = photo;
+        photo.zip_mut_with(&is_sky, |pixel, is_sky| {
+            if !is_sky {
+                *pixel = [0.0; 3];
+            }
+        });
+        let [inside, outside] = luminance_around_bow(&photo, &bow, Some(&is_sky));
+        assert!((inside - 0.75).abs() < 1e-6 && (outside - 0.25).abs() < 1e-6);
     }
 
     #[test]
