@@ -172,3 +172,22 @@ fn what_cannot_be_is_refused_with_its_code_and_a_way_out() {
     let [below, above] = parts.map(Painted::part);
     assert!(below <= 0.0 && above > 0.9, "{below} {above}");
 }
+
+#[test]
+fn a_photograph_of_nothing_but_sky_gets_a_bow_and_numbers_that_can_be_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("plate.jpg");
+    plate(2, SIZE).through_jpeg(&file);
+    let mask = folder.path().join("all.png");
+    let all = Array2::from_elem((SIZE[1], SIZE[0]), 1);
+    write_labels(&all, 2, File::create(&mask).unwrap()).unwrap();
+    let out = folder.path().join("out");
+    let flags = ["--apex", "120,24", "--fov-deg", "60", "--sky", text(&mask)];
+    let told = photo(0, &file, &out, &flags);
+    let scene = std::fs::read_to_string(out.join("photo.toml")).unwrap();
+    for said in [told, scene] {
+        let is_digit = |it: char| it.is_ascii_digit();
+        let longest = said.split(|it| !is_digit(it)).map(str::len).max();
+        assert!(longest < Some(15), "{said}");
+    }
+}

@@ -61,10 +61,13 @@ impl Rain {
         let radius_m = (NEAR_M * sine / (1.0 - sine)).round();
         let why = if asked_mm_h.is_some() {
             "as --rain says".to_owned()
+        } else if ground <= 0.0 {
+            "there is no light but the sky's, and the brighter it is, the more rain a bow needs"
+                .to_owned()
         } else {
             format!(
                 "the sky is {:.1} times as bright as the ground, and the brighter it is, the more rain a bow needs",
-                sky / ground.max(f64::MIN_POSITIVE)
+                sky / ground
             )
         };
         Ok(Self {
