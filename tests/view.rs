@@ -280,3 +280,20 @@ fn no_request_ends_it() {
     );
     view.pixels();
 }
+
+#[test]
+fn what_is_saved_keeps_the_line_ends_and_the_mark_of_its_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = tiny(folder.path());
+    let plain = fs::read_to_string(&scene).unwrap();
+    let before = format!("\u{feff}{}", plain.replace('\n', "\r\n"));
+    fs::write(&scene, &before).unwrap();
+    let view = View::of(&scene);
+    assert_eq!(view.json("scene")["is_edited"], false);
+    assert_eq!(view.set("sun.elevation_deg", &json!(25.0)).0, 200);
+    assert_eq!(view.post("save", &json!({})).0, 200);
+    let saved = fs::read_to_string(&scene).unwrap();
+    let expected = before.replace("elevation_deg = 20.0", "elevation_deg = 25.0");
+    assert_eq!(saved, expected);
+    assert_eq!(view.json("scene")["is_edited"], false);
+}

@@ -69,6 +69,7 @@ pub(super) struct Document {
     goal: Goal,
     /// What the file held when it was last read or written.
     on_disk: String,
+    /// The text, plain.
     text: String,
     scene: Scene,
     before: Vec<String>,
@@ -87,13 +88,13 @@ impl Document {
     pub(super) fn open(path: &Path, goal: Goal) -> Result<Self, Failure> {
         let text = text_file::read(path)?;
         let wrong = |refused: Refused| Failure::bad_input(path, refused.message);
-        let scene = read(&text).map_err(wrong)?;
+        let scene = read(&plain(&text)).map_err(wrong)?;
         Ok(Self {
             path: path.to_owned(),
             goal,
-            on_disk: text.clone(),
+            text: plain(&text),
+            on_disk: text,
             files: scene.files().into_iter().map(str::to_owned).collect(),
-            text,
             scene,
             before: Vec::new(),
             after: Vec::new(),
@@ -118,7 +119,7 @@ impl Document {
 
     /// Whether a step can be taken back, whether one can be made again, whether the file holds something else.
     pub(super) fn steps(&self) -> [bool; 3] {
-        let is_edited = self.text != self.on_disk;
+        let is_edited = self.text != plain(&self.on_disk);
         [!self.before.is_empty(), !self.after.is_empty(), is_edited]
     }
 
@@ -204,8 +205,9 @@ impl Document {
                 self.path.display()
             )));
         }
-        output::write_text(&self.path, &self.text)?;
-        self.on_disk.clone_from(&self.text);
+        let spelled = spelled_as(&self.on_disk, &self.text);
+        output::write_text(&self.path, &spelled)?;
+        self.on_disk = spelled;
         Ok(())
     }
 
@@ -215,10 +217,35 @@ impl Document {
     /// A file that is missing or wrong.
     pub(super) fn read_again(&mut self) -> Result<(), Refused> {
         let text = text_file::read(&self.path)?;
-        self.replace(text.clone(), None)?;
+        self.replace(plain(&text), None)?;
         self.on_disk = text;
         Ok(())
     }
+}
+
+/// What editors on Windows write before a text, and at the end of a line.
+const BYTE_ORDER_MARK: char = '\u{feff}';
+const LINE_END: &str = "\r\n";
+
+/// A text without what only editors see.
+fn plain(text: &str) -> String {
+    let text = text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(text);
+    text.replace(LINE_END, "\n")
+}
+
+/// A plain text with the mark and the line ends of another one.
+fn spelled_as(other: &str, text: &str) -> String {
+    let mark = other
+        .starts_with(BYTE_ORDER_MARK)
+        .then_some(BYTE_ORDER_MARK);
+    let is_windows =
+        (other.lines().next()).is_some_and(|it| other[it.len()..].starts_with(LINE_END));
+    let text = if is_windows {
+        text.replace('\n', LINE_END)
+    } else {
+        text.to_owned()
+    };
+    mark.into_iter().chain(text.chars()).collect()
 }
 
 /// Reads a scene of a kind that is shown; opens none of its files.

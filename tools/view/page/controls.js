@@ -1,6 +1,6 @@
 // Controls made from the schema of scenes: a section each, a field for every key.
 
-import { make } from './elements.js';
+import { fill, make } from './elements.js';
 import { momentField, sunField } from './sun.js';
 
 const panel = document.getElementById('controls');
@@ -49,7 +49,12 @@ export class Controls {
       this.shape = shape;
       this.build(scene);
     }
-    for (const [path, field] of this.fields) field.show(at(scene.values, path));
+    for (const [path, field] of this.fields) {
+      const value = at(scene.values, path);
+      // A refused value is gone as soon as the scene has another one than when it was refused.
+      if (field.refusedFor !== undefined && field.refusedFor !== spelled(value)) this.right(path);
+      field.show(value);
+    }
     if (document.activeElement !== this.text) this.text.value = scene.text;
     this.text.dataset.of = scene.revision;
   }
@@ -188,7 +193,7 @@ export class Controls {
     this.fields.set(path, {
       row,
       show: (found) => {
-        if (document.activeElement !== box && !row.classList.contains('is-wrong')) box.value = found ?? '';
+        fill(box, found, row);
         slider.disabled = typeof found !== 'number';
         if (gesture || slider.disabled) return;
         if (!(found >= from && found <= to) || to === 1) range(found);
@@ -209,7 +214,7 @@ export class Controls {
     this.fields.set(path, {
       row,
       show: (found) => boxes.forEach((box, index) => {
-        if (document.activeElement !== box && !row.classList.contains('is-wrong')) box.value = found?.[index] ?? '';
+        fill(box, found?.[index], row);
       }),
     });
     return row;
@@ -249,15 +254,19 @@ export class Controls {
   }
 
   right(path) {
-    const row = this.fields.get(path)?.row;
-    row?.classList.remove('is-wrong');
-    row?.querySelector(':scope > .wrong')?.remove();
+    const field = this.fields.get(path);
+    if (!field) return;
+    delete field.refusedFor;
+    field.row.classList.remove('is-wrong');
+    field.row.querySelector(':scope > .wrong')?.remove();
   }
 
   wrong(path, message) {
-    const row = this.fields.get(path)?.row;
-    if (!row) return;
+    const field = this.fields.get(path);
+    if (!field) return;
     this.right(path);
+    field.refusedFor = spelled(at(this.scene.values, path));
+    const { row } = field;
     row.classList.add('is-wrong');
     row.append(make('div', { className: 'wrong', role: 'alert', textContent: message }));
   }
@@ -287,6 +296,11 @@ export class Controls {
     this.effects.firstChild.textContent = nLeftOut ? `effects (${nLeftOut} left out)` : 'effects';
     this.effects.replaceChildren(this.effects.firstChild, ...rows);
   }
+}
+
+// A value, to be held against another one.
+function spelled(value) {
+  return JSON.stringify(value) ?? 'left out';
 }
 
 function plain(row) {

@@ -9,3 +9,11 @@ export function make(kind, attributes = {}, ...children) {
   element.append(...children);
   return element;
 }
+
+// Shows a value in a box, unless what stands there was refused or is being typed.
+export function fill(box, value, row) {
+  const isTyped = document.activeElement === box && box.value !== box.dataset.shown;
+  if (isTyped || row.classList.contains('is-wrong')) return;
+  box.value = value ?? '';
+  box.dataset.shown = box.value;
+}

@@ -1,6 +1,6 @@
 // Where the sun stands: by elevation and azimuth, or by date and place.
 
-import { make } from './elements.js';
+import { fill, make } from './elements.js';
 
 const WAYS = ['elevation and azimuth', 'date and place'];
 // When and where, for a scene that has not been asked for it yet: a summer evening in Munich.
@@ -50,7 +50,7 @@ export function momentField(controls, path, what) {
   controls.fields.set(path, {
     row,
     show: (found) => {
-      if (document.activeElement !== box && !row.classList.contains('is-wrong')) box.value = found ?? '';
+      fill(box, found, row);
       const known = parts();
       slider.disabled = !known;
       if (known && !gesture) slider.value = 60 * Number(known[2]) + Number(known[3]);

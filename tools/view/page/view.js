@@ -43,12 +43,18 @@ function set(values, gesture) {
   }
   const change = { values, gesture };
   waiting = change;
-  change.done = queue.then(async () => {
+  change.done = inTurn(async () => {
     if (waiting === change) waiting = null;
     take(await ask('set', { values, gesture }));
   });
-  queue = change.done.catch(() => {});
   return change.done;
+}
+
+// What is to be done after all that was asked for before.
+function inTurn(work) {
+  const done = queue.then(work);
+  queue = done.catch(() => {});
+  return done;
 }
 
 function say(text) {
@@ -63,6 +69,20 @@ async function act(path) {
   } catch (error) {
     say(error.message);
   }
+}
+
+// What is being typed counts when its field is left: that comes before the file is written.
+async function save() {
+  const field = document.activeElement;
+  if (field?.matches('input, textarea')) {
+    field.blur();
+    field.focus();
+  }
+  await queue;
+  // What is wrong is told where it stands one turn later.
+  await Promise.resolve();
+  if (document.querySelector('#controls .wrong')) say('nothing was saved: a value was refused, as is told beside it');
+  else await act('save');
 }
 
 // The sun follows the hand: the point opposite to it moves with the pointer.
@@ -103,7 +123,8 @@ function listen() {
   by('keep').addEventListener('click', () => {
     by('keep').textContent = picture.keep() ? 'Drop A' : 'Keep as A';
   });
-  for (const path of ['undo', 'redo', 'save', 'again']) by(path).addEventListener('click', () => act(path));
+  by('save').addEventListener('click', save);
+  for (const path of ['undo', 'redo', 'again']) by(path).addEventListener('click', () => act(path));
   by('copy').addEventListener('click', async () => {
     await navigator.clipboard.writeText(scene.command);
     by('copy').textContent = 'Copied';
@@ -127,7 +148,7 @@ function listen() {
   addEventListener('keydown', (event) => {
     const isTyping = event.target.matches('input[type=number], input[type=text], textarea, select');
     const command = event.ctrlKey || event.metaKey;
-    if (command && event.key === 's') act('save');
+    if (command && event.key === 's') save();
     else if (command && event.key.toLowerCase() === 'z' && !isTyping) act(event.shiftKey ? 'redo' : 'undo');
     else if (!command && !isTyping && event.key === 'o') by('show-lines').click();
     else if (!command && !isTyping && event.key === 'd') by('show-drops').click();
@@ -176,7 +197,7 @@ async function start() {
   controls.onText = async (text, of) => {
     controls.textNote.replaceChildren();
     try {
-      take(await ask('text', { text, of }));
+      await inTurn(async () => take(await ask('text', { text, of })));
     } catch (error) {
       controls.textNote.replaceChildren(Object.assign(document.createElement('div'), { className: 'wrong', role: 'alert', textContent: error.message }));
     }
