@@ -19,13 +19,16 @@ use bow_in_photo::painted;
 use bow_in_photo::pavilion_changed;
 use bow_in_photo::photo;
 use ndarray::Array2;
+use niji_exchange::Provenance;
 use niji_photo::Photograph;
 use niji_photo::read_labels;
 use niji_photo::write_jpeg;
 use niji_photo::write_labels;
+use niji_photo::write_png;
 use plates::horizon;
 use plates::plate;
 use plates::without_sky;
+use support::niji_ends_with;
 use support::repository;
 use support::text;
 
@@ -190,4 +193,53 @@ fn a_photograph_of_nothing_but_sky_gets_a_bow_and_numbers_that_can_be_read() {
         let longest = said.split(|it| !is_digit(it)).map(str::len).max();
         assert!(longest < Some(15), "{said}");
     }
+}
+
+#[test]
+fn what_is_read_is_never_written_over() {
+    let folder = tempfile::tempdir().unwrap();
+    let light = plate(2, SIZE).light;
+    let flags = ["--apex", "150,24", "--fov-deg", "60"];
+    for name in ["composite.png", "sky.png", "image.png"] {
+        let out = folder.path().join(name.replace('.', "-"));
+        std::fs::create_dir(&out).unwrap();
+        let own = out.join(name);
+        write_png(&light, &Provenance::default(), File::create(&own).unwrap()).unwrap();
+        let before = std::fs::read(&own).unwrap();
+        for force in [&[][..], &["--force"]] {
+            let told = photo(2, &own, &out, &[&flags[..], force].concat());
+            assert!(told.contains(name), "{told}");
+        }
+        assert_eq!(std::fs::read(&own).unwrap(), before);
+        assert_eq!(std::fs::read_dir(&out).unwrap().count(), 1, "nothing made");
+        // A stage by itself, before it looks at its other inputs.
+        let own = text(&own);
+        let over = ["composite", own, "--image", own, "-o", own, "--force"];
+        niji_ends_with(2, &over);
+        assert_eq!(std::fs::read(own).unwrap(), before);
+    }
+}
+
+#[test]
+fn a_mask_that_was_corrected_in_place_is_taken_and_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("plate.jpg");
+    let truth = plate(2, SIZE);
+    truth.through_jpeg(&file);
+    let out = folder.path().join("out");
+    let flags = ["--apex", "150,24", "--fov-deg", "60"];
+    std::fs::create_dir(&out).unwrap();
+    let mask = out.join("sky.png");
+    let corrected = Array2::from_shape_fn((80, 120), |(y, x)| {
+        u8::from(truth.sky[[2 * y, 2 * x]] > 0.5)
+    });
+    write_labels(&corrected, 2, File::create(&mask).unwrap()).unwrap();
+    let before = std::fs::read(&mask).unwrap();
+    photo(
+        0,
+        &file,
+        &out,
+        &[&flags[..], &["--sky", text(&mask)]].concat(),
+    );
+    assert_eq!(std::fs::read(&mask).unwrap(), before);
 }

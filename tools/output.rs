@@ -108,6 +108,22 @@ pub(crate) fn check_distinct(paths: &[&Path]) -> Result<(), Failure> {
     })
 }
 
+/// Refuses an output that is an input: it would be lost.
+///
+/// # Errors
+/// [`Failure::Usage`] for the first that is one, whatever may be replaced.
+pub(crate) fn check_no_input(outputs: &[&Path], inputs: &[&Path]) -> Result<(), Failure> {
+    let inputs = inputs.iter().filter_map(|path| path.canonicalize().ok());
+    let inputs: Vec<PathBuf> = inputs.collect();
+    let is_input = |path: &&&Path| path.canonicalize().is_ok_and(|it| inputs.contains(&it));
+    outputs.iter().find(is_input).map_or(Ok(()), |path| {
+        Err(Failure::Usage(format!(
+            "{} is read and would be written over: choose another place with -o",
+            path.display()
+        )))
+    })
+}
+
 /// Writes a file as a whole or not at all.
 ///
 /// # Errors

@@ -32,6 +32,7 @@ use crate::photo::scene_text::SceneText;
 use crate::photo::wanted::WantedBow;
 use crate::run;
 use crate::run::RunCommand;
+use crate::stages;
 use crate::sun::camera_flags::CameraFlags;
 use crate::sun::camera_flags::point;
 
@@ -97,10 +98,12 @@ pub(crate) struct PhotoCommand {
 /// A photograph that cannot be read or has no sky, a bow that cannot be, files that exist, or whatever
 /// `niji run` reports.
 pub(crate) fn execute(command: &PhotoCommand, common: &Common) -> Result<(), Failure> {
+    check_no_input(command)?;
     let photo = Photograph::read(&command.photo)
         .map_err(|error| Failure::bad_input(&command.photo, error))?;
     WantedBow::check_points(command)?;
     let camera = command.camera.camera(&photo)?;
+    let existing = common.options().existing;
     let (is_sky, told) = sky(command, &photo)?;
     let camera = camera.below_sky(&is_sky)?;
     let wanted = WantedBow::of(command, &camera)?;
@@ -115,19 +118,15 @@ pub(crate) fn execute(command: &PhotoCommand, common: &Common) -> Result<(), Fai
         rain: &rain,
     };
     let text = text.toml()?;
-    let existing = common.options().existing;
-    let labels = |labels: &Array2<u8>, n_layers: usize| {
-        let mut bytes = Vec::new();
-        let written = write_labels(labels, n_layers, &mut bytes);
-        written.map_err(|error| Failure::Failed(error.to_string()))?;
-        Ok::<_, Failure>(bytes)
-    };
-    let files = [
+    let mut files = vec![
         (SCENE, text.into_bytes()),
         (LAYERS, layers_to_toml(&layers.layers).into_bytes()),
-        (LABELS, labels(&layers.labels, layers.layers.len())?),
-        (SKY, labels(&is_sky.mapv(u8::from), 2)?),
+        (LABELS, png(&layers.labels, layers.layers.len())?),
     ];
+    // Somebody's own mask stays as it is.
+    if !is_own_mask(command) {
+        files.push((SKY, png(&is_sky.mapv(u8::from), 2)?));
+    }
     for (name, bytes) in &files {
         check_own(&folder.join(name), bytes, existing)?;
     }
@@ -142,6 +141,35 @@ pub(crate) fn execute(command: &PhotoCommand, common: &Common) -> Result<(), Fai
     verbosity.say(format_args!("        bow  {}", wanted.told));
     verbosity.say(format_args!("       rain  {}", rain.told));
     run::execute(&RunCommand::of(folder.join(SCENE), folder.clone()), common)
+}
+
+/// Refuses a folder where the photograph or the mask would be written over.
+fn check_no_input(command: &PhotoCommand) -> Result<(), Failure> {
+    let mask = (!is_own_mask(command)).then_some(command.sky.as_deref());
+    let inputs: Vec<&Path> = [Some(Some(&*command.photo)), mask]
+        .into_iter()
+        .flatten()
+        .flatten()
+        .collect();
+    let folder = &command.output;
+    let own = [SCENE, SKY, LAYERS, LABELS].map(|name| folder.join(name));
+    output::check_no_input(&own.each_ref().map(PathBuf::as_path), &inputs)?;
+    stages::photo::check_no_input(folder, &inputs)
+}
+
+/// Is the mask the one of the folder, as somebody corrected it?
+fn is_own_mask(command: &PhotoCommand) -> bool {
+    let own = command.output.join(SKY).canonicalize();
+    let given = command.sky.as_ref().map(|path| path.canonicalize());
+    matches!((own, given), (Ok(own), Some(Ok(given))) if own == given)
+}
+
+/// Labels as the bytes of a PNG.
+fn png(labels: &Array2<u8>, n_layers: usize) -> Result<Vec<u8>, Failure> {
+    let mut bytes = Vec::new();
+    let written = write_labels(labels, n_layers, &mut bytes);
+    written.map_err(|error| Failure::Failed(error.to_string()))?;
+    Ok(bytes)
 }
 
 /// The sky of the photograph, and what is to be said of it.

@@ -150,6 +150,10 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
     }
     let decided_s = start.elapsed().as_secs_f64();
     planned.check()?;
+    if let Some(photo) = &planned.scene.photo {
+        let picture = planned.folder.join(&photo.picture);
+        stages::photo::check_no_input(folder, &[&picture])?;
+    }
     if planned.scene.photo.is_some() && command.tiles.is_some() {
         let message = "--tiles is of a picture that is rendered: leave it out for a photograph";
         return Err(Failure::Usage(message.to_owned()));

@@ -130,6 +130,8 @@ pub(crate) fn check_free_to_make(request: &Request, options: StageOptions) -> Re
 
 /// What outputs are made for, and whether they are up to date; others that are taken are refused.
 fn checked(request: &Request, options: StageOptions) -> Result<(Provenance, bool), Failure> {
+    let inputs: Vec<&Path> = request.inputs.iter().map(|(_, path)| *path).collect();
+    output::check_no_input(&request.outputs, &inputs)?;
     let made_for = provenance(request)?;
     let hash = made_for.request_hash();
     let fits = |path: &&Path| checksums::fits(path, &hash, options.verifies);

@@ -1,6 +1,7 @@
 //! The stages around a photograph: what a scene's section `[photo]` says to the commands for photographs.
 
 use std::path::Path;
+use std::path::PathBuf;
 
 use niji_photo::Finding;
 use niji_picture::PlannedScene;
@@ -15,6 +16,7 @@ use crate::composite::CompositeCommand;
 use crate::depth;
 use crate::depth::DepthCommand;
 use crate::failure::Failure;
+use crate::output;
 use crate::stages;
 use crate::stages::Done;
 use crate::stages::StageOptions;
@@ -28,6 +30,21 @@ pub(crate) const SUN_PREVIEW: &str = "sun.png";
 pub(crate) const CHECK: &str = "check.json";
 /// The photograph with the bow.
 pub(crate) const COMPOSITE: &str = "composite.png";
+
+/// Refuses a folder in which a file of a run would be written over one of these.
+///
+/// # Errors
+/// As [`output::check_no_input`].
+pub(crate) fn check_no_input(folder: &Path, inputs: &[&Path]) -> Result<(), Failure> {
+    let (image, depth) = (folder.join(stages::render::FILE), folder.join(DEPTH));
+    let shown = [&image, &depth].map(|path| path.with_extension("png"));
+    let plain = image.with_extension("layers.exr");
+    let others = [SUN, SUN_PREVIEW, CHECK, COMPOSITE].map(|name| folder.join(name));
+    let all = [image, depth, plain].into_iter().chain(shown).chain(others);
+    let all: Vec<_> = all.collect();
+    let all: Vec<&Path> = all.iter().map(PathBuf::as_path).collect();
+    output::check_no_input(&all, inputs)
+}
 
 /// Where the light of the render stage ends: at the photographed surfaces, or at those that the scene
 /// names.
