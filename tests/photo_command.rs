@@ -243,3 +243,47 @@ fn a_mask_that_was_corrected_in_place_is_taken_and_kept() {
     );
     assert_eq!(std::fs::read(&mask).unwrap(), before);
 }
+
+#[test]
+fn a_bow_of_which_nothing_is_seen_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("plate.jpg");
+    plate(2, SIZE).through_jpeg(&file);
+    let mask = |name: &str, is_sky: &dyn Fn(usize, usize) -> bool| {
+        let path = folder.path().join(name);
+        let labels = Array2::from_shape_fn((SIZE[1], SIZE[0]), |(y, x)| u8::from(is_sky(y, x)));
+        write_labels(&labels, 2, File::create(&path).unwrap()).unwrap();
+        text(&path).to_owned()
+    };
+    let out = folder.path().join("out");
+    let refused = |flags: &[&str]| {
+        let told = photo(4, &file, &out, &[flags, &["--fov-deg", "60"]].concat());
+        assert!(told.contains("--sky MASK.png"), "{told}");
+        assert!(!out.exists(), "nothing was written");
+    };
+    // What stands there is no sky, whether that was found or said.
+    refused(&["--apex", "120,150"]);
+    let corner = mask("corner.png", &|y, x| y < 20 && x < 20);
+    refused(&["--apex", "150,24", "--sky", &corner]);
+    refused(&["--sun", "180,20", "--sky", &corner]);
+    // Below the horizon there is no bow, even in a picture of nothing but sky.
+    let all = mask("all.png", &|_, _| true);
+    refused(&["--apex", "120,120", "--elevation-deg", "0", "--sky", &all]);
+}
+
+#[test]
+fn a_time_that_is_none_is_told_by_its_flag_before_anything_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("plate.jpg");
+    plate(2, SIZE).through_jpeg(&file);
+    let out = folder.path().join("out");
+    for time in ["2026-06-31T19:30:00+02:00", "yesterday"] {
+        let flags = ["--place", "48,11", "--time", time, "--fov-deg", "60"];
+        let told = photo(2, &file, &out, &flags);
+        assert!(
+            told.contains("--time") && !told.contains("date_time"),
+            "{told}"
+        );
+        assert!(!out.exists(), "nothing was written");
+    }
+}

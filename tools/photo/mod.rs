@@ -3,6 +3,7 @@
 mod beside;
 mod foreground;
 mod scene_text;
+mod seen;
 mod wanted;
 
 use std::fs::File;
@@ -118,6 +119,7 @@ pub(crate) fn execute(command: &PhotoCommand, common: &Common) -> Result<(), Fai
         rain: &rain,
     };
     let text = text.toml()?;
+    seen::check(command, &text, (&is_sky, &camera))?;
     let mut files = vec![
         (SCENE, text.into_bytes()),
         (LAYERS, layers_to_toml(&layers.layers).into_bytes()),

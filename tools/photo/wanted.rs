@@ -59,14 +59,6 @@ impl WantedBow {
         }
         if let Some([x, y]) = command.apex {
             let pinhole = camera.pinhole()?;
-            let (width, height) = (pinhole.width_px(), pinhole.height_px());
-            let inside_of = |at: f64, n_px: u32| (0.0..=f64::from(n_px)).contains(&at);
-            if !inside_of(x, width) || !inside_of(y, height) {
-                return Err(Failure::Usage(format!(
-                    "--apex {x},{y} is outside the picture, which has {width} x {height} pixels: expected X,Y of the \
-                     bow's top, from its upper left corner"
-                )));
-            }
             let view = pinhole.ray(x, y).direction;
             let [azimuth, elevation] = sun_below_apex(view, inside(TOP_INSIDE_DEG));
             let position = SunPosition {
@@ -142,6 +134,11 @@ fn middle() -> BowEdge {
         color: PickedColor::Middle,
         water: Water::pure(WATER_C),
     }
+}
+
+/// Half the opening angle of what is brightest of a rain's bow.
+pub(super) fn brightest_of_bow() -> Radians {
+    inside(TOP_INSIDE_DEG)
 }
 
 /// The bow angle that is seen, so far inside that of Descartes.
