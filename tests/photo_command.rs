@@ -145,9 +145,23 @@ fn what_cannot_be_is_refused_with_its_code_and_a_way_out() {
     let wanted = ["--apex", "120,30"];
     assert!(photo(2, &room, &out, &wanted).contains("--fov-deg"));
     let flags = ["--apex", "240,40", "--fov-deg", "60"];
-    let told = photo(4, &room, &out, &flags);
+    let told = photo(4, &room, &out, &["--sun=180,20", "--fov-deg=60"]);
     assert!(told.contains("no sky") && told.contains("--sky"), "{told}");
-    assert!(!out.exists(), "nothing was written");
+    assert!(
+        told.contains("sky.png") && out.join("sky.png").exists(),
+        "{told}"
+    );
+    assert!(
+        !out.join("photo.toml").exists(),
+        "a mask to be corrected, and no more"
+    );
+    // Nobody corrected it: another photograph of this folder may have its own.
+    let mask = std::fs::read(out.join("sky.png")).unwrap();
+    let other = folder.path().join("other.jpg");
+    plate(2, SIZE).through_jpeg(&other);
+    photo(0, &other, &out, &["--apex=150,24", "--fov-deg=60"]);
+    assert!(std::fs::read(out.join("sky.png")).unwrap() != mask);
+    let out = folder.path().join("nothing");
     // The top of a bow in rain stands at most 40.9 degrees high.
     let high = [&flags[..], &["--elevation-deg", "40"]].concat();
     let open = folder.path().join("open.jpg");
@@ -163,6 +177,7 @@ fn what_cannot_be_is_refused_with_its_code_and_a_way_out() {
     let mask = folder.path().join("mask.png");
     let ceiling = Array2::from_shape_fn((320, 480), |(y, _)| u8::from(y < 60));
     write_labels(&ceiling, 2, File::create(&mask).unwrap()).unwrap();
+    let out = folder.path().join("ceiling");
     let told = photo(
         0,
         &room,
@@ -174,25 +189,6 @@ fn what_cannot_be_is_refused_with_its_code_and_a_way_out() {
     let parts = painted(&photograph, &out, |y, x| ceiling[[y, x]] == 1);
     let [below, above] = parts.map(Painted::part);
     assert!(below <= 0.0 && above > 0.9, "{below} {above}");
-}
-
-#[test]
-fn a_photograph_of_nothing_but_sky_gets_a_bow_and_numbers_that_can_be_read() {
-    let folder = tempfile::tempdir().unwrap();
-    let file = folder.path().join("plate.jpg");
-    plate(2, SIZE).through_jpeg(&file);
-    let mask = folder.path().join("all.png");
-    let all = Array2::from_elem((SIZE[1], SIZE[0]), 1);
-    write_labels(&all, 2, File::create(&mask).unwrap()).unwrap();
-    let out = folder.path().join("out");
-    let flags = ["--apex", "120,24", "--fov-deg", "60", "--sky", text(&mask)];
-    let told = photo(0, &file, &out, &flags);
-    let scene = std::fs::read_to_string(out.join("photo.toml")).unwrap();
-    for said in [told, scene] {
-        let is_digit = |it: char| it.is_ascii_digit();
-        let longest = said.split(|it| !is_digit(it)).map(str::len).max();
-        assert!(longest < Some(15), "{said}");
-    }
 }
 
 #[test]
@@ -269,6 +265,25 @@ fn a_bow_of_which_nothing_is_seen_is_refused() {
     // Below the horizon there is no bow, even in a picture of nothing but sky.
     let all = mask("all.png", &|_, _| true);
     refused(&["--apex", "120,120", "--elevation-deg", "0", "--sky", &all]);
+}
+
+#[test]
+fn a_photograph_of_nothing_but_sky_gets_a_bow_and_numbers_that_can_be_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("plate.jpg");
+    plate(2, SIZE).through_jpeg(&file);
+    let mask = folder.path().join("all.png");
+    let all = Array2::from_elem((SIZE[1], SIZE[0]), 1);
+    write_labels(&all, 2, File::create(&mask).unwrap()).unwrap();
+    let out = folder.path().join("out");
+    let flags = ["--apex", "120,24", "--fov-deg", "60", "--sky", text(&mask)];
+    let told = photo(0, &file, &out, &flags);
+    let scene = std::fs::read_to_string(out.join("photo.toml")).unwrap();
+    for said in [told, scene] {
+        let is_digit = |it: char| it.is_ascii_digit();
+        let longest = said.split(|it| !is_digit(it)).map(str::len).max();
+        assert!(longest < Some(15), "{said}");
+    }
 }
 
 #[test]

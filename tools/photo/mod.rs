@@ -22,6 +22,7 @@ use niji_photo::upsample_labels;
 use niji_photo::write_labels;
 
 use crate::check::place;
+use crate::checksums;
 use crate::failure::Failure;
 use crate::flags;
 use crate::flags::Common;
@@ -42,6 +43,8 @@ const SCENE: &str = "photo.toml";
 const SKY: &str = "sky.png";
 const LAYERS: &str = "photo.layers.toml";
 const LABELS: &str = "photo.labels.png";
+/// What a mask is noted as made for that nobody has corrected yet.
+const DRAFT: &str = "what could be a sky";
 
 /// Set a bow into a photograph: find its sky, write a scene for it, and run that.
 ///
@@ -105,7 +108,7 @@ pub(crate) fn execute(command: &PhotoCommand, common: &Common) -> Result<(), Fai
     WantedBow::check_points(command)?;
     let camera = command.camera.camera(&photo)?;
     let existing = common.options().existing;
-    let (is_sky, told) = sky(command, &photo)?;
+    let (is_sky, told) = sky(command, &photo, existing)?;
     let camera = camera.below_sky(&is_sky)?;
     let wanted = WantedBow::of(command, &camera)?;
     let rain = Rain::of(command.rain, &photo.light, (&is_sky, &camera))?;
@@ -175,7 +178,11 @@ fn png(labels: &Array2<u8>, n_layers: usize) -> Result<Vec<u8>, Failure> {
 }
 
 /// The sky of the photograph, and what is to be said of it.
-fn sky(command: &PhotoCommand, photo: &Photograph) -> Result<(Array2<bool>, String), Failure> {
+fn sky(
+    command: &PhotoCommand,
+    photo: &Photograph,
+    existing: Existing,
+) -> Result<(Array2<bool>, String), Failure> {
     let share = |part: f64| format!("{:.0} % of the picture", 100.0 * part);
     if let Some(path) = &command.sky {
         let of_mask = |error: niji_photo::Error| Failure::bad_input(path, error);
@@ -191,11 +198,14 @@ fn sky(command: &PhotoCommand, photo: &Photograph) -> Result<(Array2<bool>, Stri
         }
         return Ok((is_sky, format!("{} by {}", share(part), path.display())));
     }
-    let mask = find_sky(&photo.light).map_err(|error| Failure::bad_input(&command.photo, error))?;
-    if mask.confidence < SURE_OF_SKY {
+    let pointed = seen::pixel_of_apex(command, photo.light.dim())?;
+    let mask = find_sky(&photo.light, pointed)
+        .map_err(|error| Failure::bad_input(&command.photo, error))?;
+    if mask.confidence < SURE_OF_SKY && !mask.is_pointed {
+        let how = draft(&command.output, &mask.is_sky, existing)?;
         return Err(Failure::Impossible(format!(
             "{}: found no sky for a bow to stand in (what could be one has the confidence {:.2}: {}); if there is one, \
-             give it in white with --sky MASK.png",
+             {how}",
             command.photo.display(),
             mask.confidence,
             mask.reasons.join(", ")
@@ -210,6 +220,24 @@ fn sky(command: &PhotoCommand, photo: &Photograph) -> Result<(Array2<bool>, Stri
     Ok((mask.is_sky, told))
 }
 
+/// Leaves what could be a sky as a mask to be corrected, and says how to give a better one.
+fn draft(folder: &Path, is_sky: &Array2<bool>, existing: Existing) -> Result<String, Failure> {
+    let path = folder.join(SKY);
+    let bytes = png(&is_sky.mapv(u8::from), 2)?;
+    if !is_sky.iter().any(|is_sky| *is_sky) || check_own(&path, &bytes, existing).is_err() {
+        return Ok(
+            "paint it white and all else black, and give that with --sky MASK.png".to_owned(),
+        );
+    }
+    output::write_file(&path, |to| std::io::Write::write_all(to, &bytes))?;
+    // Until somebody corrects it, another one may take its place.
+    checksums::note(&path, DRAFT)?;
+    let path = path.display();
+    Ok(format!(
+        "correct {path}, which has in white what could be one, and give it with --sky {path}"
+    ))
+}
+
 /// Refuses to write over a file that somebody edited.
 fn check_own(path: &Path, bytes: &[u8], existing: Existing) -> Result<(), Failure> {
     let mut found = Vec::new();
@@ -217,7 +245,8 @@ fn check_own(path: &Path, bytes: &[u8], existing: Existing) -> Result<(), Failur
         // One more than may be is another one.
         file.take(bytes.len() as u64 + 1).read_to_end(&mut found)
     });
-    if existing == Existing::Replace || read.is_err() || found == bytes {
+    let is_draft = || checksums::fits(path, DRAFT, true);
+    if existing == Existing::Replace || read.is_err() || found == bytes || is_draft() {
         return Ok(());
     }
     let folder = path.parent().unwrap_or(Path::new("."));

@@ -52,8 +52,9 @@ pub(crate) fn mean_of_nine<const N: usize>(picture: &Array2<[f32; N]>) -> Array2
     })
 }
 
-/// The first row of each column that is no sky, by how sharp the picture is.
-pub(crate) fn sky_border(sharpness: &Array2<f32>) -> Vec<usize> {
+/// The first row of each column that is no sky, by how sharp the picture is; below a pixel that is sky, by row and
+/// column, where any border lies there.
+pub(crate) fn sky_border(sharpness: &Array2<f32>, known: Option<(usize, usize)>) -> Vec<usize> {
     let mut sorted: Vec<f32> = sharpness.iter().copied().collect();
     sorted.sort_by(f32::total_cmp);
     let at = |part: f64| f64::from(sorted[(part * (sorted.len() - 1) as f64) as usize]).max(1e-6);
@@ -68,7 +69,13 @@ pub(crate) fn sky_border(sharpness: &Array2<f32>) -> Vec<usize> {
         let border: Vec<usize> = rows.collect();
         (roughness(&border, sharpness.nrows()), border)
     });
-    let borders: Vec<_> = borders.collect();
+    let mut borders: Vec<_> = borders.collect();
+    if let Some((y, x)) = known {
+        let is_below = |it: &(f64, Vec<usize>)| it.1[x] > y;
+        if borders.iter().any(is_below) {
+            borders.retain(is_below);
+        }
+    }
     let least = borders.iter().map(|it| it.0).fold(f64::INFINITY, f64::min);
     let first = borders.into_iter().find(|it| it.0 <= AS_SMOOTH * least);
     steadied(&first.map(|it| it.1).unwrap_or_default())
@@ -119,7 +126,7 @@ mod tests {
     #[test]
     fn the_border_follows_the_hill_and_no_ramp() {
         let (lab, line) = hill();
-        let border = sky_border(&sharpness(&lab));
+        let border = sky_border(&sharpness(&lab), None);
         for (found, row) in border.iter().zip(&line) {
             // Sharpness reaches two pixels out, and the median over the steps of the line.
             assert!((row - 5..=row + 2).contains(found), "{found} {row}");

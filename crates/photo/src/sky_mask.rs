@@ -8,8 +8,13 @@
 //!
 //! The confidence is the product of what speaks for a sky, each 0..1: how much of the top edge it has, how much of its
 //! edge is sharp, how much smoother it is than the ground, and that it is brighter or bluer than that.
+//!
+//! A pixel that somebody points at is sky, and so is what has its color around it: the border lies below it, and colors
+//! follow from it. Where that goes on to the top edge it is a sky however little else speaks for it, unless without it
+//! one is found that is surer.
 
 use ndarray::Array2;
+use ndarray::Zip;
 
 use crate::error::Error;
 use crate::joint_bilateral::upsample_labels;
@@ -41,6 +46,11 @@ const TOP: (f64, f64) = (0.05, 0.3);
 const EDGE: (f64, f64) = (0.2, 0.7);
 const SMOOTHER: (f64, f64) = (0.4, 0.55);
 const COLOR: (f64, f64) = (0.0, 0.1);
+/// Difference of color (Oklab) from a pixel that is sky, and from pixel to pixel, up to which its surroundings are.
+const OF_POINTED: f32 = 0.1;
+const TO_NEXT: f32 = 0.03;
+/// What is guessed of a pixel that is known to be sky: more than any color says.
+const KNOWN: f32 = 20.0;
 /// Sharpness of an edge over that of the sky.
 const SHARP_EDGE: f64 = 2.0;
 /// Confidence below which there may be no sky at all.
@@ -55,15 +65,17 @@ pub struct SkyMask {
     pub share: f64,
     /// How sure that is, 0..1; below [`SURE_OF_SKY`] there may be none.
     pub confidence: f64,
+    /// Whether a pixel of it was pointed at, and it reaches the top edge from there: then it is one all the same.
+    pub is_pointed: bool,
     /// Why, in words.
     pub reasons: Vec<String>,
 }
 
-/// Finds the sky of a photograph.
+/// Finds the sky of a photograph, of which a pixel may be pointed at: column and row, inside of the picture.
 ///
 /// # Errors
 /// A picture of fewer than 8 pixels along a side.
-pub fn find_sky(photo: &LinearPicture) -> Result<SkyMask, Error> {
+pub fn find_sky(photo: &LinearPicture, pointed: Option<[usize; 2]>) -> Result<SkyMask, Error> {
     let least = photo.nrows().min(photo.ncols());
     if least < 8 {
         return Err(Error::Range {
@@ -78,16 +90,72 @@ pub fn find_sky(photo: &LinearPicture) -> Result<SkyMask, Error> {
         std::array::from_fn(|channel| 0.5 * (raw[at][channel] + means[at][channel]))
     });
     let sharp = sharpness(&raw);
-    let coarse = sky_of(&lab, &sky_border(&sharp));
-    let (confidence, reasons) = confidence(&coarse, &lab, &sharp);
+    let step = photo.nrows().max(photo.ncols()).div_ceil(LONGEST);
+    let pointed = pointed.map(|[x, y]| {
+        let (height, width) = lab.dim();
+        ((y / step).min(height - 1), (x / step).min(width - 1))
+    });
+    let candidates = [pointed, None]
+        .into_iter()
+        .skip(usize::from(pointed.is_none()));
+    let candidates = candidates.map(|pointed| Candidate::new(&lab, &sharp, pointed));
+    let best = candidates.reduce(Candidate::better);
+    let Candidate {
+        sky: coarse,
+        confidence,
+        mut reasons,
+        is_pointed,
+    } = best.unwrap_or_else(|| Candidate::new(&lab, &sharp, None));
+    if is_pointed {
+        reasons.push("what is pointed at goes on to the top edge".to_owned());
+    }
     let is_sky = upsample_labels(&coarse.mapv(u8::from), photo)?.mapv(|label| label == 1);
     let n_sky = is_sky.iter().filter(|is_sky| **is_sky).count();
     Ok(SkyMask {
         share: n_sky as f64 / is_sky.len() as f64,
         confidence,
+        is_pointed,
         reasons,
         is_sky,
     })
+}
+
+/// What may be the sky of a reduced picture.
+struct Candidate {
+    sky: Array2<bool>,
+    confidence: f64,
+    reasons: Vec<String>,
+    is_pointed: bool,
+}
+
+impl Candidate {
+    /// With what is pointed at, or without.
+    fn new(lab: &Array2<[f32; 3]>, sharp: &Array2<f32>, pointed: Option<(usize, usize)>) -> Self {
+        let known = match pointed {
+            Some(at) => around(lab, at),
+            None => Array2::from_elem(lab.dim(), false),
+        };
+        let sky = sky_of(lab, &sky_border(sharp, pointed), &known);
+        let is_on_top = |at| reached(&sky, at).row(0).iter().any(|it| *it);
+        let is_pointed = pointed.is_some_and(is_on_top);
+        let (confidence, reasons) = confidence(&sky, lab, sharp);
+        Self {
+            sky,
+            confidence,
+            reasons,
+            is_pointed,
+        }
+    }
+
+    /// What is pointed at, unless the other is a surer sky.
+    fn better(self, other: Self) -> Self {
+        let is_surer = other.confidence >= SURE_OF_SKY && other.confidence > self.confidence;
+        if is_surer || !self.is_pointed {
+            other
+        } else {
+            self
+        }
+    }
 }
 
 /// The means of squares of pixels, white at 1.
@@ -113,7 +181,18 @@ fn reduced(photo: &LinearPicture) -> LinearPicture {
     picture
 }
 
-fn sky_of(lab: &Array2<[f32; 3]>, border: &[usize]) -> Array2<bool> {
+/// What has the color of a pixel and goes over into it.
+fn around(lab: &Array2<[f32; 3]>, start: (usize, usize)) -> Array2<bool> {
+    let apart = |a: (usize, usize), b: (usize, usize)| {
+        let squares = lab[a].iter().zip(lab[b]).map(|(a, b)| (a - b) * (a - b));
+        squares.sum::<f32>().sqrt()
+    };
+    spread(lab.dim(), vec![start], |from, to| {
+        apart(start, to) < OF_POINTED && apart(from, to) < TO_NEXT
+    })
+}
+
+fn sky_of(lab: &Array2<[f32; 3]>, border: &[usize], known: &Array2<bool>) -> Array2<bool> {
     let rows = border.iter().filter(|row| **row > 0);
     let lowest = quantile(rows.map(|row| *row as f32).collect(), ABOVE_LOWEST) as usize;
     let is_covered = |x: usize| (border[x] as f64) < COVERED * lowest as f64;
@@ -123,6 +202,14 @@ fn sky_of(lab: &Array2<[f32; 3]>, border: &[usize]) -> Array2<bool> {
         () if y < lowest => THROUGH,
         () => -1.0,
     });
+    let take_known = |guess: &mut Array2<f32>| {
+        Zip::from(guess).and(known).for_each(|guess, is_known| {
+            if *is_known {
+                *guess = KNOWN;
+            }
+        });
+    };
+    take_known(&mut guess);
     let mut sky = guess.mapv(|value| value > 0.0);
     for _ in 0..N_FITS {
         let Some(like) = likeness(lab, &guess) else {
@@ -130,20 +217,41 @@ fn sky_of(lab: &Array2<[f32; 3]>, border: &[usize]) -> Array2<bool> {
         };
         let start = Array2::from_shape_fn(lab.dim(), |(y, x)| {
             let is_seen = sky[[y, x]] || like.alone[[y, x]] > HOLE;
-            y == 0 || (y < lowest && is_seen)
+            y == 0 || known[[y, x]] || (y < lowest && is_seen)
         });
-        sky = connected(&like.settled.mapv(|value| value > 0.0), &start);
+        let mut is_open = like.settled.mapv(|value| value > 0.0);
+        is_open.zip_mut_with(known, |is_open, is_known| *is_open |= is_known);
+        sky = connected(&is_open, &start);
         guess = sky.mapv(|is_sky| if is_sky { 1.0 } else { -1.0 });
+        take_known(&mut guess);
     }
     sky
 }
 
 /// The part of the open pixels that is connected to a start.
 fn connected(is_open: &Array2<bool>, start: &Array2<bool>) -> Array2<bool> {
-    let (height, width) = is_open.dim();
-    let mut found = Array2::from_shape_fn(is_open.dim(), |at| is_open[at] && start[at]);
-    let starts = found.indexed_iter().filter(|(_, is_start)| **is_start);
-    let mut next: Vec<(usize, usize)> = starts.map(|(at, _)| at).collect();
+    let starts = start
+        .indexed_iter()
+        .filter(|(at, is_start)| **is_start && is_open[*at]);
+    let starts = starts.map(|(at, _)| at).collect();
+    spread(is_open.dim(), starts, |_, to| is_open[to])
+}
+
+/// The part of a mask that is connected to a pixel.
+fn reached(mask: &Array2<bool>, from: (usize, usize)) -> Array2<bool> {
+    spread(mask.dim(), vec![from], |_, to| mask[to])
+}
+
+/// What is reached from pixel to pixel, going from one to the next where that may be.
+fn spread(
+    size: (usize, usize),
+    mut next: Vec<(usize, usize)>,
+    may_go: impl Fn((usize, usize), (usize, usize)) -> bool,
+) -> Array2<bool> {
+    let mut found = Array2::from_elem(size, false);
+    for at in &next {
+        found[*at] = true;
+    }
     while let Some((y, x)) = next.pop() {
         let beside = [
             (y.wrapping_sub(1), x),
@@ -152,7 +260,7 @@ fn connected(is_open: &Array2<bool>, start: &Array2<bool>) -> Array2<bool> {
             (y, x + 1),
         ];
         for at in beside {
-            if at.0 < height && at.1 < width && is_open[at] && !found[at] {
+            if at.0 < size.0 && at.1 < size.1 && !found[at] && may_go((y, x), at) {
                 found[at] = true;
                 next.push(at);
             }

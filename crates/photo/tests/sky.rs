@@ -36,7 +36,7 @@ fn shipped(name: &str) -> PathBuf {
 /// Finds a sky, and leaves what it got wrong as a picture where `NIJI_MASKS` names a folder: sky that is none red,
 /// sky that was missed yellow.
 fn looked_at(name: &str, light: &LinearPicture, truth: &Array2<f32>) -> (f64, SkyMask) {
-    let mask = find_sky(light).unwrap();
+    let mask = find_sky(light, None).unwrap();
     let right = agreement(&mask.is_sky, truth);
     println!(
         "{name}: {:.2} %, confidence {:.2}",
@@ -91,7 +91,7 @@ fn rooms_and_thickets_have_no_sky() {
     let folder = tempfile::tempdir().unwrap();
     for seed in 1..=8 {
         let photo = without_sky(seed, SIZE).through_jpeg(&folder.path().join("none.jpg"));
-        let mask = find_sky(&photo.light).unwrap();
+        let mask = find_sky(&photo.light, None).unwrap();
         assert!(mask.confidence < SURE_OF_SKY, "{seed}: {:?}", mask.reasons);
     }
 }
@@ -109,5 +109,54 @@ fn the_shipped_photograph_keeps_its_sky_cropped_turned_and_darkened() {
     check("pavilion", &photo, &truth);
     for it in changed(&photo, &truth) {
         check(it.name, &it.light, &it.sky);
+    }
+}
+
+/// Clouds over a smooth plain, as a long exposure or a dusk has it: nothing but what is pointed at tells the sky.
+fn dusk(size: [usize; 2]) -> LinearPicture {
+    let [width, height] = size;
+    let wave = |at: f64, n: f64| (std::f64::consts::TAU * n * at).sin();
+    Array2::from_shape_fn((height, width), |(y, x)| {
+        let (down, across) = (y as f64 / height as f64, x as f64 / width as f64);
+        if down < 0.6 {
+            let cloud = wave(across + 0.3 * wave(down, 3.0), 9.0) * wave(down + 0.2 * across, 11.0);
+            // f32: pixels are f32.
+            let light = (0.12 + 0.05 * cloud) as f32;
+            [0.8 * light, 0.9 * light, 1.2 * light]
+        } else {
+            let light = (0.05 + 0.02 * down) as f32;
+            [light, light, 0.8 * light]
+        }
+    })
+}
+
+#[test]
+fn what_is_pointed_at_is_sky_where_it_goes_on_to_the_top_edge() {
+    let light = dusk(SIZE);
+    let truth = Array2::from_shape_fn(light.dim(), |(y, _)| if y < 192 { 1.0 } else { 0.0 });
+    let found = find_sky(&light, None).unwrap();
+    assert!(
+        found.confidence < SURE_OF_SKY && !found.is_pointed,
+        "{:?}",
+        found.reasons
+    );
+    let pointed = find_sky(&light, Some([240, 60])).unwrap();
+    assert!(pointed.is_pointed && pointed.is_sky[[60, 240]]);
+    // Found: 94.6 %.
+    let right = agreement(&pointed.is_sky, &truth);
+    assert!(right > 0.94, "{right}");
+}
+
+#[test]
+fn what_is_pointed_at_below_a_sure_sky_is_none() {
+    let folder = tempfile::tempdir().unwrap();
+    for seed in [1, 2, 4, 6] {
+        let plate = plate(seed, SIZE);
+        let photo = plate.through_jpeg(&folder.path().join("plate.jpg"));
+        let [x, y] = [SIZE[0] / 2, SIZE[1] - 10];
+        let mask = find_sky(&photo.light, Some([x, y])).unwrap();
+        assert!(!mask.is_sky[[y, x]] && !mask.is_pointed, "{seed}");
+        let right = agreement(&mask.is_sky, &plate.sky);
+        assert!(right >= 0.97, "{seed}: {right}");
     }
 }
