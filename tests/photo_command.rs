@@ -261,7 +261,8 @@ fn a_bow_of_which_nothing_is_seen_is_refused() {
     refused(&["--apex", "120,150"]);
     let corner = mask("corner.png", &|y, x| y < 20 && x < 20);
     refused(&["--apex", "150,24", "--sky", &corner]);
-    refused(&["--sun", "180,20", "--sky", &corner]);
+    let sun = ["--sun", "180,20", "--elevation-deg", "10"];
+    refused(&[&sun[..], &["--sky", &corner]].concat());
     // Below the horizon there is no bow, even in a picture of nothing but sky.
     let all = mask("all.png", &|_, _| true);
     refused(&["--apex", "120,120", "--elevation-deg", "0", "--sky", &all]);

@@ -13,8 +13,7 @@ use crate::photo::wanted::brightest_of_bow;
 use crate::sun::camera_flags::Camera;
 
 /// What to do about a bow that is not seen.
-const WAY_OUT: &str = "point at another place, or give the sky in white with --sky MASK.png (sky.png of a bow that is seen shows what \
-     was taken for it)";
+const WAY_OUT: &str = "point at another place, or give the sky in white with --sky MASK.png";
 
 /// Column and row of the pixel that is the top of the bow, in a picture of so many rows and columns.
 ///
