@@ -64,11 +64,6 @@ impl From<niji_picture::Error> for Failure {
                 "{text} (`niji render --tiles` or `--region`, or more `--memory`)"
             )),
             Error::Frame(number, error) => Self::from(*error).within(&format!("frame {number}")),
-            Error::Stopped
-            | Error::Photo(_)
-            | Error::PartOfFrame
-            | Error::Volume(_)
-            | Error::Light(_) => Self::Failed(text),
             Error::Photo(niji_photo::Error::Range { .. })
             | Error::Plan(_)
             | Error::NoFrameWithDrops(_)
@@ -78,6 +73,11 @@ impl From<niji_picture::Error> for Failure {
             | Error::SceneFile(_)
             | Error::TooManyMeshes { .. }
             | Error::Render(_) => Self::Usage(text),
+            Error::Stopped
+            | Error::Photo(_)
+            | Error::PartOfFrame
+            | Error::Volume(_)
+            | Error::Light(_) => Self::Failed(text),
         }
     }
 }

@@ -9,8 +9,8 @@
 //! The confidence is the product of what speaks for a sky, each 0..1: how much of the top edge it has, how much of its
 //! edge is sharp, how much smoother it is than the ground, and that it is brighter or bluer than that.
 //!
-//! A pixel that somebody points at is sky, and so is what has its color around it: the border lies below it, and colors
-//! follow from it. Where that goes on to the top edge it is a sky however little else speaks for it, unless without it
+//! A pixel that somebody points at is sky, and so is what has its color around it. Where no sure sky holds it already, the
+//! border lies below it, and colors follow from it. Where that goes on to the top edge it is a sky however little else speaks for it, unless without it
 //! one is found that is surer.
 
 use ndarray::Array2;
@@ -95,17 +95,18 @@ pub fn find_sky(photo: &LinearPicture, pointed: Option<[usize; 2]>) -> Result<Sk
         let (height, width) = lab.dim();
         ((y / step).min(height - 1), (x / step).min(width - 1))
     });
-    let candidates = [pointed, None]
-        .into_iter()
-        .skip(usize::from(pointed.is_none()));
-    let candidates = candidates.map(|pointed| Candidate::new(&lab, &sharp, pointed));
-    let best = candidates.reduce(Candidate::better);
+    let mut best = Candidate::new(&lab, &sharp, None);
+    if let Some(at) = pointed
+        && !(best.is_sure() && best.sky[at])
+    {
+        best = Candidate::new(&lab, &sharp, pointed).better(best);
+    }
     let Candidate {
         sky: coarse,
         confidence,
         mut reasons,
         is_pointed,
-    } = best.unwrap_or_else(|| Candidate::new(&lab, &sharp, None));
+    } = best;
     if is_pointed {
         reasons.push("what is pointed at goes on to the top edge".to_owned());
     }
@@ -147,9 +148,13 @@ impl Candidate {
         }
     }
 
+    fn is_sure(&self) -> bool {
+        self.confidence >= SURE_OF_SKY
+    }
+
     /// What is pointed at, unless the other is a surer sky.
     fn better(self, other: Self) -> Self {
-        let is_surer = other.confidence >= SURE_OF_SKY && other.confidence > self.confidence;
+        let is_surer = other.is_sure() && other.confidence > self.confidence;
         if is_surer || !self.is_pointed {
             other
         } else {
