@@ -88,7 +88,10 @@ fn what_a_theory_does_not_know_is_refused() {
     let absorbing = "--order 2 --x 500 --index 1.333+0.01i --angles-deg 140";
     for theory in ["airy", "uniform", "geometric"] {
         let said = refused(&format!("eval scatter --theory {theory} {absorbing}"));
-        assert!(said.contains("k = 0.01") && said.contains("debye"), "{said}");
+        assert!(
+            said.contains("k = 0.01") && said.contains("debye"),
+            "{said}"
+        );
     }
     for theory in ["debye", "airy"] {
         let of_all = "--order 2 --x 100 --index 1.333 --efficiencies";

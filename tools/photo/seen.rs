@@ -59,7 +59,7 @@ pub(super) fn check(
         Radians::from_degrees(scene.sun.elevation_deg),
     );
     let pinhole = camera.pinhole()?;
-    let path = bow_path(&pinhole.clone().into(), -sun, brightest_of_bow());
+    let path = bow_path(&pinhole.into(), -sun, brightest_of_bow());
     let mut points = path.into_iter().flatten().peekable();
     // Of one outside of the picture `niji check` tells.
     if points.peek().is_none() {

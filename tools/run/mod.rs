@@ -186,8 +186,7 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
         .as_ref()
         .map(|it| accuracy::cheaper(&planned, &done, it));
     let cheaper = cheaper.unwrap_or_default();
-    let mut report = report::json(&planned, &done, (reached.as_ref(), &cheaper));
-    report["plan_seconds"] = decided_s.into();
+    let report = report::json(&planned, (decided_s, &done), (reached.as_ref(), &cheaper));
     report::write(&report, folder, None)?;
     let verbosity = options.verbosity;
     let plan = planned.plan_as_shown();

@@ -28,7 +28,7 @@ const FILE: &str = "report.json";
 /// The report of a run.
 pub(super) fn json(
     planned: &PlannedScene,
-    done: &[Done],
+    (plan_s, done): (f64, &[Done]),
     (reached, cheaper): (Option<&Reached>, &[Cheaper]),
 ) -> Value {
     json!({
@@ -38,6 +38,7 @@ pub(super) fn json(
         "plan": planned.plan_as_shown(),
         "accuracy": reached,
         "cheaper": cheaper,
+        "plan_seconds": plan_s,
         "stages": done,
         "seconds": done.iter().map(|done| done.seconds).sum::<f64>(),
     })
