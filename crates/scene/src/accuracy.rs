@@ -261,8 +261,7 @@ pub struct Accuracy {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1e-6, max = 1.0))]
     pub tolerance: Option<f64>,
-    /// Replaces the preset's theory. A table has it unless the scene leaves its supernumeraries out, which makes
-    /// it one of rays.
+    /// Replaces the preset's theory.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub theory: Option<Theory>,
     /// Replaces the preset's error of the scattering table.

@@ -31,8 +31,6 @@ pub(crate) struct Facts {
     pub(crate) smallest_radius_um: f64,
     /// The theory of the table that is made.
     pub(crate) theory: Theory,
-    /// Does the scene name it?
-    pub(crate) names_theory: bool,
     /// Is light of further orders on where it is seen?
     pub(crate) weighs_further_orders: bool,
     /// Largest share of the sun's light that water mirrors; `None` without water.

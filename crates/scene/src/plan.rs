@@ -214,7 +214,7 @@ impl Known<'_> {
         };
         // Those of the scene, without what it cannot have.
         let switches = decide::settled(&scene.effects, &scene.accuracy);
-        let mut on = decide::decide(&switches, &scene.accuracy, &bound).on;
+        let mut on = decide::decide(&switches, scene.accuracy.tolerance(), &bound).on;
         let seen = |effect: &Effect| bound(*effect, &decide::forced(&on, *effect)).value > 0.0;
         let rings = rings::held(situation.levels.theory, &on).into_iter();
         let rings: Vec<Effect> = rings.filter(seen).collect();

@@ -5,7 +5,6 @@
 mod support;
 
 use niji_scatter::DropMotion;
-use niji_scatter::Theory;
 use niji_scene::BoundKind;
 use niji_scene::DropSummary;
 use niji_scene::Effect;
@@ -291,7 +290,7 @@ fn glory_and_corona_are_there_where_the_theory_has_them_and_they_are_seen() {
         !exact.is_on(Effect::Corona) && reason(&exact, Effect::Corona).contains("adds nothing")
     );
     let mut of_bows = fog.clone();
-    of_bows.accuracy.theory = Some(Theory::Uniform);
+    of_bows.accuracy.theory = Some(niji_scatter::Theory::Uniform);
     let plan = planned(&of_bows);
     assert!(!plan.is_on(Effect::Glory));
     assert!(
@@ -306,39 +305,6 @@ fn glory_and_corona_are_there_where_the_theory_has_them_and_they_are_seen() {
     // Rain makes rings narrower than the sun.
     let rain = planned(&scene(RAIN_CELL));
     assert!(!rain.is_on(Effect::Glory) && rain.bound(Effect::Glory).unwrap().value <= 0.0);
-}
-
-/// Drops so few that nothing of their fringes is seen.
-const THIN_RAIN: &str = "format = 1\nname = \"thin rain\"\n\
-    sun = { elevation_deg = 20.0, azimuth_deg = 180.0 }\n\
-    [camera]\nposition_m = [0.0, 1.6, 0.0]\nazimuth_deg = 0.0\nelevation_deg = 12.0\n\
-    horizontal_fov_deg = 90.0\nwidth_px = 64\nheight_px = 40\n\
-    [drops]\nshape = \"uniform\"\nbox_min_m = [-300.0, 0.0, -300.0]\nbox_max_m = [300.0, 250.0, -100.0]\n\
-    voxel_m = 10.0\nlaw = { monodisperse = { radius_um = 300.0 } }\nnumber_density_m3 = 100.0\n";
-
-/// Its supernumeraries were too small to be seen, so that a table of rays was made.
-#[test]
-fn a_theory_that_a_scene_names_is_that_of_its_table() {
-    let mut rain = scene(THIN_RAIN);
-    let plan = planned(&rain);
-    assert!(!plan.is_on(Effect::Supernumeraries), "{plan}");
-    let of_table = |plan: &Plan| plan.scattering.as_ref().unwrap().theory;
-    assert_eq!(of_table(&plan), Theory::Geometric);
-    for theory in [Theory::Mie, Theory::Airy] {
-        rain.accuracy.theory = Some(theory);
-        let plan = planned(&rain);
-        assert_eq!(of_table(&plan), theory, "{plan}");
-        let why = format!("the scene names the theory {}", theory.name());
-        assert!(reason(&plan, Effect::Supernumeraries).starts_with(&why));
-    }
-    rain.effects.set(Effect::Supernumeraries, Switch::Off);
-    let plan = planned(&rain);
-    assert_eq!(of_table(&plan), Theory::Geometric);
-    let why = "the scene leaves them out: its table is made of rays";
-    assert!(
-        reason(&plan, Effect::Supernumeraries).starts_with(why),
-        "{plan}"
-    );
 }
 
 #[test]

@@ -6,8 +6,7 @@
 //! effect that may shape them. Where one of those is left out itself, the bows change a little, so
 //! the sum is checked again with the final bounds, and the largest comes back until it fits.
 //!
-//! What makes the bows smoother is on wherever it is seen at all: a table without it needs more angles. So are the
-//! fringes of a theory that the scene names: without them its table would be made of rays, and of another theory.
+//! What makes the bows smoother is on wherever it is seen at all: a table without it needs more angles.
 //!
 //! Light that drops scatter more than once is smooth, and its bound an estimate: the RMS of it counts. An effect
 //! that is on brings those that it cannot do without.
@@ -54,15 +53,10 @@ pub(super) fn weighs_further_orders(switches: &EffectSwitches, accuracy: &Accura
         && needs.all(|needed| switches.of(*needed) != Switch::Off)
 }
 
-/// Is the effect on wherever it is seen, because the scene names the theory that has it?
-pub(super) fn is_of_named_theory(effect: Effect, accuracy: &Accuracy) -> bool {
-    effect == Effect::Supernumeraries && accuracy.theory.is_some()
-}
-
 /// Decides every effect; `bound` says what an effect may contribute.
 pub(super) fn decide(
     switches: &EffectSwitches,
-    accuracy: &Accuracy,
+    tolerance: f64,
     bound: &dyn Fn(Effect, &Assumed) -> Bound,
 ) -> Decision {
     // The theory decides on the others.
@@ -85,12 +79,10 @@ pub(super) fn decide(
         .into_iter()
         .map(|effect| (counted(effect, bound(effect, &assumed)), effect))
         .collect();
-    let is_free = |(value, effect): &(f64, Effect)| {
-        (effect.smooths_bows() || is_of_named_theory(*effect, accuracy)) && *value > 0.0
-    };
+    let is_free = |(value, effect): &(f64, Effect)| effect.smooths_bows() && *value > 0.0;
     on.extend(sized.extract_if(.., |it| is_free(it)).map(|(_, it)| it));
     sized.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    let budget = SHARE_FOR_EFFECTS * accuracy.tolerance();
+    let budget = SHARE_FOR_EFFECTS * tolerance;
     let mut sum = 0.0;
     let mut left_out = Vec::new();
     for (value, effect) in sized {
@@ -159,20 +151,10 @@ fn drop_dependents(switches: &EffectSwitches, on: &mut BTreeSet<Effect>) {
 
 #[cfg(test)]
 mod tests {
-    use niji_scatter::Theory;
-
     use super::super::bound::BoundKind;
     use super::*;
 
     fn decide_with(bounds: &[(Effect, f64)], switches: &EffectSwitches) -> BTreeSet<Effect> {
-        decide_to(&Accuracy::default(), bounds, switches)
-    }
-
-    fn decide_to(
-        accuracy: &Accuracy,
-        bounds: &[(Effect, f64)],
-        switches: &EffectSwitches,
-    ) -> BTreeSet<Effect> {
         let bound = |effect: Effect, _: &Assumed| {
             let default = f64::from(u8::from(effect != Effect::MultipleScattering));
             let value = bounds
@@ -185,7 +167,7 @@ mod tests {
                 kind: BoundKind::Proved,
             }
         };
-        decide(&settled(switches, accuracy), accuracy, &bound).on
+        decide(&settled(switches, &Accuracy::default()), 0.01, &bound).on
     }
 
     #[test]
@@ -217,27 +199,6 @@ mod tests {
         let no_bows = [(Effect::PrimaryBow, 0.0), (Effect::SecondaryBow, 0.0)];
         let on = decide_with(&no_bows, &EffectSwitches::default());
         assert!(!on.contains(&Effect::SunDisc));
-    }
-
-    #[test]
-    fn a_theory_that_the_scene_names_keeps_its_fringes_where_they_are_seen() {
-        let fringes = Effect::Supernumeraries;
-        let named = Accuracy {
-            theory: Some(Theory::Mie),
-            ..Accuracy::default()
-        };
-        let mut switches = EffectSwitches::default();
-        let is_on = |accuracy: &Accuracy, bound: f64, switches: &EffectSwitches| {
-            decide_to(accuracy, &[(fringes, bound)], switches).contains(&fringes)
-        };
-        assert!(
-            !is_on(&Accuracy::default(), 1e-4, &switches),
-            "too small to be seen"
-        );
-        assert!(is_on(&named, 1e-4, &switches));
-        assert!(!is_on(&named, 0.0, &switches), "rays have none");
-        switches.set(fringes, Switch::Off);
-        assert!(!is_on(&named, 1e-4, &switches), "the scene leaves them out");
     }
 
     #[test]

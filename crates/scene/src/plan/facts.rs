@@ -330,7 +330,6 @@ impl Situation {
             largest_radius_um: self.drops.effective_radius_um.1,
             smallest_radius_um: self.drops.effective_radius_um.0,
             theory: table_theory(self.levels.theory, on),
-            names_theory: scene.accuracy.theory.is_some(),
             sees_water: self.sees_water,
             mirrored_share: (scene.water_surface)
                 .map(|_| self.mirrored.as_ref().map_or(0.0, |sun| sun.share)),

@@ -35,15 +35,6 @@ pub(super) fn reason(decided: &Decided, facts: &Facts) -> String {
             format!("the scene leaves it out, but exact light of drops is not without it; {fact}")
         }
         Switch::Auto if is_on && effect == Effect::Occluders => fact,
-        Switch::Auto if is_on && effect == Effect::Supernumeraries && facts.names_theory => {
-            let theory = facts.theory.name();
-            format!("the scene names the theory {theory}, which has them; {fact}")
-        }
-        Switch::Off if effect == Effect::Supernumeraries && facts.names_theory => {
-            format!(
-                "the scene leaves them out: its table is made of rays, not of the theory it names; {fact}"
-            )
-        }
         Switch::Auto
             if effect == Effect::MultipleScattering
                 && !(is_on || bound.value <= 0.0 || facts.weighs_further_orders) =>
