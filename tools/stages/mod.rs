@@ -160,7 +160,7 @@ pub(crate) fn check_free_for(
     output::check_distinct(outputs)?;
     let request = made_for.request_hash();
     for path in outputs {
-        let is_of_it = || checksums::fits(path, &request, false);
+        let is_of_it = || checksums::fits(path, &request, true);
         if stored_provenance(path).as_ref() != Some(made_for) && !is_of_it() {
             check_readable(path, existing)?;
             output::check_free(path, existing)?;

@@ -141,6 +141,14 @@ pub(crate) fn read_depth(path: &Path) -> Result<Array2<f32>, Error> {
 }
 
 fn depth(layers: &[Layer]) -> Result<Array2<f32>, Error> {
+    // A rendered image, which begins with its light: its depth is that of drops.
+    let first = layers.iter().find(|layer| layer.holds(DEPTH));
+    if let Some(unit) = first
+        .and_then(|layer| layer.unit.as_ref())
+        .filter(|unit| *unit != "m")
+    {
+        return Err(Error::DepthUnit(unit.clone()));
+    }
     match (depth_channel(layers)?, layers) {
         (Some(values), _) => Ok(values.clone()),
         (None, [layer]) if layer.channels.len() == 1 => Ok(layer.channels[0].1.clone()),
