@@ -113,7 +113,7 @@ impl Workplace {
         fs::create_dir_all(root.join("data/scenes")).unwrap();
         fs::create_dir(root.join("bin")).unwrap();
         symlink(env!("CARGO_BIN_EXE_niji"), root.join("bin/niji")).unwrap();
-        for beside in ["data/photos", "data/heights"] {
+        for beside in ["data/photos", "data/heights", "data/meshes"] {
             symlink(repository(beside), root.join(beside)).unwrap();
         }
         for entry in fs::read_dir(repository("data/scenes")).unwrap() {
