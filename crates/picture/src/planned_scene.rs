@@ -1,7 +1,6 @@
 //! A scene with what it calls for, and its parts made one by one.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::io;
 use std::path::Path;
 use std::path::PathBuf;
@@ -17,7 +16,6 @@ use niji_exchange::SpectralImage;
 use niji_exchange::content_hash;
 use niji_photo::ClusterCount;
 use niji_render::Surfaces;
-use niji_render::ask_for_memory;
 use niji_scatter::airy_from_file;
 use niji_scatter::airy_to_file;
 use niji_scene::DropSpacing;
@@ -52,18 +50,12 @@ use crate::picture::PictureWork;
 use crate::pilot;
 use crate::pilot::Seen;
 use crate::scattering;
+use crate::scene_checks::check_files;
 use crate::sequence_choice::SequenceChoice;
 use crate::sequence_choice::with_scales;
 use crate::surfaces::SurfaceFiles;
 use crate::watch::Watch;
 use crate::watch::unwatched;
-
-/// Light below this part of a tolerance is none that an effect could show: an exposure is missing.
-const SEEN_AT_ALL: f64 = 1e-3;
-
-/// What a dark scene lacks where its plan warns of nothing.
-const LIGHT_NEEDS: &str = "a bow needs drops in view at its angle and the sun above the horizon, a sky needs air; \
-                           `niji plan` says what each effect contributes";
 
 /// A scene and what it calls for.
 #[derive(Clone, Debug)]
@@ -179,19 +171,6 @@ fn with_spacing(mut scene: Scene, spacing: DropSpacing) -> Scene {
         scene.accuracy.drop_spacing.get_or_insert(spacing);
     }
     scene
-}
-
-/// Refuses a scene without a file that it names.
-///
-/// # Errors
-/// The file that is not there.
-pub fn check_files(scene: &Scene, folder: &Path) -> Result<(), Error> {
-    for file in scene.files() {
-        let path = folder.join(file);
-        let missing = |error| Error::file(&path, format!("{error}: the scene names this file"));
-        fs::metadata(&path).map_err(missing)?;
-    }
-    Ok(())
 }
 
 impl PlannedScene {
@@ -561,68 +540,5 @@ impl PlannedScene {
         let settings = PictureSettings::of(self);
         let whole = settings.whole()?;
         PictureWork::new(settings, parts, watch)?.render(whole, watch)
-    }
-
-    /// Refuses whatever would be refused later.
-    ///
-    /// # Errors
-    /// As [`Self::check_light`], [`Self::check_inputs`] and [`Self::check_memory`].
-    pub fn check(&self) -> Result<(), Error> {
-        self.check_light()?;
-        self.check_inputs()?;
-        self.check_memory()
-    }
-
-    /// Refuses a scene without a table, or without a file that it names.
-    ///
-    /// # Errors
-    /// A scattering table that cannot be made, for one because it is too large; a file that is not there.
-    pub fn check_inputs(&self) -> Result<(), Error> {
-        if let Some(error) = &self.plan.table_refused {
-            return Err(Error::Scattering(error.clone()));
-        }
-        check_files(&self.scene, &self.folder)
-    }
-
-    /// Refuses a picture for which memory cannot be had, in the words of the renderer.
-    ///
-    /// # Errors
-    /// [`niji_render::Error::Memory`].
-    pub fn check_memory(&self) -> Result<(), Error> {
-        let region = self.scene.camera.region().map_err(Error::scene)?;
-        let mut stages = self.plan.stages.iter();
-        let picture = stages.find(|planned| planned.stage == Stage::Render);
-        // Its file at most, as numbers lie in memory.
-        let bytes = picture.and_then(|planned| planned.estimate.file_bytes);
-        let size_px = (region.width_px, region.height_px);
-        Ok(ask_for_memory(size_px, bytes.unwrap_or(0))?)
-    }
-
-    /// Refuses a scene that sends no light at all.
-    ///
-    /// # Errors
-    /// [`Error::Dark`].
-    pub fn check_light(&self) -> Result<(), Error> {
-        if !self.plan.is_dark() {
-            return Ok(());
-        }
-        let effects = self.plan.effects.iter().filter(|it| it.is_left_out);
-        let brightest = effects.max_by(|a, b| a.bound.value.total_cmp(&b.bound.value));
-        let reason = match (brightest, self.plan.warnings.first()) {
-            (Some(brightest), _) if brightest.bound.value > SEEN_AT_ALL * self.plan.tolerance => {
-                format!(
-                    "all of it is too faint to be seen, most of it {0}, {1:.2} % of display white at most: \
-                     effects.{0} = \"on\" shows it, or a larger picture.exposure_ev, or a smaller accuracy.tolerance",
-                    brightest.effect,
-                    100.0 * brightest.bound.value
-                )
-            }
-            (_, Some(warned)) => warned.clone(),
-            (_, None) => LIGHT_NEEDS.to_owned(),
-        };
-        Err(Error::Dark {
-            scene: self.scene.name.clone(),
-            reason,
-        })
     }
 }
