@@ -174,13 +174,11 @@ pub(crate) fn note_merged(path: &Path, request: &str, tiles: Option<&str>) -> Re
     let Some(sha256) = written else {
         return Ok(());
     };
-    let known = Known {
-        request: request.to_owned(),
-        sha256,
+    Known {
         tiles: tiles.map(str::to_owned),
-        seen: None,
-    };
-    known.write(path)
+        ..Known::new(request, sha256)
+    }
+    .write(path)
 }
 
 /// Notes what an output will be before it stands there.
@@ -188,13 +186,7 @@ pub(crate) fn note_merged(path: &Path, request: &str, tiles: Option<&str>) -> Re
 /// # Errors
 /// As [`note`].
 pub(crate) fn foresee(path: &Path, request: &str, sha256: String) -> Result<(), Failure> {
-    let known = Known {
-        request: request.to_owned(),
-        sha256,
-        tiles: None,
-        seen: None,
-    };
-    known.write(path)
+    Known::new(request, sha256).write(path)
 }
 
 /// Removes an output with what is known of it, as far as that is possible: what is left does no harm.
@@ -206,6 +198,16 @@ pub(crate) fn remove(path: &Path) {
 }
 
 impl Known {
+    /// Of an output that nobody has looked at since.
+    fn new(request: &str, sha256: String) -> Self {
+        Self {
+            request: request.to_owned(),
+            sha256,
+            tiles: None,
+            seen: None,
+        }
+    }
+
     /// What is known of an output; what is damaged or none of ours is nothing.
     fn of(path: &Path) -> Option<Self> {
         let file = note_file(path)?;

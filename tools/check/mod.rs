@@ -266,11 +266,9 @@ pub(crate) fn verdict(findings: &[Finding]) -> Result<(), Failure> {
     let errors = findings.iter().filter(|f| f.severity == Severity::Error);
     match errors.count() {
         0 => Ok(()),
-        1 => Err(Failure::Impossible(
-            "nature would not do this, for 1 reason".to_owned(),
-        )),
         n => Err(Failure::Impossible(format!(
-            "nature would not do this, for {n} reasons"
+            "nature would not do this, for {n} reason{}",
+            if n == 1 { "" } else { "s" }
         ))),
     }
 }

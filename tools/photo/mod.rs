@@ -150,12 +150,8 @@ pub(crate) fn execute(command: &PhotoCommand, common: &Common) -> Result<(), Fai
 
 /// Refuses a folder where the photograph or the mask would be written over.
 fn check_no_input(command: &PhotoCommand) -> Result<(), Failure> {
-    let mask = (!is_own_mask(command)).then_some(command.sky.as_deref());
-    let inputs: Vec<&Path> = [Some(Some(&*command.photo)), mask]
-        .into_iter()
-        .flatten()
-        .flatten()
-        .collect();
+    let mask = command.sky.as_deref().filter(|_| !is_own_mask(command));
+    let inputs: Vec<&Path> = [&*command.photo].into_iter().chain(mask).collect();
     let folder = &command.output;
     let own = [SCENE, SKY, LAYERS, LABELS].map(|name| folder.join(name));
     output::check_no_input(&own.each_ref().map(PathBuf::as_path), &inputs)?;

@@ -1,9 +1,7 @@
 //! Whether anything of a bow is seen before the sky of its photograph.
 
 use ndarray::Array2;
-use niji_geometry::direction_from_azimuth_elevation;
 use niji_photo::bow_path;
-use niji_radiometry::Radians;
 use niji_scene::Scene;
 use niji_scene::SceneError;
 
@@ -54,12 +52,8 @@ pub(super) fn check(
             "no sky is at --apex {column},{row}, so that the bow would stand behind what is there: {WAY_OUT}"
         )));
     }
-    let sun = direction_from_azimuth_elevation(
-        Radians::from_degrees(scene.sun.azimuth_deg),
-        Radians::from_degrees(scene.sun.elevation_deg),
-    );
     let pinhole = camera.pinhole()?;
-    let path = bow_path(&pinhole.into(), -sun, brightest_of_bow());
+    let path = bow_path(&pinhole.into(), -scene.sun.direction(), brightest_of_bow());
     let mut points = path.into_iter().flatten().peekable();
     // Of one outside of the picture `niji check` tells.
     if points.peek().is_none() {

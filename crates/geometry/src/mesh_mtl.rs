@@ -12,7 +12,7 @@ use std::path::Path;
 use crate::mesh_files::opened;
 use crate::mesh_materials::check_count;
 use crate::mesh_materials::checked_factor;
-use crate::mesh_obj::without_comment;
+use crate::mesh_obj::said;
 
 /// A material: its color, and the name of its texture.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,7 +28,7 @@ pub(crate) fn read_mtl(path: &Path, materials: &mut HashMap<String, Mtl>) -> Res
     for (index, line) in BufReader::new(file).split(b'\n').enumerate() {
         let line = line.map_err(|error| format!("{}: {error}", path.display()))?;
         let line = String::from_utf8_lossy(&line);
-        let line = without_comment(line.trim_start_matches('\u{feff}')).trim();
+        let line = said(&line);
         let (word, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
         let rest = rest.trim();
         if word == "newmtl" {

@@ -92,9 +92,7 @@ fn each_statement(
     for (index, line) in source.split(b'\n').enumerate() {
         let line = line.map_err(|error| error.to_string())?;
         let line = String::from_utf8_lossy(&line);
-        // Some programs begin a text with the mark of its encoding.
-        let line = line.trim_start_matches('\u{feff}');
-        let line = without_comment(line).trim();
+        let line = said(&line);
         // A line that ends so goes on in the next one.
         if let Some(part) = line.strip_suffix('\\') {
             statement += part;
@@ -109,8 +107,13 @@ fn each_statement(
     Ok(())
 }
 
+/// What a line says, without the mark of its encoding with which some programs begin a text, and without its comment.
+pub(crate) fn said(line: &str) -> &str {
+    without_comment(line.trim_start_matches('\u{feff}')).trim()
+}
+
 /// A line up to a comment, which stands alone or behind a blank: names have `#` inside.
-pub(crate) fn without_comment(line: &str) -> &str {
+fn without_comment(line: &str) -> &str {
     let begins = |(at, _): &(usize, &str)| {
         line[..*at]
             .chars()

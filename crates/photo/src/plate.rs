@@ -142,12 +142,8 @@ pub(crate) fn read_depth(path: &Path) -> Result<Array2<f32>, Error> {
 
 fn depth(layers: &[Layer]) -> Result<Array2<f32>, Error> {
     // A rendered image, which begins with its light: its depth is that of drops.
-    let first = layers.iter().find(|layer| layer.holds(DEPTH));
-    if let Some(unit) = first
-        .and_then(|layer| layer.unit.as_ref())
-        .filter(|unit| *unit != "m")
-    {
-        return Err(Error::DepthUnit(unit.clone()));
+    if let Some(first) = layers.iter().find(|layer| layer.holds(DEPTH)) {
+        first.check_metres()?;
     }
     match (depth_channel(layers)?, layers) {
         (Some(values), _) => Ok(values.clone()),
@@ -159,18 +155,10 @@ fn depth(layers: &[Layer]) -> Result<Array2<f32>, Error> {
 /// The channel of distances: `Z`, else that of a layer `depth`, else the only one whose name ends so. Beside an X of the
 /// same layer a Z is part of a color, a normal or a place.
 fn depth_channel(layers: &[Layer]) -> Result<Option<&Array2<f32>>, Error> {
-    let prefix_of = |name: &str| name.strip_suffix(DEPTH).map(str::to_owned);
-    let is_depth = |layer: &Layer, name: &str| {
-        let of_layer = prefix_of(name).filter(|prefix| prefix.is_empty() || prefix.ends_with('.'));
-        of_layer.filter(|prefix| {
-            let beside = format!("{prefix}X");
-            !layer.channels.iter().any(|(other, _)| *other == beside)
-        })
-    };
     let found: Vec<_> = layers
         .iter()
         .flat_map(|layer| layer.channels.iter().map(move |channel| (layer, channel)))
-        .filter_map(|(layer, (name, values))| Some((is_depth(layer, name)?, layer, values)))
+        .filter_map(|(layer, (name, values))| Some((layer.distances(name)?, layer, values)))
         .collect();
     let is_named = |prefix: &str| {
         let of_depth = prefix.trim_end_matches('.').rsplit('.').next();
@@ -188,10 +176,8 @@ fn depth_channel(layers: &[Layer]) -> Result<Option<&Array2<f32>>, Error> {
             return Err(Error::DepthChannels(names.collect()));
         }
     };
-    match layer.unit.as_ref().filter(|unit| *unit != "m") {
-        Some(unit) => Err(Error::DepthUnit(unit.clone())),
-        None => Ok(Some(values)),
-    }
+    layer.check_metres()?;
+    Ok(Some(values))
 }
 
 /// What a file holds.
@@ -210,6 +196,23 @@ struct Layer {
 }
 
 impl Layer {
+    /// Refuses values in another unit than metres.
+    fn check_metres(&self) -> Result<(), Error> {
+        match &self.unit {
+            Some(unit) if unit != "m" => Err(Error::DepthUnit(unit.clone())),
+            Some(_) | None => Ok(()),
+        }
+    }
+
+    /// What stands before the Z of a channel of distances.
+    fn distances<'a>(&self, name: &'a str) -> Option<&'a str> {
+        let prefix = name.strip_suffix(DEPTH)?;
+        let beside = format!("{prefix}X");
+        let is_distance = (prefix.is_empty() || prefix.ends_with('.'))
+            && !self.channels.iter().any(|(other, _)| *other == beside);
+        is_distance.then_some(prefix)
+    }
+
     fn holds(&self, name: &str) -> bool {
         let mut channels = self.channels.iter();
         channels.any(|(channel, _)| channel.rsplit('.').next() == Some(name))

@@ -9,9 +9,9 @@
 //! The confidence is the product of what speaks for a sky, each 0..1: how much of the top edge it has, how much of its
 //! edge is sharp, how much smoother it is than the ground, and that it is brighter or bluer than that.
 //!
-//! A pixel that somebody points at is sky, and so is what has its color around it. Where no sure sky holds it already, the
-//! border lies below it, and colors follow from it. Where that goes on to the top edge it is a sky however little else speaks for it, unless without it
-//! one is found that is surer.
+//! A pixel that somebody points at is sky, and so is what has its color around it. Where no sure sky holds it already,
+//! the border lies below it, and colors follow from it. Where that goes on to the top edge it is a sky however little
+//! else speaks for it, unless without it one is found that is surer.
 
 use ndarray::Array2;
 use ndarray::Zip;

@@ -146,12 +146,7 @@ impl<'a> MeasuredLight<'a> {
 
     /// Computes what is not known yet of the points of intervals.
     fn compute(&mut self, intervals: &[Vec<f64>]) -> Result<(), Error> {
-        let points: BTreeSet<u64> = intervals
-            .iter()
-            .flatten()
-            .map(|theta| theta.to_bits())
-            .collect();
-        let missing: Vec<f64> = points
+        let missing: Vec<f64> = points_of(intervals)
             .into_iter()
             .filter(|bits| !self.at.contains_key(bits))
             .map(f64::from_bits)
@@ -224,13 +219,14 @@ impl<'a> MeasuredLight<'a> {
 
     /// Forgets all points but those of intervals.
     fn keep(&mut self, intervals: &[Vec<f64>]) {
-        let points: BTreeSet<u64> = intervals
-            .iter()
-            .flatten()
-            .map(|theta| theta.to_bits())
-            .collect();
+        let points = points_of(intervals);
         self.at.retain(|bits, _| points.contains(bits));
     }
+}
+
+/// All points of intervals, ascending, as [`f64::to_bits`].
+fn points_of(intervals: &[Vec<f64>]) -> BTreeSet<u64> {
+    intervals.iter().flatten().map(|it| it.to_bits()).collect()
 }
 
 /// In front of 90 degrees, or behind.
