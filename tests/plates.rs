@@ -115,12 +115,17 @@ fn the_bow_over_a_plate_is_the_composite() {
     }
     assert!(n_lit > 100, "{n_lit} pixels of bow");
 
-    // Twice the exposure is twice the light.
-    let [double, _] = composite("double", &["--exposure", "2"]);
-    assert_eq!(
-        double.light,
-        element.light.mapv(|rgb| rgb.map(|value| 2.0 * value))
-    );
+    // Twice the exposure is twice the light of bow and veil; that of the plate is as it was.
+    let [double, triple] = ["2", "3"].map(|card| composite(card, &["--exposure", card])[0].clone());
+    for ((first, second), third) in element.light.iter().zip(&double.light).zip(&triple.light) {
+        for channel in 0..3 {
+            let steps = [
+                second[channel] - first[channel],
+                third[channel] - second[channel],
+            ];
+            assert!(steps[0] >= 0.0 && (steps[1] - steps[0]).abs() <= 1e-6 * third[channel]);
+        }
+    }
     assert_eq!(double.alpha, element.alpha);
 
     // Everything at 10 m: before the drops nothing is added.
@@ -150,6 +155,30 @@ fn the_bow_over_a_plate_is_the_composite() {
     let said = ["--plate-primaries", "rec709"];
     let [_, kept] = composite("said", &[&hidden[..], &said].concat());
     assert_eq!((kept.primaries, kept.light), (RgbPrimaries::Rec709, light));
+}
+
+#[test]
+fn drops_before_a_plate_of_one_color_do_not_darken_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let image = image(folder.path());
+    let [plate_file, element, over] =
+        ["plate.exr", "bow.exr", "over.exr"].map(|name| folder.path().join(name));
+    let (light, frame) = plate();
+    let light = light.mapv(|_| [0.5, 0.75, 1.5]);
+    write_plate(&plate_file, &light, frame);
+    // A bow so dim that it adds nothing.
+    let fixed = ["composite", text(&plate_file), "--image", &image, "-q"];
+    let to = ["-o", text(&element), "--over", text(&over)];
+    niji_ends_with(0, &[&fixed[..], &to, &["--exposure", "1e-12"]].concat());
+    let alpha = Plate::read(&element, None).unwrap().alpha.unwrap();
+    assert!(alpha.iter().any(|alpha| *alpha > 0.05), "there are drops");
+    let over = Plate::read(&over, None).unwrap();
+    for (found, expected) in over.light.iter().flatten().zip(light.iter().flatten()) {
+        assert!(
+            (found - expected).abs() <= ROUNDING * expected,
+            "{found} {expected}"
+        );
+    }
 }
 
 #[test]

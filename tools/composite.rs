@@ -34,7 +34,8 @@ use crate::stages::photo;
 
 /// Set a rendered bow into a photograph (EXR, PNG, JPEG).
 ///
-/// In linear light: photograph x transmittance + bow + veil. The image of `niji render` gives bow,
+/// In linear light: photograph x transmittance + bow + veil, and what the drops scatter of the photograph's own
+/// light: before one of a single color they are not seen. The image of `niji render` gives bow,
 /// veil and transmittance; it may be smaller than the photograph, in the same shape. A name ending
 /// in .exr writes the premultiplied bow alone for compositors, to be set over the photograph (R, G, B
 /// above 0 where A is 0 is added light), and the picture as PNG beside it; .png and .jpg write the
@@ -257,15 +258,9 @@ fn write(result: &Composite, shown: &LinearPicture, files: &Files) -> Result<(),
         Kind::Jpeg => output::write_file(main, |to| write_jpeg(shown, to)),
         Kind::Exr => {
             output::write_file(beside, |to| write_png(shown, provenance, to))?;
-            // f32: what the file holds.
-            let gain = result.gain as f32;
-            let light = result
-                .added
-                .light
-                .mapv(|pixel| pixel.map(|value| gain * value));
             let alpha = result.added.transmittance.mapv(|t| 1.0 - t);
             let picture = PremultipliedPicture {
-                light: &light,
+                light: &result.added.light,
                 alpha: Some(&alpha),
                 frame: result.background.frame,
             };

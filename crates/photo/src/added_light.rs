@@ -2,7 +2,7 @@
 //!
 //! X, Y, Z of the AOVs of drops and air [cd/m²] over the white luminance of the image become linear RGB;
 //! what lies outside the gamut is mixed with grey. Sky and lit surfaces behind the drops, if the image has them, are
-//! left out: in a photograph they are there already.
+//! left out: in a photograph they are there already, and what drops scatter of them is its own light too.
 //! Images whose light ends at surfaces say where, in the AOV `surface` [m].
 
 use ndarray::Array2;
@@ -20,13 +20,12 @@ use crate::linear_picture::LinearPicture;
 use crate::picture_files::to_f32;
 
 /// AOVs whose light is added, and whether an image must have them.
-const LIGHTS: [(&str, bool); 6] = [
+const LIGHTS: [(&str, bool); 5] = [
     ("bow_primary", true),
     ("bow_secondary", true),
     ("bow_multiple", false),
     ("bow_reflected", false),
     ("air", true),
-    ("skylit_drops", false),
 ];
 
 impl AddedLight {

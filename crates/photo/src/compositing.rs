@@ -1,11 +1,11 @@
 //! Setting a bow into a photograph.
 //!
-//! out = photo T + g (bow + veil)
+//! out = photo T + (1 − T) S + g (bow + veil)
 //! All in linear RGB of the same primaries: `photo` with 1 for its white, `T` what drops (and air in front of the
-//! surface) let pass, without diffraction, `bow` the light of the drops and `veil` that of the air
-//! relative to a sunlit white card, `g` the value which such a card has in the photograph. A bow is
-//! added light: it can only brighten, except where T takes more than bow and veil give. For
-//! compositors the same is premultiplied: RGB = g (bow + veil), A = 1 − T, so that `over` gives `out`.
+//! surface) let pass, without diffraction, `S` what drops scatter of the photograph's own light
+//! ([`Surroundings`](crate::Surroundings)), `bow` the light of the drops in the sun and `veil` that of the air
+//! relative to a sunlit white card, `g` the value which such a card has in the photograph. For compositors the same
+//! is premultiplied: RGB = (1 − T) S + g (bow + veil), A = 1 − T, so that `over` gives `out`.
 
 use ndarray::Array2;
 use ndarray::Zip;
@@ -22,7 +22,8 @@ use crate::resample::same_shape;
 /// Light to be added, and what it lets pass.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AddedLight {
-    /// Bow and veil relative to a sunlit white card, linear RGB, without negative channels.
+    /// Bow and veil, linear RGB without negative channels, relative to a sunlit white card; once that is
+    /// [in a photograph](Self::in_photograph) in the values of it.
     pub light: LinearPicture,
     /// Transmittance T in 0..1.
     pub transmittance: Array2<f32>,
@@ -55,6 +56,29 @@ impl AddedLight {
             light: on_region(&self.light, from, to, [0.0; 3]),
             transmittance: on_region(&self.transmittance, from, to, 1.0),
         }
+    }
+
+    /// The light in the values of a photograph, in which a sunlit white card has the value `gain`, with what the drops
+    /// scatter of its own.
+    ///
+    /// # Errors
+    /// A gain that is not a finite number of at least 0, surroundings of another size.
+    pub fn in_photograph(mut self, gain: f64, surroundings: &LinearPicture) -> Result<Self, Error> {
+        check_gain(gain)?;
+        check_size("the surroundings", self.light.dim(), surroundings.dim())?;
+        // f32: a code value of 16 bit is 1.5e-5.
+        let gain = gain as f32;
+        Zip::from(&mut self.light)
+            .and(&mut self.transmittance)
+            .and(surroundings)
+            .par_for_each(|light, transmittance, own| {
+                // What is mixed from its neighbors may be rounded above 1.
+                *transmittance = transmittance.min(1.0);
+                for (light, own) in light.iter_mut().zip(own) {
+                    *light = gain * *light + (1.0 - *transmittance) * own;
+                }
+            });
+        Ok(self)
     }
 
     /// Keeps the light only where the photographed surface lies behind the drops.
@@ -91,25 +115,18 @@ impl AddedLight {
     }
 }
 
-/// The photograph with the light in it.
+/// The photograph with the light in it, which is in its values.
 ///
 /// # Errors
-/// Pictures of other sizes, or a gain that is not a finite number of at least 0.
-pub fn composite(
-    photo: &LinearPicture,
-    added: &AddedLight,
-    gain: f64,
-) -> Result<LinearPicture, Error> {
+/// Pictures of other sizes.
+pub fn composite(photo: &LinearPicture, added: &AddedLight) -> Result<LinearPicture, Error> {
     check_size("the light", photo.dim(), added.light.dim())?;
     check_size("the transmittance", photo.dim(), added.transmittance.dim())?;
-    check_gain(gain)?;
-    // f32: a code value of 16 bit is 1.5e-5.
-    let gain = gain as f32;
     Ok(Zip::from(photo)
         .and(&added.light)
         .and(&added.transmittance)
         .par_map_collect(|photo, light, transmittance| {
-            [0, 1, 2].map(|channel: usize| photo[channel] * transmittance + gain * light[channel])
+            [0, 1, 2].map(|channel: usize| photo[channel] * transmittance + light[channel])
         }))
 }
 
@@ -205,33 +222,38 @@ mod tests {
     #[test]
     fn nothing_added_changes_nothing() {
         let photo = Array2::from_elem((2, 3), [0.1, 0.5, 0.9]);
-        assert_eq!(
-            composite(&photo, &added([0.0; 3], 1.0), 7.0).unwrap(),
-            photo
-        );
+        assert_eq!(composite(&photo, &added([0.0; 3], 1.0)).unwrap(), photo);
     }
 
     #[test]
     fn light_is_added_to_what_passes() {
         let photo = Array2::from_elem((2, 3), [0.5, 0.5, 0.0]);
-        let out = composite(&photo, &added([0.25, 0.0, 0.5], 0.5), 2.0).unwrap();
+        let black = Array2::from_elem((2, 3), [0.0; 3]);
+        let bow = added([0.25, 0.0, 0.5], 0.5).in_photograph(2.0, &black);
+        let out = composite(&photo, &bow.unwrap()).unwrap();
         assert_eq!(out[[1, 2]], [0.75, 0.25, 1.0]);
+    }
+
+    #[test]
+    fn drops_before_one_color_are_not_seen() {
+        let photo = Array2::from_elem((2, 3), [0.25, 0.5, 1.5]);
+        for transmittance in [0.0, 0.25, 0.5, 1.0] {
+            let drops = added([0.0; 3], transmittance).in_photograph(7.0, &photo);
+            assert_eq!(composite(&photo, &drops.unwrap()).unwrap(), photo);
+        }
     }
 
     #[test]
     fn premultiplied_over_is_the_same_sum() {
         let (photo, light, t, gain) = (0.4_f32, 0.3_f32, 0.8_f32, 1.5_f32);
-        let out = composite(
-            &Array2::from_elem((1, 1), [photo; 3]),
-            &AddedLight {
-                light: Array2::from_elem((1, 1), [light; 3]),
-                transmittance: Array2::from_elem((1, 1), t),
-            },
-            f64::from(gain),
-        );
-        let (rgb, alpha) = (gain * light, 1.0 - t);
+        let light = AddedLight {
+            light: Array2::from_elem((1, 1), [gain * light; 3]),
+            transmittance: Array2::from_elem((1, 1), t),
+        };
+        let out = composite(&Array2::from_elem((1, 1), [photo; 3]), &light).unwrap();
+        let (rgb, alpha) = (light.light[[0, 0]][0], 1.0 - t);
         let over = rgb + (1.0 - alpha) * photo;
-        assert!((out.unwrap()[[0, 0]][0] - over).abs() < 1e-6);
+        assert!((out[[0, 0]][0] - over).abs() < 1e-6);
     }
 
     #[test]
@@ -302,12 +324,12 @@ mod tests {
     fn other_sizes_and_gains_are_refused() {
         let photo = Array2::from_elem((3, 2), [0.5; 3]);
         assert!(matches!(
-            composite(&photo, &added([0.0; 3], 1.0), 1.0),
+            composite(&photo, &added([0.0; 3], 1.0)),
             Err(Error::Size { .. })
         ));
         let photo = Array2::from_elem((2, 3), [0.5; 3]);
         for gain in [-1.0, f64::NAN, f64::INFINITY] {
-            assert!(composite(&photo, &added([0.0; 3], 1.0), gain).is_err());
+            assert!(added([0.0; 3], 1.0).in_photograph(gain, &photo).is_err());
         }
     }
 }

@@ -59,6 +59,7 @@ mod sky_colors;
 mod sky_mask;
 mod sun_below_apex;
 mod sun_from_picks;
+mod surroundings;
 
 pub use added_light::distance_of_light;
 pub use added_light::surface_of_light;
@@ -145,3 +146,4 @@ pub use sun_below_apex::sun_below_apex;
 pub use sun_from_picks::SunSolution;
 pub use sun_from_picks::Verdict;
 pub use sun_from_picks::sun_from_picks;
+pub use surroundings::Surroundings;

@@ -116,7 +116,7 @@ fn every_code_value_survives_a_composite_without_a_bow() {
         light: Array2::from_elem((16, 16), [0.0; 3]),
         transmittance: Array2::ones((16, 16)),
     };
-    let out = composite(&photo.light, &nothing, 1.0).unwrap();
+    let out = composite(&photo.light, &nothing).unwrap();
     for ((y, x), pixel) in out.indexed_iter() {
         assert_eq!(*pixel, [ramp[[y, x]][0]; 3]);
     }

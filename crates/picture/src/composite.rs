@@ -16,6 +16,7 @@ use niji_scene::PhotoExposure;
 
 use crate::background::Background;
 use crate::error::Error;
+use crate::photographed_light::photographed_light;
 
 /// How bright a sunlit white card is in the photograph.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,7 +62,7 @@ pub struct Composite {
     pub background: Background,
     /// Both together, in the primaries of the result.
     pub picture: LinearPicture,
-    /// Bow, veil and transmittance.
+    /// What is added to it in its values, and the transmittance.
     pub added: AddedLight,
     /// Value of a sunlit white card in the photograph.
     pub gain: f64,
@@ -89,7 +90,9 @@ impl CompositeRequest<'_> {
         let of_photo = |error: niji_photo::Error| Error::file(self.photo, error);
         let rec709 = background.rec709(&background.light);
         let gain = card_value(exposure, &rec709, &background.notes).map_err(of_photo)?;
-        let mut picture = composite(&background.light, &added, gain).map_err(of_photo)?;
+        let own = photographed_light(&background, (image, &added))?;
+        let added = added.in_photograph(gain, &own).map_err(of_photo)?;
+        let mut picture = composite(&background.light, &added).map_err(of_photo)?;
         if self.scales_to_white {
             scale_to_white(&mut picture);
         }
