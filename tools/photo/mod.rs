@@ -14,6 +14,7 @@ use std::path::PathBuf;
 use clap::Args;
 use ndarray::Array2;
 use niji_photo::Photograph;
+use niji_photo::Profile;
 use niji_photo::SURE_OF_SKY;
 use niji_photo::find_sky;
 use niji_photo::layers_to_toml;
@@ -141,6 +142,14 @@ pub(crate) fn execute(command: &PhotoCommand, common: &Common) -> Result<(), Fai
         })?;
     }
     let verbosity = common.verbosity();
+    if let Some(Profile { name, is_used }) = &photo.profile {
+        let told = if *is_used {
+            format!("by its profile, {name}")
+        } else {
+            format!("taken for sRGB: its profile, {name}, has no curves and matrix")
+        };
+        verbosity.say(format_args!("     colors  {told}"));
+    }
     verbosity.say(format_args!("        sky  {told}"));
     verbosity.say(format_args!("     camera  {}", camera.told()));
     verbosity.say(format_args!("        bow  {}", wanted.told));

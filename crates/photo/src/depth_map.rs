@@ -79,7 +79,7 @@ pub fn read_depth_values(path: &Path) -> Result<Array2<f32>, Error> {
         return plate::read_depth(path);
     }
     let (file, file_bytes) = photograph::opened(path)?;
-    let (picture, _) = photograph::decode(file, file_bytes)?;
+    let picture = photograph::decode(file, file_bytes)?.picture;
     let size = (picture.height() as usize, picture.width() as usize);
     let values = picture.to_luma16().into_raw().into_iter();
     let values = values.map(|code| f32::from(code) / f32::from(u16::MAX));

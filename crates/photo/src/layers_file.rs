@@ -112,7 +112,7 @@ pub fn write_labels(labels: &Array2<u8>, n_layers: usize, writer: impl Write) ->
 /// A missing or damaged file.
 pub fn read_labels(path: &Path, n_layers: usize) -> Result<Array2<u8>, Error> {
     let (file, file_bytes) = photograph::opened(path)?;
-    let (picture, _) = photograph::decode(file, file_bytes)?;
+    let picture = photograph::decode(file, file_bytes)?.picture;
     let size = (picture.height() as usize, picture.width() as usize);
     let last = n_layers.saturating_sub(1) as f64;
     let codes = picture.to_luma8().into_raw().into_iter();

@@ -1,7 +1,7 @@
 //! Photographs as linear light.
 //!
-//! PNG (8 and 16 bit) and JPEG hold sRGB code values (IEC 61966-2-1); they become linear Rec.709 in
-//! 0..1 by its curve, whatever color profile the file carries. EXR plates are linear already; ACEScg
+//! PNG (8 and 16 bit) and JPEG hold sRGB code values (IEC 61966-2-1), or what their
+//! [color profile](crate::color_profile) says; they become linear Rec.709. EXR plates are linear already; ACEScg
 //! becomes Rec.709. The orientation that a camera writes is applied, so that row 0 is the top of the
 //! scene. Transparency is dropped.
 
@@ -23,9 +23,10 @@ use image::metadata::Orientation;
 use ndarray::Array2;
 use niji_exchange::guarded;
 use niji_radiometry::open_file;
-use niji_radiometry::srgb_decode;
 use rayon::prelude::*;
 
+use crate::color_profile::Colors;
+use crate::color_profile::Profile;
 use crate::error::Error;
 use crate::exif_notes::ExifNotes;
 use crate::jpeg_end::has_end_of_image;
@@ -45,9 +46,9 @@ const EXR_MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
 /// What the values of a picture mean.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Encoding {
-    /// 8 bit sRGB: 0..1 after decoding.
+    /// 8 bit: 0..1 after decoding, above 1 where a profile has more saturated colors than Rec.709.
     Srgb8,
-    /// 16 bit sRGB: 0..1 after decoding.
+    /// 16 bit, likewise.
     Srgb16,
     /// Scene-referred linear light of an EXR plate, without an upper end.
     Linear,
@@ -62,6 +63,8 @@ pub struct Photograph {
     pub encoding: Encoding,
     /// What the camera noted.
     pub notes: ExifNotes,
+    /// Its color profile, if it has one.
+    pub profile: Option<Profile>,
 }
 
 impl Photograph {
@@ -80,6 +83,7 @@ impl Photograph {
                 light: plate::read_colors(path)?,
                 encoding: Encoding::Linear,
                 notes: ExifNotes::default(),
+                profile: None,
             });
         }
         read_coded(file, file_bytes)
@@ -109,7 +113,7 @@ pub fn read_texture(bytes: &[u8]) -> Result<LinearPicture, Error> {
     let stored = guarded(Error::Damaged, || {
         Stored::decode(Cursor::new(bytes), bytes.len() as u64)
     })?;
-    Ok(linearize(&stored.picture)?.0)
+    Ok(linearize(&stored.picture, &Colors::Srgb)?.0)
 }
 
 /// A file that is not empty and ends, and its length.
@@ -122,31 +126,42 @@ pub(crate) fn opened(path: &Path) -> Result<(File, u64), Error> {
 }
 
 fn read_coded(file: File, file_bytes: u64) -> Result<Photograph, Error> {
-    let (picture, notes) = decode(file, file_bytes)?;
-    let (light, encoding) = linearize(&picture)?;
+    let stored = decode(file, file_bytes)?;
+    let (colors, profile) = match &stored.profile {
+        Some(bytes) => {
+            let (colors, profile) = guarded(Error::Damaged, || Ok(Colors::of_profile(bytes)))?;
+            (colors, Some(profile))
+        }
+        None => (stored.gamma.map_or(Colors::Srgb, Colors::of_gamma), None),
+    };
+    let (light, encoding) = linearize(&stored.picture, &colors)?;
     Ok(Photograph {
         light,
         encoding,
-        notes,
+        notes: stored.exif.map(ExifNotes::parse).unwrap_or_default(),
+        profile,
     })
 }
 
-/// The code values, upright, and the camera's notes.
-pub(crate) fn decode(file: File, file_bytes: u64) -> Result<(DynamicImage, ExifNotes), Error> {
+/// The code values, upright, and what is said of them.
+pub(crate) fn decode(file: File, file_bytes: u64) -> Result<Stored, Error> {
     guarded(Error::Damaged, || {
         let source = BufReader::with_capacity(1 << 18, file);
         let mut stored = Stored::decode(source, file_bytes)?;
         stored.picture.apply_orientation(stored.orientation);
-        let notes = stored.exif.map(ExifNotes::parse).unwrap_or_default();
-        Ok((stored.picture, notes))
+        Ok(stored)
     })
 }
 
 /// A picture as a file has it.
-struct Stored {
-    picture: DynamicImage,
+pub(crate) struct Stored {
+    pub(crate) picture: DynamicImage,
     orientation: Orientation,
     exif: Option<Vec<u8>>,
+    /// Color profile.
+    profile: Option<Vec<u8>>,
+    /// The exponent that a PNG names, if it names neither profile nor sRGB.
+    gamma: Option<f64>,
 }
 
 impl Stored {
@@ -162,6 +177,11 @@ impl Stored {
                 ));
             }
         }
+        source.seek(SeekFrom::Start(0))?;
+        let gamma = match format {
+            Some(ImageFormat::Png) => gamma_of_png(&mut source),
+            Some(_) | None => None,
+        };
         source.seek(SeekFrom::Start(0))?;
         let mut reader = ImageReader::new(source);
         match format {
@@ -182,9 +202,21 @@ impl Stored {
         Ok(Self {
             orientation: decoder.orientation().map_err(damaged)?,
             exif: decoder.exif_metadata().map_err(damaged)?,
+            profile: decoder.icc_profile().map_err(damaged)?,
+            gamma,
             picture: DynamicImage::from_decoder(decoder).map_err(damaged)?,
         })
     }
+}
+
+/// A header that cannot be read names none: who reads the pixels says what is wrong.
+fn gamma_of_png(source: impl BufRead + Seek) -> Option<f64> {
+    let reader = png::Decoder::new(source).read_info().ok()?;
+    let info = reader.info();
+    if info.srgb.is_some() || info.icc_profile.is_some() {
+        return None;
+    }
+    info.gama_chunk.map(|gamma| f64::from(gamma.into_value()))
 }
 
 fn damaged(error: image::ImageError) -> Error {
@@ -199,26 +231,17 @@ fn damaged(error: image::ImageError) -> Error {
     }
 }
 
-fn linearize(picture: &DynamicImage) -> Result<(LinearPicture, Encoding), Error> {
+fn linearize(picture: &DynamicImage, colors: &Colors) -> Result<(LinearPicture, Encoding), Error> {
     let size = (picture.height() as usize, picture.width() as usize);
     let is_deep = picture.color().bytes_per_pixel() / picture.color().channel_count() > 1;
     let (pixels, encoding) = if is_deep {
         let code = picture.to_rgb16();
-        (
-            decode_codes(code.as_raw(), u32::from(u16::MAX)),
-            Encoding::Srgb16,
-        )
+        (light_of(code.as_raw(), colors)?, Encoding::Srgb16)
     } else if let Some(code) = picture.as_rgb8() {
-        (
-            decode_codes(code.as_raw(), u32::from(u8::MAX)),
-            Encoding::Srgb8,
-        )
+        (light_of(code.as_raw(), colors)?, Encoding::Srgb8)
     } else {
         let code = picture.to_rgb8();
-        (
-            decode_codes(code.as_raw(), u32::from(u8::MAX)),
-            Encoding::Srgb8,
-        )
+        (light_of(code.as_raw(), colors)?, Encoding::Srgb8)
     };
     let light =
         Array2::from_shape_vec(size, pixels).map_err(|error| Error::Damaged(error.to_string()))?;
@@ -226,14 +249,33 @@ fn linearize(picture: &DynamicImage) -> Result<(LinearPicture, Encoding), Error>
 }
 
 /// Code values to linear light through a table of all of them.
-fn decode_codes<T: Copy + Into<usize> + Sync>(codes: &[T], highest: u32) -> Vec<[f32; 3]> {
-    let table: Vec<f32> = (0..=highest)
-        // f32: half a code value of 16 bit is 8e-6 of full scale, f32 resolves 6e-8.
-        .map(|code| srgb_decode(f64::from(code) / f64::from(highest)) as f32)
-        .collect();
-    codes
-        .par_chunks_exact(3)
-        .with_min_len(1 << 12)
-        .map(|pixel| [0, 1, 2].map(|channel: usize| table[pixel[channel].into()]))
-        .collect()
+fn light_of<T: Copy + Into<usize> + Bounded + Sync>(
+    codes: &[T],
+    colors: &Colors,
+) -> Result<Vec<[f32; 3]>, Error> {
+    let mut tables = [const { Vec::new() }; 3];
+    for (channel, table) in tables.iter_mut().enumerate() {
+        let values = colors.table(channel, T::HIGHEST);
+        *table = values.ok_or_else(|| Error::Damaged("found no curve".to_owned()))?;
+    }
+    let pixels = codes.par_chunks_exact(3).with_min_len(1 << 12);
+    let light = pixels.map(|pixel| {
+        let light = [0, 1, 2].map(|channel: usize| tables[channel][pixel[channel].into()]);
+        colors.in_rec709(light)
+    });
+    Ok(light.collect())
+}
+
+/// A code value.
+trait Bounded {
+    /// The highest that there is.
+    const HIGHEST: u32;
+}
+
+impl Bounded for u8 {
+    const HIGHEST: u32 = u8::MAX as u32;
+}
+
+impl Bounded for u16 {
+    const HIGHEST: u32 = u16::MAX as u32;
 }

@@ -151,3 +151,60 @@ fn a_plate_keeps_values_above_one_and_light_where_alpha_is_zero() {
     assert_eq!(plate.encoding, Encoding::Linear);
     assert_eq!(plate.light, light);
 }
+
+/// A PNG of three pixels of 8 bit whose header says more.
+fn png_of(say: impl FnOnce(&mut png::Info<'static>)) -> Vec<u8> {
+    let mut info = png::Info::with_size(3, 1);
+    info.color_type = png::ColorType::Rgb;
+    info.bit_depth = png::BitDepth::Eight;
+    say(&mut info);
+    let mut bytes = Vec::new();
+    let encoder = png::Encoder::with_info(&mut bytes, info).unwrap();
+    let mut writer = encoder.write_header().unwrap();
+    writer
+        .write_image_data(&[255, 255, 255, 128, 128, 128, 0, 128, 0])
+        .unwrap();
+    writer.finish().unwrap();
+    bytes
+}
+
+#[test]
+fn a_photograph_is_read_by_its_profile_or_its_exponent() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("photo.png");
+    let read = |bytes: Vec<u8>| {
+        fs::write(&path, bytes).unwrap();
+        Photograph::read(&path).unwrap()
+    };
+    let plain = read(png_of(|_| ()));
+    assert!(plain.profile.is_none());
+    let with = |profile: moxcms::ColorProfile| {
+        let bytes = profile.encode().unwrap();
+        read(png_of(|info| info.icc_profile = Some(bytes.into())))
+    };
+    let srgb = with(moxcms::ColorProfile::new_srgb());
+    assert_eq!(srgb.light, plain.light);
+    let adobe = with(moxcms::ColorProfile::new_adobe_rgb());
+    assert!(adobe.profile.is_some_and(|it| it.is_used));
+    // Its green is outside of Rec.709 (Adobe RGB (1998): Y of green 0.62736), its grey follows the exponent 563/256.
+    let grey = (128.0_f64 / 255.0).powf(563.0 / 256.0);
+    for (at, expected) in [(0, 1.0), (1, grey)] {
+        for channel in adobe.light[[0, at]] {
+            assert!(
+                (f64::from(channel) - expected).abs() < 2e-3,
+                "{at} {channel}"
+            );
+        }
+    }
+    let [red, green, blue] = adobe.light[[0, 2]].map(f64::from);
+    assert!(red >= 0.0 && blue >= 0.0);
+    let luminance = 0.2126 * red + 0.7152 * green + 0.0722 * blue;
+    assert!((luminance - 0.62736 * grey).abs() < 2e-3, "{luminance}");
+    let linear = read(png_of(|info| {
+        info.source_gamma = Some(png::ScaledFloat::new(1.0));
+    }));
+    assert!((linear.light[[0, 1]][0] - 128.0 / 255.0).abs() < 1e-6);
+    let damaged = read(png_of(|info| info.icc_profile = Some(b"nothing".into())));
+    assert_eq!(damaged.light, plain.light);
+    assert!(damaged.profile.is_some_and(|it| !it.is_used));
+}
