@@ -28,8 +28,13 @@ const ROUNDING: f32 = 2e-6;
 
 /// A rendered bow, from 100 m on.
 fn image(folder: &Path) -> String {
+    image_of("paper-c-figure-3.toml", folder)
+}
+
+/// A shipped scene in the size of the plate.
+fn image_of(scene: &str, folder: &Path) -> String {
     let scene = variant(
-        "paper-c-figure-3.toml",
+        scene,
         folder,
         &[
             ("camera.width_px", &WIDTH.to_string()),
@@ -160,7 +165,7 @@ fn the_bow_over_a_plate_is_the_composite() {
 #[test]
 fn drops_before_a_plate_of_one_color_do_not_darken_it() {
     let folder = tempfile::tempdir().unwrap();
-    let image = image(folder.path());
+    let image = image_of("rain-shaft-25-mm-h.toml", folder.path());
     let [plate_file, element, over] =
         ["plate.exr", "bow.exr", "over.exr"].map(|name| folder.path().join(name));
     let (light, frame) = plate();

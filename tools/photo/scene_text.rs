@@ -154,10 +154,6 @@ constituents = [\"rayleigh\"]
 [ground]
 albedo = 0.2
 
-# The photograph holds the light of its own air.
-[effects]
-air_inscatter = \"off\"
-
 [accuracy]
 preset = \"standard\"
 ",

@@ -25,7 +25,7 @@ const LIGHTS: [(&str, bool); 5] = [
     ("bow_secondary", true),
     ("bow_multiple", false),
     ("bow_reflected", false),
-    ("air", true),
+    ("air", false),
 ];
 
 impl AddedLight {

@@ -1,5 +1,6 @@
 //! The camera in the header of an image.
 
+use glam::DMat3;
 use glam::DMat4;
 use glam::DVec3;
 use niji_exchange::AttributeValue;
@@ -58,8 +59,12 @@ pub(crate) fn projection_attributes(camera: &Camera) -> Attributes {
 pub(crate) fn camera_of(image: &SpectralImage) -> Result<Camera, Error> {
     let pose = match image.world_to_camera {
         Some(matrix) => {
+            // Rotation and shift: the inverse is the transpose, without what an inverse would round.
             let matrix = DMat4::from_cols_array(&matrix.map(f64::from));
-            CameraPose::from_matrix(matrix.inverse(), Up::Y)
+            let axes = DMat3::from_mat4(matrix).transpose();
+            let position = -(axes * matrix.w_axis.truncate());
+            let to_world = DMat4::from_translation(position) * DMat4::from_mat3(axes);
+            CameraPose::from_matrix(to_world, Up::Y)
         }
         None => CameraPose::looking(DVec3::ZERO, [Radians(0.0); 3]),
     };
@@ -141,10 +146,7 @@ mod tests {
         }
     }
 
-    #[test]
-    fn every_camera_comes_back_from_the_header() {
-        let angles = [40.0, 12.0, -7.0].map(Radians::from_degrees);
-        let pose = CameraPose::looking(DVec3::new(3.0, 2.0, 5.0), angles).unwrap();
+    fn check_cameras(pose: CameraPose) {
         let fov = |degrees| Lens::HorizontalFov(Radians::from_degrees(degrees));
         let fisheye = |mapping| {
             let request = FisheyeRequest {
@@ -174,6 +176,18 @@ mod tests {
                     "{camera:?} {at:?}"
                 );
             }
+        }
+    }
+
+    #[test]
+    fn every_camera_comes_back_from_the_header() {
+        for turn in 0..40 {
+            let turn = f64::from(turn);
+            let angles = [31.7 * turn, 4.1 * turn - 85.0, -7.3 * turn];
+            let position = DVec3::new(3.0 * turn, 2.0, 500.0 - 25.0 * turn);
+            check_cameras(
+                CameraPose::looking(position, angles.map(Radians::from_degrees)).unwrap(),
+            );
         }
     }
 }

@@ -524,6 +524,12 @@ impl Effect {
         ))
     }
 
+    /// Whether a photograph holds this light already, or that which its own takes the place of.
+    #[must_use]
+    pub fn is_in_photographs(self) -> bool {
+        self.row().role == Role::AirLight || self == Self::SkylitDrops
+    }
+
     /// Whether the theory of scattering has or lacks it, whatever a scene wants.
     pub fn comes_with_theory(self) -> bool {
         self.row().role == Role::OfTheory

@@ -33,6 +33,8 @@ pub(crate) struct Facts {
     pub(crate) theory: Theory,
     /// Is light of further orders on where it is seen?
     pub(crate) weighs_further_orders: bool,
+    /// Is the bow set into a photograph?
+    pub(crate) is_for_photograph: bool,
     /// Largest share of the sun's light that water mirrors; `None` without water.
     pub(crate) mirrored_share: Option<f64>,
     /// May a ray of the camera meet water?

@@ -213,7 +213,7 @@ impl Known<'_> {
             measured(effect).unwrap_or_else(|| bounds.bound(effect, assumed))
         };
         // Those of the scene, without what it cannot have.
-        let switches = decide::settled(&scene.effects, &scene.accuracy);
+        let switches = decide::settled(&scene.effects, &scene.accuracy, scene.photo.is_some());
         let mut on = decide::decide(&switches, scene.accuracy.tolerance(), &bound).on;
         let seen = |effect: &Effect| bound(*effect, &decide::forced(&on, *effect)).value > 0.0;
         let rings = rings::held(situation.levels.theory, &on).into_iter();

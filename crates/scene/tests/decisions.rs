@@ -404,6 +404,27 @@ fn what_is_off_although_large_is_missed() {
 }
 
 #[test]
+fn a_photograph_takes_the_place_of_sky_and_air() {
+    let in_photo = format!("{RAIN_CELL}\n[photo]\npicture = \"p.jpg\"\n");
+    let mut scene = scene(&in_photo);
+    let of_photo = [Effect::AirInscatter, Effect::Sky, Effect::SkylitDrops];
+    let plan = planned(&scene);
+    for effect in of_photo {
+        let decision = plan.effects.iter().find(|it| it.effect == effect).unwrap();
+        assert!(!decision.on && !decision.is_left_out, "{effect:?}");
+        assert!(
+            decision.reason.starts_with("the photograph"),
+            "{}",
+            decision.reason
+        );
+    }
+    assert!(plan.sky_level.is_none(), "what is not shown is not solved");
+    assert!(!plan.missed().any(|it| of_photo.contains(&it.effect)));
+    scene.effects.set(Effect::Sky, Switch::On);
+    assert!(planned(&scene).is_on(Effect::Sky));
+}
+
+#[test]
 fn the_other_orders_fill_the_band_and_what_is_seen_decides_which() {
     let mut towards_the_bows = scene(RAIN_CELL);
     towards_the_bows

@@ -33,9 +33,19 @@ pub(super) struct Decision {
 }
 
 /// The switches of a scene, with light of further orders left out where it is not weighed, and wherever the scene
-/// leaves out what it needs; without the shutter, of which sequences decide.
-pub(super) fn settled(switches: &EffectSwitches, accuracy: &Accuracy) -> EffectSwitches {
+/// leaves out what it needs; without what its photograph holds, and without the shutter, of which sequences decide.
+pub(super) fn settled(
+    switches: &EffectSwitches,
+    accuracy: &Accuracy,
+    is_for_photograph: bool,
+) -> EffectSwitches {
     let mut settled = switches.clone();
+    for effect in Effect::ALL {
+        let is_open = is_for_photograph && switches.of(effect) == Switch::Auto;
+        if is_open && effect.is_in_photographs() {
+            settled.set(effect, Switch::Off);
+        }
+    }
     let effect = Effect::MultipleScattering;
     if switches.of(effect) == Switch::Auto && !weighs_further_orders(switches, accuracy) {
         settled.set(effect, Switch::Off);
@@ -167,7 +177,12 @@ mod tests {
                 kind: BoundKind::Proved,
             }
         };
-        decide(&settled(switches, &Accuracy::default()), 0.01, &bound).on
+        decide(
+            &settled(switches, &Accuracy::default(), false),
+            0.01,
+            &bound,
+        )
+        .on
     }
 
     #[test]
@@ -229,7 +244,7 @@ mod tests {
     fn light_of_further_orders_is_asked_about_where_its_needs_are_and_brings_them() {
         let multiple = Effect::MultipleScattering;
         let settled_of = |switches: &EffectSwitches, accuracy: &Accuracy| {
-            settled(switches, accuracy).of(multiple)
+            settled(switches, accuracy, false).of(multiple)
         };
         let (free, standard) = (EffectSwitches::default(), Accuracy::default());
         assert_eq!(settled_of(&free, &standard), Switch::Auto);

@@ -137,7 +137,7 @@ impl Plan {
     /// than the tolerance; sky and air of a photograph are in it.
     pub fn missed(&self) -> impl Iterator<Item = &EffectDecision> {
         let is_photo = self.runs(Stage::Composite);
-        let is_meant = move |effect: Effect| is_photo && effect.row().role == Role::AirLight;
+        let is_meant = move |effect: Effect| is_photo && effect.is_in_photographs();
         let off = self.effects.iter().filter(|it| !it.on);
         off.filter(move |it| it.counted() > self.tolerance && !is_meant(it.effect))
     }

@@ -316,6 +316,7 @@ impl Situation {
     ) -> Facts {
         let lost = air.map(AirLight::sunlight_lost).unwrap_or_default();
         Facts {
+            is_for_photograph: scene.photo.is_some(),
             weighs_further_orders: weighs_further_orders(&scene.effects, &scene.accuracy),
             has_air: scene.air.is_some(),
             has_surfaces: scene.has_surfaces(),

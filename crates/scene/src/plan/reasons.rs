@@ -35,6 +35,9 @@ pub(super) fn reason(decided: &Decided, facts: &Facts) -> String {
             format!("the scene leaves it out, but exact light of drops is not without it; {fact}")
         }
         Switch::Auto if is_on && effect == Effect::Occluders => fact,
+        Switch::Auto if !is_on && facts.is_for_photograph && effect.is_in_photographs() => {
+            format!("the photograph has light of its own for it; {fact}")
+        }
         Switch::Auto
             if effect == Effect::MultipleScattering
                 && !(is_on || bound.value <= 0.0 || facts.weighs_further_orders) =>
