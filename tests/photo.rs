@@ -111,6 +111,19 @@ fn contradictions_are_told_with_code_4() {
     assert!(check(&["--sun-elevation-deg", "28", "--cloud-cover", "0"], 4).contains("cloudless"));
     assert!(check(&["--sun-elevation-deg", "70"], 4).contains("sun-too-high"));
     let (photo, fixed) = (pavilion(), ["--fov-deg=60", "--sun-azimuth-deg=180"]);
+    for wrong in [
+        "--sun-elevation-deg=100",
+        "--cloud-cover=1.5",
+        "--utc-offset-h=30",
+    ] {
+        let sun = ["--sun-elevation-deg=28", wrong];
+        let sun = if wrong.starts_with("--sun") {
+            &sun[1..]
+        } else {
+            &sun[..]
+        };
+        niji_ends_with(2, &[&["check", &photo], &fixed[..], sun].concat());
+    }
     let once = ["--sun-elevation-deg=28", "--cloud-cover=0"];
     let told = niji_ends_with(4, &[&["check", &photo], &fixed[..], &once].concat());
     let told = String::from_utf8(told.stderr).unwrap();

@@ -159,3 +159,16 @@ pub(crate) fn numbers(text: &str) -> Result<Vec<f64>, String> {
         })
         .collect()
 }
+
+/// A parser of a number between two, both included.
+pub(crate) fn within(
+    low: f64,
+    high: f64,
+) -> impl Fn(&str) -> Result<f64, String> + Clone + 'static {
+    move |text| match text.parse() {
+        Ok(value) if (low..=high).contains(&value) => Ok(value),
+        _ => Err(format!(
+            "found {text}, expected a number from {low} to {high}"
+        )),
+    }
+}

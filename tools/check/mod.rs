@@ -20,6 +20,7 @@ use crate::check::case::findings;
 use crate::failure::Failure;
 use crate::flags;
 use crate::flags::Common;
+use crate::flags::within;
 use crate::output;
 use crate::photo_source::PhotoSource;
 use crate::schema_flags::names;
@@ -65,6 +66,7 @@ pub(crate) struct CheckCommand {
         long,
         value_name = "DEG",
         allow_negative_numbers = true,
+        value_parser = within(-90.0, 90.0),
         required_unless_present = "scene",
         default_value_if("scene", ArgPredicate::IsPresent, "0")
     )]
@@ -79,7 +81,7 @@ pub(crate) struct CheckCommand {
     )]
     sun_azimuth_deg: f64,
     /// Standard error of the sun's direction.
-    #[arg(long, value_name = "DEG", default_value_t = SUN_ERROR_DEG)]
+    #[arg(long, value_name = "DEG", default_value_t = SUN_ERROR_DEG, value_parser = within(0.0, 180.0))]
     sun_error_deg: f64,
     /// Which bow is wanted.
     #[arg(long, value_name = "BOW", value_parser = names::<PickedBow>(), default_value = "primary")]
@@ -91,13 +93,13 @@ pub(crate) struct CheckCommand {
     #[arg(long, value_name = "YYYY-MM-DDThh:mm:ss", value_parser = time)]
     time: Option<[u32; 6]>,
     /// What that clock is ahead of UTC in hours [default: by EXIF].
-    #[arg(long, value_name = "H", allow_negative_numbers = true)]
+    #[arg(long, value_name = "H", allow_negative_numbers = true, value_parser = within(-18.0, 18.0))]
     utc_offset_h: Option<f64>,
     /// Latitude and longitude in degrees, north and east positive [default: by EXIF].
     #[arg(long, value_name = "LAT,LON", value_parser = place, allow_hyphen_values = true)]
     place_deg: Option<[f64; 2]>,
     /// Part of the sky under clouds, 0 to 1.
-    #[arg(long, value_name = "PART")]
+    #[arg(long, value_name = "PART", value_parser = within(0.0, 1.0))]
     cloud_cover: Option<f64>,
     /// Where the drops come from.
     #[arg(long, value_enum, default_value_t = Source::Rain)]

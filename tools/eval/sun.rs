@@ -6,6 +6,7 @@ use niji_scene::Moment;
 use super::csv::line;
 use crate::check::time;
 use crate::failure::Failure;
+use crate::flags::within;
 
 /// Elevation and azimuth of the sun by date, time and place.
 ///
@@ -32,7 +33,8 @@ pub(super) struct SunArguments {
         long,
         value_name = "H",
         default_value_t = 0.0,
-        allow_negative_numbers = true
+        allow_negative_numbers = true,
+        value_parser = within(-18.0, 18.0)
     )]
     utc_offset_h: f64,
     /// Latitude, north positive.

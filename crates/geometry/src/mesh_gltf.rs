@@ -1,6 +1,6 @@
 //! Triangles from glTF 2.0 files.
 //!
-//! The default scene (the first where none is named) with the transforms of its nodes:
+//! The default scene (the first where none is named, all nodes where there is none) with the transforms of its nodes:
 //!   element i of an accessor = bytes offset + i stride .. offset + i stride + size of its view
 //! Nothing in the file is believed: every index must name something, every element must lie in its view and
 //! every view in its buffer, nodes must be a tree, and buffers must be files beside the mesh or below its folder.
@@ -274,7 +274,7 @@ impl Document {
             Some(index) => Some(item(&self.scenes, index, "scene")?),
             None => self.scenes.first(),
         };
-        let roots = scene.map_or(&[][..], |scene| &scene.nodes);
+        let roots = scene.map_or_else(|| self.parentless(), |scene| scene.nodes.clone());
         let mut waiting: Vec<_> = roots.iter().map(|&root| (root, DMat4::IDENTITY)).collect();
         let mut is_met = vec![false; self.nodes.len()];
         let mut shapes = Vec::new();
@@ -293,6 +293,19 @@ impl Document {
             waiting.extend(node.children.iter().map(|&child| (child, placed)));
         }
         Ok(shapes)
+    }
+
+    /// The nodes that are no other's child.
+    fn parentless(&self) -> Vec<usize> {
+        let mut is_child = vec![false; self.nodes.len()];
+        for child in self.nodes.iter().flat_map(|node| &node.children) {
+            if let Some(is_child) = is_child.get_mut(*child) {
+                *is_child = true;
+            }
+        }
+        (0..self.nodes.len())
+            .filter(|index| !is_child[*index])
+            .collect()
     }
 
     /// Refuses more triangles than fit into memory: a mesh can stand in many places.

@@ -77,6 +77,9 @@ fn the_sound_file_is_read() {
     let mesh = read_with("/scene", &json!(0)).unwrap();
     assert_eq!((mesh.triangles().len(), mesh.vertices().len()), (8, 8));
     assert!((mesh.volume_m3() - VOLUME_M3).abs() < 1e-12);
+    // A file without scenes shows all of its nodes, each once.
+    let without = read_with("/scenes", &json!([])).unwrap();
+    assert_eq!(without.vertices(), mesh.vertices());
 }
 
 #[test]
