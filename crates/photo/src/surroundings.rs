@@ -139,8 +139,8 @@ mod tests {
     use super::*;
 
     /// A view 90 degrees wide.
-    fn direction(x: f64, y: f64) -> Option<DVec3> {
-        Some(DVec3::new(x - 30.0, 20.0 - y, -30.0).normalize())
+    fn direction(x: f64, y: f64) -> DVec3 {
+        DVec3::new(x - 30.0, 20.0 - y, -30.0).normalize()
     }
 
     fn forward(cosine: f64) -> f64 {
@@ -155,7 +155,7 @@ mod tests {
         let all = Surroundings {
             light,
             alpha,
-            direction,
+            direction: |x: f64, y: f64| Some(direction(x, y)),
             is_seen,
             phase: forward,
         };
@@ -182,7 +182,7 @@ mod tests {
         // Bright on the left half: the closed sum over pixels at one view.
         let light = Array2::from_shape_fn((40, 60), |(_, x)| [if x < 30 { 1.0 } else { 0.0 }; 3]);
         let found = scattered(&light, None, |[y, _], _| y < 20);
-        let view = direction(45.5, 10.5).unwrap();
+        let view = direction(45.5, 10.5);
         let (mut bright, mut all) = (0.0, 0.0);
         for y in 0..20 {
             for x in 0..60 {

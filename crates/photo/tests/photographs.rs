@@ -1,5 +1,7 @@
 //! Photographs as they come: depths, orientations, damage, size.
 
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
 mod common;
 
 use std::fs;
