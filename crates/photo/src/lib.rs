@@ -58,6 +58,8 @@ mod resample;
 mod sky_border;
 mod sky_colors;
 mod sky_mask;
+mod sky_prior;
+mod sky_score;
 mod sun_below_apex;
 mod sun_from_picks;
 mod surroundings;

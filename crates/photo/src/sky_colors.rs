@@ -2,24 +2,23 @@
 //!
 //! u(p) = log p(c, x | sky) − log p(c, x | ground)
 //! Both densities are mixtures of Gaussians over color (Oklab) and place with diagonal covariances, found
-//! by k-means. Neighbours of one color belong together: with s = u + G g clamped to ±[`MOST`],
+//! by k-means. Neighbours of one color belong together: with s = u + G g + A a clamped to ±[`MOST`],
 //! q(p) = 1/(1 + exp(−s(p) − P sum_n w_n (2 q(n) − 1))),   w_n = exp(−|c(p) − c(n)|²/(2 r²))
-//! over the eight neighbours, some rounds, `g` what was guessed before, `G` [`GUESS`], `P` [`PULL`], `r`
-//! [`SAME_COLOR`]: the mean field of a contrast-sensitive Potts model.
+//! over the eight neighbours, some rounds, `g` what was guessed before, `G` [`GUESS`], `a` what any sky looks like
+//! ([`sky_prior`](crate::sky_prior)), `A` [`PRIOR`], `P` [`PULL`], `r` [`SAME_COLOR`]: the mean field of a contrast-sensitive Potts model.
 //! [BJ01] Y. Boykov, M.-P. Jolly, Interactive graph cuts, Proc. ICCV, 105-112 (2001), for the model.
 //! [KK11] P. Krähenbühl, V. Koltun, Efficient inference in fully connected CRFs, NIPS 24 (2011), eq. 4,
 //! for the rounds.
 
 use ndarray::Array2;
 use ndarray::Zip;
-use rayon::prelude::*;
 
 use crate::k_means::Feature;
 use crate::k_means::k_means;
 use crate::k_means::nearest_center;
 
 /// Most pixels that a mixture is found from.
-const MOST_SAMPLES: usize = 8000;
+const MOST_SAMPLES: usize = 2000;
 /// Gaussians of the sky and of the ground.
 const N_SKY: usize = 6;
 const N_GROUND: usize = 8;
@@ -32,6 +31,8 @@ const LEAST_PLACE: f32 = 0.03;
 const MOST: f32 = 4.0;
 /// What a guess counts beside it.
 const GUESS: f32 = 0.5;
+/// What the look of any sky counts beside it.
+const PRIOR: f32 = 0.25;
 /// Pull of a neighbour of the same color.
 const PULL: f32 = 1.0;
 /// Difference of color over which that ends.
@@ -103,77 +104,96 @@ pub(crate) struct Likeness {
     pub(crate) settled: Array2<f32>,
 }
 
-/// How like the sky of a guess pixels are; a guess is 1 for the sky, −1 for the ground, and less where it is less
-/// sure. `None` where either is empty.
-pub(crate) fn likeness(lab: &Array2<[f32; 3]>, guess: &Array2<f32>) -> Option<Likeness> {
-    let diagonal = (lab.nrows() as f32).hypot(lab.ncols() as f32);
-    let feature = |(y, x): (usize, usize)| -> Feature {
-        let [l, a, b] = lab[[y, x]];
-        let place = |index: usize| PLACE * index as f32 / diagonal;
-        [l, a, b, place(x), place(y)]
-    };
-    let samples = |wanted: f32| -> Vec<Feature> {
-        let all: Vec<_> = guess
-            .indexed_iter()
-            .filter(|(_, is)| **is * wanted > 0.0)
-            .collect();
-        let step = all.len().div_ceil(MOST_SAMPLES).max(1);
-        let some = all.iter().step_by(step);
-        some.map(|(at, _)| feature(*at)).collect()
-    };
-    let (sky, ground) = (samples(1.0), samples(-1.0));
-    if sky.is_empty() || ground.is_empty() {
-        return None;
-    }
-    let (sky, ground) = rayon::join(
-        || Mixture::new(&sky, N_SKY),
-        || Mixture::new(&ground, N_GROUND),
-    );
-    let mut alone = Array2::zeros(lab.dim());
-    Zip::indexed(&mut alone).par_for_each(|at, alone: &mut f32| {
-        let point = feature(at);
-        let ratio = sky.log_density(&point) - ground.log_density(&point);
-        *alone = (ratio + GUESS * guess[at]).clamp(-MOST, MOST);
-    });
-    let settled = settled(lab, &alone);
-    Some(Likeness { alone, settled })
+/// A picture in Oklab with how like any sky its pixels are.
+pub(crate) struct Colors {
+    pub(crate) lab: Array2<[f32; 3]>,
+    pub(crate) prior: Array2<f32>,
+    /// Pulls of the neighbors at [`BESIDE`].
+    pulls: Array2<[f32; 4]>,
 }
 
-/// 2 q − 1 after the rounds.
-fn settled(lab: &Array2<[f32; 3]>, own: &Array2<f32>) -> Array2<f32> {
-    let (height, width) = lab.dim();
-    let near = |(y, x): (usize, usize)| {
-        let rows = y.saturating_sub(1)..(y + 2).min(height);
-        rows.flat_map(move |row| {
-            (x.saturating_sub(1)..(x + 2).min(width)).map(move |column| [row, column])
-        })
-    };
-    let pull = |at: [usize; 2], to: [usize; 2]| {
-        let apart = lab[at].iter().zip(lab[to]);
-        let apart: f32 = apart.map(|(a, b)| (a - b) * (a - b)).sum();
-        (-apart / (2.0 * SAME_COLOR * SAME_COLOR)).exp()
-    };
-    let indices: Vec<_> = (0..height * width)
-        .map(|i| (i / width, i % width))
-        .collect();
-    let pulls: Vec<Vec<([usize; 2], f32)>> = indices
-        .par_iter()
-        .map(|(y, x)| {
-            let others = near((*y, *x)).filter(|to| to != &[*y, *x]);
-            others.map(|to| (to, PULL * pull([*y, *x], to))).collect()
-        })
-        .collect();
-    let mut state = own.mapv(|value| (0.5 * value).tanh());
-    for _ in 0..N_ROUNDS {
-        let next: Vec<f32> = indices
-            .par_iter()
-            .zip(&pulls)
-            .map(|(at, pulls)| {
-                let others: f32 = pulls.iter().map(|(to, pull)| pull * state[*to]).sum();
-                (0.5 * (own[*at] + others)).tanh()
-            })
-            .collect();
-        state = Array2::from_shape_vec((height, width), next).unwrap_or(state);
+/// Columns to the left or right and rows down of half the neighbors; the others pull as these do from there.
+const BESIDE: [(isize, usize); 4] = [(1, 0), (-1, 1), (0, 1), (1, 1)];
+
+impl Colors {
+    pub(crate) fn new(lab: Array2<[f32; 3]>, prior: Array2<f32>) -> Self {
+        let (height, width) = lab.dim();
+        let mut pulls = Array2::from_elem(lab.dim(), [0.0; 4]);
+        Zip::indexed(&mut pulls).par_for_each(|(y, x), pulls: &mut [f32; 4]| {
+            *pulls = BESIDE.map(|(dx, dy)| match x.checked_add_signed(dx) {
+                Some(column) if column < width && y + dy < height => {
+                    let apart = lab[[y, x]].iter().zip(lab[[y + dy, column]]);
+                    let apart: f32 = apart.map(|(a, b)| (a - b) * (a - b)).sum();
+                    PULL * (-apart / (2.0 * SAME_COLOR * SAME_COLOR)).exp()
+                }
+                _ => 0.0,
+            });
+        });
+        Self { lab, prior, pulls }
     }
-    state
+
+    /// How like the sky of a guess pixels are; a guess is 1 for the sky, −1 for the ground, and less where it is less
+    /// sure. `None` where either is empty.
+    pub(crate) fn likeness(&self, guess: &Array2<f32>) -> Option<Likeness> {
+        let diagonal = (self.lab.nrows() as f32).hypot(self.lab.ncols() as f32);
+        let feature = |(y, x): (usize, usize)| -> Feature {
+            let [l, a, b] = self.lab[[y, x]];
+            let place = |index: usize| PLACE * index as f32 / diagonal;
+            [l, a, b, place(x), place(y)]
+        };
+        let samples = |wanted: f32| -> Vec<Feature> {
+            let all: Vec<_> = guess
+                .indexed_iter()
+                .filter(|(_, is)| **is * wanted > 0.0)
+                .collect();
+            let step = all.len().div_ceil(MOST_SAMPLES).max(1);
+            let some = all.iter().step_by(step);
+            some.map(|(at, _)| feature(*at)).collect()
+        };
+        let (sky, ground) = (samples(1.0), samples(-1.0));
+        if sky.is_empty() || ground.is_empty() {
+            return None;
+        }
+        let (sky, ground) = rayon::join(
+            || Mixture::new(&sky, N_SKY),
+            || Mixture::new(&ground, N_GROUND),
+        );
+        let mut alone = Array2::zeros(self.lab.dim());
+        Zip::indexed(&mut alone).par_for_each(|at, alone: &mut f32| {
+            let point = feature(at);
+            let ratio = sky.log_density(&point) - ground.log_density(&point);
+            *alone = (ratio + GUESS * guess[at] + PRIOR * self.prior[at]).clamp(-MOST, MOST);
+        });
+        let settled = self.settled(&alone);
+        Some(Likeness { alone, settled })
+    }
+
+    /// 2 q − 1 after the rounds.
+    fn settled(&self, own: &Array2<f32>) -> Array2<f32> {
+        let (height, width) = own.dim();
+        let mut state = own.mapv(|value| (0.5 * value).tanh());
+        for _ in 0..N_ROUNDS {
+            let mut next = Array2::zeros(own.dim());
+            Zip::indexed(&mut next).par_for_each(|(y, x), next: &mut f32| {
+                let mut sum = own[[y, x]];
+                for (index, (dx, dy)) in BESIDE.into_iter().enumerate() {
+                    if let Some(column) = x.checked_add_signed(dx)
+                        && column < width
+                        && y + dy < height
+                    {
+                        sum += self.pulls[[y, x]][index] * state[[y + dy, column]];
+                    }
+                    if let (Some(row), Some(column)) =
+                        (y.checked_sub(dy), x.checked_add_signed(-dx))
+                        && column < width
+                    {
+                        sum += self.pulls[[row, column]][index] * state[[row, column]];
+                    }
+                }
+                *next = (0.5 * sum).tanh();
+            });
+            state = next;
+        }
+        state
+    }
 }
