@@ -171,7 +171,7 @@ impl Colors {
     /// 2 q − 1 after the rounds.
     fn settled(&self, own: &Array2<f32>) -> Array2<f32> {
         let (height, width) = own.dim();
-        let mut state = own.mapv(|value| (0.5 * value).tanh());
+        let mut state = own.mapv(above_even);
         for _ in 0..N_ROUNDS {
             let mut next = Array2::zeros(own.dim());
             Zip::indexed(&mut next).par_for_each(|(y, x), next: &mut f32| {
@@ -190,10 +190,15 @@ impl Colors {
                         sum += self.pulls[[row, column]][index] * state[[row, column]];
                     }
                 }
-                *next = (0.5 * sum).tanh();
+                *next = above_even(sum);
             });
             state = next;
         }
         state
     }
+}
+
+/// 2 q − 1 of a log ratio.
+fn above_even(ratio: f32) -> f32 {
+    1.0 - 2.0 / (1.0 + ratio.exp())
 }

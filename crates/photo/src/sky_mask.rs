@@ -35,7 +35,7 @@ const BELOW_WHITE: f64 = 0.99;
 const LIKE_ANY: [f32; 2] = [0.0, -1.5];
 /// Times that colors decide on either.
 const N_COARSE: usize = 3;
-const N_FINE: usize = 2;
+const N_FINE: usize = 1;
 /// Part of the columns whose border lies above the lowest that counts.
 const ABOVE_LOWEST: f64 = 0.85;
 /// Border above which a column is covered from the top, by a branch, say, as part of the lowest.
