@@ -6,7 +6,7 @@
 //! the foreground that are painted over (beyond the soft edge of two pixels), and how far the horizon that was taken for
 //! true is off. Leaves composites, and what the masks got wrong (`*.mask.png`, sky that is
 //! none red, sky that was missed yellow), in FOLDER, `target/photo_plates` where it is left out. Ends with a message where
-//! a bow is off by more than half a degree. Masks were fitted on seeds 1 to 10.
+//! a bow is off by more than half a degree. How a sky is found was fitted on photographs and on seeds 1 to 10.
 
 #[path = "../tests/support/bow_in_photo.rs"]
 mod bow_in_photo;

@@ -5,7 +5,8 @@
 //! by k-means. Neighbours of one color belong together: with s = u + G g + A a clamped to ±[`MOST`],
 //! q(p) = 1/(1 + exp(−s(p) − P sum_n w_n (2 q(n) − 1))),   w_n = exp(−|c(p) − c(n)|²/(2 r²))
 //! over the eight neighbours, some rounds, `g` what was guessed before, `G` [`GUESS`], `a` what any sky looks like
-//! ([`sky_prior`](crate::sky_prior)), `A` [`PRIOR`], `P` [`PULL`], `r` [`SAME_COLOR`]: the mean field of a contrast-sensitive Potts model.
+//! ([`sky_prior`](crate::sky_prior)), `A` [`PRIOR`], `P` [`PULL`], `r` [`SAME_COLOR`]: the mean field of a
+//! contrast-sensitive Potts model.
 //! [BJ01] Y. Boykov, M.-P. Jolly, Interactive graph cuts, Proc. ICCV, 105-112 (2001), for the model.
 //! [KK11] P. Krähenbühl, V. Koltun, Efficient inference in fully connected CRFs, NIPS 24 (2011), eq. 4,
 //! for the rounds.

@@ -3,8 +3,8 @@
 //! ln p/(1 − p) = v0 + sum_i v_i f_i,   f = (a, a − a', ln (s + s0)/(s' + s0), faint, edge, solid)
 //! `a`, `a'` how like any sky it and the rest look in the mean ([`sky_prior`](crate::sky_prior)); `s`, `s'` the median
 //! [`sharpness`](crate::sky_border) in it and in the rest, `s0` [`LEAST_SHARP`]; `faint` the part of its edge across which
-//! colors differ by less than [`FAINT`]; `edge` the length of that in
-//! widths of the picture; `solid` the mean over the columns of which part of what lies above its lowest pixel it is.
+//! colors differ by less than [`FAINT`]; `edge` the length of that edge in widths of the picture; `solid` the mean over
+//! the columns of which part of what lies above its lowest pixel it is.
 //!
 //! The weights are a logistic regression (ridge of 1 on standardized values) on what the guesses of a sky became in the
 //! pictures that the weights of that prior are from: 1 where 98 % of the pixels are right, 0 where 88 % are or where there
@@ -103,4 +103,41 @@ fn steps_across(sky: &Array2<bool>, lab: &Array2<[f32; 3]>) -> Vec<f32> {
         }
     }
     steps
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sky_border::sharpness;
+    use crate::sky_prior::sky_prior;
+
+    #[test]
+    fn what_is_blue_above_land_is_surer_than_any_other_part_and_a_part_without_top_edge_is_none() {
+        let lab = Array2::from_shape_fn((60, 80), |(y, x)| {
+            let grain = 0.1 * ((x * x * 7 + y * 13 + x * y) % 97) as f32 / 97.0;
+            if y < 30 {
+                [0.8, -0.02, -0.07]
+            } else {
+                [0.45 + grain, -0.05, 0.06]
+            }
+        });
+        let sharp = sharpness(&lab);
+        let colors = Colors::new(lab.clone(), sky_prior(&lab, &sharp));
+        let score = |is_sky: &dyn Fn(usize, usize) -> bool| {
+            let sky = Array2::from_shape_fn(lab.dim(), |(y, x)| is_sky(y, x));
+            sky_score(&sky, &colors, &sharp).0
+        };
+        let right = score(&|y, _| y < 30);
+        assert!(right > 0.9, "{right}");
+        let land = score(&|y, _| y >= 30);
+        assert!(land <= 0.0, "{land}");
+        let wrong: [&dyn Fn(usize, usize) -> bool; 4] =
+            [&|y, _| y < 15, &|y, _| y < 50, &|_, x| x < 40, &|y, x| {
+                y == 0 || (x * 7 + y * 5) % 11 < 5
+            }];
+        for (index, is_sky) in wrong.into_iter().enumerate() {
+            let other = score(is_sky);
+            assert!(other < 0.8 * right, "{index}: {other} {right}");
+        }
+    }
 }

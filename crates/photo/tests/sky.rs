@@ -76,13 +76,12 @@ fn the_sky_of_plates_is_right_on_97_percent_of_the_pixels() {
     }
 }
 
-/// Nothing is fitted on these. Found: 97.7 to 99.96 %, but for 96.4 % of plate 13, whose white walls go over into the
-/// overcast sky.
+/// Nothing is fitted on these. Found: 97.9 to 99.96 %, least of plate 13, whose white walls go over into the overcast
+/// sky.
 #[test]
 fn the_sky_of_plates_that_nothing_was_fitted_on_is_as_right() {
     for (seed, right) in of_seeds(11..=20) {
-        let least = if seed == 13 { 0.96 } else { 0.97 };
-        assert!(right >= least, "{seed}: {right}");
+        assert!(right >= 0.97, "{seed}: {right}");
     }
 }
 
@@ -110,6 +109,33 @@ fn the_shipped_photograph_keeps_its_sky_cropped_turned_and_darkened() {
     for it in changed(&photo, &truth) {
         check(it.name, &it.light, &it.sky);
     }
+}
+
+/// White clouds with sharp edges before blue, from side to side, above rough land. A border that ends at the first sharp
+/// edge takes none of what lies below the clouds for sky: of this picture 54 % of the pixels were right.
+#[test]
+fn clouds_with_sharp_edges_do_not_end_a_sky() {
+    let [width, height] = SIZE;
+    let light = Array2::from_shape_fn((height, width), |(y, x)| {
+        let (down, across) = (y as f64 / height as f64, x as f64 / width as f64);
+        let billow = 0.05 * (std::f64::consts::TAU * 7.0 * across).sin();
+        let grain = ((x * x * 7 + y * 13 + x * y) % 97) as f32 / 97.0;
+        match down {
+            down if down > 0.6 => [0.1 + 0.1 * grain, 0.15 + 0.1 * grain, 0.05],
+            down if (down - 0.2 + billow).abs() < 0.06 => [0.9, 0.9, 0.9],
+            _ => [0.2, 0.35, 0.7],
+        }
+    });
+    let truth = Array2::from_shape_fn(light.dim(), |(y, _)| {
+        if y as f64 > 0.6 * height as f64 {
+            0.0
+        } else {
+            1.0
+        }
+    });
+    let (right, mask) = looked_at("clouds", &light, &truth);
+    assert!(mask.confidence > SURE_OF_SKY, "{:?}", mask.reasons);
+    assert!(right > 0.98, "{right}");
 }
 
 /// Clouds over a smooth plain, as a long exposure or a dusk has it: nothing but what is pointed at tells the sky.
