@@ -179,7 +179,7 @@ fn the_horizon_stands_where_rays_begin_to_miss_the_surface() {
             let to_ground_m = field.nearest(&below, 0.0).unwrap().distance_m;
             from.y -= (to_ground_m - 1e-4).max(0.0) * fraction(0.3247).max(0.2);
             for along in around(20) {
-                let horizon = field.horizon(from, along);
+                let horizon = field.horizon(from, along, 0.0);
                 let is_met = |tangent: f64| {
                     let direction = (along + tangent * DVec3::Y).normalize();
                     let ray = Ray {
@@ -189,6 +189,9 @@ fn the_horizon_stands_where_rays_begin_to_miss_the_surface() {
                     field.is_met(&ray, 0.0)
                 };
                 assert!(horizon >= 0.0 && horizon.is_finite());
+                for least in [0.5 * horizon, horizon + 0.1] {
+                    assert_eq!(field.horizon(from, along, least), horizon.max(least));
+                }
                 assert!(!is_met(horizon + 1e-7), "{size:?} {from} {along} {horizon}");
                 if horizon > 0.0 {
                     assert!(is_met(horizon - 1e-7), "{size:?} {from} {along} {horizon}");
@@ -210,7 +213,7 @@ fn on_a_tilted_plane_the_horizon_is_its_own_rise() {
     for along in around(20) {
         let expected = (0.3 * along.x - 0.2 * along.z).max(0.0);
         // Heights are f32.
-        let found = field.horizon(from, along);
+        let found = field.horizon(from, along, 0.0);
         assert!(
             (found - expected).abs() < 2e-5,
             "{along}: {found} {expected}"
@@ -218,6 +221,6 @@ fn on_a_tilted_plane_the_horizon_is_its_own_rise() {
     }
     // Beside the field and turned from it there is nothing.
     let outside = field.bounds().max + DVec3::new(1.0, -40.0, 1.0);
-    assert_eq!(field.horizon(outside, DVec3::X), 0.0);
-    assert!(field.horizon(outside, DVec3::new(-0.28, 0.0, -0.96)) > 0.0);
+    assert_eq!(field.horizon(outside, DVec3::X, 0.0), 0.0);
+    assert!(field.horizon(outside, DVec3::new(-0.28, 0.0, -0.96), 0.0) > 0.0);
 }

@@ -4,6 +4,8 @@
 //! axis (`A` area of the box around, `n` number of triangles): the surface area heuristic.
 //! [W07] I. Wald, IEEE Symposium on Interactive Ray Tracing, 33-40 (2007).
 
+mod horizon;
+
 use glam::DVec2;
 use glam::DVec3;
 
@@ -154,7 +156,7 @@ impl MeshBvh {
             }
             if node.n_triangles == 0 {
                 let children = [index as u32 + 1, node.start];
-                let near_is_right = self.is_right_nearer(children, ray);
+                let near_is_right = self.is_right_nearer(children, ray.direction);
                 stack[n_waiting] = children[usize::from(!near_is_right)];
                 stack[n_waiting + 1] = children[usize::from(near_is_right)];
                 n_waiting += 2;
@@ -180,12 +182,12 @@ impl MeshBvh {
         best
     }
 
-    fn is_right_nearer(&self, [left, right]: [u32; 2], ray: &Ray) -> bool {
+    fn is_right_nearer(&self, [left, right]: [u32; 2], towards: DVec3) -> bool {
         let middle = |index: u32| {
             let bounds = &self.nodes[index as usize].bounds;
             bounds.min + bounds.max
         };
-        (middle(right) - middle(left)).dot(ray.direction) < 0.0
+        (middle(right) - middle(left)).dot(towards) < 0.0
     }
 }
 

@@ -1,6 +1,7 @@
 //! Tests of the tree over a mesh.
 
 use super::*;
+use crate::covered_slopes::CoveredSlopes;
 
 /// A bumpy ball of 8 x 4^5 triangles.
 fn ball() -> MeshBvh {
@@ -147,4 +148,74 @@ fn slivers_and_bodies_far_from_the_origin_are_met() {
     };
     let hit = MeshBvh::new(flat).nearest(&ray, 0.0).unwrap();
     assert!(hit.distance_m < 1.0 && !hit.is_from_inside);
+}
+
+#[test]
+fn what_a_mesh_covers_is_where_rays_meet_it() {
+    let ball = ball();
+    let (mut n_met, mut n_missed) = (0, 0);
+    for (index, ray) in (0..).zip(rays(100)) {
+        // Above the ball, beside it and in it.
+        let from = ray.origin * (f64::from(index) / 70.0);
+        for eighth in 0..8 {
+            let turn = std::f64::consts::FRAC_PI_4 * f64::from(eighth) + f64::from(index);
+            let along = DVec3::new(turn.cos(), 0.0, turn.sin());
+            let range = -2.0..3.0 + 0.1 * f64::from(index);
+            let mut covered = CoveredSlopes::all_but(range.clone());
+            ball.cover(from, along, &mut covered);
+            let gaps: Vec<_> = covered.gaps().collect();
+            for step in -24..60 {
+                let slope = 0.1 * f64::from(step) + 0.0123;
+                let direction = (along + slope * DVec3::Y).normalize();
+                let ray = Ray {
+                    origin: from,
+                    direction,
+                };
+                let is_free = range.contains(&slope) && !ball.is_met(&ray, 0.0);
+                let found = gaps.iter().any(|gap| gap.contains(&slope));
+                assert_eq!(found, is_free, "{from} {along} {slope} {gaps:?}");
+                n_met += usize::from(range.contains(&slope) && !is_free);
+                n_missed += usize::from(is_free);
+            }
+        }
+    }
+    assert!(n_met > 1000 && n_missed > 1000, "{n_met} {n_missed}");
+}
+
+#[test]
+fn a_convex_body_covers_nothing_in_front_of_its_faces() {
+    let turn = glam::DQuat::from_euler(glam::EulerRot::XYZ, 0.4, 0.7, -0.3);
+    let cube = TriangleMesh::of_box(Aabb {
+        min: DVec3::ZERO,
+        max: DVec3::ONE,
+    });
+    let cube = MeshBvh::new(cube.moved(|corner| turn * corner).unwrap());
+    for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
+        for end in [0.0, 1.0] {
+            let outwards = turn * (axis * (2.0 * end - 1.0));
+            for (a, b) in [(0.2, 0.3), (0.5, 0.5), (0.9, 0.1)] {
+                let aside = DVec3::new(axis.z, axis.x, axis.y) * a;
+                let inside = axis * end + aside + DVec3::new(axis.y, axis.z, axis.x) * b;
+                let from = turn * inside + 1e-5 * outwards;
+                for sixteenth in 0..16 {
+                    let angle = std::f64::consts::FRAC_PI_8 * f64::from(sixteenth) + 0.1;
+                    let along = DVec3::new(angle.cos(), 0.0, angle.sin());
+                    let own = -outwards.dot(along) / outwards.y;
+                    let slopes = if outwards.y > 0.0 {
+                        own.max(0.0)..f64::INFINITY
+                    } else {
+                        0.0..own.max(0.0)
+                    };
+                    let mut covered = CoveredSlopes::all_but(slopes);
+                    let before = covered.clone();
+                    cube.cover(from, along, &mut covered);
+                    assert_eq!(covered.gaps().count(), before.gaps().count());
+                    for (found, expected) in covered.gaps().zip(before.gaps()) {
+                        assert!((found.start.atan() - expected.start.atan()).abs() < 1e-12);
+                        assert!((found.end.atan() - expected.end.atan()).abs() < 1e-12);
+                    }
+                }
+            }
+        }
+    }
 }

@@ -107,7 +107,7 @@ impl<'a> SeenWater<'a> {
                 .map(|center| surface.water.refractive_index(center))
                 .collect(),
             bows,
-            shade: SurfaceLight::new(request),
+            shade: SurfaceLight::of_sun(request),
         }
     }
 

@@ -1,29 +1,29 @@
 //! How much of the sky a place sees between surfaces.
 //!
-//! V = sum_j I_j(h_j) / sum_j I_j(0),   I_j(h) = int_{e > h, n.s > 0} (n . s) cos e de
-//!                                             = [a (e/2 + sin(2e)/4) + b sin^2(e)/2]
-//! over azimuths j: `h_j` elevation up to which surfaces stand there, of meshes by halving, `s` direction of elevation e,
-//! `a` and `b` components of the normal n along the azimuth and upwards. An estimate: 12 azimuths, an even sky, and
-//! what stands free above the horizon of an azimuth, as a bridge, is taken for solid or for nothing.
+//! V = sum_j sum_k [I_j(e_k) - I_j(f_k)] / sum_j I_j(0),   I_j(h) = int_{e > h, n.s > 0} (n . s) cos e de
+//!                                                            = [a (e/2 + sin(2e)/4) + b sin^2(e)/2]
+//! over azimuths j and the gaps between surfaces there: `e_k` and `f_k` elevations from and up to which the sky is
+//! seen, `s` direction of elevation e, `a` and `b` components of the normal n along the azimuth and upwards. An
+//! estimate: 12 azimuths and an even sky.
 
 use std::f64::consts::FRAC_PI_2;
 use std::f64::consts::TAU;
+use std::ops::Range;
 
 use glam::DVec3;
+use niji_geometry::CoveredSlopes;
 
 /// Azimuths in which the horizon is looked for.
 const N_AZIMUTHS: u32 = 12;
 
-/// Elevation of the first look: what stays below it counts as level (rad).
-const FIRST_RAD: f64 = 0.017;
-
-/// Halvings of the elevations above: 1.4 degrees are left.
-const N_HALVINGS: u32 = 6;
-
 /// Share of the light of an even sky on a face with a normal that surfaces leave; 1 for a face that sees no sky.
 ///
-/// `horizon_rad` gives the elevation up to which surfaces stand along a horizontal unit vector.
-pub(crate) fn free_share(normal: DVec3, horizon_rad: impl Fn(DVec3) -> f64) -> f64 {
+/// `side` is the normal of the flat triangle there, behind which nothing is seen; `cover` covers the slopes of sights
+/// along a horizontal unit vector in which surfaces stand.
+pub(crate) fn free_share(
+    (side, normal): (DVec3, DVec3),
+    cover: impl Fn(DVec3, &mut CoveredSlopes),
+) -> f64 {
     let (mut free, mut all) = (0.0, 0.0);
     for azimuth in 0..N_AZIMUTHS {
         let (sin, cos) = (TAU * (f64::from(azimuth) + 0.5) / f64::from(N_AZIMUTHS)).sin_cos();
@@ -34,8 +34,12 @@ pub(crate) fn free_share(normal: DVec3, horizon_rad: impl Fn(DVec3) -> f64) -> f
         };
         let whole = seen.above(0.0);
         all += whole;
-        if whole > 0.0 {
-            free += seen.above(horizon_rad(along));
+        let in_front = slopes_in_front(side, along).filter(|_| whole > 0.0);
+        let Some(slopes) = in_front else { continue };
+        let mut covered = CoveredSlopes::all_but(slopes);
+        cover(along, &mut covered);
+        for gap in covered.gaps() {
+            free += seen.above(gap.start.atan()) - seen.above(gap.end.atan());
         }
     }
     if all > 0.0 { free / all } else { 1.0 }
@@ -60,23 +64,15 @@ pub(crate) fn share_met_below(normal: DVec3, is_met: impl Fn(DVec3) -> bool) -> 
     if all > 0.0 { met / all } else { 0.0 }
 }
 
-/// Elevation above a horizontal unit vector above which nothing stands, by halving.
-pub(crate) fn horizon_by_halving_rad(along: DVec3, is_blocked: impl Fn(DVec3) -> bool) -> f64 {
-    let at = |elevation: f64| elevation.cos() * along + elevation.sin() * DVec3::Y;
-    let is_blocked = |elevation: f64| is_blocked(at(elevation));
-    if !is_blocked(FIRST_RAD) {
-        return 0.0;
+/// Tangents of the elevations, from 0 on, between which a flat face sees along a horizontal unit vector: above its plane
+/// or, of one that is turned downwards, below; `None` where it sees nothing.
+fn slopes_in_front(side: DVec3, along: DVec3) -> Option<Range<f64>> {
+    let (across, up) = (side.dot(along), side.y);
+    if up > 0.0 {
+        Some((-across / up).max(0.0)..f64::INFINITY)
+    } else {
+        (across > 0.0).then(|| 0.0..(across / up).abs())
     }
-    let (mut low, mut high) = (FIRST_RAD, FRAC_PI_2);
-    for _ in 0..N_HALVINGS {
-        let middle = 0.5 * (low + high);
-        if is_blocked(middle) {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    0.5 * (low + high)
 }
 
 /// A face in the plane of an azimuth.
@@ -113,7 +109,7 @@ mod tests {
     #[test]
     fn nothing_in_the_way_leaves_all_of_the_sky() {
         for normal in [DVec3::Y, DVec3::X, DVec3::new(0.6, 0.8, 0.0), -DVec3::Y] {
-            assert_eq!(free_share(normal, |_| 0.0), 1.0, "{normal}");
+            assert_eq!(free_share((normal, normal), |_, _| {}), 1.0, "{normal}");
         }
     }
 
@@ -121,12 +117,10 @@ mod tests {
     fn a_level_face_in_a_bowl_sees_the_square_of_the_cosine_of_its_rim() {
         for rim_deg in [10.0_f64, 30.0, 60.0] {
             let rim = rim_deg.to_radians();
-            let found = free_share(DVec3::Y, |along| {
-                horizon_by_halving_rad(along, |towards| towards.y < rim.sin())
-            });
-            // The last halving leaves 0.7 degrees.
+            let up_to_rim = [0.0, rim.tan()];
+            let found = free_share((DVec3::Y, DVec3::Y), |_, covered| covered.add(up_to_rim));
             assert!(
-                (found - rim.cos().powi(2)).abs() < 0.012,
+                (found - rim.cos().powi(2)).abs() < 1e-12,
                 "{rim_deg}: {found}"
             );
         }
@@ -134,9 +128,40 @@ mod tests {
 
     #[test]
     fn a_wall_takes_half_of_the_sky_from_a_level_face_beside_it_and_none_from_itself() {
-        let wall = |along: DVec3| horizon_by_halving_rad(along, |towards: DVec3| towards.x > 0.0);
-        assert!((free_share(DVec3::Y, wall) - 0.5).abs() < 0.01);
-        assert_eq!(free_share(DVec3::NEG_X, wall), 1.0);
+        let wall = |along: DVec3, covered: &mut CoveredSlopes| {
+            if along.x > 0.0 {
+                covered.add([0.0, f64::INFINITY]);
+            }
+        };
+        assert!((free_share((DVec3::Y, DVec3::Y), wall) - 0.5).abs() < 0.01);
+        assert_eq!(free_share((DVec3::NEG_X, DVec3::NEG_X), wall), 1.0);
+    }
+
+    #[test]
+    fn under_a_bridge_the_sky_is_what_lies_below_it() {
+        for (low_deg, high_deg) in [(0.0_f64, 40.0_f64), (20.0, 50.0), (30.0, 90.0)] {
+            let [low, high] = [low_deg, high_deg].map(f64::to_radians);
+            let bridge = [low.tan(), high.tan()];
+            let found = free_share((DVec3::Y, DVec3::Y), |_, covered| covered.add(bridge));
+            let expected = 1.0 - (high.sin().powi(2) - low.sin().powi(2));
+            assert!((found - expected).abs() < 1e-12, "{low_deg} {found}");
+        }
+    }
+
+    #[test]
+    fn a_face_sees_along_the_slopes_that_lie_in_front_of_it() {
+        for tilt_deg in [0.0_f64, 30.0, 90.0, 100.0, 150.0, 180.0] {
+            let (sin, cos) = tilt_deg.to_radians().sin_cos();
+            let side = DVec3::new(0.6 * sin, cos, 0.8 * sin);
+            for along in [DVec3::X, DVec3::NEG_X, DVec3::Z, DVec3::new(0.6, 0.0, -0.8)] {
+                let seen = slopes_in_front(side, along);
+                for tangent in [0.013, 0.2, 1.1, 4.7, 90.0] {
+                    let is_in_front = side.dot(along + tangent * DVec3::Y) > 1e-9;
+                    let is_seen = seen.as_ref().is_some_and(|it| it.contains(&tangent));
+                    assert_eq!(is_seen, is_in_front, "{tilt_deg} {along} {tangent}");
+                }
+            }
+        }
     }
 
     #[test]

@@ -27,6 +27,8 @@
 //! The sun is a point. Left out: the light that clouds send down beside their shadow,
 //! and the shadow of surfaces on air and drops.
 
+use std::collections::VecDeque;
+
 use glam::DVec3;
 use niji_dropfield::Bricks;
 use niji_geometry::Ray;
@@ -41,7 +43,6 @@ use crate::paint::Paint;
 use crate::paint::SurfaceColor;
 use crate::request::RenderRequest;
 use crate::sky_view::free_share;
-use crate::sky_view::horizon_by_halving_rad;
 use crate::sky_view::share_met_below;
 use crate::surfaces::Face;
 use crate::surfaces::Sight;
@@ -55,8 +56,9 @@ const LIFT_M: f64 = 1e-5;
 /// Height of the ground (m).
 const GROUND_M: f64 = 0.0;
 
-/// Within a pixel a place sees the sky as the one before that is no farther from it than this part of the distance from
-/// the eye, and whose normal has at least this cosine to its own.
+/// Within a pixel a place sees the sky as one before, of so many, that is no farther from it than this part of the
+/// distance from the eye, and whose normal has at least this cosine to its own.
+const N_KNOWN: usize = 8;
 const NEAR: f64 = 0.02;
 const ALIKE: f64 = 0.999;
 
@@ -104,8 +106,8 @@ pub(crate) struct SurfaceRoom {
     pub(crate) light: Vec<f32>,
     /// The same of what surfaces may send to it and is not in its light.
     pub(crate) unfollowed: Vec<f32>,
-    /// The last place of the pixel whose view of the sky was looked at, its distance (m), and what that was.
-    sky: Option<(Face, f64, SkyView)>,
+    /// Places of the pixel whose view of the sky was looked at, the last one first, their distances (m), and what that was.
+    sky: VecDeque<(Face, f64, SkyView)>,
 }
 
 impl SurfaceRoom {
@@ -114,13 +116,13 @@ impl SurfaceRoom {
         Self {
             light: vec![0.0; n_wavelengths],
             unfollowed: vec![0.0; n_wavelengths],
-            sky: None,
+            sky: VecDeque::new(),
         }
     }
 
     /// Forget the pixel before: no pixel depends on another.
     pub(crate) fn clear(&mut self) {
-        self.sky = None;
+        self.sky.clear();
     }
 }
 
@@ -186,8 +188,21 @@ fn sent_each_other(h: f64, a: f64) -> f64 {
 }
 
 impl<'a> SurfaceLight<'a> {
-    /// The surfaces and drops of a picture.
+    /// The surfaces and drops of a picture, with what drops leave of the sky.
     pub(crate) fn new(request: &RenderRequest<'a>) -> Self {
+        let has_shadow = request.effects.drop_shadow.is_on();
+        let bounds = request.drops.bounds().filter(|_| has_shadow);
+        let has_sky = request.effects.lit_surfaces.is_on();
+        let bricks = request.drops.bricks();
+        Self {
+            sky: (bounds.filter(|_| has_sky))
+                .map(|bounds| SkyUnderDrops::new(bricks, bounds, GROUND_M)),
+            ..Self::of_sun(request)
+        }
+    }
+
+    /// The same for places where sunlight alone is asked for.
+    pub(crate) fn of_sun(request: &RenderRequest<'a>) -> Self {
         let colors = || request.surfaces.into_iter().flat_map(Surfaces::albedos);
         let mut brightest = vec![0.0; request.wavelengths.len()];
         for color in colors().flatten() {
@@ -203,18 +218,18 @@ impl<'a> SurfaceLight<'a> {
         }
         let colors = colors().map(|color| Reflected::of(color, &request.wavelengths));
         let has_shadow = request.effects.drop_shadow.is_on();
-        let bricks = request.drops.bricks();
-        let bounds = request.drops.bounds().filter(|_| has_shadow);
-        let has_sky = request.effects.lit_surfaces.is_on();
         Self {
             surfaces: request.surfaces,
             colors: colors.collect(),
             wavelengths: request.wavelengths.centers().collect(),
             brightest,
             sun_direction: request.sun_direction,
-            bricks: if has_shadow { bricks } else { &[] },
-            sky: (bounds.filter(|_| has_sky))
-                .map(|bounds| SkyUnderDrops::new(bricks, bounds, GROUND_M)),
+            bricks: if has_shadow {
+                request.drops.bricks()
+            } else {
+                &[]
+            },
+            sky: None,
         }
     }
 
@@ -379,23 +394,24 @@ impl<'a> SurfaceLight<'a> {
         self.sky.as_ref().map_or(1.0, |sky| sky.at(point))
     }
 
-    /// What a place sees around it, which is that of the place before if that is near and alike.
+    /// What a place sees around it, which is that of a place before if one is near and alike.
     fn sky_view_of_pixel(
         &self,
         spot: &Spot,
         surface_m: f64,
-        before: &mut Option<(Face, f64, SkyView)>,
+        known: &mut VecDeque<(Face, f64, SkyView)>,
     ) -> SkyView {
         let Face { normal, solid, .. } = spot.face;
-        let seen = before.filter(|(known, distance_m, _)| {
+        let seen = known.iter().find(|(known, distance_m, _)| {
             let is_near = (distance_m - surface_m).abs() <= NEAR * distance_m;
             is_near && known.solid == solid && known.normal.dot(normal) >= ALIKE
         });
-        let view = match seen {
-            Some((_, _, view)) => view,
-            None => self.sky_view(spot),
-        };
-        *before = Some((spot.face, surface_m, view));
+        if let Some((_, _, view)) = seen {
+            return *view;
+        }
+        let view = self.sky_view(spot);
+        known.truncate(N_KNOWN - 1);
+        known.push_front((spot.face, surface_m, view));
         view
     }
 
@@ -421,10 +437,8 @@ impl<'a> SurfaceLight<'a> {
         };
         let (point, side) = place;
         let origin = point + LIFT_M * side;
-        free_share(normal, |along| {
-            // Below its own plane a face sees itself.
-            let own_rad = horizon_by_halving_rad(along, |towards| side.dot(towards) <= 0.0);
-            own_rad.max(surfaces.horizon_rad(origin, along))
+        free_share((side, normal), |along, covered| {
+            surfaces.cover(origin, along, covered);
         })
     }
 

@@ -11,6 +11,7 @@
 use glam::DVec3;
 use ndarray::Array2;
 use niji_geometry::Camera;
+use niji_geometry::CoveredSlopes;
 use niji_geometry::HeightField;
 use niji_geometry::MeshBvh;
 use niji_geometry::Ray;
@@ -19,7 +20,6 @@ use crate::error::Error;
 use crate::map_edge;
 use crate::paint::Painted;
 use crate::paint::SurfaceColor;
-use crate::sky_view::horizon_by_halving_rad;
 use crate::water_surface::Foot;
 use crate::water_surface::WaterSurface;
 
@@ -172,15 +172,19 @@ impl Surfaces {
         self.solids.iter().any(|solid| solid.shape.is_met(ray))
     }
 
-    /// Elevation up to which the solids stand from a point along a horizontal unit vector (rad).
-    pub(crate) fn horizon_rad(&self, origin: DVec3, along: DVec3) -> f64 {
-        let of_solid = |solid: &Solid| match &solid.shape {
-            SolidShape::Heights(field) => field.horizon(origin, along).atan(),
-            SolidShape::Mesh(mesh) => horizon_by_halving_rad(along, |direction| {
-                mesh.is_met(&Ray { origin, direction }, 0.0)
-            }),
-        };
-        self.solids.iter().map(of_solid).fold(0.0, f64::max)
+    /// Cover the slopes of sights, from a point along a horizontal unit vector, in which solids stand; terrain from its
+    /// horizon down.
+    pub(crate) fn cover(&self, origin: DVec3, along: DVec3, covered: &mut CoveredSlopes) {
+        for solid in &self.solids {
+            match &solid.shape {
+                SolidShape::Mesh(mesh) => mesh.cover(origin, along, covered),
+                SolidShape::Heights(field) => {
+                    let least = covered.gaps().next().map_or(0.0, |gap| gap.start);
+                    let horizon = field.horizon(origin, along, least);
+                    covered.add([f64::NEG_INFINITY, horizon]);
+                }
+            }
+        }
     }
 
     /// The same map as distances of whole pixels, as those of a photograph are: each pixel has the light of the surface

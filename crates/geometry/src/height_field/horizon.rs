@@ -11,46 +11,20 @@ use glam::DVec3;
 use super::Block;
 use super::HeightField;
 use super::Walk;
+use crate::level_look::LevelLook;
 
 /// What is nearer is the place itself, cells.
 const LEAST: f64 = 1e-6;
 
-/// A horizontal look from a place, in cells from the corner of a field.
-struct Look {
-    from: DVec2,
-    along: DVec2,
-    inverse: DVec2,
-}
-
-impl Look {
-    /// Distances between which it crosses a rectangle, from 0 on; `None` where it passes by.
-    fn within(&self, low: DVec2, high: DVec2) -> Option<(f64, f64)> {
-        let (mut enter, mut leave) = (0.0_f64, f64::INFINITY);
-        for axis in 0..2 {
-            let inverse = self.inverse[axis];
-            let ends = [low, high].map(|it| (it[axis] - self.from[axis]) * inverse);
-            let forward = inverse.is_sign_positive();
-            // A look along a side makes 0 times infinity; `max` and `min` pass over the NaN.
-            enter = enter.max(ends[usize::from(!forward)]);
-            leave = leave.min(ends[usize::from(forward)]);
-        }
-        (enter <= leave).then_some((enter, leave))
-    }
-}
-
 impl HeightField {
-    /// Tangent of the elevation up to which the surface stands, from a point along a horizontal unit vector; 0 where
-    /// nothing stands above the point.
+    /// Tangent of the elevation up to which the surface stands, from a point along a horizontal unit vector; `least`,
+    /// which is not below 0, where it stands no higher than that.
     #[must_use]
-    pub fn horizon(&self, from: DVec3, along: DVec3) -> f64 {
+    pub fn horizon(&self, from: DVec3, along: DVec3, least: f64) -> f64 {
         let from = (from - self.map.corner) / self.map.spacing_m;
         let along = DVec2::new(along.x, along.z);
-        let look = Look {
-            from: DVec2::new(from.x, from.z),
-            along,
-            inverse: along.recip(),
-        };
-        let mut slope = 0.0_f64;
+        let look = LevelLook::new(DVec2::new(from.x, from.z), along);
+        let mut slope = least;
         let mut walk = Walk::through(self, along);
         while let Some(block) = walk.next() {
             let (_, high_m) = self.range_m(block);
@@ -84,7 +58,7 @@ impl HeightField {
     }
 
     /// Largest slope of the sights to the surface within a cell.
-    fn slope_in(&self, look: &Look, y: f64, (x, z): (usize, usize)) -> f64 {
+    fn slope_in(&self, look: &LevelLook, y: f64, (x, z): (usize, usize)) -> f64 {
         let corner = DVec2::new(x as f64, z as f64);
         let Some((enter, leave)) = look.within(corner, corner + 1.0) else {
             return 0.0;
