@@ -67,6 +67,16 @@ pub fn read_depth_map(path: &Path) -> Result<Array2<f32>, Error> {
     metres(&values)
 }
 
+/// Reads a depth map on the pixels of its frame, the display window: overscan is left out, and where the map holds
+/// nothing is the sky.
+///
+/// # Errors
+/// As [`read_depth_map`], and a frame that does not fit into memory.
+pub fn read_depth_of_frame(path: &Path) -> Result<Array2<f32>, Error> {
+    let values = plate::read_depth_of_frame(path)?;
+    metres(&values)
+}
+
 /// Reads the values of a depth map from elsewhere: an EXR, or the grey values of a PNG in 0..1.
 ///
 /// # Errors

@@ -100,6 +100,7 @@ pub use depth_map::DepthAlong;
 pub use depth_map::DepthKind;
 pub use depth_map::depth_from_values;
 pub use depth_map::read_depth_map;
+pub use depth_map::read_depth_of_frame;
 pub use depth_map::read_depth_values;
 pub use depth_map::write_depth_map;
 pub use error::Error;

@@ -23,6 +23,7 @@ use niji_geometry::PixelRegion;
 use niji_radiometry::RgbPrimaries;
 
 use crate::compositing::check_size as check_size_of_plane;
+use crate::compositing::on_region;
 use crate::depth_map::metres;
 use crate::error::Error;
 use crate::linear_picture::LinearPicture;
@@ -73,7 +74,7 @@ impl Plate {
             check_finite(ALPHA, alpha)?;
         }
         let surface_m = depth_channel(layer)?;
-        let surface_m = surface_m.map(metres).transpose()?;
+        let surface_m = surface_m.map(|(_, values)| metres(values)).transpose()?;
         let light = colors(layer)?;
         let windows = ImageWindows {
             data: layer[0].data,
@@ -137,24 +138,38 @@ fn known(chromaticities: Option<Chromaticities>) -> Result<RgbPrimaries, Error> 
 
 /// Reads the channel of distances, or the only channel there is. Infinity and NaN are the sky and allowed.
 pub(crate) fn read_depth(path: &Path) -> Result<Array2<f32>, Error> {
-    depth(&layers(path)?.layers)
+    let layers = layers(path)?.layers;
+    depth(&layers).map(|(_, values)| values.clone())
 }
 
-fn depth(layers: &[Layer]) -> Result<Array2<f32>, Error> {
+/// The same on the pixels of the frame (display window): what lies beside it is left out, and where the file holds none
+/// is the sky.
+pub(crate) fn read_depth_of_frame(path: &Path) -> Result<Array2<f32>, Error> {
+    let file = layers(path)?;
+    let (layer, values) = depth(&file.layers)?;
+    if layer.data == file.display {
+        return Ok(values.clone());
+    }
+    let frame = file.display;
+    check_memory(SAMPLE_BYTES * u128::from(frame.width_px) * u128::from(frame.height_px))?;
+    Ok(on_region(values, layer.data, frame, f32::INFINITY))
+}
+
+fn depth(layers: &[Layer]) -> Result<(&Layer, &Array2<f32>), Error> {
     // A rendered image, which begins with its light: its depth is that of drops.
     if let Some(first) = layers.iter().find(|layer| layer.holds(DEPTH)) {
         first.check_metres()?;
     }
     match (depth_channel(layers)?, layers) {
-        (Some(values), _) => Ok(values.clone()),
-        (None, [layer]) if layer.channels.len() == 1 => Ok(layer.channels[0].1.clone()),
+        (Some(found), _) => Ok(found),
+        (None, [layer]) if layer.channels.len() == 1 => Ok((layer, &layer.channels[0].1)),
         (None, _) => Err(Error::NoDepthChannel),
     }
 }
 
 /// The channel of distances: `Z`, else that of a layer `depth`, else the only one whose name ends so. Beside an X of the
 /// same layer a Z is part of a color, a normal or a place.
-fn depth_channel(layers: &[Layer]) -> Result<Option<&Array2<f32>>, Error> {
+fn depth_channel(layers: &[Layer]) -> Result<Option<(&Layer, &Array2<f32>)>, Error> {
     let found: Vec<_> = layers
         .iter()
         .flat_map(|layer| layer.channels.iter().map(move |channel| (layer, channel)))
@@ -177,7 +192,7 @@ fn depth_channel(layers: &[Layer]) -> Result<Option<&Array2<f32>>, Error> {
         }
     };
     layer.check_metres()?;
-    Ok(Some(values))
+    Ok(Some((layer, values)))
 }
 
 /// What a file holds.

@@ -27,7 +27,7 @@ pub struct Surroundings<'a, D, S, P> {
     pub light: &'a LinearPicture,
     /// What it covers; all if there is none.
     pub alpha: Option<&'a Array2<f32>>,
-    /// Unit vector into which a point of it is seen, by column and row [pixels]; `None` where it has none.
+    /// Unit vector into which a point of it is seen, by column and row in pixels; `None` where it has none.
     pub direction: D,
     /// Whether drops see there what the pixel shows, by row and column and direction.
     pub is_seen: S,

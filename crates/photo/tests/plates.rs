@@ -27,6 +27,8 @@ use niji_photo::Frame;
 use niji_photo::Photograph;
 use niji_photo::Plate;
 use niji_photo::PremultipliedPicture;
+use niji_photo::read_depth_map;
+use niji_photo::read_depth_of_frame;
 use niji_radiometry::RgbPrimaries;
 
 const SIZE: [usize; 2] = [4, 3];
@@ -95,6 +97,21 @@ fn windows_primaries_alpha_and_depth_are_read() {
         (named.primaries, &named.light),
         (RgbPrimaries::Rec709, &plate.light)
     );
+}
+
+#[test]
+fn a_depth_map_stands_on_the_pixels_of_its_frame() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("depth.exr");
+    write_plate(&path, &[("Z", 12.5)], None);
+    assert_eq!(read_depth_map(&path).unwrap().dim(), (3, 4));
+    // Its pixels lie from column -1 and row 2 on, in a frame of 8 x 6.
+    let found = read_depth_of_frame(&path).unwrap();
+    let expected = Array2::from_shape_fn((6, 8), |(y, x)| {
+        let is_held = (2..5).contains(&y) && x < 3;
+        if is_held { 12.5 } else { f32::INFINITY }
+    });
+    assert_eq!(found, expected);
 }
 
 #[test]

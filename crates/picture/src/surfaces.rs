@@ -13,7 +13,7 @@ use niji_geometry::read_mesh;
 use niji_photo::DepthAlong;
 use niji_photo::DepthKind;
 use niji_photo::depth_from_values;
-use niji_photo::read_depth_map;
+use niji_photo::read_depth_of_frame;
 use niji_photo::read_depth_values;
 use niji_render::Solid;
 use niji_render::SolidShape;
@@ -181,7 +181,7 @@ impl SurfaceFiles {
 /// Reads a map as distances along the rays of a camera.
 fn read_depth(depth: &DepthFile, camera: Camera) -> Result<Surfaces, Error> {
     let bad = |error: &dyn std::fmt::Display| Error::file(&depth.path, error);
-    let mut distance_m = read_depth_map(&depth.path).map_err(|error| bad(&error))?;
+    let mut distance_m = read_depth_of_frame(&depth.path).map_err(|error| bad(&error))?;
     if depth.along == Along::Axis {
         let (height, width) = distance_m.dim();
         // The same view in the pixels of the map.
