@@ -144,26 +144,13 @@ impl MeshBvh {
         let sheared = ShearedRay::new(ray)?;
         let slabs = Slabs::new(ray);
         let mut best: Option<(f64, u32, bool)> = None;
-        let mut stack = [0_u32; MAX_DEPTH + 1];
-        let mut n_waiting = 1;
-        while n_waiting > 0 {
-            n_waiting -= 1;
-            let index = stack[n_waiting] as usize;
-            let node = &self.nodes[index];
+        let mut waiting = Waiting::at_root();
+        while let Some(index) = waiting.next() {
             let nearest_m = best.map_or(f64::INFINITY, |(distance_m, ..)| distance_m);
-            if !slabs.meets(&node.bounds, after_m, nearest_m) {
+            if !slabs.meets(&self.nodes[index].bounds, after_m, nearest_m) {
                 continue;
             }
-            if node.n_triangles == 0 {
-                let children = [index as u32 + 1, node.start];
-                let near_is_right = self.is_right_nearer(children, ray.direction);
-                stack[n_waiting] = children[usize::from(!near_is_right)];
-                stack[n_waiting + 1] = children[usize::from(near_is_right)];
-                n_waiting += 2;
-                continue;
-            }
-            let leaf = node.start as usize..(node.start + node.n_triangles) as usize;
-            for &triangle in &self.order[leaf] {
+            for &triangle in self.opened(index, ray.direction, &mut waiting) {
                 let corners = self.mesh.corners(triangle as usize);
                 let Some((distance_m, is_inside)) = sheared.meet(corners) else {
                     continue;
@@ -182,12 +169,50 @@ impl MeshBvh {
         best
     }
 
+    /// The triangles of a leaf; of another node none, and its children wait, the nearer one next.
+    fn opened(&self, index: usize, towards: DVec3, waiting: &mut Waiting) -> &[u32] {
+        let node = &self.nodes[index];
+        if node.n_triangles == 0 {
+            let children = [index as u32 + 1, node.start];
+            let near_is_right = self.is_right_nearer(children, towards);
+            waiting.push(children[usize::from(!near_is_right)]);
+            waiting.push(children[usize::from(near_is_right)]);
+            return &[];
+        }
+        &self.order[node.start as usize..(node.start + node.n_triangles) as usize]
+    }
+
     fn is_right_nearer(&self, [left, right]: [u32; 2], towards: DVec3) -> bool {
         let middle = |index: u32| {
             let bounds = &self.nodes[index as usize].bounds;
             bounds.min + bounds.max
         };
         (middle(right) - middle(left)).dot(towards) < 0.0
+    }
+}
+
+/// Nodes that are still to be looked at, the last one next.
+struct Waiting {
+    nodes: [u32; MAX_DEPTH + 1],
+    n: usize,
+}
+
+impl Waiting {
+    fn at_root() -> Self {
+        Self {
+            nodes: [0; MAX_DEPTH + 1],
+            n: 1,
+        }
+    }
+
+    fn next(&mut self) -> Option<usize> {
+        self.n = self.n.checked_sub(1)?;
+        Some(self.nodes[self.n] as usize)
+    }
+
+    fn push(&mut self, node: u32) {
+        self.nodes[self.n] = node;
+        self.n += 1;
     }
 }
 

@@ -1,12 +1,13 @@
 //! Triangles from glTF 2.0 files.
 //!
-//! The default scene (the first where none is named, all nodes where there is none) with the transforms of its nodes:
+//! The default scene with the transforms of its nodes:
 //!   element i of an accessor = bytes offset + i stride .. offset + i stride + size of its view
 //! Nothing in the file is believed: every index must name something, every element must lie in its view and
 //! every view in its buffer, nodes must be a tree, and buffers must be files beside the mesh or below its folder.
 //! Khronos Group, glTF 2.0 Specification (2021), sections 3.5 to 3.7 and 4.
 
 mod appearance;
+mod nodes;
 
 use std::fs::File;
 use std::io::Read;
@@ -17,7 +18,6 @@ use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD as BASE64;
 use glam::DMat3;
 use glam::DMat4;
-use glam::DQuat;
 use glam::DVec3;
 use glam::Vec3;
 use niji_radiometry::Bytes;
@@ -29,6 +29,8 @@ use crate::mesh_files::Soup;
 use crate::mesh_materials::beside;
 
 use appearance::Appearance;
+use nodes::Node;
+use nodes::Roots;
 
 /// First bytes of a file with its buffer inside (GLB).
 const GLB_MAGIC: &[u8] = b"glTF";
@@ -44,8 +46,6 @@ const APPEARANCE: [&str; 4] = [
     "EXT_texture_",
     "KHR_lights_",
 ];
-/// Most that the length of a rotation may differ from 1: writers round.
-const UNIT_TOLERANCE: f64 = 0.01;
 
 const U8: u32 = 5121;
 const U16: u32 = 5123;
@@ -77,23 +77,6 @@ struct Document {
 #[derive(Deserialize)]
 struct Asset {
     version: String,
-}
-
-#[derive(Deserialize)]
-struct Roots {
-    #[serde(default)]
-    nodes: Vec<usize>,
-}
-
-#[derive(Deserialize)]
-struct Node {
-    #[serde(default)]
-    children: Vec<usize>,
-    mesh: Option<usize>,
-    matrix: Option<[f64; 16]>,
-    translation: Option<[f64; 3]>,
-    rotation: Option<[f64; 4]>,
-    scale: Option<[f64; 3]>,
 }
 
 #[derive(Deserialize)]
@@ -268,46 +251,6 @@ impl Document {
         Ok(document)
     }
 
-    /// Shapes of the scene, and where they stand.
-    fn shapes(&self) -> Result<Vec<(&Primitive, DMat4)>, String> {
-        let scene = match self.scene {
-            Some(index) => Some(item(&self.scenes, index, "scene")?),
-            None => self.scenes.first(),
-        };
-        let roots = scene.map_or_else(|| self.parentless(), |scene| scene.nodes.clone());
-        let mut waiting: Vec<_> = roots.iter().map(|&root| (root, DMat4::IDENTITY)).collect();
-        let mut is_met = vec![false; self.nodes.len()];
-        let mut shapes = Vec::new();
-        while let Some((index, parent)) = waiting.pop() {
-            let node = item(&self.nodes, index, "node")?;
-            if std::mem::replace(&mut is_met[index], true) {
-                return Err(format!(
-                    "found node {index} twice in the scene, expected a tree: a node has one parent"
-                ));
-            }
-            let placed = parent * node.matrix()?;
-            if let Some(mesh) = node.mesh {
-                let mesh = item(&self.meshes, mesh, "mesh")?;
-                shapes.extend(mesh.primitives.iter().map(|primitive| (primitive, placed)));
-            }
-            waiting.extend(node.children.iter().map(|&child| (child, placed)));
-        }
-        Ok(shapes)
-    }
-
-    /// The nodes that are no other's child.
-    fn parentless(&self) -> Vec<usize> {
-        let mut is_child = vec![false; self.nodes.len()];
-        for child in self.nodes.iter().flat_map(|node| &node.children) {
-            if let Some(is_child) = is_child.get_mut(*child) {
-                *is_child = true;
-            }
-        }
-        (0..self.nodes.len())
-            .filter(|index| !is_child[*index])
-            .collect()
-    }
-
     /// Refuses more triangles than fit into memory: a mesh can stand in many places.
     fn check_memory(
         &self,
@@ -348,25 +291,6 @@ impl Document {
             Ok(bytes)
         });
         buffers.collect()
-    }
-}
-
-impl Node {
-    fn matrix(&self) -> Result<DMat4, String> {
-        if let Some(columns) = self.matrix {
-            return Ok(DMat4::from_cols_array(&columns));
-        }
-        let rotation = DQuat::from_array(self.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]));
-        if (rotation.length() - 1.0).abs() > UNIT_TOLERANCE {
-            return Err(format!(
-                "found the rotation {rotation}, expected one of length 1"
-            ));
-        }
-        Ok(DMat4::from_scale_rotation_translation(
-            self.scale.map_or(DVec3::ONE, DVec3::from),
-            rotation.normalize(),
-            self.translation.map_or(DVec3::ZERO, DVec3::from),
-        ))
     }
 }
 

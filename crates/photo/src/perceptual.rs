@@ -20,6 +20,14 @@ pub(crate) fn from_oklab([l, a, b]: [f32; 3]) -> [f32; 3] {
     [color.red, color.green, color.blue]
 }
 
+/// The square of the difference of two colors of Oklab.
+pub(crate) fn square_apart(one: [f32; 3], other: [f32; 3]) -> f32 {
+    let pairs = one.iter().zip(other);
+    pairs
+        .map(|(one, other)| (one - other) * (one - other))
+        .sum()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

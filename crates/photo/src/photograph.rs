@@ -125,14 +125,16 @@ pub(crate) fn opened(path: &Path) -> Result<(File, u64), Error> {
     Ok((file, file_bytes))
 }
 
-fn read_coded(file: File, file_bytes: u64) -> Result<Photograph, Error> {
+fn read_coded(mut file: File, file_bytes: u64) -> Result<Photograph, Error> {
+    let gamma = guarded(Error::Damaged, || Ok(gamma_of_png(BufReader::new(&file))))?;
+    file.rewind()?;
     let stored = decode(file, file_bytes)?;
     let (colors, profile) = match &stored.profile {
         Some(bytes) => {
             let (colors, profile) = guarded(Error::Damaged, || Ok(Colors::of_profile(bytes)))?;
             (colors, Some(profile))
         }
-        None => (stored.gamma.map_or(Colors::Srgb, Colors::of_gamma), None),
+        None => (gamma.map_or(Colors::Srgb, Colors::of_gamma), None),
     };
     let (light, encoding) = linearize(&stored.picture, &colors)?;
     Ok(Photograph {
@@ -160,8 +162,6 @@ pub(crate) struct Stored {
     exif: Option<Vec<u8>>,
     /// Color profile.
     profile: Option<Vec<u8>>,
-    /// The exponent that a PNG names, if it names neither profile nor sRGB.
-    gamma: Option<f64>,
 }
 
 impl Stored {
@@ -177,11 +177,6 @@ impl Stored {
                 ));
             }
         }
-        source.seek(SeekFrom::Start(0))?;
-        let gamma = match format {
-            Some(ImageFormat::Png) => gamma_of_png(&mut source),
-            Some(_) | None => None,
-        };
         source.seek(SeekFrom::Start(0))?;
         let mut reader = ImageReader::new(source);
         match format {
@@ -203,13 +198,13 @@ impl Stored {
             orientation: decoder.orientation().map_err(damaged)?,
             exif: decoder.exif_metadata().map_err(damaged)?,
             profile: decoder.icc_profile().map_err(damaged)?,
-            gamma,
             picture: DynamicImage::from_decoder(decoder).map_err(damaged)?,
         })
     }
 }
 
-/// A header that cannot be read names none: who reads the pixels says what is wrong.
+/// The exponent that a PNG names, if it names neither profile nor sRGB. A header that cannot be read names none: who
+/// reads the pixels says what is wrong.
 fn gamma_of_png(source: impl BufRead + Seek) -> Option<f64> {
     let reader = png::Decoder::new(source).read_info().ok()?;
     let info = reader.info();

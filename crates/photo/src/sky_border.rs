@@ -8,6 +8,7 @@
 
 use ndarray::Array2;
 
+use crate::perceptual::square_apart;
 use crate::sky_mask::quantile;
 
 /// Thresholds, between the lowest (0) and the highest (1) by their ratio.
@@ -19,10 +20,7 @@ const QUANTILES: (f64, f64) = (0.2, 0.99);
 /// the difference from the mean of theirs. Ramps have none, soft clouds little.
 pub(crate) fn sharpness(lab: &Array2<[f32; 3]>) -> Array2<f32> {
     let means = mean_of_nine(lab);
-    let squares = Array2::from_shape_fn(lab.dim(), |at| {
-        let apart = lab[at].iter().zip(means[at]);
-        [apart.map(|(a, b)| (a - b) * (a - b)).sum::<f32>()]
-    });
+    let squares = Array2::from_shape_fn(lab.dim(), |at| [square_apart(lab[at], means[at])]);
     mean_of_nine(&squares).mapv(|[square]| square.sqrt())
 }
 

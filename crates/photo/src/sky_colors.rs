@@ -17,6 +17,7 @@ use ndarray::Zip;
 use crate::k_means::Feature;
 use crate::k_means::k_means;
 use crate::k_means::nearest_center;
+use crate::perceptual::square_apart;
 
 /// Most pixels that a mixture is found from.
 const MOST_SAMPLES: usize = 2000;
@@ -123,8 +124,7 @@ impl Colors {
         Zip::indexed(&mut pulls).par_for_each(|(y, x), pulls: &mut [f32; 4]| {
             *pulls = BESIDE.map(|(dx, dy)| match x.checked_add_signed(dx) {
                 Some(column) if column < width && y + dy < height => {
-                    let apart = lab[[y, x]].iter().zip(lab[[y + dy, column]]);
-                    let apart: f32 = apart.map(|(a, b)| (a - b) * (a - b)).sum();
+                    let apart = square_apart(lab[[y, x]], lab[[y + dy, column]]);
                     PULL * (-apart / (2.0 * SAME_COLOR * SAME_COLOR)).exp()
                 }
                 _ => 0.0,

@@ -19,6 +19,7 @@ use crate::error::Error;
 use crate::joint_bilateral::upsample_labels;
 use crate::linear_picture::LinearPicture;
 use crate::perceptual::oklab;
+use crate::perceptual::square_apart;
 use crate::sky_border::mean_of_nine;
 use crate::sky_border::sharpness;
 use crate::sky_border::sky_borders;
@@ -271,10 +272,7 @@ fn reduced(photo: &LinearPicture, longest: usize) -> LinearPicture {
 
 /// What has the color of a pixel and goes over into it.
 fn around(lab: &Array2<[f32; 3]>, start: (usize, usize)) -> Array2<bool> {
-    let apart = |a: (usize, usize), b: (usize, usize)| {
-        let squares = lab[a].iter().zip(lab[b]).map(|(a, b)| (a - b) * (a - b));
-        squares.sum::<f32>().sqrt()
-    };
+    let apart = |a: (usize, usize), b: (usize, usize)| square_apart(lab[a], lab[b]).sqrt();
     spread(lab.dim(), vec![start], |from, to| {
         apart(start, to) < OF_POINTED && apart(from, to) < TO_NEXT
     })

@@ -12,6 +12,7 @@
 
 use ndarray::Array2;
 
+use crate::perceptual::square_apart;
 use crate::sky_colors::Colors;
 use crate::sky_mask::quantile;
 use crate::sky_prior::LEAST_SHARP;
@@ -96,9 +97,7 @@ fn steps_across(sky: &Array2<bool>, lab: &Array2<[f32; 3]>) -> Vec<f32> {
     for ((y, x), is_sky) in sky.indexed_iter() {
         for beside in [(y + 1, x), (y, x + 1)] {
             if sky.get(beside).is_some_and(|other| other != is_sky) {
-                let apart = lab[[y, x]].iter().zip(lab[beside]);
-                let squares = apart.map(|(a, b)| (a - b) * (a - b));
-                steps.push(squares.sum::<f32>().sqrt());
+                steps.push(square_apart(lab[[y, x]], lab[beside]).sqrt());
             }
         }
     }

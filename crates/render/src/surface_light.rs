@@ -190,14 +190,12 @@ fn sent_each_other(h: f64, a: f64) -> f64 {
 impl<'a> SurfaceLight<'a> {
     /// The surfaces and drops of a picture, with what drops leave of the sky.
     pub(crate) fn new(request: &RenderRequest<'a>) -> Self {
+        let of_sun = Self::of_sun(request);
         let has_shadow = request.effects.drop_shadow.is_on();
         let bounds = request.drops.bounds().filter(|_| has_shadow);
-        let has_sky = request.effects.lit_surfaces.is_on();
-        let bricks = request.drops.bricks();
         Self {
-            sky: (bounds.filter(|_| has_sky))
-                .map(|bounds| SkyUnderDrops::new(bricks, bounds, GROUND_M)),
-            ..Self::of_sun(request)
+            sky: bounds.map(|bounds| SkyUnderDrops::new(of_sun.bricks, bounds, GROUND_M)),
+            ..of_sun
         }
     }
 

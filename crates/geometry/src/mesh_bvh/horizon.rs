@@ -8,8 +8,8 @@
 use glam::DVec2;
 use glam::DVec3;
 
-use super::MAX_DEPTH;
 use super::MeshBvh;
+use super::Waiting;
 use crate::aabb::Aabb;
 use crate::covered_slopes::CoveredSlopes;
 use crate::level_look::LevelLook;
@@ -18,26 +18,16 @@ impl MeshBvh {
     /// Cover the slopes of sights, from a point along a horizontal unit vector, in which triangles stand.
     pub fn cover(&self, from: DVec3, along: DVec3, covered: &mut CoveredSlopes) {
         let look = LevelLook::new(level(from), level(along));
-        let mut stack = [0_u32; MAX_DEPTH + 1];
-        let mut n_waiting = 1;
-        while n_waiting > 0 && !covered.are_all() {
-            n_waiting -= 1;
-            let index = stack[n_waiting] as usize;
-            let node = &self.nodes[index];
-            let slopes = slopes_of_box(&node.bounds, from.y, &look);
+        let mut waiting = Waiting::at_root();
+        while let Some(index) = waiting.next() {
+            if covered.are_all() {
+                return;
+            }
+            let slopes = slopes_of_box(&self.nodes[index].bounds, from.y, &look);
             if slopes.is_none_or(|slopes| covered.hold(slopes)) {
                 continue;
             }
-            if node.n_triangles == 0 {
-                let children = [index as u32 + 1, node.start];
-                let near_is_right = self.is_right_nearer(children, along);
-                stack[n_waiting] = children[usize::from(!near_is_right)];
-                stack[n_waiting + 1] = children[usize::from(near_is_right)];
-                n_waiting += 2;
-                continue;
-            }
-            let leaf = node.start as usize..(node.start + node.n_triangles) as usize;
-            for &triangle in &self.order[leaf] {
+            for &triangle in self.opened(index, along, &mut waiting) {
                 let corners = self.mesh.corners(triangle as usize);
                 if let Some(slopes) = slopes_of_triangle(corners, from.y, &look) {
                     covered.add(slopes);
