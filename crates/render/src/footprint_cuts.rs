@@ -13,7 +13,7 @@ use crate::surface_light::Spot;
 use crate::surfaces::Sight;
 
 /// Cells along a side of the lattice on which edges are looked for.
-const N_LOOKED_AT: u32 = 8;
+pub(crate) const N_LOOKED_AT: u32 = 8;
 
 /// Halvings of a cell that is cut.
 const N_HALVINGS: u32 = 12;
@@ -149,11 +149,15 @@ pub(crate) enum Strips {
 impl Strips {
     /// Strips across most edges of a pixel; `None` where none is found.
     pub(crate) fn across_edges(meets: &Meets) -> Option<Self> {
-        let along = |index| share(index, N_LOOKED_AT);
-        let row = |y| (0..=N_LOOKED_AT).map(move |x| Self::Across.place(along(y), along(x)));
-        let met: Vec<Vec<_>> = (0..=N_LOOKED_AT)
-            .map(|y| row(y).map(meets).collect())
-            .collect();
+        let mut lattices = [N_LOOKED_AT / 2, N_LOOKED_AT].into_iter();
+        lattices.find_map(|n_cells| Self::across_edges_of(n_cells, meets))
+    }
+
+    /// The same on a lattice of so many cells along a side.
+    fn across_edges_of(n_cells: u32, meets: &Meets) -> Option<Self> {
+        let along = |index| share(index, n_cells);
+        let row = |y| (0..=n_cells).map(move |x| Self::Across.place(along(y), along(x)));
+        let met: Vec<Vec<_>> = (0..=n_cells).map(|y| row(y).map(meets).collect()).collect();
         let is_change = |a: (usize, usize), b: (usize, usize)| !alike(met[a.0][a.1], met[b.0][b.1]);
         let (mut across, mut down) = (0, 0);
         for line in 0..met.len() {
@@ -213,7 +217,8 @@ fn share(index: u32, n: u32) -> f64 {
     f64::from(index) / f64::from(n)
 }
 
-fn alike(a: Option<Met>, b: Option<Met>) -> bool {
+/// Whether rays meet the same.
+pub(crate) fn alike(a: Option<Met>, b: Option<Met>) -> bool {
     match (a, b) {
         (Some(a), Some(b)) => a.is_like(&b),
         (None, None) => true,

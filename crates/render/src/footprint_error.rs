@@ -95,29 +95,47 @@ impl Bend {
 /// Lines of five pixels through one: across, down, and both diagonals.
 pub(crate) type Lines = [[PixelLight; 5]; 4];
 
+/// Columns and rows from a pixel of each line to the next.
+const STEPS: [[i32; 2]; 4] = [[1, 0], [0, 1], [1, 1], [-1, 1]];
+
+/// Columns and rows from the middle of a line to its pixels.
+fn places([across, down]: [i32; 2]) -> [[i32; 2]; 5] {
+    [-2, -1, 0, 1, 2].map(|at| [at * across, at * down])
+}
+
 /// The lines through a pixel; `lights_around` reach [`REACH_PX`] beyond the pixels that are counted.
 pub(crate) fn lines_through(lights_around: &Array2<PixelLight>, x: usize, y: usize) -> Lines {
     let reach = REACH_PX as usize;
-    let line = |place: fn(usize, usize) -> [usize; 2]| {
-        std::array::from_fn(|step| {
-            let [down, across] = place(step, reach);
-            lights_around[[y + down, x + across]]
-        })
-    };
-    let lines = [
-        line(|step, reach| [reach, step]),
-        line(|step, reach| [step, reach]),
-        line(|step, _| [step, step]),
-        line(|step, reach| [step, 2 * reach - step]),
-    ];
+    let at = |from: usize, steps: i32| (from + reach).saturating_add_signed(steps as isize);
+    let light = |[across, down]: [i32; 2]| lights_around[[at(y, down), at(x, across)]];
+    let lines = STEPS.map(|step| places(step).map(light));
     lines.map(on_one_surface)
 }
 
 /// A line on the surface of its middle.
-fn on_one_surface(mut five: [PixelLight; 5]) -> [PixelLight; 5] {
-    for (at, inwards) in [(1, 2), (0, 1), (3, 2), (4, 3)] {
+fn on_one_surface(five: [PixelLight; 5]) -> [PixelLight; 5] {
+    inwards(five, |five, at, inwards| {
         let [here, before] = [at, inwards].map(|it: usize| f64::from(five[it].surface_m));
-        if !is_one_surface(here, before) {
+        is_one_surface(here, before)
+    })
+}
+
+/// The lines through a pixel whose rays all meet the same, by those of its neighbors that meet it too: what lies beyond
+/// an edge is nothing that it misses. `is_alike` is asked by columns and rows from the pixel.
+pub(crate) fn on_this_side(lines: &Lines, is_alike: impl Fn([i32; 2]) -> bool) -> Lines {
+    std::array::from_fn(|line| {
+        let places = places(STEPS[line]);
+        inwards(lines[line], |_, at, _| is_alike(places[at]))
+    })
+}
+
+/// A line in which each pixel that is not kept, by its index and that of the next one inwards, is as the latter.
+fn inwards(
+    mut five: [PixelLight; 5],
+    is_kept: impl Fn(&[PixelLight; 5], usize, usize) -> bool,
+) -> [PixelLight; 5] {
+    for (at, inwards) in [(1, 2), (0, 1), (3, 2), (4, 3)] {
+        if !is_kept(&five, at, inwards) {
             five[at] = five[inwards];
         }
     }
@@ -205,6 +223,25 @@ mod tests {
         assert_eq!(missed(&lights(far)), (0.0, 0.0));
         let (error, step) = missed(&lights(|_| 0.0));
         assert!(error > 30.0 && step >= 50.0, "{error} {step}");
+    }
+
+    #[test]
+    fn what_lies_beyond_an_edge_beside_a_pixel_is_none_of_its_errors() {
+        // Sky above the third row of five, twice as bright ground that gets brighter downwards below it.
+        let lights = Array2::from_shape_fn((5, 5), |(y, _)| PixelLight {
+            beside: [50.0, 50.0, 100.0, 101.0, 102.0][y],
+            ..PixelLight::default()
+        });
+        let lines = lines_through(&lights, 0, 0);
+        let missed = |lines: &Lines| footprint_error(lines, PixelFootprint::Prefiltered, 1e-3);
+        let on_ground = on_this_side(&lines, |[_, down]| down >= 0);
+        assert!(missed(&lines) > 5.0 && missed(&on_ground) < 0.5);
+        // All four lines keep what is met, and nothing of what is not.
+        let values = |line: usize| on_ground[line].map(|pixel| pixel.beside);
+        assert_eq!(values(0), [100.0; 5]);
+        for line in 1..4 {
+            assert_eq!(values(line), [100.0, 100.0, 100.0, 101.0, 102.0]);
+        }
     }
 
     #[test]

@@ -128,12 +128,12 @@ impl<'a> TileMut<'a> {
         &mut errors.expect("every picture has its error").1
     }
 
-    /// Add what the footprint misses of a pixel that was just put.
+    /// Set what the footprint misses of a pixel, beside its other errors.
     pub(crate) fn put_missed(&mut self, (x, y): (usize, usize), missed: f64) {
-        let errors = self.errors();
-        errors[[FOOTPRINT, y, x]] = missed as f32;
-        let error = &mut errors[[TOTAL, y, x]];
-        *error = together(&[f64::from(*error), missed]) as f32;
+        let mut causes = self.errors().slice_mut(s![.., y, x]);
+        causes[FOOTPRINT] = missed as f32;
+        let parts = causes.slice(s![TOTAL + 1..]).mapv(f64::from);
+        causes[TOTAL] = together(&parts.to_vec()) as f32;
     }
 
     /// Where the ray through the middle of a pixel ends, where that is wanted (m).

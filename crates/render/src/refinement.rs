@@ -29,15 +29,20 @@ use crate::error_parts::together;
 use crate::footprint::offsets;
 use crate::footprint::turned_offsets;
 use crate::footprint_cuts::Met;
+use crate::footprint_cuts::N_LOOKED_AT;
 use crate::footprint_cuts::Part;
 use crate::footprint_cuts::Strips;
+use crate::footprint_cuts::alike;
+use crate::footprint_error::Lines;
 use crate::footprint_error::PixelLight;
 use crate::footprint_error::half_step;
 use crate::footprint_error::lines_through;
+use crate::footprint_error::on_this_side;
 use crate::levels::Integration;
 use crate::levels::PixelFootprint;
 use crate::march::March;
 use crate::picture_layers::FOOTPRINT;
+use crate::picture_layers::QUADRATURE;
 use crate::picture_layers::Rendered;
 use crate::picture_tiles::TileMut;
 use crate::picture_tiles::of_rays;
@@ -55,6 +60,12 @@ const MOST_ALONG: u32 = 16;
 /// as before, or an edge cuts every strip once.
 const SIDE_BY_SIDE: f64 = 1.0 / 4.0;
 const CLOSE: f64 = 1.0 / 16.0;
+
+/// The middle of a pixel.
+const MIDDLE: (f64, f64) = (0.5, 0.5);
+
+/// What a square of the lattice of sights covers of a pixel, of half a step: an edge can hide in it.
+const UNSEEN: f64 = 2.0 / (N_LOOKED_AT * N_LOOKED_AT) as f64;
 
 /// Relative error of the quadrature of rays that are added.
 const FINE: f64 = 1e-6;
@@ -104,10 +115,16 @@ enum Chosen {
 struct Finer<'a> {
     march: &'a March<'a>,
     tolerance_cd_m2: f64,
-    /// What the footprint's error would be if the pixel were prefiltered.
+    /// The pixels around it.
+    lines: Lines,
+}
+
+/// What was done for a pixel.
+struct Bettered {
+    /// What it still misses.
     missed_cd_m2: f64,
-    /// What an edge in it may miss.
-    half_step_cd_m2: f64,
+    /// Whether it got more rays.
+    has_more_rays: bool,
 }
 
 impl RayTracer<'_> {
@@ -192,21 +209,19 @@ impl RayTracer<'_> {
                 for ((y, x), error) in errors.indexed_iter() {
                     if *error > tolerance_cd_m2 && is_chosen() {
                         let (column, row) = tile.in_region((x, y));
-                        let lines = lines_through(lights_around, column, row);
                         let finer = Finer {
                             march: &march,
                             tolerance_cd_m2,
-                            missed_cd_m2: self.missed(&lines, PixelFootprint::Prefiltered),
-                            half_step_cd_m2: half_step(&lines),
+                            lines: lines_through(lights_around, column, row),
                         };
                         let mut pixel = PixelOfTile {
                             tile: &mut tile,
                             x,
                             y,
                         };
-                        let missed = self.finer_pixel(&mut pixel, &finer, room);
-                        if let (Some(missed), Chosen::All) = (missed, chosen) {
-                            pixel.keep(room, missed);
+                        let bettered = self.finer_pixel(&mut pixel, &finer, room);
+                        if let Chosen::All = chosen {
+                            pixel.keep(room, &bettered);
                         }
                     }
                 }
@@ -214,8 +229,8 @@ impl RayTracer<'_> {
         );
     }
 
-    /// Leaves a pixel with more rays in the room, and returns what it still misses; `None` where it has most already.
-    fn finer_pixel(&self, pixel: &mut PixelOfTile, finer: &Finer, room: &mut Room) -> Option<f64> {
+    /// Leaves a pixel in the room where it gets more rays.
+    fn finer_pixel(&self, pixel: &mut PixelOfTile, finer: &Finer, room: &mut Room) -> Bettered {
         let (x, y) = (pixel.x, pixel.y);
         let tile = &mut *pixel.tile;
         let place = self.place(tile.in_region((x, y)));
@@ -224,13 +239,32 @@ impl RayTracer<'_> {
             Some(Met::of(&sight, &self.frame))
         };
         let strips = Strips::across_edges(&meets);
+        let errors = tile.errors();
+        let [quadrature, footprint] =
+            [QUADRATURE, FOOTPRINT].map(|cause| f64::from(errors[[cause, y, x]]));
+        let prefiltered = |lines| self.missed(lines, PixelFootprint::Prefiltered);
         let mut missed = match (strips, self.footprint) {
-            (Some(_), _) => finer.missed_cd_m2.max(finer.half_step_cd_m2),
-            (None, PixelFootprint::Grid { .. }) => f64::from(tile.errors()[[FOOTPRINT, y, x]]),
-            (None, _) => finer.missed_cd_m2,
+            (Some(_), _) => prefiltered(&finer.lines).max(half_step(&finer.lines)),
+            (None, PixelFootprint::Grid { .. }) => footprint,
+            (None, _) => {
+                let here = meets(MIDDLE);
+                let is_alike = |[across, down]: [i32; 2]| {
+                    let (x, y) = (MIDDLE.0 + f64::from(across), MIDDLE.1 + f64::from(down));
+                    alike(here, meets((x, y)))
+                };
+                let lines = on_this_side(&finer.lines, is_alike);
+                prefiltered(&lines).max(UNSEEN * half_step(&finer.lines))
+            }
         };
+        let is_one_ray = strips.is_none() && self.footprint == PixelFootprint::Prefiltered;
+        let mut bettered = Bettered {
+            missed_cd_m2: missed,
+            has_more_rays: false,
+        };
+        if is_one_ray && together(&[missed, quadrature]) <= finer.tolerance_cd_m2 {
+            return bettered;
+        }
         let mut before = tile.luminance((x, y), &self.xyz_weights);
-        let mut is_refined = false;
         for n in rays_to_try(strips, self.footprint) {
             let parts = match strips {
                 Some(strips) => Parts::cut(n, strips.parts(n, &meets), finer.march),
@@ -238,17 +272,20 @@ impl RayTracer<'_> {
             };
             let least_left = parts.least_left;
             self.trace_parts(place, parts, room);
-            is_refined = true;
             let luminance = room.pixel.luminance();
             if n > 1 {
                 missed = (luminance - before).abs().max(least_left * missed);
             }
             before = luminance;
+            bettered = Bettered {
+                missed_cd_m2: missed,
+                has_more_rays: true,
+            };
             if together(&[missed, room.pixel.errors.quadrature]) <= finer.tolerance_cd_m2 {
                 break;
             }
         }
-        is_refined.then_some(missed)
+        bettered
     }
 
     /// Gather a ray for each part of a pixel, with its part of the pixel's scattering angles.
@@ -277,14 +314,16 @@ impl RayTracer<'_> {
 }
 
 impl PixelOfTile<'_, '_> {
-    /// Puts what a room holds of it, and what that misses.
-    fn keep(self, room: &Room, missed: f64) {
+    /// Puts what a room holds of it, where it got more rays, and what it misses.
+    fn keep(self, room: &Room, bettered: &Bettered) {
         let Self { tile, x, y } = self;
-        tile.put((x, y), &room.pixel);
-        tile.put_missed((x, y), missed);
-        for (mut plane, value) in tile.radiance.outer_iter_mut().zip(&room.pixel.radiance) {
-            plane[[y, x]] = *value;
+        if bettered.has_more_rays {
+            tile.put((x, y), &room.pixel);
+            for (mut plane, value) in tile.radiance.outer_iter_mut().zip(&room.pixel.radiance) {
+                plane[[y, x]] = *value;
+            }
         }
+        tile.put_missed((x, y), bettered.missed_cd_m2);
     }
 }
 
