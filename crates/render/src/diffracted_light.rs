@@ -11,13 +11,13 @@ use crate::ray_settings::RayThroughDrops;
 use crate::scattering_rows::ScatteringRows;
 
 impl Frame<'_> {
-    /// What diffraction changes in the light of a ray at a scattering angle, as the light of a room; air dims
+    /// What diffraction changes in the light of a ray at its scattering angles, as the light of a room; air dims
     /// it as at its mean distance.
     pub(crate) fn diffracted(
         &self,
         diffraction: &Diffraction,
         way: RayThroughDrops,
-        theta_rad: f64,
+        place: &RayPlace,
         room: &mut DiffractionRoom,
     ) {
         let RayThroughDrops {
@@ -34,11 +34,7 @@ impl Frame<'_> {
             transmitted,
         } = room;
         light.fill(0.0);
-        let place = RayPlace {
-            theta_rad,
-            width_rad: settings.width_rad,
-        };
-        diffraction.blurred.stencil(&place, stencil);
+        diffraction.blurred.stencil(place, stencil);
         let air = settings.air.filter(|_| !self.dimmed_by.nothing());
         let way = |air| AirWay {
             air,

@@ -41,6 +41,7 @@ use crate::levels::DropOrders;
 use column::N_STRATA;
 pub(crate) use diffraction::Diffraction;
 pub(crate) use diffraction::DiffractionRoom;
+pub(crate) use diffraction::FirstOrder;
 use free_flight::FreeFlight;
 use lattice::Lattice;
 use paths::N_REPLICATES;

@@ -14,6 +14,7 @@ use crate::air_glow::AirGlow;
 use crate::air_slabs::DimmedBy;
 use crate::deadline::Deadline;
 use crate::drop_orders::Diffraction;
+use crate::drop_orders::FirstOrder;
 use crate::drop_orders::MultipleLight;
 use crate::drop_orders::OrdersRequest;
 use crate::drop_orders::SeenDirections;
@@ -39,6 +40,9 @@ use crate::size_nodes::SizeNodes;
 use crate::size_nodes::table_of_laws;
 use crate::surface_light::SurfaceLight;
 use crate::surround::mean_surround;
+
+/// Part of the tolerance for the rays of a pixel that nobody sees.
+const UNSEEN: f64 = 0.1;
 
 /// What all rays of a picture share.
 pub(crate) struct Frame<'a> {
@@ -80,6 +84,8 @@ pub(crate) struct Frame<'a> {
     pub(crate) multiple: Option<MultipleLight>,
     /// What diffraction changes in the bows, where that light is wanted.
     pub(crate) diffraction: Option<Diffraction<'a>>,
+    /// A change of a pixel's luminance that nobody sees at the tolerance of the picture [cd/m²].
+    pub(crate) unseen_cd_m2: f64,
     /// Light of the drops in the sun that water mirrors.
     pub(crate) reflection: Option<Reflection<'a>>,
     /// Water that is seen.
@@ -332,13 +338,13 @@ fn diffraction<'a>(
     rows: &ScatteringRows,
 ) -> Option<Diffraction<'a>> {
     let range_rad = rows.angles().theta_range_rad();
-    let first_order = request.levels.drop_extinction_model;
-    Some(Diffraction::new(
-        &table_of_laws(request.table?, request.drops.size_range(), kept_radii),
-        range_rad,
-        basis.march,
-        first_order,
-    ))
+    let first_order = FirstOrder {
+        march: basis.march,
+        extinction: request.levels.drop_extinction_model,
+        luminance_weights: basis.luminance_weights.clone(),
+    };
+    let table = table_of_laws(request.table?, request.drops.size_range(), kept_radii);
+    Some(Diffraction::new(&table, range_rad, &first_order))
 }
 
 /// The light of orders beyond the first, for all directions of the camera's frame whatever its region:

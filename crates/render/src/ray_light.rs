@@ -296,15 +296,25 @@ impl Frame<'_> {
                 &mut out.scratch.diffraction,
                 self.sides.wants(theta_rad),
             ) {
-                self.diffracted(diffraction, way, theta_rad, room);
-                out.multiple.copy_from_slice(&room.light);
+                let place = RayPlace {
+                    theta_rad,
+                    width_rad: settings.width_rad,
+                };
+                let most = diffraction.most_changed(&place, out.light);
+                if let Some(unseen) = most.filter(|it| *it <= self.unseen_cd_m2) {
+                    out.errors.orders = unseen;
+                } else {
+                    self.diffracted(diffraction, way, &place, room);
+                    out.multiple.copy_from_slice(&room.light);
+                }
             }
-            out.errors.orders = light.add(
+            let orders = light.add(
                 ray.direction,
                 self.left_behind(out),
                 &self.irradiance,
                 &mut out.multiple,
             );
+            out.errors.orders = orders.hypot(out.errors.orders);
         }
         if let (Some(air), true) = (settings.air, glowing) {
             let glow_ray = GlowRay {

@@ -292,6 +292,40 @@ fn both_models_of_extinction_come_to_the_same_light() {
 }
 
 #[test]
+fn what_diffraction_changes_out_of_sight_is_left_out_and_told() {
+    let (table, drops) = (bow_table(), cube(0.3));
+    // From the antisolar point past the bow, 0.2 degrees a pixel.
+    let position = DVec3::new(0.0, 10.0, 10.0);
+    let camera = camera(position, (0.0, -60.0), 60.0, (300, 1));
+    let luminance = |picture: &Rendered| {
+        let light = picture[PictureLayer::BowMultiple].index_axis(Axis(0), 1);
+        light.mapv(f64::from)
+    };
+    let told = |picture: &Rendered| picture.error_from("orders").unwrap().mapv(f64::from);
+    let mut request = request_of_all_orders(&camera, &drops, &table, (2, 64));
+    let whole = rendered(&request);
+    let first_order = whole[PictureLayer::BowPrimary].iter().copied();
+    let peak = f64::from(first_order.fold(0.0, f32::max));
+    for tolerance in [0.1, 0.02] {
+        request.tolerance_cd_m2 = Some(tolerance * peak);
+        let picture = rendered(&request);
+        let changes = luminance(&picture) - luminance(&whole);
+        let more_told = told(&picture) - told(&whole);
+        let n_changed = changes.iter().filter(|it| **it != 0.0).count();
+        // The bow is as it was.
+        assert!((30..270).contains(&n_changed), "{tolerance}: {n_changed}");
+        for ((change, more), told) in changes.iter().zip(&more_told).zip(&told(&picture)) {
+            let unseen = 0.1 * tolerance * peak;
+            assert!(
+                change.abs() <= unseen && *more >= 0.0,
+                "{tolerance}: {change}"
+            );
+            assert!(change.abs() <= *told, "{tolerance}: {change} {told}");
+        }
+    }
+}
+
+#[test]
 fn more_paths_come_closer_and_the_estimate_says_how_close() {
     let table = bow_table();
     let drops = cube(0.3);

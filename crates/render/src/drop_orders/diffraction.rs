@@ -19,6 +19,9 @@
 //! `u = k r (theta' - theta)`. The blur is the mean of the table over quantiles of lsf. Repeated
 //! diffraction widens the lobe further, which is left out, as is the spread of sizes in it; tables of
 //! many radii are blurred at 24 of them.
+//!
+//! With the first order at Q = 1 the change is at most max |P * lobe - P| over the sizes times its light: far from bow
+//! and fringes, where that is nothing to be seen, nobody marches for it.
 //! [G05] J. W. Goodman, "Introduction to Fourier Optics", 3rd ed. (2005), eq. 6-31: m(q).
 
 use std::borrow::Cow;
@@ -32,6 +35,7 @@ use niji_exchange::ScatteringTable;
 use rayon::prelude::*;
 
 use super::phase::kept_radii;
+use crate::angle_axis::RayPlace;
 use crate::deposits::Deposits;
 use crate::levels::DropExtinctionModel;
 use crate::march::March;
@@ -56,6 +60,60 @@ pub(crate) struct Diffraction<'a> {
     pub(crate) sharp: Option<ScatteringRows<'a>>,
     /// Both extinctions, and whether their light is added or taken off.
     pub(crate) marches: [(March<'a>, f32); 2],
+    /// What it changes at most, where the first order has the extinction without diffraction.
+    most: Option<MostChanged>,
+}
+
+/// The first order that diffraction changes.
+pub(crate) struct FirstOrder<'a> {
+    pub(crate) march: March<'a>,
+    pub(crate) extinction: DropExtinctionModel,
+    /// Luminance of a spectrum of the table's unit, by wavelength [cd/m²].
+    pub(crate) luminance_weights: Vec<f64>,
+}
+
+/// Luminance that differs at most between a table and the same blurred, of a unit of light, by scattering angle.
+struct MostChanged {
+    theta_rad: Vec<f64>,
+    cd_m2: Vec<f64>,
+}
+
+impl MostChanged {
+    /// The largest over all sizes, natural light.
+    fn of(blurred: &ScatteringTable, sharp: &ScatteringTable, luminance_weights: &[f64]) -> Self {
+        let mut cd_m2 = vec![0.0_f64; sharp.theta_rad.len()];
+        let (_, n_radii, n_variances, ..) = sharp.values.dim();
+        let sizes = (0..n_radii).flat_map(|radius| (0..n_variances).map(move |it| (radius, it)));
+        for (radius, variance) in sizes {
+            for (angle, most) in cd_m2.iter_mut().enumerate() {
+                let change = |wavelength: usize| {
+                    let at = |table: &ScatteringTable| {
+                        let of = |polarization| {
+                            table.values[[polarization, radius, variance, wavelength, angle]]
+                        };
+                        0.5 * f64::from(of(0) + of(1))
+                    };
+                    (at(blurred) - at(sharp)).abs()
+                };
+                let weights = luminance_weights.iter().enumerate();
+                let seen: f64 = weights.map(|(index, weight)| weight * change(index)).sum();
+                *most = most.max(seen);
+            }
+        }
+        Self {
+            theta_rad: sharp.theta_rad.clone(),
+            cd_m2,
+        }
+    }
+
+    /// The largest within the angles of a ray.
+    fn at(&self, place: &RayPlace) -> f64 {
+        let half_rad = 0.5 * place.width_rad;
+        let below = |theta_rad: f64| self.theta_rad.partition_point(|node| *node <= theta_rad);
+        let first = below(place.theta_rad - half_rad).saturating_sub(1);
+        let end = (below(place.theta_rad + half_rad) + 1).min(self.cd_m2.len());
+        self.cd_m2[first..end].iter().copied().fold(0.0, f64::max)
+    }
 }
 
 /// Room to work in.
@@ -75,9 +133,9 @@ impl<'a> Diffraction<'a> {
     pub(crate) fn new(
         table: &ScatteringTable,
         theta_range_rad: (f64, f64),
-        march: March<'a>,
-        first_order: DropExtinctionModel,
+        first_order: &FirstOrder<'a>,
     ) -> Self {
+        let march = first_order.march;
         let sharp = with_few_radii(table);
         // Nobody asks these rows for luminance.
         let dark = vec![0.0; table.wavelengths.len()];
@@ -90,17 +148,27 @@ impl<'a> Diffraction<'a> {
             let rule = PieceRule::new(efficiency, efficiency, march.integration);
             March { rule, ..march }
         };
+        let blurred = blurred(&sharp, theta_range_rad);
+        let has_sharp = match first_order.extinction {
+            DropExtinctionModel::WithoutDiffraction => true,
+            DropExtinctionModel::Full => false,
+        };
+        let most = || MostChanged::of(&blurred, &sharp, &first_order.luminance_weights);
         Self {
-            blurred: rows(blurred(&sharp, theta_range_rad)),
-            sharp: match first_order {
-                DropExtinctionModel::WithoutDiffraction => Some(rows(sharp)),
-                DropExtinctionModel::Full => None,
-            },
+            most: has_sharp.then(most),
+            blurred: rows(blurred),
+            sharp: has_sharp.then(|| rows(sharp)),
             marches: [
                 (of(DropExtinctionModel::WithoutDiffraction), 1.0),
                 (of(DropExtinctionModel::Full), -1.0),
             ],
         }
+    }
+
+    /// What it changes at most in the luminance of a ray whose first order has so much light [cd/m²]; `None` where
+    /// that is not known.
+    pub(crate) fn most_changed(&self, place: &RayPlace, light: f64) -> Option<f64> {
+        Some(light * self.most.as_ref()?.at(place))
     }
 
     /// Its tables.
