@@ -43,6 +43,8 @@ pub(crate) struct Air<'a> {
     eye_density: Lengths,
     /// beta by constituent [1/m]. f32: spectra leave in f32.
     extinction_m1: Vec<Vec<f32>>,
+    /// Largest extinction at any height and wavelength, at most [1/m].
+    largest_extinction_m1: f64,
     /// Scattering coefficients by constituent [1/m].
     scattering_m1: Vec<Vec<f32>>,
     /// Phase functions by constituent and angle, wavelength fastest [1/sr].
@@ -77,6 +79,7 @@ impl<'a> Air<'a> {
                 .iter()
                 .map(|air| to_f32(&air.extinction_m1))
                 .collect(),
+            largest_extinction_m1: 0.0,
             scattering_m1: constituents
                 .iter()
                 .map(|air| to_f32(&air.scattering_m1))
@@ -97,6 +100,11 @@ impl<'a> Air<'a> {
         let eye_height_m = air.planet.height_m(eye);
         air.eye_density = air.densities(eye_height_m);
         air.eye_to_sun = air.table_to_sun(eye);
+        let densest = |index: usize| {
+            let densities = table.constituents[index].density.iter().copied();
+            densities.fold(0.0, f64::max)
+        };
+        air.largest_extinction_m1 = air.largest_depth(&air.each(densest));
         air
     }
 
@@ -247,6 +255,11 @@ impl<'a> Air<'a> {
                 .sum()
         };
         (0..n_wavelengths).map(depth).fold(0.0, f64::max)
+    }
+
+    /// Whether no way of a length is deeper than this, wherever it lies.
+    pub(crate) fn is_thinner(&self, length_m: f64, depth: f64) -> bool {
+        self.largest_extinction_m1 * length_m <= depth
     }
 
     /// beta_s times phase function by wavelength for each constituent [1/(m sr)], one after another.

@@ -37,6 +37,10 @@ use crate::surface_light::Shade;
 /// How far errors exceed the difference from twice as many nodes, or parts among the drops, at kinks.
 pub(crate) const DOUBT: f64 = 1.5;
 
+/// Nodes on long stretches where nobody says how many, and the fewest that are tried where a tolerance does.
+pub(crate) const N_NODES: usize = 10;
+const N_FIRST: usize = N_NODES / 2;
+
 /// Stretches up to here have the fewest nodes (m).
 pub(crate) const SHORT_M: f64 = 300.0;
 
@@ -132,11 +136,13 @@ pub(crate) struct AirGlow {
 }
 
 impl AirGlow {
-    /// The rules of a level: light is smoother than the ways through the air that nodes were asked for.
-    pub(crate) fn of(air_path: AirPath) -> Self {
+    /// The rules of a level: light is smoother than the ways through the air that nodes were asked for. Where a
+    /// tolerance says whether more are taken, the fewest nodes come first.
+    pub(crate) fn of(air_path: AirPath, has_tolerance: bool) -> Self {
         Self::new(match air_path {
             AirPath::Quadrature { n_nodes } => (3 * n_nodes / 4).max(1),
-            AirPath::Constant | AirPath::Midpoint { .. } | AirPath::Table => 10,
+            _ if has_tolerance => N_FIRST,
+            AirPath::Constant | AirPath::Midpoint { .. } | AirPath::Table => N_NODES,
         })
     }
 

@@ -41,7 +41,7 @@ pub(crate) fn stretches(
     let whole = AirStretch::of_range(air.planet(), ray, range_m);
     whole.flat_map(move |stretch| {
         let depth = |distance_m: f64| air.largest_depth(&air.through(ray, distance_m));
-        let (seen, pieces) = if is_deep(&stretch, &depth) {
+        let (seen, pieces) = if is_deep(&stretch, air, &depth) {
             (None, pieces(&stretch, &depth))
         } else {
             (Some(stretch), Vec::new())
@@ -51,14 +51,17 @@ pub(crate) fn stretches(
 }
 
 /// Whether the air hides what lies between the nodes of a stretch.
-fn is_deep(stretch: &AirStretch, depth: &impl Fn(f64) -> f64) -> bool {
+fn is_deep(stretch: &AirStretch, air: &Air, depth: &impl Fn(f64) -> f64) -> bool {
     let (from_m, to_m) = (stretch.from_m, stretch.to_m);
     if !stretch.is_crowded() {
         let is_short = stretch.length_m() < SHORT_M;
         let seen = if is_short { SEEN_BY_ONE } else { SEEN_BY_FEW };
-        return depth(to_m) - depth(from_m) > seen;
+        return !air.is_thinner(stretch.length_m(), seen) && depth(to_m) - depth(from_m) > seen;
     }
     let end_m = DENSE_END * stretch.length_m();
+    if air.is_thinner(end_m, SEEN_BY_CROWD) {
+        return false;
+    }
     let at_start = depth(from_m + end_m) - depth(from_m);
     let at_end = depth(to_m) - depth(to_m - end_m);
     at_start.max(at_end) > SEEN_BY_CROWD

@@ -11,6 +11,7 @@ use rayon::prelude::*;
 
 use crate::air::Air;
 use crate::air_glow::AirGlow;
+use crate::air_glow::N_NODES;
 use crate::air_slabs::DimmedBy;
 use crate::deadline::Deadline;
 use crate::drop_orders::Diffraction;
@@ -232,9 +233,10 @@ pub(crate) fn frame<'a>(
         air: basis.air,
         dimmed_by: basis.dimmed_by,
         glows: basis.glows,
-        glow: AirGlow::of(request.levels.air_path),
+        glow: AirGlow::of(request.levels.air_path, request.tolerance_cd_m2.is_some()),
         brightest: basis.brightest,
         surround,
+        unseen_cd_m2: UNSEEN * request.tolerance_cd_m2.unwrap_or_default(),
         multiple,
         reflection,
         water,
@@ -242,9 +244,14 @@ pub(crate) fn frame<'a>(
 }
 
 impl Frame<'_> {
-    /// Take twice as many nodes of the air's light and on each way through the air.
+    /// Take twice as many nodes of the air's light and, where that has as many as are taken without being asked, on each
+    /// way through the air.
     pub(crate) fn refine_air(&mut self) {
+        let has_few = self.glow.n_nodes() < N_NODES;
         self.glow = self.glow.finer();
+        if has_few {
+            return;
+        }
         self.air = self.air.as_ref().map(Air::finer);
         if let Some(reflection) = &mut self.reflection {
             reflection.refine_air();

@@ -267,6 +267,27 @@ fn a_tolerance_takes_as_many_nodes_as_it_needs() {
 }
 
 #[test]
+fn the_fewest_nodes_are_taken_that_keep_to_a_tolerance() {
+    let camera = camera(DVec3::new(0.0, 1000.0, 0.0), (30.0, 50.0), 80.0, (48, 36));
+    let fine = luminance(&sky(&camera, MANY, None));
+    let peak = fine.iter().copied().fold(0.0, f64::max);
+    let worst = |tolerance: f64| {
+        let found = luminance(&sky(&camera, AirPath::Table, Some(tolerance * peak)));
+        let errors = (found - &fine).into_iter().map(f64::abs);
+        errors.fold(0.0, f64::max) / peak
+    };
+    let errors = [0.1, 1e-2, 1e-3].map(|tolerance| (tolerance, worst(tolerance)));
+    // A quarter of the tolerance is for the air.
+    assert!(
+        errors
+            .iter()
+            .all(|(tolerance, error)| *error <= 0.25 * tolerance),
+        "{errors:?}"
+    );
+    assert!(errors[0].1 > errors[2].1, "{errors:?}");
+}
+
+#[test]
 fn the_part_of_the_air_does_not_depend_on_the_region() {
     let (sun, air, table) = (sun_in_the_south(12.0), layered_air(), isotropic(0.1));
     let camera = camera(DVec3::new(0.0, 2.0, 0.0), (0.0, 20.0), 60.0, (40, 27));
