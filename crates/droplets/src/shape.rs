@@ -110,6 +110,11 @@ impl Shape {
         for_each_shape!(self, shape => shape.grid())
     }
 
+    /// Edge of its voxels (m).
+    pub fn voxel_m(&self) -> f64 {
+        for_each_shape!(self, shape => shape.voxel_m)
+    }
+
     /// The same shape on voxels of another edge length (m).
     #[must_use]
     pub fn with_voxel_m(mut self, voxel_m: f64) -> Self {

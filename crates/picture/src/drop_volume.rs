@@ -27,6 +27,31 @@ pub struct VolumeSource {
     parts: Vec<(String, VolumePart)>,
 }
 
+/// Nodes up to which a volume that was laid out for a plan is kept for the small pictures of it.
+const MOST_NODES_KEPT: u64 = 4_000_000;
+
+/// What a plan knows of drops.
+#[derive(Clone, Debug)]
+pub(crate) struct LaidOut {
+    /// Their figures.
+    pub(crate) summary: DropSummary,
+    /// They themselves, where they are there already.
+    pub(crate) volume: Option<DropVolume>,
+}
+
+impl LaidOut {
+    /// The drops, of this source where they are not there.
+    ///
+    /// # Errors
+    /// As [`VolumeSource::volume`].
+    pub(crate) fn volume_of(
+        &self,
+        source: impl FnOnce() -> Result<DropVolume, Error>,
+    ) -> Result<DropVolume, Error> {
+        self.volume.clone().map_or_else(source, Ok)
+    }
+}
+
 /// Drops that are laid out together.
 #[derive(Clone, Debug)]
 pub enum VolumePart {
@@ -65,38 +90,57 @@ impl VolumeSource {
 
     /// The same with the nodes of its shapes so many times as far apart; `None` where there is no shape.
     pub(crate) fn with_nodes_apart(&self, times: f64) -> Option<Self> {
-        let is_shape = |(_, part): &(String, VolumePart)| matches!(part, VolumePart::Shape(_));
         let apart = |part: &VolumePart| match part {
             VolumePart::Shape(shape) => {
-                VolumePart::Shape(shape.with_voxel_m(times * shape.grid().voxel_m))
+                VolumePart::Shape(shape.with_voxel_m(times * shape.voxel_m()))
             }
             file => file.clone(),
         };
         let parts = self.parts.iter();
         let parts = parts.map(|(name, part)| (name.clone(), apart(part)));
-        self.parts
-            .iter()
-            .any(is_shape)
-            .then(|| Self::new(parts.collect()))
+        self.has_shapes().then(|| Self::new(parts.collect()))
     }
 
-    /// What a plan needs to know of the volume; files are read. What is found in one whose sizes are its own goes
-    /// through `of_file`.
+    /// Whether any of it is a shape.
+    pub(crate) fn has_shapes(&self) -> bool {
+        let mut parts = self.parts.iter();
+        parts.any(|(_, part)| matches!(part, VolumePart::Shape(_)))
+    }
+
+    /// What a plan needs to know of the volume, and the volume where that has to be there for it and is not large; files
+    /// are read. What is found in one whose sizes are its own goes through `of_file`. `None` where there are no drops.
     ///
     /// # Errors
     /// As [`VolumeSource::volume`].
-    pub fn summary(
+    pub(crate) fn laid_out(
         &self,
         of_file: impl Fn(DropSummary) -> DropSummary,
-    ) -> Result<Option<DropSummary>, Error> {
-        let summary = |part: &VolumePart| match part {
-            VolumePart::Shape(shape) => Ok(DropSummary::of_shape(shape)),
-            VolumePart::Density(..) => Ok(DropSummary::of_volume(&part.volume()?)),
-            VolumePart::Volume(_) => Ok(DropSummary::of_volume(&part.volume()?).map(&of_file)),
+    ) -> Result<Option<LaidOut>, Error> {
+        let laid_out = |part: &VolumePart| {
+            if let VolumePart::Shape(shape) = part {
+                return Ok::<_, Error>(DropSummary::laid_out(shape).unwrap_or_default());
+            }
+            let volume = part.volume()?;
+            let found = DropSummary::of_volume(&volume);
+            let found = match part {
+                VolumePart::Volume(_) => found.map(&of_file),
+                VolumePart::Shape(_) | VolumePart::Density(..) => found,
+            };
+            Ok((found, Some(volume)))
         };
-        let parts = self.parts.iter().map(|(_, part)| summary(part));
-        let parts: Vec<Option<DropSummary>> = parts.collect::<Result<_, Error>>()?;
-        Ok(DropSummary::joined(parts.into_iter().flatten()))
+        let (mut summaries, mut volumes) = (Vec::new(), Vec::new());
+        for (name, part) in &self.parts {
+            let (summary, volume) = laid_out(part)?;
+            summaries.extend(summary);
+            volumes.extend(volume.map(|it| (name.clone(), it)));
+        }
+        let is_whole = volumes.len() == self.parts.len();
+        let with_volume = |summary: DropSummary| LaidOut {
+            volume: (is_whole && summary.n_nodes <= MOST_NODES_KEPT)
+                .then(|| DropVolume::joined(volumes)),
+            summary,
+        };
+        Ok(DropSummary::joined(summaries).map(with_volume))
     }
 
     /// Whether some of its water is thrown, of which there may be more than the air holds.

@@ -21,9 +21,12 @@ use niji_scene::Scene;
 use serde::Deserialize;
 use serde::Serialize;
 
+use crate::drop_volume::LaidOut;
 use crate::error::Error;
 use crate::planned_scene::PlanRequest;
 
+use drop_spacing::Asked;
+use drop_spacing::Spacing;
 pub(crate) use drop_spacing::SpacingSeen;
 pub(crate) use sky::SkySeen;
 pub(crate) use sky::sky;
@@ -97,7 +100,7 @@ impl Seen {
 pub(crate) fn seen_of_drops(
     scene: &Scene,
     (foretold, request): (&Foretold, PlanRequest),
-    before: Seen,
+    (drops, before): (&LaidOut, Seen),
 ) -> Result<Seen, Error> {
     let open = small_scene::open(scene, (foretold, request.folder));
     let mut seen = Seen {
@@ -106,29 +109,35 @@ pub(crate) fn seen_of_drops(
         bright_drops: before.bright_drops,
         sky: None,
     };
-    let open = open.but_for(&seen);
-    if let Some(small) = SmallScene::new(scene, (foretold, request), open)? {
-        let mut pictures = Vec::new();
-        if small.planned.plan.is_on(Effect::MultipleScattering) {
-            let orders = small.planned.plan.levels.drop_orders;
-            let picture = small.picture(small.planned.drops()?, orders)?;
-            seen.further_orders = further_orders::further_orders(&small, &picture);
-            pictures.push(picture);
-        }
-        if let Some(other_nodes) = &small.other_nodes {
-            let drops = small.planned.drops()?;
-            let n_nodes = drops.summary().n_nodes;
-            let picture = small.picture(drops, DropOrders::SingleScattering)?;
-            let own = (&picture, n_nodes);
-            seen.drop_spacing = Some(drop_spacing::drop_spacing(
-                &small,
-                scene,
-                (own, other_nodes),
-            )?);
-            pictures.push(picture);
-        }
-        let last = pictures.last();
-        seen.bright_drops = last.and_then(|it| table_error::bright_drops(&small, it));
+    let Some(open) = open.but_for(&seen) else {
+        return Ok(seen);
+    };
+    let spacing = match &open.drop_spacing {
+        Some(shapes) => Spacing::of(shapes)?,
+        None => None,
+    };
+    let others = spacing.iter().filter_map(Spacing::apart);
+    let laid_out: Vec<&LaidOut> = std::iter::once(drops).chain(others).collect();
+    let small = SmallScene::new(scene, (foretold, request), open.further_orders, &laid_out)?;
+    let own = || drops.volume_of(|| small.planned.drops());
+    let mut last = None;
+    if small.planned.plan.is_on(Effect::MultipleScattering) {
+        let orders = small.planned.plan.levels.drop_orders;
+        let picture = small.picture(own()?, orders)?;
+        seen.further_orders = further_orders::further_orders(&small, &picture);
+        last = Some(picture);
     }
+    if let Some(spacing) = &spacing {
+        let picture = small.picture(own()?, DropOrders::SingleScattering)?;
+        let asked = Asked {
+            scene,
+            foretold,
+            request,
+            drops,
+        };
+        seen.drop_spacing = Some(spacing.seen(asked, (&small, &picture))?);
+        last = Some(picture);
+    }
+    seen.bright_drops = last.and_then(|it| table_error::bright_drops(&small, &it));
     Ok(seen)
 }

@@ -32,6 +32,7 @@ use crate::choice;
 use crate::choice::Choice;
 use crate::composite::Composite;
 use crate::composite::CompositeRequest;
+use crate::drop_volume::LaidOut;
 use crate::drop_volume::VolumePart;
 use crate::drop_volume::VolumeSource;
 use crate::error::Error;
@@ -152,8 +153,8 @@ pub(crate) fn drop_hashes(
     hashes.collect()
 }
 
-/// Figures of the drops of a scene; files are read.
-pub(crate) fn drops_of(scene: &Scene, request: PlanRequest) -> Result<Option<DropSummary>, Error> {
+/// What a plan knows of the drops of a scene; files are read.
+pub(crate) fn drops_of(scene: &Scene, request: PlanRequest) -> Result<Option<LaidOut>, Error> {
     let of_file = |drops: DropSummary| {
         if request.is_frame {
             drops.with_rounded_sizes()
@@ -162,7 +163,7 @@ pub(crate) fn drops_of(scene: &Scene, request: PlanRequest) -> Result<Option<Dro
         }
     };
     let source = source_of(scene, request.folder);
-    source.map_or(Ok(None), |source| source.summary(of_file))
+    source.map_or(Ok(None), |source| source.laid_out(of_file))
 }
 
 /// A scene with the nodes of its drops so close, but where it names how close they are.
@@ -250,7 +251,7 @@ impl PlannedScene {
     pub(crate) fn of_drops(
         scene: Scene,
         request: PlanRequest,
-        drops: DropSummary,
+        drops: LaidOut,
     ) -> Result<Self, Error> {
         let key = String::new();
         Self::with_drops(scene, request, (Some(drops), Measured::Now(key)))
@@ -304,20 +305,23 @@ impl PlannedScene {
     pub(crate) fn unmeasured<'a>(
         scene: Scene,
         folder: &Path,
-        others: impl Iterator<Item = &'a VolumeSource>,
+        (own, others): (
+            Option<&'a DropSummary>,
+            impl Iterator<Item = &'a DropSummary>,
+        ),
     ) -> Result<Self, Error> {
         let request = PlanRequest {
             folder,
             ..PlanRequest::default()
         };
-        let own = drops_of(&scene, request)?;
-        let others = others.map(|it| it.summary(|drops| drops));
-        let others: Vec<Option<DropSummary>> = others.collect::<Result<_, Error>>()?;
-        let voxel_m = own.as_ref().map(|drops| drops.voxel_m);
-        let drops = DropSummary::joined(own.into_iter().chain(others.into_iter().flatten()));
-        let drops = drops.map(|drops| DropSummary {
-            voxel_m: voxel_m.unwrap_or(drops.voxel_m),
+        let drops = DropSummary::joined(own.into_iter().chain(others).cloned());
+        let summary = drops.map(|drops| DropSummary {
+            voxel_m: own.map_or(drops.voxel_m, |own| own.voxel_m),
             ..drops
+        });
+        let drops = summary.map(|summary| LaidOut {
+            summary,
+            volume: None,
         });
         Self::with_drops(scene, request, (drops, Measured::Never))
     }
@@ -325,22 +329,23 @@ impl PlannedScene {
     fn with_drops(
         scene: Scene,
         request: PlanRequest,
-        (drops, measured): (Option<DropSummary>, Measured),
+        (drops, measured): (Option<LaidOut>, Measured),
     ) -> Result<Self, Error> {
         let (mut seen, key, afforded, measures) = match measured {
             Measured::Before(choice) => (choice.seen, choice.request, choice.afforded, false),
             Measured::Never => (Seen::default(), String::new(), None, false),
             Measured::Now(key) => (Seen::default(), key, None, !request.is_hasty),
         };
+        let summary = drops.as_ref().map(|drops| drops.summary.clone());
         let look = |foretold: &Foretold| {
-            if measures {
+            if let Some(drops) = drops.as_ref().filter(|_| measures) {
                 let before = request.measured.map(|it| it.seen.clone());
-                seen =
-                    pilot::seen_of_drops(&scene, (foretold, request), before.unwrap_or_default())?;
+                let before = before.unwrap_or_default();
+                seen = pilot::seen_of_drops(&scene, (foretold, request), (drops, before))?;
             }
             Ok::<_, Error>(seen.of_drops())
         };
-        let mut plan = plan_looking(&scene, drops, look)?;
+        let mut plan = plan_looking(&scene, summary, look)?;
         if measures {
             seen.sky = pilot::sky(&scene, &plan, request.watch)?;
         }

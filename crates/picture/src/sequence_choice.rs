@@ -166,7 +166,7 @@ impl SequenceRequest<'_> {
             known.extend(new);
             let drops = drops_of(&frame.1, request);
             let drops = drops.map_err(|error| Error::Frame(frame.0, Box::new(error)))?;
-            found.extend(drops.map(|drops| (frame, drops)));
+            found.extend(drops.map(|drops| (frame, drops.summary)));
         }
         let figures: [fn(&DropSummary) -> f64; 3] = [
             |drops| -drops.effective_radius_um.0,
@@ -204,12 +204,13 @@ impl SequenceRequest<'_> {
             let Some(drops) = drops_of(&scene, request).map_err(in_frame)? else {
                 continue;
             };
-            let own = PlannedScene::of_drops(scene, request, drops.clone()).map_err(in_frame)?;
+            let summary = drops.summary.clone();
+            let own = PlannedScene::of_drops(scene, request, drops).map_err(in_frame)?;
             seen = Some(match seen {
                 Some(seen) => seen.or_more(&own.choice.seen),
                 None => own.choice.seen.clone(),
             });
-            frames.push((*number, own, drops));
+            frames.push((*number, own, summary));
         }
         let seen = seen.unwrap_or_default();
         let at_spacing = |(number, own, drops): (u32, PlannedScene, DropSummary)| {
@@ -217,7 +218,9 @@ impl SequenceRequest<'_> {
             // Files were read once; closer nodes are those of shapes.
             let drops = match seen.spacing() {
                 DropSpacing::AsGiven => drops,
-                DropSpacing::Halved => drops_of(&own.scene, request)?.unwrap_or(drops),
+                DropSpacing::Halved => {
+                    drops_of(&own.scene, request)?.map_or(drops, |it| it.summary)
+                }
             };
             Ok(PlannedFrame {
                 number,

@@ -22,7 +22,6 @@ use niji_scene::tolerance_for_motion;
 
 use super::SmallPicture;
 use super::small_scene::coarse;
-use crate::drop_volume::VolumeSource;
 use crate::error::Error;
 use crate::kept_parts::KeptParts;
 use crate::mean_of_instants::MOTION;
@@ -31,6 +30,7 @@ use crate::picture::PictureSettings;
 use crate::picture::PictureWork;
 use crate::planned_scene::PlanRequest;
 use crate::planned_scene::PlannedScene;
+use crate::planned_scene::drops_of;
 
 /// Numbers of instants, one after the other.
 const INSTANTS: [u32; 5] = [5, 9, 17, 33, 65];
@@ -68,11 +68,20 @@ pub(crate) fn blur(
     if ends.iter().all(|end| *end == own) {
         return Ok(Blur::NONE);
     }
-    let sources = ends
-        .iter()
-        .filter_map(|it| VolumeSource::of(it, request.folder));
-    let sources: Vec<VolumeSource> = sources.collect();
-    let mut planned = PlannedScene::unmeasured(own, request.folder, sources.iter())?;
+    let request_of_one = PlanRequest {
+        is_frame: false,
+        ..request
+    };
+    let summary = |scene: &Scene| {
+        let drops = drops_of(scene, request_of_one)?;
+        Ok::<_, Error>(drops.map(|drops| drops.summary))
+    };
+    let laid_out = ends.iter().filter(|end| end.drops.file().is_none());
+    let at_ends = laid_out.map(summary);
+    let at_ends = at_ends.collect::<Result<Vec<_>, Error>>()?;
+    let drops = summary(&own)?;
+    let drops = (drops.as_ref(), at_ends.iter().flatten());
+    let mut planned = PlannedScene::unmeasured(own, request.folder, drops)?;
     if let Some(need) = &mut planned.plan.scattering {
         need.theta_range_rad = (0.0, PI);
     }

@@ -25,6 +25,7 @@ use niji_scene::Switch;
 
 use super::Seen;
 use super::small_picture::smaller;
+use crate::drop_volume::LaidOut;
 use crate::drop_volume::VolumeSource;
 use crate::error::Error;
 use crate::picture::PictureParts;
@@ -47,10 +48,6 @@ const ORDERS: DropOrders = DropOrders::MultipleScattering {
 /// less.
 const SURE: f64 = 0.1;
 
-/// How many times as far apart nodes are laid out for comparisons.
-const APART: f64 = 2.0;
-const CLOSER: f64 = 0.5;
-
 /// The light of drops.
 const BOWS: [Effect; 3] = [
     Effect::PrimaryBow,
@@ -63,35 +60,26 @@ pub(crate) struct SmallScene<'a> {
     pub(super) planned: PlannedScene,
     table: Option<ScatteringTable>,
     air: Option<AtmosphereTable>,
-    /// Its drops with other nodes, where they are laid out from a shape and send light.
-    pub(super) other_nodes: Option<OtherNodes>,
     pub(super) display_white_cd_m2: f64,
     watch: Watch<'a>,
-}
-
-/// Drops of a shape with other nodes than its own.
-pub(super) struct OtherNodes {
-    /// Twice as far apart.
-    pub(super) apart: VolumeSource,
-    /// Twice as close.
-    pub(super) closer: VolumeSource,
 }
 
 /// What bounds leave open.
 pub(super) struct Open {
     /// Whether light of further orders is on.
     pub(super) further_orders: bool,
-    /// What lies between the nodes of drops that are laid out from a shape and send light: those with others.
-    drop_spacing: Option<OtherNodes>,
+    /// What lies between the nodes of drops that are laid out from a shape and send light: what they are made from.
+    pub(super) drop_spacing: Option<VolumeSource>,
 }
 
 impl Open {
-    /// What is still open once something was seen.
-    pub(super) fn but_for(self, seen: &Seen) -> Self {
-        Self {
+    /// What is still open once something was seen; `None` where nothing is.
+    pub(super) fn but_for(self, seen: &Seen) -> Option<Self> {
+        let open = Self {
             further_orders: self.further_orders && seen.further_orders.is_none(),
             drop_spacing: self.drop_spacing.filter(|_| seen.drop_spacing.is_none()),
-        }
+        };
+        (open.further_orders || open.drop_spacing.is_some()).then_some(open)
     }
 }
 
@@ -103,12 +91,7 @@ pub(super) fn open(scene: &Scene, (foretold, folder): (&Foretold, &Path)) -> Ope
     let source = VolumeSource::of(scene, folder);
     Open {
         further_orders: foretold.further_orders.is_some_and(is_open),
-        drop_spacing: source.filter(|_| is_lit).and_then(|it| {
-            Some(OtherNodes {
-                apart: it.with_nodes_apart(APART)?,
-                closer: it.with_nodes_apart(CLOSER)?,
-            })
-        }),
+        drop_spacing: source.filter(|it| is_lit && it.has_shapes()),
     }
 }
 
@@ -151,34 +134,33 @@ pub(super) fn coarse(
 }
 
 impl<'a> SmallScene<'a> {
-    /// With the effects that are on, and light of further orders where it is open; `None` where nothing is.
+    /// With the effects that are on, and light of further orders where it is open, of drops and others that it is
+    /// compared with.
     ///
     /// # Errors
     /// A scene that cannot be planned.
     pub(super) fn new(
         scene: &Scene,
         (foretold, request): (&Foretold, PlanRequest<'a>),
-        open: Open,
-    ) -> Result<Option<Self>, Error> {
-        let Open {
-            further_orders: is_open,
-            drop_spacing: other_nodes,
-        } = open;
-        if !is_open && other_nodes.is_none() {
-            return Ok(None);
-        }
-        let scene = coarse(scene, (foretold.on, foretold.levels.theory), is_open);
-        let others = other_nodes.iter().flat_map(|it| [&it.apart, &it.closer]);
-        let planned = PlannedScene::unmeasured(scene, request.folder, others)?;
+        has_further_orders: bool,
+        drops: &[&LaidOut],
+    ) -> Result<Self, Error> {
+        let scene = coarse(
+            scene,
+            (foretold.on, foretold.levels.theory),
+            has_further_orders,
+        );
+        let mut summaries = drops.iter().map(|it| &it.summary);
+        let drops = (summaries.next(), summaries);
+        let planned = PlannedScene::unmeasured(scene, request.folder, drops)?;
         let watch = request.watch;
-        Ok(Some(Self {
+        Ok(Self {
             table: planned.scattering(planned.airy()?.as_ref(), watch)?,
             air: planned.air(watch)?,
             planned,
-            other_nodes,
             display_white_cd_m2: foretold.display_white_cd_m2,
             watch,
-        }))
+        })
     }
 
     /// Its picture of some drops by some orders. What hides drops is left out: it makes their light no brighter.

@@ -54,24 +54,32 @@ impl DropSummary {
     /// Figures of a shape; `None` if it is not valid or has no drops. Shapes of up to a million nodes
     /// are laid out to find where the drops are, larger ones count as full and as mixed throughout.
     pub fn of_shape(shape: &Shape) -> Option<Self> {
+        Self::laid_out(shape)?.0
+    }
+
+    /// The same, and the volume where the shape is laid out; `None` if it is not valid.
+    pub fn laid_out(shape: &Shape) -> Option<(Option<Self>, Option<DropVolume>)> {
         // What a fountain knows of itself comes from laying it out, each figure anew.
         if matches!(shape, Shape::Fountain(_)) {
             let volume = shape.volume().ok()?;
-            let bounds = box_of(&shape.grid())?;
-            return Some(Self {
-                min_m: bounds.min,
-                max_m: bounds.max,
-                max_extinction_m1_q1: volume.summary().max_extinction_m1_q1,
-                ..Self::of_volume(&volume)?
+            let of_volume = Self::of_volume(&volume).and_then(|found| {
+                let bounds = box_of(&shape.grid())?;
+                Some(Self {
+                    min_m: bounds.min,
+                    max_m: bounds.max,
+                    max_extinction_m1_q1: volume.summary().max_extinction_m1_q1,
+                    ..found
+                })
             });
+            return Some((of_volume, Some(volume)));
         }
         let own_variance = shape.effective_variance_range();
         let whole = Self::in_closed_form(shape, own_variance)?;
         if whole.n_nodes > MAX_NODES_LAID_OUT {
-            return Some(whole);
+            return Some((Some(whole), None));
         }
-        let found = Self::of_volume(&shape.volume().ok()?)?;
-        Some(Self {
+        let volume = shape.volume().ok()?;
+        let of_volume = Self::of_volume(&volume).map(|found| Self {
             effective_radius_um: snapped(found.effective_radius_um, whole.effective_radius_um),
             effective_variance: snapped(found.effective_variance, own_variance),
             laws: found.laws,
@@ -79,7 +87,8 @@ impl DropSummary {
             n_nodes: found.n_nodes,
             file_bytes: found.file_bytes,
             ..whole
-        })
+        });
+        Some((of_volume, Some(volume)))
     }
 
     /// Figures of drops that are shapes; `None` if any of them is none, or if all are without drops.

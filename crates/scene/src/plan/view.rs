@@ -34,8 +34,9 @@ use super::drop_parts::DropPart;
 /// Most blocks along the width and the height of the picture of a pinhole.
 const MAX_BLOCKS: (u32, u32) = (32, 24);
 
-/// The same of a picture that may show all directions.
+/// The same of a picture that may show all directions, and of what waves blur.
 const MAX_WIDE_BLOCKS: (u32, u32) = (64, 48);
+const MAX_BLURRED_BLOCKS: (u32, u32) = (8, 6);
 
 /// Water that goes on to the horizon ends here, and is as thick (m).
 const FAR_M: f64 = 1e7;
@@ -102,7 +103,7 @@ pub(super) fn blocks(
             ..rectangle.rays(camera)?.block(camera.position(), sun, drops)
         })
     };
-    let rectangles = rectangles(camera, region).into_iter();
+    let rectangles = rectangles(region, most_blocks(camera)).into_iter();
     rectangles.filter_map(block).collect()
 }
 
@@ -130,12 +131,13 @@ pub(super) fn blocks_in_water(
         min: corner(0, water.height_m - THIN_M),
         max: corner(1, water.height_m + THIN_M),
     };
+    let streak_rad = water.streak_reach().0;
     let block = |rectangle: Rectangle| {
         let rays = rectangle.rays(camera)?;
         rays.bundle(eye).range(&plane)?;
         let flip = DVec3::new(1.0, -1.0, 1.0);
         let middle = rays.middle * flip;
-        let radius_rad = rays.radius_rad + water.streak_reach().0 + CURVED_RAD;
+        let radius_rad = rays.radius_rad + streak_rad + CURVED_RAD;
         let rays = Rays {
             middle,
             radius_rad,
@@ -146,10 +148,13 @@ pub(super) fn blocks_in_water(
         let below = eye.with_y(2.0 * water.height_m - eye.y);
         Some(rays.block(below, sun, drops))
     };
-    rectangles(camera, region)
-        .into_iter()
-        .filter_map(block)
-        .collect()
+    let most = if streak_rad > 0.0 {
+        MAX_BLURRED_BLOCKS
+    } else {
+        most_blocks(camera)
+    };
+    let rectangles = rectangles(region, most).into_iter();
+    rectangles.filter_map(block).collect()
 }
 
 /// Smallest and largest component along each axis of unit vectors within an angle of one.
@@ -163,13 +168,17 @@ fn cone(middle: DVec3, radius_rad: f64) -> [(f64, f64); 3] {
     })
 }
 
-fn rectangles(camera: &Camera, region: PixelRegion) -> Vec<Rectangle> {
-    let (width, height) = (region.width_px, region.height_px);
-    let corner = (f64::from(region.x_px), f64::from(region.y_px));
-    let most = match camera {
+/// Most blocks along the width and the height of a picture.
+fn most_blocks(camera: &Camera) -> (u32, u32) {
+    match camera {
         Camera::Pinhole(_) => MAX_BLOCKS,
         Camera::Fisheye(_) | Camera::Panorama(_) => MAX_WIDE_BLOCKS,
-    };
+    }
+}
+
+fn rectangles(region: PixelRegion, most: (u32, u32)) -> Vec<Rectangle> {
+    let (width, height) = (region.width_px, region.height_px);
+    let corner = (f64::from(region.x_px), f64::from(region.y_px));
     let (n_x, n_y) = (width.min(most.0), height.min(most.1));
     let edge = |index: u32, n: u32, size: u32| {
         f64::from((u64::from(index) * u64::from(size) / u64::from(n)) as u32)
