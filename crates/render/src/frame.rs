@@ -207,7 +207,7 @@ pub(crate) fn frame<'a>(
     let table = request.table.filter(|_| rows.is_some());
     let moved = table.and_then(|table| {
         let nodes = SizeNodes::of_drops(table, drops.size_range());
-        MovedRows::new(table, &nodes, &basis.luminance_weights)
+        MovedRows::new(table, &nodes, &basis.luminance_weights, 0.0)
     });
     let multiple = multiple(request, &basis, (progress, deadline))?;
     let of_diffraction = rows.as_ref().filter(|_| multiple.is_some());

@@ -4,6 +4,9 @@
 //! sum of fewer: every second, fourth, ... of them, each the mean over what lies around it, where their step of
 //! ln r is no more than [`bin_step`] of v, as if the table had been made for that law alone.
 //!
+//! Where the light is blurred over angles anyhow, as waves do, radii whose bows lie no farther apart than a part of that
+//! are one, as long as a law is still a sum of them.
+//!
 //! A radius stands for all half way to its neighbors. Their bows lie over a stretch of angles, which belongs to
 //! the width over which its light is taken: the stretches of neighbors touch, however far their bows lie apart.
 
@@ -16,6 +19,10 @@ use niji_sizes::bin_step;
 
 use crate::size_nodes::SizeNodes;
 use crate::size_nodes::step;
+
+/// Widest step of ln r of radii of which a law is a sum of smooth light, over its width: sums over even steps err by
+/// exp(-2 pi²/step²) of a bell.
+const WIDEST_STEP: f64 = 0.75;
 
 /// Rows of what moves and their weights in a row that is moved.
 pub(crate) type RowMean = Vec<(usize, f64)>;
@@ -43,11 +50,24 @@ pub(crate) struct DropsAround {
 }
 
 impl MovedRadii {
-    /// Those that the nodes of sizes ask for.
-    pub(crate) fn new(table: &ScatteringTable, moved: &MovedBows, nodes: &SizeNodes) -> Self {
+    /// Those that the nodes of sizes ask for where bows may lie `apart_rad` apart, or farther.
+    pub(crate) fn new(
+        table: &ScatteringTable,
+        moved: &MovedBows,
+        nodes: &SizeNodes,
+        apart_rad: f64,
+    ) -> Self {
         let (table_um, n_still) = (&table.effective_radius_um, first_moved_row(table, moved));
-        let stride = stride_of(table, nodes.variance[0]);
         let all = Moving(moved.drops.len());
+        let of_sizes = stride_of(table, nodes.variance[0]);
+        let widest_step = WIDEST_STEP * nodes.variance[0].sqrt();
+        let is_blurred = |stride: &usize| {
+            *stride < all.0
+                && *stride as f64 * step(table) <= widest_step
+                && farthest_rad(moved, &all.every(*stride)) <= apart_rad
+        };
+        let wider = std::iter::successors(Some(2 * of_sizes), |stride| Some(2 * stride));
+        let stride = wider.take_while(is_blurred).last().unwrap_or(of_sizes);
         let kept = all.every(stride);
         let eccentricity = |place: usize| moved.drops[kept[place]].eccentricity;
         let last = kept.len().saturating_sub(1);
@@ -79,6 +99,20 @@ impl DropsAround {
         let apart_rad = seen.eccentricity_slope(self.drops.eccentricity) * self.eccentricity_step;
         self.drops.variance_rad2(seen, attitude) + apart_rad * apart_rad / 12.0
     }
+}
+
+/// How far apart the bows of neighbors lie at most, over all directions.
+fn farthest_rad(moved: &MovedBows, kept: &[usize]) -> f64 {
+    let shifts = || moved.orders.iter().flat_map(|order| &order.shifts);
+    let pairs = kept.windows(2).map(|pair| {
+        let drops = [pair[0], pair[1]].map(|row| moved.drops[row].eccentricity);
+        let apart = shifts().map(|shift| {
+            let [a, b] = drops.map(|eccentricity| shift.largest_rad(eccentricity));
+            (b - a).abs()
+        });
+        apart.fold(0.0, f64::max)
+    });
+    pairs.fold(0.0, f64::max)
 }
 
 /// How many rows of the table apart the radii of a law may lie, a power of two.

@@ -103,15 +103,16 @@ pub(crate) struct MovedPlace {
 }
 
 impl MovedRows {
-    /// The moved light of a table for light at the nodes of sizes; `luminance_weights` turn a spectrum of
-    /// the table's unit into luminance. `None` if nothing moves.
+    /// The moved light of a table for light at the nodes of sizes, of which bows may be one that lie no farther apart
+    /// than `apart_rad`; `luminance_weights` turn a spectrum of the table's unit into luminance. `None` if nothing moves.
     pub(crate) fn new(
         table: &ScatteringTable,
         nodes: &SizeNodes,
         luminance_weights: &[f64],
+        apart_rad: f64,
     ) -> Option<Self> {
         let moved = table.moved.as_ref()?;
-        let radii = MovedRadii::new(table, moved, nodes);
+        let radii = MovedRadii::new(table, moved, nodes, apart_rad);
         let n_bins = nodes.radius_um.len() * nodes.variance.len();
         let law = |bin: usize| {
             let weights = nodes.weights(bin, &radii.radii_um).into_iter();

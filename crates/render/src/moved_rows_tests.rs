@@ -78,7 +78,7 @@ fn table(
 /// Its moved rows at its own sizes.
 fn rows(table: &ScatteringTable) -> MovedRows {
     let weights = [1.0; N_WAVELENGTHS];
-    MovedRows::new(table, &SizeNodes::of_table(table), &weights).unwrap()
+    MovedRows::new(table, &SizeNodes::of_table(table), &weights, 0.0).unwrap()
 }
 
 /// Moved light of the first size along the axis of T.
@@ -257,7 +257,7 @@ fn the_bows_of_neighbors_lie_over_stretches_that_touch() {
         |_, _| 1.0,
     );
     let nodes = SizeNodes::of_table(&table);
-    let radii = MovedRadii::new(&table, table.moved.as_ref().unwrap(), &nodes);
+    let radii = MovedRadii::new(&table, table.moved.as_ref().unwrap(), &nodes, 0.0);
     for (place, around) in radii.drops.iter().enumerate() {
         let last = radii.drops.len() - 1;
         let eccentricity = |place: usize| radii.drops[place].drops.eccentricity;
@@ -265,6 +265,33 @@ fn the_bows_of_neighbors_lie_over_stretches_that_touch() {
         let below = if place > 0 { half(place - 1) } else { 0.0 };
         let above = if place < last { half(place) } else { 0.0 };
         assert!((around.eccentricity_step - below - above).abs() < 1e-15);
+    }
+}
+
+#[test]
+fn blurred_light_has_fewer_rows_and_is_the_same() {
+    let bow = |_: usize, theta: f64| (-0.5 * ((theta - 2.4) / 0.01).powi(2)).exp();
+    let radii_um = niji_sizes::bins((60.0, 1500.0), 0.07);
+    let drops = |radius_um: f64| still(8e-8 * radius_um * radius_um);
+    let table = table((all_angles(), radii_um), drops, shifts(|_| 1.5), bow);
+    let range = SizeRange {
+        effective_radius_um: (300.0, 300.0),
+        effective_variance: (0.25, 0.25),
+    };
+    let nodes = SizeNodes::of_drops(&table, Some(range));
+    let rows =
+        |apart_rad: f64| MovedRows::new(&table, &nodes, &[1.0; N_WAVELENGTHS], apart_rad).unwrap();
+    let (all, few) = (rows(0.0), rows(0.08));
+    assert!(10 * few.drops.len() < 6 * all.drops.len() && few.drops.len() > 5);
+    assert_eq!(rows(1e-6).drops.len(), all.drops.len());
+    // However far bows may lie apart, a law is still a sum.
+    assert!(rows(10.0).drops.len() >= 5);
+    let seen = |rows: &MovedRows, theta_rad| f64::from(shaded(rows, theta_rad, 0.3)[0]);
+    let angles = || even(2.2, 0.01, 60).into_iter();
+    let peak = angles().map(|theta| seen(&all, theta)).fold(0.0, f64::max);
+    for theta in angles() {
+        let change = (seen(&few, theta) - seen(&all, theta)).abs() / peak;
+        assert!(change < 0.01, "{theta}: {change}");
     }
 }
 
@@ -293,7 +320,7 @@ fn moved_light_is_what_still_rows_leave_out() {
             effective_variance: (0.1, 0.1),
         };
         let nodes = SizeNodes::of_drops(&table, Some(range));
-        let rows = MovedRows::new(&table, &nodes, &[1.0; N_WAVELENGTHS]).unwrap();
+        let rows = MovedRows::new(&table, &nodes, &[1.0; N_WAVELENGTHS], 0.0).unwrap();
         for (bin, law) in rows.laws.iter().enumerate() {
             let of_rows = nodes.weights(bin, &radii_um).into_iter();
             let staying: f64 = of_rows

@@ -83,7 +83,7 @@ impl<'a> PolarizedRows<'a> {
         let nodes = || SizeNodes::of_drops(table, request.drops.size_range());
         let part = |polarization: &Polarization| {
             let table = mirrored_table(table, *polarization, step_rad);
-            let moved = MovedRows::new(&table, &nodes(), &basis.luminance_weights);
+            let moved = MovedRows::new(&table, &nodes(), &basis.luminance_weights, step_rad);
             let source = (Cow::Owned(table), nodes());
             Part {
                 rows: ScatteringRows::new(source, range_rad, &basis.luminance_weights),

@@ -121,7 +121,7 @@ fn placed_blocks(
         let block = rays.map(|rays| rays.block(camera.position(), sun, drops));
         (rectangle, block)
     };
-    let rectangles = rectangles(camera, frame(camera)).into_iter();
+    let rectangles = rectangles(frame(camera), most_blocks(camera)).into_iter();
     rectangles.map(place).collect()
 }
 
