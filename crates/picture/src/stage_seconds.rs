@@ -1,8 +1,8 @@
 //! How long the stages of a scene will take on this machine, by parts of them.
 //!
-//! s_drops = (s_1 + (n - 1) (s_2 - s_1))/n_threads,   s_air = n a_1/n_threads
-//! `n` wavelengths, `s_1` and `s_2` seconds of one thread for one wavelength of the drops' table and for two, `a_1` for
-//! one of the air's, tables being made wavelength by wavelength. Drops, the whole air and their light are made; a few
+//! s = (s_1 + (n - 1) (s_2 - s_1))/n_threads
+//! `n` wavelengths, `s_1` and `s_2` seconds of one thread for one wavelength of a table and for two, tables being made
+//! wavelength by wavelength: that of the drops, and that of the air where only both are asked for. Drops, the whole air and their light are made; a few
 //! strips of pixels are followed, through a table of one wavelength that stands for all
 //! ([`niji_render::foretold_seconds`]).
 
@@ -35,13 +35,13 @@ pub const WRITTEN_BYTES_PER_S: f64 = 1e8;
 pub fn table_seconds(planned: &PlannedScene, clock: Clock) -> Result<f64, Error> {
     let airy = planned.airy()?;
     let (of_drops_s, _) = scattering_seconds((planned, airy.as_ref()), clock)?;
-    let of_air = || {
+    let of_air = |few: WavelengthGrid| {
         let mut scene = planned.scene.clone();
-        scene.spectrum = middle_of(scene.spectrum, 1)?;
+        scene.spectrum = few;
         crate::air::table(&scene, planned.plan.scattering_orders(), &unwatched)
     };
-    let (of_air_s, _) = of_one_thread(clock, of_air)?;
-    Ok(of_drops_s + planned.scene.spectrum.len() as f64 * of_air_s)
+    let (of_air_s, _) = seconds_of_all((planned.scene.spectrum, clock), of_air)?;
+    Ok(of_drops_s + of_air_s)
 }
 
 /// Seconds that each stage of a planned scene takes, its file written; none of those that set a bow into a photograph. A
@@ -89,16 +89,24 @@ fn scattering_seconds(
     let Some(need) = &planned.plan.scattering else {
         return Ok((0.0, None));
     };
+    let of = |few: WavelengthGrid| crate::scattering::table(need, few, airy, &unwatched);
+    let (seconds, table) = seconds_of_all((planned.scene.spectrum, clock), of)?;
+    Ok((seconds, Some(table)))
+}
+
+/// Seconds that a table of all wavelengths takes, and the table of one.
+fn seconds_of_all<T: Send>(
+    (spectrum, clock): (WavelengthGrid, Clock),
+    make: impl Fn(WavelengthGrid) -> Result<T, Error> + Sync,
+) -> Result<(f64, T), Error> {
     let of = |n_wavelengths: usize| {
-        let few = middle_of(planned.scene.spectrum, n_wavelengths)?;
-        of_one_thread(clock, || {
-            crate::scattering::table(need, few, airy, &unwatched)
-        })
+        let few = middle_of(spectrum, n_wavelengths)?;
+        of_one_thread(clock, || make(few))
     };
-    let n = planned.scene.spectrum.len();
+    let n = spectrum.len();
     let ((one_s, table), (two_s, _)) = (of(1)?, of(n.min(2))?);
     let seconds = one_s + (n as f64 - 1.0) * (two_s - one_s).max(0.0);
-    Ok((seconds, Some(table)))
+    Ok((seconds, table))
 }
 
 /// Wavelengths in the middle of others.
@@ -183,6 +191,26 @@ mod tests {
             ..PlanRequest::default()
         };
         PlannedScene::new(scene, request).unwrap()
+    }
+
+    #[test]
+    fn what_wavelengths_share_is_counted_once() {
+        use std::sync::atomic::AtomicU64;
+        use std::sync::atomic::Ordering::Relaxed;
+        // A clock that goes on by 10 s for what they share, and by 2 s for each.
+        let now = AtomicU64::new(0);
+        let clock = || now.load(Relaxed) as f64;
+        let make = |few: WavelengthGrid| Ok(now.fetch_add(10 + 2 * few.len() as u64, Relaxed));
+        let n_threads = rayon::current_num_threads() as f64;
+        for n in [1, 2, 41] {
+            let spectrum = WavelengthGrid::new(400.0, 5.0, n).unwrap();
+            let (seconds, _) = seconds_of_all((spectrum, &clock), make).unwrap();
+            let expected = (10.0 + 2.0 * n as f64) / n_threads;
+            assert!(
+                (seconds - expected).abs() < 1e-9,
+                "{n}: {seconds} {expected}"
+            );
+        }
     }
 
     #[test]
