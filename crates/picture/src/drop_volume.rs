@@ -85,11 +85,11 @@ impl VolumeSource {
         let parts = populations.map(|it| VolumePart::of(&it.source, folder));
         let source = Self::new(drops.mode_names().into_iter().zip(parts).collect());
         let times = scene.accuracy.drop_spacing.unwrap_or_default().times();
-        Some(source.with_nodes_apart(times).unwrap_or(source))
+        Some(source.with_nodes_apart(times))
     }
 
-    /// The same with the nodes of its shapes so many times as far apart; `None` where there is no shape.
-    pub(crate) fn with_nodes_apart(&self, times: f64) -> Option<Self> {
+    /// The same with the nodes of its shapes so many times as far apart.
+    pub(crate) fn with_nodes_apart(&self, times: f64) -> Self {
         let apart = |part: &VolumePart| match part {
             VolumePart::Shape(shape) => {
                 VolumePart::Shape(shape.with_voxel_m(times * shape.voxel_m()))
@@ -98,7 +98,7 @@ impl VolumeSource {
         };
         let parts = self.parts.iter();
         let parts = parts.map(|(name, part)| (name.clone(), apart(part)));
-        self.has_shapes().then(|| Self::new(parts.collect()))
+        Self::new(parts.collect())
     }
 
     /// Whether any of it is a shape.

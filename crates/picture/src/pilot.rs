@@ -112,10 +112,7 @@ pub(crate) fn seen_of_drops(
     let Some(open) = open.but_for(&seen) else {
         return Ok(seen);
     };
-    let spacing = match &open.drop_spacing {
-        Some(shapes) => Spacing::of(shapes)?,
-        None => None,
-    };
+    let spacing = open.drop_spacing.as_ref().map(Spacing::of).transpose()?;
     let others = spacing.iter().filter_map(Spacing::apart);
     let laid_out: Vec<&LaidOut> = std::iter::once(drops).chain(others).collect();
     let small = SmallScene::new(scene, (foretold, request), open.further_orders, &laid_out)?;

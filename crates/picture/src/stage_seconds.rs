@@ -2,9 +2,9 @@
 //!
 //! s = (s_1 + (n - 1) (s_2 - s_1))/n_threads
 //! `n` wavelengths, `s_1` and `s_2` seconds of one thread for one wavelength of a table and for two, tables being made
-//! wavelength by wavelength: that of the drops, and that of the air where only both are asked for. Drops, the whole air and their light are made; a few
-//! strips of pixels are followed, through a table of one wavelength that stands for all
-//! ([`niji_render::foretold_seconds`]).
+//! wavelength by wavelength: that of the drops, and that of the air where only both are asked for. Drops, the whole air
+//! and their light are made; a few strips of pixels are followed, through a table of one wavelength that stands for
+//! all ([`niji_render::foretold_seconds`]).
 
 use ndarray::Array4;
 use ndarray::Array5;

@@ -38,7 +38,7 @@ use crate::surface_light::Shade;
 pub(crate) const DOUBT: f64 = 1.5;
 
 /// Nodes on long stretches where nobody says how many, and the fewest that are tried where a tolerance does.
-pub(crate) const N_NODES: usize = 10;
+const N_NODES: usize = 10;
 const N_FIRST: usize = N_NODES / 2;
 
 /// Stretches up to here have the fewest nodes (m).
@@ -141,7 +141,7 @@ impl AirGlow {
     pub(crate) fn of(air_path: AirPath, has_tolerance: bool) -> Self {
         Self::new(match air_path {
             AirPath::Quadrature { n_nodes } => (3 * n_nodes / 4).max(1),
-            _ if has_tolerance => N_FIRST,
+            AirPath::Table if has_tolerance => N_FIRST,
             AirPath::Constant | AirPath::Midpoint { .. } | AirPath::Table => N_NODES,
         })
     }

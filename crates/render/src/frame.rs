@@ -11,7 +11,6 @@ use rayon::prelude::*;
 
 use crate::air::Air;
 use crate::air_glow::AirGlow;
-use crate::air_glow::N_NODES;
 use crate::air_slabs::DimmedBy;
 use crate::deadline::Deadline;
 use crate::drop_orders::Diffraction;
@@ -244,14 +243,9 @@ pub(crate) fn frame<'a>(
 }
 
 impl Frame<'_> {
-    /// Take twice as many nodes of the air's light and, where that has as many as are taken without being asked, on each
-    /// way through the air.
+    /// Take twice as many nodes of the air's light and on each way through the air.
     pub(crate) fn refine_air(&mut self) {
-        let has_few = self.glow.n_nodes() < N_NODES;
         self.glow = self.glow.finer();
-        if has_few {
-            return;
-        }
         self.air = self.air.as_ref().map(Air::finer);
         if let Some(reflection) = &mut self.reflection {
             reflection.refine_air();

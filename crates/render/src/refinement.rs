@@ -7,8 +7,10 @@
 //! `L_n` luminance of the pixel: where luminance is smooth the difference is three times the error
 //! that is left, at a step it is about as large; agreement by chance is not believed. Where a lattice of
 //! sights finds an edge in the pixel, it is cut there (`footprint_cuts`), and e_1 is half of the step at least that
-//! its neighbors show. Where it finds none and 4 x 4 parts do not suffice there may be one all the same: more parts
-//! are turned against the pixel, so that an edge along a row is met as well as any other. Rays take a finer quadrature.
+//! its neighbors show. Where it finds none, an edge beside the pixel is none of its errors: e_1 is that of the neighbors
+//! which meet the same, and of a corner as large as a square of the lattice. Where 4 x 4 parts do not suffice there may
+//! be an edge all the same: more parts are turned against the pixel, so that an edge along a row is met as well as any
+//! other. Rays take a finer quadrature.
 //! The tolerance is theirs alone: errors of a picture add up by their squares, so that a ray betters it by as much
 //! whatever else errs in its pixel, the table, the air, light of further orders.
 //!

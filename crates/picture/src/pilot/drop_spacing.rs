@@ -99,13 +99,11 @@ pub(super) struct Asked<'a> {
 }
 
 impl OtherNodes {
-    /// The shapes with nodes so many times as far apart; `None` where there are none.
-    fn of(shapes: &VolumeSource, times: f64) -> Result<Option<Self>, Error> {
-        let Some(source) = shapes.with_nodes_apart(times) else {
-            return Ok(None);
-        };
+    /// The shapes with nodes so many times as far apart.
+    fn of(shapes: &VolumeSource, times: f64) -> Result<Self, Error> {
+        let source = shapes.with_nodes_apart(times);
         let laid_out = source.laid_out(|drops| drops)?;
-        Ok(Some(Self { source, laid_out }))
+        Ok(Self { source, laid_out })
     }
 
     fn volume(&self) -> Result<DropVolume, Error> {
@@ -118,13 +116,13 @@ impl OtherNodes {
 }
 
 impl<'a> Spacing<'a> {
-    /// Of shapes; `None` of anything else.
+    /// Of shapes.
     ///
     /// # Errors
     /// A shape that cannot be; a file that is missing or damaged.
-    pub(super) fn of(shapes: &'a VolumeSource) -> Result<Option<Self>, Error> {
+    pub(super) fn of(shapes: &'a VolumeSource) -> Result<Self, Error> {
         let apart = OtherNodes::of(shapes, APART)?;
-        Ok(apart.map(|apart| Self { shapes, apart }))
+        Ok(Self { shapes, apart })
     }
 
     /// The drops whose nodes lie twice as far apart.
@@ -146,7 +144,7 @@ impl<'a> Spacing<'a> {
         let level = level(asked.scene, as_given, n_nodes);
         let error = match level {
             DropSpacing::AsGiven => of_own,
-            DropSpacing::Halved => self.of_closer(asked)?.unwrap_or(of_own),
+            DropSpacing::Halved => self.of_closer(asked)?,
         };
         Ok(SpacingSeen {
             level,
@@ -157,22 +155,20 @@ impl<'a> Spacing<'a> {
     }
 
     /// What nodes twice as close as the scene's err by.
-    fn of_closer(&self, asked: Asked) -> Result<Option<SmallPicture>, Error> {
+    fn of_closer(&self, asked: Asked) -> Result<SmallPicture, Error> {
         let Asked {
             scene,
             foretold,
             request,
             drops,
         } = asked;
-        let Some(closer) = OtherNodes::of(self.shapes, CLOSER)? else {
-            return Ok(None);
-        };
+        let closer = OtherNodes::of(self.shapes, CLOSER)?;
         let others = closer.laid_out.iter();
         let drops_of_both: Vec<&LaidOut> = std::iter::once(drops).chain(others).collect();
         let small = SmallScene::new(scene, (foretold, request), false, &drops_of_both)?;
         let own = single(&small, drops.volume_of(|| small.planned.drops())?)?;
         let closer = single(&small, closer.volume()?)?;
-        Ok(Some(error(&small, &own, &closer)))
+        Ok(error(&small, &own, &closer))
     }
 }
 

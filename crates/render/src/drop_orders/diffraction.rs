@@ -81,28 +81,30 @@ struct MostChanged {
 impl MostChanged {
     /// The largest over all sizes, natural light.
     fn of(blurred: &ScatteringTable, sharp: &ScatteringTable, luminance_weights: &[f64]) -> Self {
-        let mut cd_m2 = vec![0.0_f64; sharp.theta_rad.len()];
         let (_, n_radii, n_variances, ..) = sharp.values.dim();
-        let sizes = (0..n_radii).flat_map(|radius| (0..n_variances).map(move |it| (radius, it)));
-        for (radius, variance) in sizes {
-            for (angle, most) in cd_m2.iter_mut().enumerate() {
-                let change = |wavelength: usize| {
-                    let at = |table: &ScatteringTable| {
-                        let of = |polarization| {
-                            table.values[[polarization, radius, variance, wavelength, angle]]
-                        };
-                        0.5 * f64::from(of(0) + of(1))
+        let change = |[radius, variance, angle]: [usize; 3]| -> f64 {
+            let of = |wavelength: usize| {
+                let at = |table: &ScatteringTable| {
+                    let value = |polarization| {
+                        table.values[[polarization, radius, variance, wavelength, angle]]
                     };
-                    (at(blurred) - at(sharp)).abs()
+                    0.5 * f64::from(value(0) + value(1))
                 };
-                let weights = luminance_weights.iter().enumerate();
-                let seen: f64 = weights.map(|(index, weight)| weight * change(index)).sum();
-                *most = most.max(seen);
-            }
-        }
+                (at(blurred) - at(sharp)).abs()
+            };
+            let weights = luminance_weights.iter().enumerate();
+            weights.map(|(index, weight)| weight * of(index)).sum()
+        };
+        let most = |angle: usize| {
+            let radii = 0..n_radii;
+            let sizes =
+                radii.flat_map(|radius| (0..n_variances).map(move |it| [radius, it, angle]));
+            sizes.map(change).fold(0.0, f64::max)
+        };
+        let angles = 0..sharp.theta_rad.len();
         Self {
             theta_rad: sharp.theta_rad.clone(),
-            cd_m2,
+            cd_m2: angles.into_par_iter().map(most).collect(),
         }
     }
 
