@@ -71,6 +71,12 @@ impl Met {
         }
     }
 
+    /// What a sight meets that ends at no surface and no water: sky or level ground, through drops or none.
+    pub(crate) fn in_the_open(sight: &Sight, frame: &Frame) -> Option<Self> {
+        let is_open = sight.surface_m.is_infinite() && sight.foot.is_none();
+        is_open.then(|| Self::without_water(sight, frame))
+    }
+
     fn without_water(sight: &Sight, frame: &Frame) -> Self {
         Self {
             end: End::of(sight, frame),

@@ -26,7 +26,7 @@ use crate::request::RenderRequest;
 /// Strips that are followed, and how many times as wide the picture is at least, unless they were narrower than a few
 /// pixels: around each two more are looked at on either side.
 const N_STRIPS: u32 = 3;
-const NARROWER: u32 = 60;
+const NARROWER: u32 = 24;
 const LEAST_PX: u32 = 4;
 
 /// Seconds that [`render`](crate::render) will take on this machine as it is: measured, so another time others.
@@ -65,6 +65,7 @@ pub fn foretold_seconds(request: &RenderRequest, now_s: Clock) -> Result<f64, Er
         let rows = 0..strip.height_px as usize;
         let mut taken = Taken::dark(&tracer, &first);
         let mut follow_s = || {
+            taken.forget_nodes(&tracer);
             let start_s = now_s();
             taken.trace(&tracer, &rows, progress)?;
             Ok::<_, Error>(now_s() - start_s)

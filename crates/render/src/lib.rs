@@ -147,6 +147,7 @@ mod piece_rule;
 mod pixel;
 mod polarized_rows;
 mod progress;
+mod ray_lattice;
 mod ray_light;
 mod ray_settings;
 mod ray_sums;

@@ -23,14 +23,20 @@ use crate::footprint::REACH_PX;
 use crate::footprint_error::PixelLight;
 use crate::footprint_error::lines_through;
 use crate::frame::frame;
+use crate::lit_drops::finest_voxel_m;
 use crate::picture_layers::Rendered;
 use crate::picture_tiles::tiles;
 use crate::progress::Progress;
 use crate::progress::tell;
+use crate::ray_lattice::OF_TOLERANCE;
+use crate::ray_lattice::RayLattice;
 use crate::ray_tracer::RayTracer;
 use crate::ray_tracer::Room;
 use crate::refinement::Refining;
 use crate::request::RenderRequest;
+
+/// Rows of pixels whose nodes are made together.
+const BAND: usize = 64;
 
 /// Render a region of a picture; `progress` gets the number of pixels just finished, from any thread.
 ///
@@ -131,6 +137,8 @@ pub(crate) fn tracer<'a>(
         region: request.region,
         footprint: request.levels.pixel_footprint,
         pixel_rad: request.camera.pixel_angle().0,
+        most_missed_cd_m2: OF_TOLERANCE * request.tolerance_cd_m2.unwrap_or_default(),
+        voxel_m: finest_voxel_m(request.drops.bricks()),
         xyz_weights: colorimetry.weights().iter().map(to_vector).collect(),
         air_error: AirError::none(),
     };
@@ -146,6 +154,7 @@ pub(crate) struct Taken {
     picture: Rendered,
     /// Light of its pixels and of those around it.
     lights_around: Array2<PixelLight>,
+    lattice: RayLattice,
 }
 
 impl Taken {
@@ -159,10 +168,11 @@ impl Taken {
         Self {
             picture: Rendered::dark([request.wavelengths.len(), height, width], request.layers()),
             lights_around,
+            lattice: RayLattice::over(tracer, region),
         }
     }
 
-    /// Follow a ray of each pixel of some rows, or those of the level.
+    /// Follow rays for the pixels of some rows.
     ///
     /// # Errors
     /// [`Error::Stopped`].
@@ -174,22 +184,35 @@ impl Taken {
     ) -> Result<(), Error> {
         let reach = REACH_PX as usize;
         let (height, width) = self.lights_around.dim();
-        let inner = s![reach..height - reach, reach..width - reach];
-        let inner = self.lights_around.slice_mut(inner);
-        let pictured = self.picture.tiles_mut(rows).into_iter();
-        pictured
-            .zip(tiles(inner, rows))
-            .collect::<Vec<_>>()
-            .into_par_iter()
-            .with_max_len(1)
-            .try_for_each_init(
-                || Room::new(tracer),
-                |room, (tile, lights_around)| {
-                    let n_pixels = lights_around.len() as u64;
-                    tracer.trace_tile(tile, lights_around, room);
-                    tell(progress, n_pixels)
-                },
-            )
+        for from in rows.clone().step_by(BAND) {
+            let band = from..rows.end.min(from + BAND);
+            let in_frame = |row: usize| tracer.region.y_px.saturating_add(row as i32);
+            self.lattice
+                .reach(tracer, &(in_frame(band.start)..in_frame(band.end)));
+            let inner = s![reach..height - reach, reach..width - reach];
+            let inner = self.lights_around.slice_mut(inner);
+            let pictured = self.picture.tiles_mut(&band).into_iter();
+            let lattice = &self.lattice;
+            pictured
+                .zip(tiles(inner, &band))
+                .collect::<Vec<_>>()
+                .into_par_iter()
+                .with_max_len(1)
+                .try_for_each_init(
+                    || Room::new(tracer),
+                    |room, (tile, lights_around)| {
+                        let n_pixels = lights_around.len() as u64;
+                        tracer.trace_tile(lattice, tile, lights_around, room);
+                        tell(progress, n_pixels)
+                    },
+                )?;
+        }
+        Ok(())
+    }
+
+    /// Forget what pixels follow from, as if no ray had been followed.
+    pub(crate) fn forget_nodes(&mut self, tracer: &RayTracer) {
+        self.lattice = RayLattice::over(tracer, tracer.region);
     }
 
     /// Add to the error of rows what their footprint misses, once the neighbors of these are followed.

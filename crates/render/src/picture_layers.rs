@@ -51,7 +51,7 @@ pub enum PictureLayer {
 /// Colors.
 const XYZ: &[&str] = &["X", "Y", "Z"];
 const LUMINANCE_UNIT: &str = "cd/m^2";
-/// The error of all causes, and each: the quadrature along the ray; linear interpolation between the angles and
+/// The error of all causes, and each: the quadrature along the ray, or between rays for a pixel without one; linear interpolation between the angles and
 /// between the radii of the scattering table; the optical depth of the drops towards the sun; noise of the light
 /// that drops scatter more than once; the quadrature of the air, of its light and of what it lets
 /// pass; light that lit surfaces send each other; what the rays of a pixel miss of it.

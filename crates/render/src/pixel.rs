@@ -10,7 +10,13 @@ use crate::picture_layers::PictureLayer;
 use crate::ray_light::RayLight;
 use crate::spectra::weighted_sum;
 
+/// The most that a pixel which stands for another may differ by in the light of a wavelength, relatively, and in what
+/// it lets pass.
+const MOST_OF_SPECTRUM: f64 = 0.02;
+const MOST_TRANSMITTED: f64 = 2e-3;
+
 /// Sums over the rays of a pixel.
+#[derive(Clone)]
 pub(crate) struct Pixel {
     pub(crate) radiance: Vec<f32>,
     pub(crate) bow_primary: Vec4,
@@ -61,6 +67,86 @@ impl Pixel {
             radiance,
             ..Self::dark(0)
         };
+    }
+
+    /// Add part of another pixel: of its light `share`, of what must not leave the range of those it is made of, its
+    /// errors and where its light comes from, `part`.
+    pub(crate) fn add_pixel(&mut self, other: &Self, share: f32, part: f32) {
+        for (sum, value) in self.radiance.iter_mut().zip(&other.radiance) {
+            *sum += share * value;
+        }
+        for (sum, value) in self.layers_mut().into_iter().zip(other.layers()) {
+            *sum += share * value;
+        }
+        self.beside_cd_m2 += share * other.beside_cd_m2;
+        self.transmittance += f64::from(share) * other.transmittance;
+        let part = f64::from(part);
+        self.light += part * other.light;
+        self.light_m += part * other.light_m;
+        self.light_tau_sun += part * other.light_tau_sun;
+        self.errors.add(part, 1.0, &other.errors);
+    }
+
+    /// Take back what a sum with negative shares puts below darkness, or above clear sight.
+    pub(crate) fn keep_positive(&mut self) {
+        for value in &mut self.radiance {
+            *value = value.max(0.0);
+        }
+        for layer in self.layers_mut() {
+            *layer = layer.max(Vec4::ZERO);
+        }
+        self.beside_cd_m2 = self.beside_cd_m2.max(0.0);
+        self.transmittance = self.transmittance.clamp(0.0, 1.0);
+    }
+
+    /// How much another pixel differs from it [cd/m²]: the largest change of X, Y, Z, or as many times `most_cd_m2` as light
+    /// of any wavelength, or what it lets pass, differs by times the most that they may.
+    pub(crate) fn differs(&self, other: &Self, most_cd_m2: f64) -> f64 {
+        let sum = |pixel: &Self| pixel.layers().into_iter().sum::<Vec4>();
+        let xyz = f64::from((sum(self) - sum(other)).abs().max_element());
+        let spectra = self.radiance.iter().zip(&other.radiance);
+        let relative = spectra.map(|(a, b)| {
+            let change = (a - b).abs();
+            if change > 0.0 {
+                change / a.max(*b)
+            } else {
+                0.0
+            }
+        });
+        let relative = f64::from(relative.fold(0.0, f32::max));
+        let transmitted = (self.transmittance - other.transmittance).abs();
+        let times = (relative / MOST_OF_SPECTRUM).max(transmitted / MOST_TRANSMITTED);
+        xyz.max(most_cd_m2 * times)
+    }
+
+    /// Its light by layers.
+    fn layers(&self) -> [Vec4; 9] {
+        [
+            self.bow_primary,
+            self.bow_secondary,
+            self.bow_multiple,
+            self.bow_reflected,
+            self.inscatter,
+            self.skylit,
+            self.sky,
+            self.lit_surface,
+            self.water,
+        ]
+    }
+
+    /// The same, to be changed.
+    fn layers_mut(&mut self) -> [&mut Vec4; 9] {
+        [
+            &mut self.bow_primary,
+            &mut self.bow_secondary,
+            &mut self.bow_multiple,
+            &mut self.bow_reflected,
+            &mut self.inscatter,
+            &mut self.skylit,
+            &mut self.sky,
+            &mut self.lit_surface,
+            &mut self.water,
+        ]
     }
 
     /// All light [cd/m²].

@@ -20,6 +20,7 @@ use crate::frame::Frame;
 use crate::levels::PixelFootprint;
 use crate::picture_tiles::TileMut;
 use crate::pixel::Pixel;
+use crate::ray_lattice::RayLattice;
 use crate::ray_light::RayLight;
 use crate::scattering_angle::scattering_angle_slopes;
 use crate::surfaces::Eye;
@@ -34,6 +35,10 @@ pub(crate) struct RayTracer<'a> {
     pub(crate) footprint: PixelFootprint,
     /// Largest angle that a pixel spans.
     pub(crate) pixel_rad: f64,
+    /// The most that a pixel without a ray of its own may miss [cd/m²]; 0 where each has one.
+    pub(crate) most_missed_cd_m2: f64,
+    /// The finest voxel of the drops (m).
+    pub(crate) voxel_m: f64,
     pub(crate) xyz_weights: Vec<Vec4>,
     pub(crate) air_error: AirError,
 }
@@ -42,8 +47,10 @@ pub(crate) struct RayTracer<'a> {
 pub(crate) struct Room {
     pub(crate) light: RayLight,
     pub(crate) pixel: Pixel,
+    /// The same pixel by those around it, where it is compared with them.
+    pub(crate) between: Pixel,
     /// Where the last ray of the pixel ends (m).
-    surface_m: f64,
+    pub(crate) surface_m: f64,
     /// Radiance of a tile's row, pixel by pixel: written plane by plane at its end.
     pub(crate) row: Vec<f32>,
 }
@@ -55,6 +62,7 @@ impl Room {
         Self {
             light,
             pixel: Pixel::dark(n_wavelengths),
+            between: Pixel::dark(n_wavelengths),
             surface_m: f64::INFINITY,
             row: Vec::new(),
         }
@@ -74,15 +82,18 @@ impl RayTracer<'_> {
         let reach = REACH_PX as i32;
         for strip in apron(self.region) {
             let width = u64::from(strip.width_px);
+            let mut lattice = RayLattice::over(self, strip);
+            lattice.reach(self, &(strip.y_px..strip.y_px + strip.height_px as i32));
             let seen: Vec<PixelLight> = (0..strip.n_pixels())
                 .into_par_iter()
                 .map_init(
                     || Room::new(self),
                     |room, index| {
-                        let x = f64::from(strip.x_px) + (index % width) as f64;
-                        let y = f64::from(strip.y_px) + (index / width) as f64;
-                        self.trace_pixel(x, y, room);
-                        room.pixel.seen_light(self.whole_surface_m((x, y), room))
+                        let x_px = strip.x_px + (index % width) as i32;
+                        let y_px = strip.y_px + (index / width) as i32;
+                        lattice.pixel(self, (x_px, y_px), room);
+                        let place = (f64::from(x_px), f64::from(y_px));
+                        room.pixel.seen_light(self.whole_surface_m(place, room))
                     },
                 )
                 .collect();
@@ -97,6 +108,7 @@ impl RayTracer<'_> {
 
     pub(crate) fn trace_tile(
         &self,
+        lattice: &RayLattice,
         mut tile: TileMut,
         mut lights_around: ArrayViewMut2<PixelLight>,
         room: &mut Room,
@@ -108,7 +120,8 @@ impl RayTracer<'_> {
             let mut any_light = false;
             for x in 0..width {
                 let place = self.place(tile.in_region((x, y)));
-                any_light |= self.trace_pixel(place.0, place.1, room);
+                let in_frame = (place.0 as i32, place.1 as i32);
+                any_light |= lattice.pixel(self, in_frame, room);
                 room.pixel.add_air_error(&self.air_error, place);
                 room.row.extend_from_slice(&room.pixel.radiance);
                 tile.put((x, y), &room.pixel);
@@ -133,32 +146,55 @@ impl RayTracer<'_> {
         room.light.begin_pixel();
         let mut any_light = false;
         for (dx, dy) in offsets(n) {
-            // Outside the image circle of a fisheye there is nothing.
-            let glows = self.frame.glows_without_drops();
             let sight = self.eye.sight(x + dx, y + dy);
-            room.surface_m = sight
-                .as_ref()
-                .map_or(f64::INFINITY, |sight| sight.surface_m);
-            let drops_m = sight.as_ref().and_then(|sight| self.frame.range_m(sight));
-            let shines = |sight: &Sight| {
-                glows || drops_m.is_some() || sight.foot.is_some() || self.frame.lights(sight)
-            };
-            let Some(sight) = sight.filter(shines) else {
-                room.pixel.transmittance += share;
-                continue;
-            };
-            any_light = true;
-            let width_rad = match self.footprint {
-                // Its one ray goes through the middle.
-                PixelFootprint::Prefiltered => self.width_rad(sight.ray.direction, (x, y)),
-                PixelFootprint::Center | PixelFootprint::Grid { .. } => 0.0,
-            };
-            let settings = self.frame.settings(width_rad);
-            self.frame
-                .trace((&sight, drops_m), settings, &mut room.light);
-            room.pixel.add(&room.light, share, &self.xyz_weights);
+            any_light |= self.add_sight(sight, (x, y), share, room);
         }
         any_light
+    }
+
+    /// The same for a pixel of a single ray, whose sight is known.
+    pub(crate) fn trace_sight(
+        &self,
+        sight: Option<Sight>,
+        place: (f64, f64),
+        room: &mut Room,
+    ) -> bool {
+        room.pixel.clear();
+        room.light.begin_pixel();
+        self.add_sight(sight, place, 1.0, room)
+    }
+
+    /// Add a ray to a pixel, by its sight; false if it is black at a glance.
+    fn add_sight(
+        &self,
+        sight: Option<Sight>,
+        place: (f64, f64),
+        share: f64,
+        room: &mut Room,
+    ) -> bool {
+        // Outside the image circle of a fisheye there is nothing.
+        let glows = self.frame.glows_without_drops();
+        room.surface_m = sight
+            .as_ref()
+            .map_or(f64::INFINITY, |sight| sight.surface_m);
+        let drops_m = sight.as_ref().and_then(|sight| self.frame.range_m(sight));
+        let shines = |sight: &Sight| {
+            glows || drops_m.is_some() || sight.foot.is_some() || self.frame.lights(sight)
+        };
+        let Some(sight) = sight.filter(shines) else {
+            room.pixel.transmittance += share;
+            return false;
+        };
+        let width_rad = match self.footprint {
+            // Its one ray goes through the middle.
+            PixelFootprint::Prefiltered => self.width_rad(sight.ray.direction, place),
+            PixelFootprint::Center | PixelFootprint::Grid { .. } => 0.0,
+        };
+        let settings = self.frame.settings(width_rad);
+        self.frame
+            .trace((&sight, drops_m), settings, &mut room.light);
+        room.pixel.add(&room.light, share, &self.xyz_weights);
+        true
     }
 
     /// Estimated error of luminance [cd/m²] of a pixel because of its footprint.

@@ -1,0 +1,262 @@
+//! Pixels between the rays of a lattice are those that rays of their own have, to within a part of the tolerance.
+
+#![allow(clippy::unwrap_used, reason = "tests stop at what they did not expect")]
+
+mod common;
+
+use common::*;
+use glam::DVec3;
+use ndarray::Array3;
+use ndarray::ArrayView2;
+use ndarray::Axis;
+use ndarray::s;
+use niji_dropfield::GridBox;
+use niji_exchange::AtmosphereTable;
+use niji_geometry::Camera;
+use niji_geometry::HeightField;
+use niji_geometry::HeightMap;
+use niji_geometry::PixelRegion;
+use niji_radiometry::Colorimetry;
+use niji_radiometry::Reflectance;
+use niji_render::LitDrops;
+use niji_render::PixelFootprint;
+use niji_render::RenderEffects;
+use niji_render::RenderLevels;
+use niji_render::RenderRequest;
+use niji_render::Rendered;
+use niji_render::Solid;
+use niji_render::SolidShape;
+use niji_render::SunPath;
+use niji_render::Surfaces;
+use niji_render::Toggle;
+
+const SIZE: (u32, u32) = (96, 64);
+
+/// Pixels whose spectrum is not that of the ray through them.
+fn n_changed(picture: &Rendered, rays: &Rendered) -> usize {
+    let changed = |(a, b): (&Array3<f32>, &Array3<f32>)| {
+        let pixels = a.lanes(Axis(0)).into_iter().zip(b.lanes(Axis(0)));
+        pixels.filter(|(a, b)| a != b).count()
+    };
+    changed((&picture.radiance, &rays.radiance))
+}
+
+fn luminance(picture: &Rendered) -> ndarray::Array2<f64> {
+    let weights = Colorimetry::new(&wavelengths());
+    picture.radiance.map_axis(Axis(0), |spectrum| {
+        let spectrum: Vec<f64> = spectrum.iter().map(|it| f64::from(*it)).collect();
+        weights.xyz(&spectrum)[1]
+    })
+}
+
+/// A shower 100 m away, in air and with hills beneath if wanted.
+struct World {
+    camera: Camera,
+    drops: LitDrops,
+    /// None where rays of pictures with a tolerance are to be those of pictures without: these have more nodes in the air.
+    air: Option<AtmosphereTable>,
+    surfaces: Option<Surfaces>,
+}
+
+impl World {
+    /// Seen `fov_deg` wide; extinction by point [1/m].
+    fn of(fov_deg: f64, extinction_m1: impl Fn(DVec3) -> f64 + Sync) -> Self {
+        let grid = GridBox {
+            min: DVec3::new(-20.0, 20.0, -120.0),
+            max: DVec3::new(20.0, 50.0, -100.0),
+            voxel_m: 1.0,
+        };
+        let sun = sun_in_the_south(12.0);
+        let path = SunPath::Volume { voxel_m: 1.0 };
+        Self {
+            camera: camera(DVec3::new(0.0, 2.0, 0.0), (0.0, 16.0), fov_deg, SIZE),
+            drops: LitDrops::new(vec![bricks(&grid, extinction_m1)], sun, path).unwrap(),
+            air: None,
+            surfaces: None,
+        }
+    }
+
+    /// Pictures with a tolerance and without, which follows a ray for each pixel.
+    fn pictures(&self, tolerance_cd_m2: f64) -> [Rendered; 2] {
+        let mut pictures = Vec::new();
+        self.with_request(|request| {
+            for tolerance_cd_m2 in [Some(tolerance_cd_m2), None] {
+                pictures.push(rendered(&RenderRequest {
+                    tolerance_cd_m2,
+                    // No pixel gets more rays.
+                    coarser_rays: 1e9,
+                    ..*request
+                }));
+            }
+        });
+        pictures.try_into().unwrap()
+    }
+
+    fn with_request(&self, mut use_it: impl FnMut(&RenderRequest)) {
+        let table = sized_table(&[50.0, 200.0], |radius_um, wavelength, theta| {
+            0.1 * (1.0 + (0.004 * radius_um * theta * (wavelength + 3) as f64).sin())
+        });
+        use_it(&RenderRequest {
+            levels: RenderLevels {
+                pixel_footprint: PixelFootprint::Prefiltered,
+                ..levels()
+            },
+            effects: RenderEffects {
+                sunlight_through_air: on(self.air.is_some()),
+                air_extinction: on(self.air.is_some()),
+                air_inscatter: on(self.air.is_some()),
+                skylit_drops: on(self.air.is_some()),
+                sky: on(self.air.is_some()),
+                lit_surfaces: on(self.surfaces.is_some()),
+                ..with_shadow()
+            },
+            air: self.air.as_ref(),
+            surfaces: self.surfaces.as_ref(),
+            ..request(&self.camera, sun_in_the_south(12.0), &self.drops, &table)
+        });
+    }
+}
+
+fn on(is_on: bool) -> Toggle {
+    if is_on { Toggle::On } else { Toggle::Off }
+}
+
+fn eddies(p: DVec3) -> f64 {
+    0.01 * (1.0 + (0.2 * p.x).sin() * (0.3 * p.y).cos())
+}
+
+/// Largest luminance.
+fn brightest(light: &ArrayView2<f64>) -> f64 {
+    light.iter().copied().fold(0.0, f64::max)
+}
+
+#[test]
+fn pixels_of_smooth_light_follow_from_others_within_a_quarter_of_the_tolerance() {
+    let world = World::of(8.0, eddies);
+    let brightest = brightest(&luminance(&world.pictures(1e9)[1]).view());
+    for (relative, least) in [(1e-2, 0.5), (1e-3, 0.1)] {
+        let tolerance_cd_m2 = relative * brightest;
+        let [picture, rays] = world.pictures(tolerance_cd_m2);
+        let n_pixels = (SIZE.0 * SIZE.1) as usize;
+        let part = n_changed(&picture, &rays) as f64 / n_pixels as f64;
+        assert!(part > least, "{relative}: {part} are sums");
+        let change = luminance(&picture) - luminance(&rays);
+        let largest = change.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
+        assert!(
+            largest <= 0.25 * tolerance_cd_m2,
+            "{relative}: {} of the tolerance",
+            largest / tolerance_cd_m2
+        );
+        let errors = picture.error_from("quadrature").unwrap();
+        let untold = change
+            .indexed_iter()
+            .filter(|(place, change)| change.abs() > f64::from(errors[*place]) + 1e-6 * brightest);
+        assert!(untold.count() < n_pixels / 100, "{relative}");
+    }
+}
+
+#[test]
+fn a_finer_tolerance_asks_for_more_rays() {
+    let world = World::of(8.0, eddies);
+    let brightest = brightest(&luminance(&world.pictures(1e9)[1]).view());
+    let n = [1e-2, 1e-4].map(|relative| {
+        let [picture, rays] = world.pictures(relative * brightest);
+        let change = luminance(&picture) - luminance(&rays);
+        change.iter().map(|it| it * it).sum::<f64>()
+    });
+    assert!(n[1] < 0.1 * n[0], "{n:?}");
+}
+
+/// A strand of a single voxel's width stands between the nodes wherever it is.
+#[test]
+fn nothing_as_thin_as_a_voxel_is_passed_over() {
+    for column in 0..6 {
+        let x_m = -2.5 + f64::from(column);
+        let strand = move |p: DVec3| if (p.x - x_m).abs() < 0.6 { 0.2 } else { 1e-4 };
+        let world = World::of(30.0, strand);
+        let brightest = brightest(&luminance(&world.pictures(1e9)[1]).view());
+        let [picture, rays] = world.pictures(1e-2 * brightest);
+        let change = luminance(&picture) - luminance(&rays);
+        let largest = change.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
+        assert!(
+            largest <= 2e-3 * brightest,
+            "strand at {x_m}: {}",
+            largest / brightest
+        );
+    }
+}
+
+#[test]
+fn pixels_of_hills_and_at_their_edge_have_their_own_rays() {
+    let height_m = |index: usize| 9.0 + 3.0 * (0.7 * (index % 40) as f32).sin();
+    let hills = HeightField::new(HeightMap {
+        size: (40, 30),
+        height_m: (0..1200).map(height_m).collect(),
+        spacing_m: 2.0,
+        corner: DVec3::new(-40.0, 0.5, -98.0),
+    });
+    let world = World {
+        surfaces: Some(Surfaces::default().with(Solid {
+            shape: SolidShape::Heights(hills.unwrap()),
+            albedo: Some(Reflectance::of_rgb([0.3, 0.5, 0.1]).into()),
+        })),
+        ..World::of(20.0, eddies)
+    };
+    let [picture, rays] = world.pictures(1e3);
+    assert!(n_changed(&picture, &rays) > 100, "none is a sum");
+    let surface_m = &picture[niji_render::PictureLayer::Surface];
+    assert_eq!(*surface_m, rays[niji_render::PictureLayer::Surface]);
+    let (mut n_hills, size) = (0, (SIZE.1 as usize, SIZE.0 as usize));
+    for y in 1..size.0 - 1 {
+        for x in 1..size.1 - 1 {
+            let around = surface_m.slice(s![0, y - 1..y + 2, x - 1..x + 2]);
+            if around.iter().any(|it| it.is_finite()) {
+                n_hills += 1;
+                let [a, b] = [&picture, &rays].map(|it| it.radiance.slice(s![.., y, x]).to_owned());
+                assert_eq!(a, b, "({x}, {y})");
+            }
+        }
+    }
+    assert!(n_hills > 300);
+}
+
+#[test]
+fn any_region_has_the_bits_of_the_whole_picture() {
+    let world = World {
+        air: Some(air([1e-4, 2e-4, 3e-4], [1e-4, 1e-4, 2e-4])),
+        ..World::of(8.0, eddies)
+    };
+    let brightest = brightest(&luminance(&world.pictures(1e9)[1]).view());
+    world.with_request(|request| {
+        let request = RenderRequest {
+            tolerance_cd_m2: Some(3e-3 * brightest),
+            ..*request
+        };
+        let whole = rendered(&request);
+        for (x_px, y_px, width_px, height_px) in [
+            (0, 0, 1, 1),
+            (95, 63, 1, 1),
+            (37, 11, 23, 31),
+            (0, 33, 96, 5),
+            (50, 0, 1, 64),
+        ] {
+            let region = PixelRegion {
+                x_px,
+                y_px,
+                width_px,
+                height_px,
+            };
+            let part = rendered(&RenderRequest { region, ..request });
+            let (x, y) = (x_px as usize, y_px as usize);
+            let place = s![.., y..y + height_px as usize, x..x + width_px as usize];
+            assert!(whole.radiance.slice(place) == part.radiance, "{region}");
+            for (layer, values) in part.layers() {
+                assert!(
+                    whole[layer].slice(place) == values,
+                    "{} of {region}",
+                    layer.name()
+                );
+            }
+        }
+    });
+}
