@@ -188,6 +188,9 @@ impl RayLight {
     /// Forget the pixel before.
     pub(crate) fn begin_pixel(&mut self) {
         self.scratch.surface.clear();
+        if let Some(room) = &mut self.scratch.water {
+            room.begin_pixel();
+        }
     }
 
     fn clear(&mut self) {

@@ -76,6 +76,11 @@ impl WaterRoom {
         }
     }
 
+    /// Forget the pixel before.
+    pub(crate) fn begin_pixel(&mut self) {
+        self.beyond.begin_pixel();
+    }
+
     /// Take note of what a facet reflects.
     fn reflect(&mut self, indices: &[f64], cos_incidence: f64) {
         let sums = self.natural.iter_mut().zip(&mut self.polarized);

@@ -106,8 +106,8 @@ pub(crate) struct SurfaceRoom {
     pub(crate) light: Vec<f32>,
     /// The same of what surfaces may send to it and is not in its light.
     pub(crate) unfollowed: Vec<f32>,
-    /// Places of the pixel whose view of the sky was looked at, the last one first, their distances (m), and what that was.
-    sky: VecDeque<(Face, f64, SkyView)>,
+    /// Places of the pixel whose view of the sky was looked at, the last one first, and what that was.
+    sky: VecDeque<(Spot, SkyView)>,
 }
 
 impl SurfaceRoom {
@@ -397,19 +397,20 @@ impl<'a> SurfaceLight<'a> {
         &self,
         spot: &Spot,
         surface_m: f64,
-        known: &mut VecDeque<(Face, f64, SkyView)>,
+        known: &mut VecDeque<(Spot, SkyView)>,
     ) -> SkyView {
         let Face { normal, solid, .. } = spot.face;
-        let seen = known.iter().find(|(known, distance_m, _)| {
-            let is_near = (distance_m - surface_m).abs() <= NEAR * distance_m;
-            is_near && known.solid == solid && known.normal.dot(normal) >= ALIKE
+        let seen = known.iter().find(|(Spot { point, face }, _)| {
+            // Waves send the rays of a pixel to places that lie as far away and wide apart.
+            let is_near = point.distance(spot.point) <= NEAR * surface_m;
+            is_near && face.solid == solid && face.normal.dot(normal) >= ALIKE
         });
-        if let Some((_, _, view)) = seen {
+        if let Some((_, view)) = seen {
             return *view;
         }
         let view = self.sky_view(spot);
         known.truncate(N_KNOWN - 1);
-        known.push_front((spot.face, surface_m, view));
+        known.push_front((*spot, view));
         view
     }
 

@@ -261,6 +261,45 @@ fn a_lit_wall_stands_on_its_head_in_the_water() {
 }
 
 #[test]
+fn surfaces_in_the_water_do_not_depend_on_the_pixels_before() {
+    // How much of the sky a wall sees grows away from the corner that it makes with the other.
+    let corners = [(-30.0, -40.0), (50.0, -40.0), (-30.0, -1.0)];
+    let corners = corners.map(|(x, z)| [0.0, 30.0].map(|y| DVec3::new(x, y, z)));
+    let triangles = [[0, 2, 3], [0, 3, 1], [4, 0, 1], [4, 1, 5]];
+    let mesh = TriangleMesh::new(&corners.concat(), &triangles).unwrap();
+    let surfaces = Surfaces::default().with(Solid {
+        shape: SolidShape::Mesh(MeshBvh::new(mesh)),
+        albedo: Some(Reflectance::Even(0.4).into()),
+    });
+    let drops = LitDrops::none();
+    let mut air = air([0.0; 3], [0.0; 3]);
+    air.diffuse = Some(uniform_light(0.02));
+    let table = isotropic(0.0);
+    let eye = DVec3::new(0.0, 3.0, 0.0);
+    let camera = camera(eye, (-20.0, -20.0), 30.0, (40, 27));
+    for slope in [0.0, 0.05] {
+        let mut request = request(&camera, sun_in_the_south(20.0), &drops, &table);
+        request.air = Some(&air);
+        request.surfaces = Some(&surfaces);
+        request.effects.lit_surfaces = Toggle::On;
+        request.water = Some(endless(slope));
+        let whole = rendered(&request);
+        request.region = OFF_CENTER;
+        let part = rendered(&request);
+        let (rows, columns) = off_center();
+        for ((wavelength, y, x), value) in part.radiance.indexed_iter() {
+            let place = [
+                wavelength,
+                y + rows.start as usize,
+                x + columns.start as usize,
+            ];
+            assert_eq!(*value, whole.radiance[place], "{slope}: {place:?}");
+            assert!(*value > 0.0);
+        }
+    }
+}
+
+#[test]
 fn water_that_nobody_sees_changes_no_bit_and_grazing_water_is_finite() {
     let (drops, table) = (curtain(), bow());
     let above = camera(DVec3::new(0.0, 2.0, 0.0), (0.0, 30.0), 40.0, (12, 9));
