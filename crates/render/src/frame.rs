@@ -26,6 +26,7 @@ use crate::footprint::offsets;
 use crate::footprint::rays_along;
 use crate::levels::PixelFootprint;
 use crate::march::March;
+use crate::moved_rows::Blur;
 use crate::moved_rows::MovedRows;
 use crate::piece_rule::PieceRule;
 use crate::progress::Progress;
@@ -206,7 +207,8 @@ pub(crate) fn frame<'a>(
     let table = request.table.filter(|_| rows.is_some());
     let moved = table.and_then(|table| {
         let nodes = SizeNodes::of_drops(table, drops.size_range());
-        MovedRows::new(table, &nodes, &basis.luminance_weights, 0.0)
+        let tables = std::slice::from_ref(table);
+        MovedRows::new(tables, &nodes, &basis.luminance_weights, Blur::Pixel)
     });
     let multiple = multiple(request, &basis, (progress, deadline))?;
     let of_diffraction = rows.as_ref().filter(|_| multiple.is_some());

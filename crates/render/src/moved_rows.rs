@@ -2,11 +2,13 @@
 //!
 //! L = Σ_a u_a Σ_p <t_p(θ − Δθ_p(a); a)>,   u_a = Σ_b W_b w_ba
 //! `W_b` light deposited at a node b of sizes, `w_ba` share of the radius a in its law, `t_p` the light of
-//! order p of single drops, <> the mean over a stretch of angles as wide as the pixel, and as the spread of
+//! order p of single drops, <> the mean over a stretch of angles as wide as the pixel and waves, and as the spread of
 //! tilted and trembling drops and of all that a radius stands for, together: of the variance
 //! w²/12 = footprint²/12 + sd² + (∂Δθ/∂e δe)²/12, `δe` step of eccentricity around it. It is never narrower
-//! than the step of the order's angles there. The mean is a difference of the integral over θ, linear between
-//! them, so that it costs the same for any width.
+//! than the step of the order's angles there. The mean is a difference of integrals over θ, linear between
+//! them, so that it costs the same for any width (`moved_angles`).
+//!
+//! Light of which polarization counts moves alike in both: what it takes to find its angles is done once.
 //!
 //! Wavelengths move by different amounts; those that differ by less than a 25th of the sun's diameter go
 //! together, eight always do.
@@ -16,9 +18,12 @@
 
 use std::f64::consts::FRAC_PI_2;
 use std::f64::consts::PI;
+use std::ops::Range;
 
 use ndarray::Array1;
 use ndarray::Array2;
+use ndarray::Axis;
+use ndarray::Zip;
 use ndarray::s;
 use niji_exchange::Attitude;
 use niji_exchange::BowShift;
@@ -43,19 +48,30 @@ use crate::size_nodes::SizeNodes;
 const APART_RAD: f64 = 0.02 * PI / 180.0;
 const APART_OF_WIDTH: f64 = 0.1;
 /// Share of the light of a row that is left out on either side of where it is lit.
-const DARK: f32 = 1e-6;
+const DARK: f64 = 1e-6;
 /// Share of the light of a ray below which that of a row is left out: the tails of laws.
 const FEW: f32 = 1e-6;
 /// Wavelengths are shaded in lanes of so many.
 const LANES: usize = 8;
 
-/// Rows of the orders that move.
+/// Over what light is blurred besides its drops.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Blur {
+    /// The angles of a pixel: an even mean.
+    Pixel,
+    /// Those of waves and a pixel: a mean over a tent. Bows may be one that lie no farther apart.
+    Waves { apart_rad: f64 },
+}
+
+/// Rows of the orders that move, of natural light or of each polarization.
 #[derive(Debug)]
 pub(crate) struct MovedRows {
+    blur: Blur,
     orders: Vec<OrderRows>,
     drops: Vec<DropsAround>,
     /// By node of sizes.
     laws: Vec<RowWeights>,
+    n_polarizations: usize,
     n_padded: usize,
 }
 
@@ -72,12 +88,18 @@ struct OrderRows {
     angles: MovedAngles,
     /// Where each half of a lane of wavelengths begins, and at the last wavelength.
     shifts: Vec<BowShift>,
-    /// Integral over the angle by [row, angle, wavelength], lanes of 0 behind the last wavelength.
+    /// Integral over the angle by [row, angle, polarization, wavelength], lanes of 0 behind the last wavelength.
     integrals: Vec<f32>,
-    /// Largest luminance of each row in front of 90 degrees and behind, in sunlight [cd/m² per unit of light].
+    rows: Vec<RowBounds>,
+}
+
+/// Where a row of an order is light, and how much.
+#[derive(Debug)]
+struct RowBounds {
+    /// Largest luminance by polarization in front of 90 degrees and behind, in sunlight [cd/m² per unit of light].
     peaks: Vec<[f64; 2]>,
-    /// Angles between which all but a millionth of the light of each row lies, of every wavelength.
-    lit_rad: Vec<[f64; 2]>,
+    /// Angles between which all but a millionth of its light lies, of every polarization and wavelength.
+    lit_rad: [f64; 2],
 }
 
 /// Where a ray stands, and what it adds up.
@@ -89,29 +111,44 @@ pub(crate) struct MovedStencil {
     seen: Vec<SeenShift>,
     /// Weight of each row.
     weights: Vec<f32>,
-    sums: Vec<f32>,
+    /// By polarization.
+    lights: Vec<MovedLight>,
+}
+
+/// Moved light of natural light, or of a polarization.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct MovedLight {
+    /// Padded behind the last wavelength.
+    pub(crate) spectrum: Vec<f32>,
+    /// What the peaks of its rows add up to in luminance [cd/m²].
+    pub(crate) peaks_cd_m2: f64,
 }
 
 /// Where a ray stands.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct MovedPlace {
     pub(crate) theta_rad: f64,
-    /// Scattering angles that its pixel spans.
+    /// Even stretch of scattering angles with the variance of its pixel and of waves.
     pub(crate) width_rad: f64,
     /// T² and B² of upright drops.
     pub(crate) axis_squares: [f64; 2],
 }
 
 impl MovedRows {
-    /// The moved light of a table for light at the nodes of sizes, of which bows may be one that lie no farther apart
-    /// than `apart_rad`; `luminance_weights` turn a spectrum of the table's unit into luminance. `None` if nothing moves.
+    /// The moved light of tables, one a polarization, for light at the nodes of sizes; `luminance_weights` turn a
+    /// spectrum of the table's unit into luminance. `None` if nothing moves.
     pub(crate) fn new(
-        table: &ScatteringTable,
+        tables: &[ScatteringTable],
         nodes: &SizeNodes,
         luminance_weights: &[f64],
-        apart_rad: f64,
+        blur: Blur,
     ) -> Option<Self> {
+        let table = tables.first()?;
         let moved = table.moved.as_ref()?;
+        let (n_integrals, apart_rad) = match blur {
+            Blur::Pixel => (1, 0.0),
+            Blur::Waves { apart_rad } => (2, apart_rad),
+        };
         let radii = MovedRadii::new(table, moved, nodes, apart_rad);
         let n_bins = nodes.radius_um.len() * nodes.variance.len();
         let law = |bin: usize| {
@@ -122,16 +159,19 @@ impl MovedRows {
             });
             RowWeights::new(moving.collect())
         };
-        let order = |order: &MovedOrder| {
+        let order = |index: usize| {
+            let of_tables = tables.iter().filter_map(|table| table.moved.as_ref());
             let source = OrderSource {
-                order,
+                polarizations: of_tables.map(|moved| &moved.orders[index]).collect(),
                 luminance_weights,
             };
-            source.rows(&radii.rows)
+            source.rows(&radii.rows, n_integrals)
         };
         Some(Self {
-            orders: moved.orders.iter().map(order).collect(),
+            blur,
+            orders: (0..moved.orders.len()).map(order).collect(),
             laws: (0..n_bins).into_par_iter().map(law).collect(),
+            n_polarizations: tables.len(),
             n_padded: table.wavelengths.len().next_multiple_of(LANES),
             drops: radii.drops,
         })
@@ -152,20 +192,10 @@ impl MovedRows {
         stencil.seen.extend(shifts.map(|shift| shift.seen(t2, b2)));
     }
 
-    /// Add the moved rows of the light at some nodes to a spectrum; what their peaks add up to in
-    /// luminance [cd/m²].
-    pub(crate) fn add(
-        &self,
-        light: &[(usize, f32)],
-        stencil: &mut MovedStencil,
-        spectrum: &mut [f32],
-    ) -> f64 {
+    /// Move the light at some nodes.
+    pub(crate) fn shade(&self, light: &[(usize, f32)], stencil: &mut MovedStencil) {
         let MovedStencil {
-            place,
-            attitude,
-            seen,
-            weights,
-            sums,
+            weights, lights, ..
         } = stencil;
         weights.clear();
         weights.resize(self.drops.len(), 0.0);
@@ -175,21 +205,37 @@ impl MovedRows {
                 *sum += light * weight;
             }
         }
-        sums.clear();
-        sums.resize(self.n_padded, 0.0);
-        let peaks = Arch::new().dispatch(Adding {
-            rows: self,
-            place,
-            attitude,
-            seen,
-            weights,
-            sums,
-        });
-        // What rounding leaves of the difference of two equal integrals may lie below 0.
-        for (value, sum) in spectrum.iter_mut().zip(sums) {
-            *value += sum.max(0.0);
+        lights.resize(self.n_polarizations, MovedLight::default());
+        for light in lights.iter_mut() {
+            light.peaks_cd_m2 = 0.0;
+            light.spectrum.clear();
+            light.spectrum.resize(self.n_padded, 0.0);
         }
-        peaks
+        match self.blur {
+            Blur::Pixel => Arch::new().dispatch(Shading::<2>::of(self, stencil)),
+            Blur::Waves { .. } => Arch::new().dispatch(Shading::<3>::of(self, stencil)),
+        }
+        // What rounding leaves of the difference of equal integrals may lie below 0.
+        let lights = stencil.lights.iter_mut();
+        for value in lights.flat_map(|light| &mut light.spectrum) {
+            *value = value.max(0.0);
+        }
+    }
+}
+
+impl MovedStencil {
+    /// The light that was moved last, by polarization.
+    pub(crate) fn lights(&self) -> &[MovedLight] {
+        &self.lights
+    }
+}
+
+impl MovedLight {
+    /// Add it to a spectrum.
+    pub(crate) fn add_to(&self, spectrum: &mut [f32]) {
+        for (sum, value) in spectrum.iter_mut().zip(&self.spectrum) {
+            *sum += value;
+        }
     }
 }
 
@@ -208,28 +254,27 @@ impl RowWeights {
 }
 
 /// Moved rows to be added up, wavelength by wavelength in one order: the same bits for vectors of any
-/// width.
-struct Adding<'a> {
+/// width. A mean is made of integrals at so many places.
+struct Shading<'a, const PLACES: usize> {
     rows: &'a MovedRows,
     place: &'a MovedPlace,
     attitude: &'a Attitude,
     seen: &'a [SeenShift],
     weights: &'a [f32],
-    sums: &'a mut [f32],
+    lights: &'a mut [MovedLight],
 }
 
 #[allow(
     clippy::inline_always,
     reason = "a function of its own would have the narrowest vectors"
 )]
-impl WithSimd for Adding<'_> {
-    /// What the peaks of the rows add up to.
-    type Output = f64;
+impl<const PLACES: usize> WithSimd for Shading<'_, PLACES> {
+    type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(mut self, _: S) -> f64 {
+    fn with_simd<S: Simd>(mut self, _: S) {
         let n_lanes = self.rows.n_padded / LANES;
-        let (mut peaks, side) = (0.0, side_of(self.place.theta_rad));
+        let side = side_of(self.place.theta_rad);
         let least = FEW * self.weights.iter().sum::<f32>();
         for (row, weight) in self.weights.iter().enumerate() {
             if *weight <= least {
@@ -241,20 +286,31 @@ impl WithSimd for Adding<'_> {
                 .iter()
                 .zip(self.seen.chunks_exact(2 * n_lanes + 1));
             for (order, seen) in of_orders {
-                peaks += f64::from(*weight) * order.peaks[row][side];
+                for (light, peaks) in self.lights.iter_mut().zip(&order.rows[row].peaks) {
+                    light.peaks_cd_m2 += f64::from(*weight) * peaks[side];
+                }
                 self.add_order((order, seen), row, *weight);
             }
         }
-        peaks
     }
 }
 
 #[allow(clippy::inline_always, reason = "as above")]
-impl Adding<'_> {
+impl<'a, const PLACES: usize> Shading<'a, PLACES> {
+    fn of(rows: &'a MovedRows, stencil: &'a mut MovedStencil) -> Self {
+        Self {
+            rows,
+            place: &stencil.place,
+            attitude: &stencil.attitude,
+            seen: &stencil.seen,
+            weights: &stencil.weights,
+            lights: &mut stencil.lights,
+        }
+    }
+
     /// Add one order of one row: lanes whose bows lie close together at one shift.
     #[inline(always)]
     fn add_order(&mut self, (order, seen): (&OrderRows, &[SeenShift]), row: usize, weight: f32) {
-        let (angles, n_padded) = (&order.angles, self.rows.n_padded);
         let (n_lanes, around) = (seen.len() / 2, &self.rows.drops[row]);
         let shift_rad = |half: usize| {
             let shift_rad = seen[half].shift_rad(around.drops.eccentricity);
@@ -264,8 +320,9 @@ impl Adding<'_> {
         let width_rad = (12.0 * variance + self.place.width_rad.powi(2)).sqrt();
         let (first_rad, last_rad) = (shift_rad(0), shift_rad(2 * n_lanes));
         // From secondary to primary one of them is dark, and so is the other beyond.
-        let reach_rad = (first_rad - last_rad).abs() + 0.5 * width_rad.max(angles.widest_step_rad);
-        let [lit_from, lit_to] = order.lit_rad[row];
+        let reach_rad =
+            (first_rad - last_rad).abs() + order.angles.farthest_rad::<PLACES>(width_rad);
+        let [lit_from, lit_to] = order.rows[row].lit_rad;
         let seen_rad = self.place.theta_rad - first_rad;
         if seen_rad + reach_rad < lit_from || seen_rad - reach_rad > lit_to {
             return;
@@ -273,33 +330,48 @@ impl Adding<'_> {
         let alike_rad = APART_RAD.max(APART_OF_WIDTH * width_rad);
         let n_apart = ((first_rad - last_rad).abs() / alike_rad).ceil().max(1.0) as usize;
         let n_groups = n_apart.min(n_lanes);
-        let row = row * angles.theta_rad.len() * n_padded;
         for group in 0..n_groups {
             let [from, to] = [group, group + 1].map(|edge| edge * n_lanes / n_groups);
             let moved_rad = shift_rad(from + to);
-            let mean = angles.mean(self.place.theta_rad - moved_rad, width_rad);
-            let Some(AngleMean { ends, shares }) = mean else {
-                continue;
-            };
-            let [begin, end] = ends.map(|angle| {
-                let start = row + angle * n_padded;
-                let (here, next) = order.integrals[start..start + 2 * n_padded].split_at(n_padded);
-                (here, next)
+            let mean = (order.angles).mean::<PLACES>(self.place.theta_rad - moved_rad, width_rad);
+            if let Some(mean) = mean {
+                let AngleMean { places, shares } = mean;
+                let shares = shares.map(|pair| pair.map(|share| weight * share));
+                let mean = AngleMean { places, shares };
+                self.add_lanes((order, row), &mean, from * LANES..to * LANES);
+            }
+        }
+    }
+
+    /// Add some lanes of one order of one row.
+    #[inline(always)]
+    fn add_lanes(
+        &mut self,
+        (order, row): (&OrderRows, usize),
+        mean: &AngleMean<PLACES>,
+        lanes: Range<usize>,
+    ) {
+        let n_of_angle = self.rows.n_polarizations * self.rows.n_padded;
+        let row = row * order.angles.theta_rad.len() * n_of_angle;
+        for (polarization, light) in self.lights.iter_mut().enumerate() {
+            let integrals = mean.places.map(|angle| {
+                let start = row + angle * n_of_angle + polarization * self.rows.n_padded;
+                [start, start + n_of_angle].map(|start| {
+                    let values = &order.integrals[start + lanes.start..start + lanes.end];
+                    values.as_chunks::<LANES>().0
+                })
             });
-            let [[a, b], [c, d]] = shares.map(|pair| pair.map(|share| weight * share));
-            let lanes = from * LANES..to * LANES;
-            let sums = self.sums[lanes.clone()].as_chunks_mut::<LANES>().0;
-            let [begin, end] = [begin, end].map(|(here, next)| {
-                [here, next].map(|values| values[lanes.clone()].as_chunks::<LANES>().0)
-            });
+            let sums = light.spectrum[lanes.clone()].as_chunks_mut::<LANES>().0;
             for (index, sums) in sums.iter_mut().enumerate() {
                 // Copies: what is stored could otherwise be what is read next.
-                let ([low, below], [high, above]) = (begin.map(at(index)), end.map(at(index)));
+                let pairs = integrals.map(|pair| pair.map(|lanes| lanes[index]));
                 let mut sum = *sums;
                 for lane in 0..LANES {
-                    let begin = a * low[lane] + b * below[lane];
-                    let end = c * high[lane] + d * above[lane];
-                    sum[lane] += end - begin;
+                    let mut difference = 0.0;
+                    for ([low, high], [a, b]) in pairs.iter().zip(mean.shares) {
+                        difference += a * low[lane] + b * high[lane];
+                    }
+                    sum[lane] += difference;
                 }
                 *sums = sum;
             }
@@ -313,79 +385,59 @@ fn side_of(theta_rad: f64) -> usize {
     usize::from(theta_rad >= FRAC_PI_2)
 }
 
-/// A copy of one lane of wavelengths.
-fn at(index: usize) -> impl Fn(&[[f32; LANES]]) -> [f32; LANES] {
-    move |lanes| lanes[index]
-}
-
 /// What the rows of an order are made from.
 struct OrderSource<'a> {
-    order: &'a MovedOrder,
+    /// The order of each polarization.
+    polarizations: Vec<&'a MovedOrder>,
     luminance_weights: &'a [f64],
 }
 
 impl OrderSource<'_> {
-    /// Rows that are means of the table's.
-    fn rows(&self, means: &[RowMean]) -> OrderRows {
-        let (_, _, n_wavelengths, _) = self.order.values.dim();
+    /// Rows that are means of the table's, integrated so many times.
+    fn rows(&self, means: &[RowMean], n_integrals: u32) -> OrderRows {
+        let order = self.polarizations[0];
+        let (_, _, n_wavelengths, _) = order.values.dim();
         let n_padded = n_wavelengths.next_multiple_of(LANES);
-        let angles = MovedAngles::mirrored(&self.order.theta_rad);
-        let n_of_row = angles.theta_rad.len() * n_padded;
+        let angles = MovedAngles::mirrored(&order.theta_rad);
+        let n_of_angle = self.polarizations.len() * n_padded;
+        let n_of_row = angles.theta_rad.len() * n_of_angle;
         let mut integrals = vec![0.0; means.len() * n_of_row];
-        let of_rows = integrals.par_chunks_mut(n_of_row);
-        let (peaks, lit_rad) = (of_rows.zip(means))
-            .map(|(integrals, mean)| {
-                let light = self.natural_light(mean);
-                self.integrate((&light, &angles.theta_rad), integrals);
-                let lit_rad = lit_rad((integrals, n_padded), &angles.theta_rad);
-                (self.peaks(&light), lit_rad)
-            })
-            .unzip();
-        let half = |index: usize| self.order.shifts[(index * LANES / 2).min(n_wavelengths - 1)];
+        let of_rows = integrals.par_chunks_mut(n_of_row).zip(means);
+        let rows = of_rows.map(|(row, mean)| {
+            let mut bounds = RowBounds {
+                peaks: Vec::new(),
+                lit_rad: [f64::INFINITY, f64::NEG_INFINITY],
+            };
+            for (polarization, order) in self.polarizations.iter().enumerate() {
+                let light = natural_light(order, mean);
+                bounds.peaks.push(self.peaks(&light));
+                let light = continued((&light, &order.theta_rad), &angles.theta_rad);
+                let mut integral = integral_of(&light, &angles.theta_rad);
+                let [from, to] = lit_rad(&integral, &angles.theta_rad);
+                let [lit_from, lit_to] = bounds.lit_rad;
+                bounds.lit_rad = [lit_from.min(from), lit_to.max(to)];
+                for _ in 1..n_integrals {
+                    count_from_peak(&mut integral, &light);
+                    integral = integral_of(&integral, &angles.theta_rad);
+                    count_from_peak(&mut integral, &light);
+                }
+                let places = row[polarization * n_padded..].chunks_mut(n_of_angle);
+                for (place, values) in places.zip(integral.outer_iter()) {
+                    // f32: 1e-7 of the whole integral, 1e-4 of the peak over the narrowest step.
+                    for (place, value) in place.iter_mut().zip(values) {
+                        *place = *value as f32;
+                    }
+                }
+            }
+            bounds
+        });
+        let rows = rows.collect();
+        let half = |index: usize| order.shifts[(index * LANES / 2).min(n_wavelengths - 1)];
         OrderRows {
             shifts: (0..=2 * n_padded / LANES).map(half).collect(),
             angles,
             integrals,
-            peaks,
-            lit_rad,
-        }
-    }
-
-    /// [wavelength, angle of the table].
-    fn natural_light(&self, mean: &RowMean) -> Array2<f64> {
-        let (_, _, n_wavelengths, n_theta) = self.order.values.dim();
-        let mut light = Array2::zeros((n_wavelengths, n_theta));
-        for (row, share) in mean {
-            for polarization in [0, 1] {
-                let values = self.order.values.slice(s![polarization, *row, .., ..]);
-                let scale = 0.5 * share;
-                light.zip_mut_with(&values, |sum, value| *sum += scale * f64::from(*value));
-            }
-        }
-        light
-    }
-
-    /// Integrals by [angle, wavelength], over angles that go on where those of the order are mirrored.
-    fn integrate(&self, (light, theta_rad): (&Array2<f64>, &[f64]), integrals: &mut [f32]) {
-        let own_rad = &self.order.theta_rad;
-        let n_theta = own_rad.len();
-        let n_padded = integrals.len() / theta_rad.len();
-        let before = theta_rad.partition_point(|theta| *theta < own_rad[0]);
-        // The angle of the order that a mirrored one is.
-        let source = |angle: usize| {
-            let place = angle as i64 - before as i64;
-            let last = n_theta as i64 - 1;
-            (last - (last - place.abs()).abs()).clamp(0, last) as usize
-        };
-        for (wavelength, light) in light.outer_iter().enumerate() {
-            let (mut sum, mut last) = (0.0, light[source(0)]);
-            for angle in 1..theta_rad.len() {
-                let value = light[source(angle)];
-                sum += 0.5 * (theta_rad[angle] - theta_rad[angle - 1]) * (last + value);
-                last = value;
-                // f32: 1e-7 of the whole integral, 1e-4 of the peak over the narrowest step.
-                integrals[angle * n_padded + wavelength] = sum as f32;
-            }
+            rows,
         }
     }
 
@@ -393,7 +445,8 @@ impl OrderSource<'_> {
     fn peaks(&self, light: &Array2<f64>) -> [f64; 2] {
         let weights = Array1::from(self.luminance_weights.to_vec());
         let mut peaks = [0.0_f64; 2];
-        for (theta_rad, luminance) in self.order.theta_rad.iter().zip(weights.dot(light)) {
+        let theta_rad = &self.polarizations[0].theta_rad;
+        for (theta_rad, luminance) in theta_rad.iter().zip(weights.dot(light)) {
             let peak = &mut peaks[side_of(*theta_rad)];
             *peak = peak.max(luminance);
         }
@@ -401,26 +454,82 @@ impl OrderSource<'_> {
     }
 }
 
+/// Natural light of a row by [wavelength, angle of the table].
+fn natural_light(order: &MovedOrder, mean: &RowMean) -> Array2<f64> {
+    let (_, _, n_wavelengths, n_theta) = order.values.dim();
+    let mut light = Array2::zeros((n_wavelengths, n_theta));
+    for (row, share) in mean {
+        for polarization in [0, 1] {
+            let values = order.values.slice(s![polarization, *row, .., ..]);
+            let scale = 0.5 * share;
+            light.zip_mut_with(&values, |sum, value| *sum += scale * f64::from(*value));
+        }
+    }
+    light
+}
+
+/// Light by [angle, wavelength], over angles that go on where those of the order are mirrored.
+fn continued((light, own_rad): (&Array2<f64>, &[f64]), theta_rad: &[f64]) -> Array2<f64> {
+    let before = theta_rad.partition_point(|theta| *theta < own_rad[0]);
+    // The angle of the order that a mirrored one is.
+    let source = |angle: usize| {
+        let place = angle as i64 - before as i64;
+        let last = own_rad.len() as i64 - 1;
+        (last - (last - place.abs()).abs()).clamp(0, last) as usize
+    };
+    let sources: Vec<usize> = (0..theta_rad.len()).map(source).collect();
+    light.select(Axis(1), &sources).reversed_axes()
+}
+
+/// The integral over the angle of what is linear between angles.
+fn integral_of(values: &Array2<f64>, theta_rad: &[f64]) -> Array2<f64> {
+    let mut integrals = Array2::zeros(values.dim());
+    for (values, mut integral) in values.columns().into_iter().zip(integrals.columns_mut()) {
+        let mut sum = 0.0;
+        for angle in 1..theta_rad.len() {
+            let step = theta_rad[angle] - theta_rad[angle - 1];
+            sum += 0.5 * step * (values[angle - 1] + values[angle]);
+            integral[angle] = sum;
+        }
+    }
+    integrals
+}
+
+/// Have integrals begin where a wavelength has its peak: differences do not change, and the f32 of what is integrated
+/// twice, which grows with the square of the way, round least there.
+fn count_from_peak(integrals: &mut Array2<f64>, light: &Array2<f64>) {
+    for (mut integral, light) in integrals.columns_mut().into_iter().zip(light.columns()) {
+        let brighter = |peak: usize, (angle, value): (usize, &f64)| {
+            if *value > light[peak] { angle } else { peak }
+        };
+        let peak = light.iter().enumerate().fold(0, brighter);
+        let there = integral[peak];
+        integral -= there;
+    }
+}
+
 /// The angles between which each wavelength has all but a millionth of its integral.
-fn lit_rad((integrals, n_padded): (&[f32], usize), theta_rad: &[f64]) -> [f64; 2] {
-    let all = &integrals[integrals.len() - n_padded..];
-    let of_angles: Vec<&[f32]> = integrals.chunks_exact(n_padded).collect();
-    let is_dark = |values: &&[f32]| {
-        let mut both = values.iter().zip(all);
-        both.all(|(value, all)| *value <= DARK * all)
-    };
-    // Where some wavelength lacks more than that.
-    let lacks_some = |values: &&[f32]| {
-        let mut both = values.iter().zip(all);
-        both.any(|(value, all)| *value < (1.0 - DARK) * all)
-    };
-    let last_lit = of_angles.partition_point(lacks_some);
-    let first_lit = of_angles.partition_point(is_dark);
-    [
-        first_lit.saturating_sub(1),
-        last_lit.min(of_angles.len() - 1),
-    ]
-    .map(|angle| theta_rad[angle])
+fn lit_rad(integral: &Array2<f64>, theta_rad: &[f64]) -> [f64; 2] {
+    let last = theta_rad.len() - 1;
+    let all = integral.row(last);
+    let is_dark = |value: f64, all: f64| value <= DARK * all;
+    // Where it lacks more than that.
+    let lacks_some = |value: f64, all: f64| value < (1.0 - DARK) * all;
+    let n_dark = (0..=last)
+        .take_while(|angle| {
+            Zip::from(integral.row(*angle))
+                .and(all)
+                .all(|v, a| is_dark(*v, *a))
+        })
+        .count();
+    let n_lacking = (0..=last)
+        .take_while(|angle| {
+            Zip::from(integral.row(*angle))
+                .and(all)
+                .any(|v, a| lacks_some(*v, *a))
+        })
+        .count();
+    [n_dark.saturating_sub(1), n_lacking.min(last)].map(|angle| theta_rad[angle])
 }
 
 #[cfg(test)]

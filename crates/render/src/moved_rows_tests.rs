@@ -75,14 +75,22 @@ fn table(
     }
 }
 
-/// Its moved rows at its own sizes.
-fn rows(table: &ScatteringTable) -> MovedRows {
-    let weights = [1.0; N_WAVELENGTHS];
-    MovedRows::new(table, &SizeNodes::of_table(table), &weights, 0.0).unwrap()
+/// Light of waves that leave bows apart.
+const IN_WAVES: Blur = Blur::Waves { apart_rad: 0.0 };
+
+/// The moved rows of tables, one a polarization, at their own sizes.
+fn rows_of(tables: &[ScatteringTable], blur: Blur) -> MovedRows {
+    let nodes = SizeNodes::of_table(&tables[0]);
+    MovedRows::new(tables, &nodes, &[1.0; N_WAVELENGTHS], blur).unwrap()
 }
 
-/// Moved light of the first size along the axis of T.
-fn shaded(rows: &MovedRows, theta_rad: f64, width_rad: f64) -> Vec<f32> {
+/// Those of natural light that nothing blurs.
+fn rows(table: &ScatteringTable) -> MovedRows {
+    rows_of(std::slice::from_ref(table), Blur::Pixel)
+}
+
+/// Moved light of the first size along the axis of T, by polarization.
+fn lights(rows: &MovedRows, theta_rad: f64, width_rad: f64) -> Vec<MovedLight> {
     let mut stencil = MovedStencil::default();
     let place = MovedPlace {
         theta_rad,
@@ -90,8 +98,14 @@ fn shaded(rows: &MovedRows, theta_rad: f64, width_rad: f64) -> Vec<f32> {
         axis_squares: ALONG_T,
     };
     rows.place(&place, &mut stencil);
-    let mut spectrum = vec![0.0; N_WAVELENGTHS];
-    rows.add(&[(0, 1.0)], &mut stencil, &mut spectrum);
+    rows.shade(&[(0, 1.0)], &mut stencil);
+    stencil.lights
+}
+
+/// The spectrum of the first of them.
+fn shaded(rows: &MovedRows, theta_rad: f64, width_rad: f64) -> Vec<f32> {
+    let mut spectrum = lights(rows, theta_rad, width_rad).swap_remove(0).spectrum;
+    spectrum.truncate(N_WAVELENGTHS);
     spectrum
 }
 
@@ -208,7 +222,11 @@ fn the_widest_vectors_and_none_give_the_same_bits() {
         shifts(|w| 1.0 + 0.1 * w as f64),
         wave,
     );
-    let rows = rows(&table);
+    same_bits::<2>(&rows(&table));
+    same_bits::<3>(&rows_of(&[table.clone(), table], IN_WAVES));
+}
+
+fn same_bits<const PLACES: usize>(rows: &MovedRows) {
     let mut stencil = MovedStencil::default();
     let place = MovedPlace {
         theta_rad: 2.41,
@@ -219,31 +237,140 @@ fn the_widest_vectors_and_none_give_the_same_bits() {
     let weights: Vec<f32> = (0..rows.drops.len())
         .map(|index| 0.3 / (1.0 + index as f32))
         .collect();
-    let add = |sums: &mut [f32], is_wide: bool| -> f64 {
-        let adding = Adding {
-            rows: &rows,
+    let shade = |is_wide: bool| {
+        let dark = MovedLight {
+            spectrum: vec![0.0; rows.n_padded],
+            peaks_cd_m2: 0.0,
+        };
+        let mut lights = vec![dark; rows.n_polarizations];
+        let shading = Shading::<PLACES> {
+            rows,
             place: &stencil.place,
             attitude: &stencil.attitude,
             seen: &stencil.seen,
             weights: &weights,
-            sums,
+            lights: &mut lights,
         };
         if is_wide {
-            Arch::new().dispatch(adding)
+            Arch::new().dispatch(shading);
         } else {
-            adding.with_simd(pulp::Scalar::new())
+            shading.with_simd(pulp::Scalar::new());
         }
+        lights
     };
-    let mut sums = [false, true].map(|_| vec![0.0; rows.n_padded]);
-    let mut peaks = [0.0; 2];
-    for (index, is_wide) in [false, true].into_iter().enumerate() {
-        peaks[index] = add(&mut sums[index], is_wide);
+    for (narrow, wide) in shade(false).into_iter().zip(shade(true)) {
+        assert_eq!(narrow.peaks_cd_m2, wide.peaks_cd_m2);
+        assert_eq!(narrow.spectrum, wide.spectrum);
+        let (light, behind) = wide.spectrum.split_at(N_WAVELENGTHS);
+        assert!(light.iter().all(|sum| *sum > 0.0));
+        // Lanes behind the last wavelength hold nothing.
+        assert!(behind.iter().all(|sum| *sum == 0.0));
     }
-    assert_eq!(peaks[0], peaks[1]);
-    assert!(sums[0][..N_WAVELENGTHS].iter().all(|sum| *sum > 0.0));
-    assert_eq!(sums[0], sums[1]);
-    // Lanes behind the last wavelength hold nothing.
-    assert!(sums[0][N_WAVELENGTHS..].iter().all(|sum| *sum == 0.0));
+}
+
+/// A bow that rises in front of 2.4 and falls off slowly behind, as the primary does.
+fn one_sided(wavelength: usize, theta: f64) -> f64 {
+    let rise = 1.0 / (1.0 + (-(theta - 2.4) / 0.004).exp());
+    (1.0 + 0.02 * wavelength as f64) * rise * (0.2 + 0.8 * (-(theta - 2.4).max(0.0) / 0.05).exp())
+}
+
+#[test]
+fn polarizations_together_are_each_alone() {
+    let drops = |radius_um: f64| FallingDrops {
+        eccentricity_sd: 1e-5 * radius_um,
+        ..still(1e-4 * radius_um)
+    };
+    let of = |value: fn(usize, f64) -> f64| {
+        let axes = (all_angles(), vec![100.0, 200.0]);
+        table(axes, drops, shifts(|w| 1.0 + 0.1 * w as f64), value)
+    };
+    let tables = [
+        of(one_sided),
+        of(|_, theta| 0.3 * one_sided(0, theta - 0.1)),
+    ];
+    let together = rows_of(&tables, IN_WAVES);
+    for theta in even(2.3, 0.013, 30) {
+        for (table, light) in tables.iter().zip(lights(&together, theta, 0.02)) {
+            let [alone] = &lights(&rows_of(std::slice::from_ref(table), IN_WAVES), theta, 0.02)[..]
+            else {
+                panic!()
+            };
+            assert_eq!(light.peaks_cd_m2, alone.peaks_cd_m2);
+            // Where one of both is lit they are not the same: the dark one has a millionth.
+            for (light, alone) in light.spectrum.iter().zip(&alone.spectrum) {
+                assert!((light - alone).abs() < 1e-4, "{light} {alone}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_tent_shows_what_a_gaussian_does() {
+    let table = table(
+        (all_angles(), vec![100.0]),
+        |_| still(0.0),
+        shifts(|_| 0.0),
+        one_sided,
+    );
+    let rows = rows_of(&[table], IN_WAVES);
+    let step = 1e-3;
+    for sd_rad in [0.02, 0.05, 0.15] {
+        let gaussian = |theta: f64| {
+            let offs = even(-4.5 * sd_rad, step, (9.0 * sd_rad / step) as u32 + 1);
+            let terms = offs.into_iter().map(|off| {
+                let weight = (-0.5 * (off / sd_rad).powi(2)).exp();
+                [weight, weight * one_sided(3, theta + off)]
+            });
+            let [all, sum] = terms.fold([0.0; 2], |sum, term| [sum[0] + term[0], sum[1] + term[1]]);
+            sum / all
+        };
+        let angles = || even(1.8, 0.02, 40).into_iter().filter(|it| *it < 2.5);
+        let peak = angles().map(gaussian).fold(0.0, f64::max);
+        for theta in angles() {
+            let seen = f64::from(shaded(&rows, theta, 12.0_f64.sqrt() * sd_rad)[3]);
+            let off = (seen - gaussian(theta)).abs() / peak;
+            assert!(off < 0.045, "{sd_rad} {theta}: {off}");
+        }
+    }
+}
+
+#[test]
+fn tents_lose_no_light_and_rounding_is_a_thousandth_of_the_narrowest() {
+    let table = table(
+        (all_angles(), vec![100.0]),
+        |_| still(0.0),
+        shifts(|_| 0.0),
+        one_sided,
+    );
+    let (even_rows, tents) = (rows(&table), rows_of(&[table.clone()], IN_WAVES));
+    let step = PI / 3600.0;
+    // No tent is narrower than two steps.
+    for theta in even(2.3, 0.7 * step, 400) {
+        let [found, expected] = [shaded(&tents, theta, 0.0), shaded(&even_rows, theta, 0.0)];
+        for (found, expected) in found.iter().zip(expected) {
+            // Steps on the steepest rise differ by a part of it.
+            assert!(
+                (found - expected).abs() < 0.03,
+                "{theta}: {found} {expected}"
+            );
+        }
+    }
+    for width_rad in [0.01, 0.1, 0.4] {
+        let sum: f64 = even(1.5, 1e-3, 2200)
+            .into_iter()
+            .filter(|theta| *theta < 2.75)
+            .map(|theta| 1e-3 * f64::from(shaded(&tents, theta, width_rad)[0]))
+            .sum();
+        let expected: f64 = even(1.5, 1e-3, 1250)
+            .into_iter()
+            .map(|theta| 1e-3 * one_sided(0, theta))
+            .sum();
+        // Even light beyond 2.75 comes in as much as goes out.
+        assert!(
+            (sum / expected - 1.0).abs() < 5e-3,
+            "{width_rad}: {sum} {expected}"
+        );
+    }
 }
 
 #[test]
@@ -279,13 +406,21 @@ fn blurred_light_has_fewer_rows_and_is_the_same() {
         effective_variance: (0.25, 0.25),
     };
     let nodes = SizeNodes::of_drops(&table, Some(range));
-    let rows =
-        |apart_rad: f64| MovedRows::new(&table, &nodes, &[1.0; N_WAVELENGTHS], apart_rad).unwrap();
-    let (all, few) = (rows(0.0), rows(0.08));
+    let rows = |blur| {
+        MovedRows::new(
+            std::slice::from_ref(&table),
+            &nodes,
+            &[1.0; N_WAVELENGTHS],
+            blur,
+        )
+        .unwrap()
+    };
+    let apart = |apart_rad: f64| rows(Blur::Waves { apart_rad });
+    let (all, few) = (apart(0.0), apart(0.08));
     assert!(10 * few.drops.len() < 6 * all.drops.len() && few.drops.len() > 5);
-    assert_eq!(rows(1e-6).drops.len(), all.drops.len());
+    assert_eq!(apart(1e-6).drops.len(), all.drops.len());
     // However far bows may lie apart, a law is still a sum.
-    assert!(rows(10.0).drops.len() >= 5);
+    assert!(apart(10.0).drops.len() >= 5);
     let seen = |rows: &MovedRows, theta_rad| f64::from(shaded(rows, theta_rad, 0.3)[0]);
     let angles = || even(2.2, 0.01, 60).into_iter();
     let peak = angles().map(|theta| seen(&all, theta)).fold(0.0, f64::max);
@@ -320,7 +455,7 @@ fn moved_light_is_what_still_rows_leave_out() {
             effective_variance: (0.1, 0.1),
         };
         let nodes = SizeNodes::of_drops(&table, Some(range));
-        let rows = MovedRows::new(&table, &nodes, &[1.0; N_WAVELENGTHS], 0.0).unwrap();
+        let rows = MovedRows::new(&[table], &nodes, &[1.0; N_WAVELENGTHS], Blur::Pixel).unwrap();
         for (bin, law) in rows.laws.iter().enumerate() {
             let of_rows = nodes.weights(bin, &radii_um).into_iter();
             let staying: f64 = of_rows
@@ -345,15 +480,7 @@ fn light_diffracted_forward_is_no_peak_of_a_bow() {
         let value = |w: usize, theta: f64| value(bow(w, theta), lobe(w, theta));
         let drops = |_| still(0.01);
         let table = table((all_angles(), vec![100.0]), drops, shifts(|_| 1.0), value);
-        let rows = rows(&table);
-        let mut stencil = MovedStencil::default();
-        let place = MovedPlace {
-            theta_rad: 2.3,
-            width_rad: 0.0,
-            axis_squares: ALONG_T,
-        };
-        rows.place(&place, &mut stencil);
-        rows.add(&[(0, 1.0)], &mut stencil, &mut [0.0; N_WAVELENGTHS])
+        lights(&rows(&table), 2.3, 0.0)[0].peaks_cd_m2
     };
     let [alone, beside] = [with(|bow, _| bow), with(|_, lobe| lobe)];
     assert!(alone > 0.0);

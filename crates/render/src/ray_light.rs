@@ -23,6 +23,7 @@ use crate::error_parts::RayErrors;
 use crate::flattening::axis_squares;
 use crate::frame::Frame;
 use crate::march::Walk;
+use crate::moved_rows::MovedLight;
 use crate::moved_rows::MovedPlace;
 use crate::moved_rows::MovedStencil;
 use crate::polarized_rows::PolarizedRoom;
@@ -494,16 +495,26 @@ impl Frame<'_> {
         let mut luminance = rows.luminance(stencil);
         rows.shade(stencil, slab);
         if let Some(moved) = &self.moved {
-            let still: f64 = self.luminance(slab);
-            let peaks = moved.add(stencil.light(), moved_stencil, slab);
-            luminance.value += self.luminance(slab) - still;
-            luminance.off_lines += self.table_error * peaks;
+            moved.shade(stencil.light(), moved_stencil);
+            for moved in moved_stencil.lights() {
+                moved.add_to(slab);
+                luminance.add(1.0, &self.moved_luminance(moved));
+            }
         }
         luminance
     }
 
+    /// Luminance of moved light, and what its table errs by.
+    pub(crate) fn moved_luminance(&self, moved: &MovedLight) -> SunlitLuminance {
+        SunlitLuminance {
+            value: self.luminance(&moved.spectrum),
+            off_lines: self.table_error * moved.peaks_cd_m2,
+            ..SunlitLuminance::default()
+        }
+    }
+
     /// Luminance in sunlight of a spectrum of the table's unit.
-    pub(crate) fn luminance(&self, spectrum: &[f32]) -> f64 {
+    fn luminance(&self, spectrum: &[f32]) -> f64 {
         let weights = self.luminance_weights.iter().zip(spectrum);
         weights
             .map(|(weight, value)| weight * f64::from(*value))

@@ -114,7 +114,7 @@ impl<'a> Reflection<'a> {
         ReflectionRoom {
             light: vec![0.0; n_wavelengths],
             deposits: Deposits::new(self.bows.axes()),
-            bows: (self.bows).room(n_wavelengths, self.drops.mirror.surface.slope > 0.0),
+            bows: self.bows.room(n_wavelengths),
             slab_ends_m: Vec::new(),
             slab: vec![0.0; n_wavelengths],
             transmitted: vec![0.0; n_wavelengths],

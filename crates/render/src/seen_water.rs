@@ -128,8 +128,7 @@ impl<'a> SeenWater<'a> {
 
     /// Room for the bows in it.
     pub(crate) fn room(&self, n_wavelengths: usize) -> Option<PolarizedRoom> {
-        let bows = self.bows.as_ref()?;
-        Some(bows.room(n_wavelengths, self.surface.slope > 0.0))
+        Some(self.bows.as_ref()?.room(n_wavelengths))
     }
 
     /// The sight from a foot that a facet makes.
