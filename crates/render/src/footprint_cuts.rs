@@ -71,9 +71,11 @@ impl Met {
         }
     }
 
-    /// What a sight meets that ends at no surface and no water: sky or level ground, through drops or none.
+    /// What a sight meets that ends where light is as smooth as in the sky: at no surface, no water and no ground on which
+    /// shadows may lie, whose depth a grazing sight sees closer together than pixels.
     pub(crate) fn in_the_open(sight: &Sight, frame: &Frame) -> Option<Self> {
-        let is_open = sight.surface_m.is_infinite() && sight.foot.is_none();
+        let may_be_shaded = || frame.lit.is_some() && frame.ground_m(&sight.ray).is_some();
+        let is_open = sight.surface_m.is_infinite() && sight.foot.is_none() && !may_be_shaded();
         is_open.then(|| Self::without_water(sight, frame))
     }
 

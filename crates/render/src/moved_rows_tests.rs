@@ -342,7 +342,10 @@ fn tents_lose_no_light_and_rounding_is_a_thousandth_of_the_narrowest() {
         shifts(|_| 0.0),
         one_sided,
     );
-    let (even_rows, tents) = (rows(&table), rows_of(&[table.clone()], IN_WAVES));
+    let (even_rows, tents) = (
+        rows(&table),
+        rows_of(std::slice::from_ref(&table), IN_WAVES),
+    );
     let step = PI / 3600.0;
     // No tent is narrower than two steps.
     for theta in even(2.3, 0.7 * step, 400) {

@@ -1,18 +1,21 @@
 //! Pixels between the rays of a lattice.
 //!
 //! L(x) = sum_k w_k L(x_k),   w = (-1, 9, 9, -1)/16   along a row, a column, or both
-//! `x_k` the four nearest nodes of a lattice twice as coarse. Light of drops and air hardly changes from pixel to
-//! pixel: a volume has nothing finer than its voxels, and the sun smears every bow over half a degree. So rays are
-//! followed for pixels some way apart, and for those between only where the sum does not hold: nodes half as far apart
-//! that were followed all the same say by how much it errs. At half the distance it errs by a sixteenth of that where
-//! light is smooth, by a half at a kink, and by as much where voxels are hardly wider than the lattice, which is what is
-//! told.
+//! `x_k` the four nearest nodes of a lattice twice as coarse: Lagrange's sum, exact for cubic polynomials. Light of drops
+//! and air hardly changes from pixel to pixel: a volume has nothing finer than its voxels, and the sun smears every bow
+//! over half a degree. So rays are followed for pixels some way apart, and for those between only where the sum does
+//! not hold. Nodes half as far apart that were followed all the same say by how much it errs. At half the distance it
+//! errs by a sixteenth of that where light is smooth, by a half at a kink, and by as much where voxels are hardly
+//! wider than the lattice, which is what is told.
 //!
-//! A sum stands for a ray where all its nodes meet the same open place, sky or level ground through drops or through none, on one
-//! side of the angle between the bows; where nodes lie no farther apart than the sun is wide and than the finest voxel looks where drops
-//! end on the ray; and where the error that is told
-//! is at most a quarter of what a pixel may err by before it gets more rays: of errors that add up by their squares next to nothing. Lattices stand still in the frame, so that
-//! a pixel is the same whatever region it is rendered in.
+//! A sum stands for a ray
+//! * where its nodes and the ray meet the same open place, sky or level ground without shadows, through drops or through
+//!   none, and all on one side of the angle between the bows;
+//! * where nodes lie no farther apart than the sun is wide, and than the finest voxel looks where the drops end;
+//! * where what is told is at most a quarter of what a pixel may err by before it gets more rays: of errors that add up
+//!   by their squares next to nothing.
+//!
+//! Lattices stand still in the frame, so that a pixel is the same whatever region it is rendered in.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -333,5 +336,65 @@ impl RayTracer<'_> {
         range_m.map_or(f64::INFINITY, |(_, leave_m)| {
             self.voxel_m / (leave_m * self.pixel_rad)
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sums_are_exact_for_cubic_polynomials() {
+        let light = |x: f64| 2.0 - 3.0 * x + 0.5 * x * x - 0.25 * x * x * x;
+        for spacing_px in [2, 4, 8, 16] {
+            for half in [-7, -1, 1, 3, 101] {
+                let place_px = half * spacing_px / 2;
+                let nodes = Along::of(place_px, spacing_px);
+                let at = |px: i32| f64::from(px) / 50.0;
+                let terms = nodes.nodes(spacing_px).map(|(index, px)| {
+                    assert_eq!(px.rem_euclid(spacing_px), 0);
+                    f64::from(nodes.weight(CUBIC, index)) * light(at(px))
+                });
+                let (sum, expected) = (terms.sum::<f64>(), light(at(place_px)));
+                assert!(
+                    (sum - expected).abs() < 1e-9 * (1.0 + expected.abs()),
+                    "{spacing_px} {place_px}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn a_node_stands_for_itself_and_those_beside_it_tell() {
+        let nodes = Along::of(-12, 4);
+        assert_eq!(nodes.nodes(4).collect::<Vec<_>>(), [(0, -12)]);
+        assert_eq!(nodes.weight(CUBIC, 0), 1.0);
+        assert_eq!(nodes.beside(4).collect::<Vec<_>>(), [-16, -12, -8]);
+        let between = Along::of(-10, 4);
+        assert_eq!(between.beside(4).collect::<Vec<_>>(), [-16, -12, -8, -4]);
+    }
+
+    #[test]
+    fn lattices_reach_all_that_pixels_follow_from() {
+        // Places of the next finer lattice within the reach of its own have their nodes within this one's.
+        let mut finer_px = 0;
+        for spacing_px in [2, 4, 8, 16] {
+            let reach_px = finer_px + 3 * spacing_px / 2;
+            for start in [-33, -8, 0, 5] {
+                let pixels = start..start + 7;
+                let nodes = around(pixels.clone(), reach_px, spacing_px);
+                for place_px in pixels.start - finer_px..pixels.end + finer_px {
+                    if place_px.rem_euclid(spacing_px / 2) == 0 {
+                        let along = Along::of(place_px, spacing_px);
+                        let mut needed = along
+                            .nodes(spacing_px)
+                            .map(|it| it.1)
+                            .chain(along.beside(spacing_px));
+                        assert!(needed.all(|px| nodes.contains(&px.div_euclid(spacing_px))));
+                    }
+                }
+            }
+            finer_px = reach_px;
+        }
     }
 }
