@@ -172,10 +172,9 @@ pub enum DropOrders {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum PixelFootprint {
-    /// The ray through its center; in a picture with a tolerance the rays of its neighbors, where these say as much
-    /// (`ray_lattice`).
+    /// The ray through its center.
     Center,
-    /// The same, with the scattering table averaged over the angle that the pixel
+    /// The ray through its center, with the scattering table averaged over the angle that the pixel
     /// spans: no aliasing of supernumeraries for a few more table entries a ray.
     Prefiltered,
     /// n x n rays.
