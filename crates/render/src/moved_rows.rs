@@ -22,8 +22,8 @@ use std::ops::Range;
 
 use ndarray::Array1;
 use ndarray::Array2;
+use ndarray::ArrayView1;
 use ndarray::Axis;
-use ndarray::Zip;
 use ndarray::s;
 use niji_exchange::Attitude;
 use niji_exchange::BowShift;
@@ -512,23 +512,14 @@ fn count_from_peak(integrals: &mut Array2<f64>, light: &Array2<f64>) {
 fn lit_rad(integral: &Array2<f64>, theta_rad: &[f64]) -> [f64; 2] {
     let last = theta_rad.len() - 1;
     let all = integral.row(last);
-    let is_dark = |value: f64, all: f64| value <= DARK * all;
+    let n_while = |holds: &dyn Fn(ArrayView1<f64>) -> bool| {
+        let angles = (0..=last).take_while(|angle| holds(integral.row(*angle)));
+        angles.count()
+    };
+    let n_dark = n_while(&|sums| sums.iter().zip(all).all(|(sum, all)| *sum <= DARK * all));
     // Where it lacks more than that.
-    let lacks_some = |value: f64, all: f64| value < (1.0 - DARK) * all;
-    let n_dark = (0..=last)
-        .take_while(|angle| {
-            Zip::from(integral.row(*angle))
-                .and(all)
-                .all(|v, a| is_dark(*v, *a))
-        })
-        .count();
-    let n_lacking = (0..=last)
-        .take_while(|angle| {
-            Zip::from(integral.row(*angle))
-                .and(all)
-                .any(|v, a| lacks_some(*v, *a))
-        })
-        .count();
+    let lacks_some = |(sum, all): (&f64, &f64)| *sum < (1.0 - DARK) * all;
+    let n_lacking = n_while(&|sums| sums.iter().zip(all).any(lacks_some));
     [n_dark.saturating_sub(1), n_lacking.min(last)].map(|angle| theta_rad[angle])
 }
 

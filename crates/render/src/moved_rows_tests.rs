@@ -304,14 +304,19 @@ fn polarizations_together_are_each_alone() {
     }
 }
 
-#[test]
-fn a_tent_shows_what_a_gaussian_does() {
-    let table = table(
+/// Drops of one size whose light does not move.
+fn one_sided_table() -> ScatteringTable {
+    table(
         (all_angles(), vec![100.0]),
         |_| still(0.0),
         shifts(|_| 0.0),
         one_sided,
-    );
+    )
+}
+
+#[test]
+fn a_tent_shows_what_a_gaussian_does() {
+    let table = one_sided_table();
     let rows = rows_of(&[table], IN_WAVES);
     let step = 1e-3;
     for sd_rad in [0.02, 0.05, 0.15] {
@@ -336,12 +341,7 @@ fn a_tent_shows_what_a_gaussian_does() {
 
 #[test]
 fn tents_lose_no_light_and_rounding_is_a_thousandth_of_the_narrowest() {
-    let table = table(
-        (all_angles(), vec![100.0]),
-        |_| still(0.0),
-        shifts(|_| 0.0),
-        one_sided,
-    );
+    let table = one_sided_table();
     let (even_rows, tents) = (
         rows(&table),
         rows_of(std::slice::from_ref(&table), IN_WAVES),

@@ -87,24 +87,25 @@ pub(crate) struct RayLattice {
 impl RayLattice {
     /// Lattices for a region, without nodes.
     pub(crate) fn over(tracer: &RayTracer, region: PixelRegion) -> Self {
-        let finest = std::iter::successors(Some(2), |spacing| Some(2 * spacing));
-        let mut reach_px = 0;
-        let coarsest_px = 2 * tracer.farthest_nodes_px();
-        let levels = finest.take_while(|spacing_px| *spacing_px <= coarsest_px);
-        let levels = levels.map(|spacing_px| {
+        let farthest_px = tracer.farthest_nodes_px();
+        let mut levels = Vec::new();
+        // Those of the coarsest are what the others are compared with: alone it saves nothing.
+        if farthest_px == 1 {
+            return Self { levels };
+        }
+        let columns = region.x_px..region.x_px.saturating_add_unsigned(region.width_px);
+        let (mut spacing_px, mut reach_px) = (2, 0);
+        while spacing_px <= 2 * farthest_px {
             reach_px += 3 * spacing_px / 2;
-            let columns = region.x_px..region.x_px.saturating_add_unsigned(region.width_px);
-            Level {
+            levels.push(Level {
                 spacing_px,
                 reach_px,
-                columns: around(columns, reach_px, spacing_px),
+                columns: around(columns.clone(), reach_px, spacing_px),
                 rows: BTreeMap::new(),
-            }
-        });
-        let mut levels: Vec<Level> = levels.collect();
+            });
+            spacing_px *= 2;
+        }
         levels.reverse();
-        // One that has none to be compared with saves nothing.
-        levels.truncate(if levels.len() < 2 { 0 } else { usize::MAX });
         Self { levels }
     }
 
@@ -201,6 +202,7 @@ impl Along {
 }
 
 /// What is known of a sum over nodes.
+#[derive(Clone, Copy)]
 struct Sum {
     /// What it may err by.
     told_cd_m2: f64,
@@ -210,7 +212,9 @@ struct Sum {
 /// What is known of a pixel that was left in a room.
 struct Left {
     met: Option<Met>,
-    missed_cd_m2: f64,
+    /// Of the sum that might stand for it.
+    sum: Option<Sum>,
+    is_sum: bool,
     is_lit: bool,
 }
 
@@ -225,18 +229,15 @@ impl Level {
         row.get(usize::try_from(column).ok()?)
     }
 
-    /// Leave the sum over the nodes around a place where these and its own ray meet the same; `None` elsewhere.
-    fn sum(&self, (x, y): Place, met: Option<Met>, sum: &mut Pixel) -> Option<Sum> {
+    /// What a sum over the nodes around a place tells where these and its own ray meet the same; `None` elsewhere.
+    fn told(&self, place: Place, met: Option<Met>) -> Option<Sum> {
         met?;
         let spacing = self.spacing_px;
-        let [across, down] = [x, y].map(|at_px| Along::of(at_px, spacing));
-        sum.clear();
+        let [across, down] = self.along(place);
         let (mut is_lit, mut has_primary, mut has_secondary) = (false, false, false);
-        for (row, y) in down.nodes(spacing) {
-            for (column, x) in across.nodes(spacing) {
+        for (_, y) in down.nodes(spacing) {
+            for (_, x) in across.nodes(spacing) {
                 let node = self.node((x, y)).filter(|node| alike(node.met, met))?;
-                let weight = |of: [f32; 4]| across.weight(of, column) * down.weight(of, row);
-                sum.add_pixel(&node.pixel, weight(CUBIC), weight(LINEAR));
                 is_lit |= node.is_lit;
                 has_primary |= node.pixel.bow_primary != Vec4::ZERO;
                 has_secondary |= node.pixel.bow_secondary != Vec4::ZERO;
@@ -245,7 +246,6 @@ impl Level {
         if has_primary && has_secondary {
             return None;
         }
-        sum.keep_positive();
         let missed = |place| {
             let node = self.node(place);
             node.map_or(f64::INFINITY, |it| it.missed_cd_m2)
@@ -254,6 +254,26 @@ impl Level {
         let beside = beside.flat_map(|y| across.beside(spacing).map(move |x| (x, y)));
         let told_cd_m2 = beside.map(missed).fold(0.0, f64::max);
         Some(Sum { told_cd_m2, is_lit })
+    }
+
+    /// Leave the sum over the nodes around a place.
+    fn sum(&self, place: Place, sum: &mut Pixel) {
+        let [across, down] = self.along(place);
+        sum.clear();
+        for (row, y) in down.nodes(self.spacing_px) {
+            for (column, x) in across.nodes(self.spacing_px) {
+                if let Some(node) = self.node((x, y)) {
+                    let weight = |of: [f32; 4]| across.weight(of, column) * down.weight(of, row);
+                    sum.add_pixel(&node.pixel, weight(CUBIC), weight(LINEAR));
+                }
+            }
+        }
+        sum.keep_positive();
+    }
+
+    /// The nodes around a place, across and down.
+    fn along(&self, (x, y): Place) -> [Along; 2] {
+        [x, y].map(|at_px| Along::of(at_px, self.spacing_px))
     }
 }
 
@@ -284,17 +304,21 @@ impl RayTracer<'_> {
                 ..node.clone()
             };
         }
-        let Left {
-            met,
-            missed_cd_m2,
-            is_lit,
-        } = self.leave(coarser, place, room);
+        let left = self.leave(coarser, place, room);
+        let missed_cd_m2 = match (coarser, left.sum) {
+            (Some(_), Some(sum)) if left.is_sum => sum.told_cd_m2,
+            (Some(coarser), Some(_)) => {
+                coarser.sum(place, &mut room.between);
+                room.pixel.differs(&room.between, self.most_missed_cd_m2)
+            }
+            _ => f64::INFINITY,
+        };
         Node {
             pixel: room.pixel.clone(),
-            met,
+            met: left.met,
             surface_m: room.surface_m,
             missed_cd_m2,
-            is_lit,
+            is_lit: left.is_lit,
         }
     }
 
@@ -302,30 +326,30 @@ impl RayTracer<'_> {
     fn leave(&self, coarser: Option<&Level>, place: Place, room: &mut Room) -> Left {
         let (x, y) = (f64::from(place.0), f64::from(place.1));
         let sight = self.eye.sight(x + 0.5, y + 0.5);
-        let met = sight
-            .as_ref()
-            .and_then(|it| Met::in_the_open(it, &self.frame));
-        let sum = coarser.and_then(|level| level.sum(place, met, &mut room.between));
-        let most_cd_m2 = self.most_missed_cd_m2;
-        if let (Some(sum), Some(sight), Some(level)) = (&sum, &sight, coarser)
-            && sum.told_cd_m2 <= most_cd_m2
+        let in_the_open = |sight: &Sight| Met::in_the_open(sight, &self.frame);
+        let met = sight.as_ref().and_then(in_the_open);
+        let sum = coarser.and_then(|level| level.told(place, met));
+        if let (Some(known), Some(sight), Some(level)) = (sum, &sight, coarser)
+            && known.told_cd_m2 <= self.most_missed_cd_m2
             && f64::from(level.spacing_px) <= self.voxel_px(sight)
         {
-            std::mem::swap(&mut room.pixel, &mut room.between);
+            level.sum(place, &mut room.pixel);
             let quadrature = &mut room.pixel.errors.quadrature;
-            *quadrature = together(&[*quadrature, sum.told_cd_m2]);
+            *quadrature = together(&[*quadrature, known.told_cd_m2]);
             room.surface_m = sight.surface_m;
+            let (is_sum, is_lit) = (true, known.is_lit);
             return Left {
                 met,
-                missed_cd_m2: sum.told_cd_m2,
-                is_lit: sum.is_lit,
+                sum,
+                is_sum,
+                is_lit,
             };
         }
-        let is_lit = self.trace_sight(sight, (x, y), room);
-        let missed = |_| room.pixel.differs(&room.between, most_cd_m2);
+        let (is_sum, is_lit) = (false, self.trace_sight(sight, (x, y), room));
         Left {
             met,
-            missed_cd_m2: sum.map_or(f64::INFINITY, missed),
+            sum,
+            is_sum,
             is_lit,
         }
     }

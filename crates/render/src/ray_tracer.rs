@@ -67,6 +67,12 @@ impl Room {
             row: Vec::new(),
         }
     }
+
+    /// Darkness, and nothing known of the pixel before.
+    pub(crate) fn begin_pixel(&mut self) {
+        self.pixel.clear();
+        self.light.begin_pixel();
+    }
 }
 
 impl RayTracer<'_> {
@@ -142,8 +148,7 @@ impl RayTracer<'_> {
     pub(crate) fn trace_pixel(&self, x: f64, y: f64, room: &mut Room) -> bool {
         let n = rays_along(self.footprint);
         let share = 1.0 / f64::from(n * n);
-        room.pixel.clear();
-        room.light.begin_pixel();
+        room.begin_pixel();
         let mut any_light = false;
         for (dx, dy) in offsets(n) {
             let sight = self.eye.sight(x + dx, y + dy);
@@ -159,8 +164,7 @@ impl RayTracer<'_> {
         place: (f64, f64),
         room: &mut Room,
     ) -> bool {
-        room.pixel.clear();
-        room.light.begin_pixel();
+        room.begin_pixel();
         self.add_sight(sight, place, 1.0, room)
     }
 

@@ -295,8 +295,7 @@ impl RayTracer<'_> {
         let middle = self.eye.camera.ray(x + 0.5, y + 0.5);
         let width_rad = middle.map_or(0.0, |ray| self.width_rad(ray.direction, (x, y)));
         let width_rad = width_rad / f64::from(parts.n_intervals);
-        room.pixel.clear();
-        room.light.begin_pixel();
+        room.begin_pixel();
         for Part { place, share } in parts.all {
             match self.eye.sight(x + place.0, y + place.1) {
                 None => room.pixel.transmittance += share,
