@@ -22,50 +22,78 @@ pub(crate) const NAME: &str = "niji:checksum";
 /// Attributes that other programs add or change are not covered.
 const COVERED: &str = "niji:";
 
-/// The checksum of a part in hexadecimal.
-pub(crate) fn of(part: &Part) -> String {
-    let mut channels: Vec<&(String, Samples)> = part.channels.iter().collect();
-    channels.sort_by(|a, b| a.0.cmp(&b.0));
-    let hashes: Vec<[u8; 32]> = channels
-        .par_iter()
-        .map(|(_, samples)| of_samples(samples))
-        .collect();
-    let mut hasher = Sha256::new();
-    let mut add = |bytes: &[u8]| {
-        // Lengths keep neighbors apart.
-        hasher.update((bytes.len() as u64).to_le_bytes());
-        hasher.update(bytes);
-    };
-    add(part.name.as_bytes());
-    for (name, value) in &part.attributes {
-        if name.starts_with(COVERED) && name != NAME {
-            add(name.as_bytes());
-            match value {
-                AttributeValue::Text(text) => add(text.as_bytes()),
-                AttributeValue::Number(number) => add(&number.to_le_bytes()),
+/// The channels of a part, as far as their rows have come.
+pub(crate) struct ChannelHashes(Vec<Sha256>);
+
+impl ChannelHashes {
+    /// Of as many channels, before the first row.
+    pub(crate) fn new(n_channels: usize) -> Self {
+        Self(vec![Sha256::new(); n_channels])
+    }
+
+    /// Adds the next rows of all channels.
+    pub(crate) fn add(&mut self, channels: &[(String, Samples)]) {
+        let hashes = self.0.par_iter_mut().zip(channels);
+        hashes.for_each(|(hasher, (_, samples))| {
+            let mut bytes = Vec::with_capacity(size_of::<f32>() * samples.ncols());
+            for row in samples.rows() {
+                bytes.clear();
+                bytes.extend(row.iter().flat_map(|value| value.to_le_bytes()));
+                hasher.update(&bytes);
+            }
+        });
+    }
+
+    /// The checksum in hexadecimal of a part of so many rows and columns, whose channels these are.
+    pub(crate) fn checksum(&self, part: &Part, (height, width): (usize, usize)) -> String {
+        let mut channels: Vec<(&String, &Sha256)> = (part.channels.iter())
+            .map(|(name, _)| name)
+            .zip(&self.0)
+            .collect();
+        channels.sort_by_key(|(name, _)| *name);
+        let mut hasher = Sha256::new();
+        let mut add = |bytes: &[u8]| {
+            // Lengths keep neighbors apart.
+            hasher.update((bytes.len() as u64).to_le_bytes());
+            hasher.update(bytes);
+        };
+        add(part.name.as_bytes());
+        for (name, value) in &part.attributes {
+            if name.starts_with(COVERED) && name != NAME {
+                add(name.as_bytes());
+                match value {
+                    AttributeValue::Text(text) => add(text.as_bytes()),
+                    AttributeValue::Number(number) => add(&number.to_le_bytes()),
+                }
             }
         }
+        let standard = part
+            .white_luminance_cd_m2
+            .iter()
+            .chain(part.world_to_camera.iter().flatten());
+        for number in standard {
+            add(&number.to_le_bytes());
+        }
+        let place = part.windows.map_or((0, 0), |w| (w.data.x_px, w.data.y_px));
+        if place != (0, 0) {
+            add(&place.0.to_le_bytes());
+            add(&place.1.to_le_bytes());
+        }
+        for (name, hash) in channels {
+            add(name.as_bytes());
+            add(&(height as u64).to_le_bytes());
+            add(&(width as u64).to_le_bytes());
+            add(&hash.clone().finalize());
+        }
+        hexadecimal(&hasher.finalize())
     }
-    let standard = part
-        .white_luminance_cd_m2
-        .iter()
-        .chain(part.world_to_camera.iter().flatten());
-    for number in standard {
-        add(&number.to_le_bytes());
-    }
-    let place = part.windows.map_or((0, 0), |w| (w.data.x_px, w.data.y_px));
-    if place != (0, 0) {
-        add(&place.0.to_le_bytes());
-        add(&place.1.to_le_bytes());
-    }
-    for ((name, samples), hash) in channels.into_iter().zip(hashes) {
-        let (height, width) = samples.dim();
-        add(name.as_bytes());
-        add(&(height as u64).to_le_bytes());
-        add(&(width as u64).to_le_bytes());
-        add(&hash);
-    }
-    hexadecimal(&hasher.finalize())
+}
+
+/// The checksum of a part in hexadecimal.
+fn of(part: &Part) -> String {
+    let mut hashes = ChannelHashes::new(part.channels.len());
+    hashes.add(&part.channels);
+    hashes.checksum(part, part.size())
 }
 
 /// Compares a part with the checksum in its header, if there is one.
@@ -84,15 +112,4 @@ pub(crate) fn hexadecimal(bytes: &[u8]) -> String {
         let _ = write!(text, "{byte:02x}");
         text
     })
-}
-
-fn of_samples(samples: &Samples) -> [u8; 32] {
-    let mut hasher = Sha256::new();
-    let mut bytes = Vec::with_capacity(4 * samples.ncols());
-    for row in samples.rows() {
-        bytes.clear();
-        bytes.extend(row.iter().flat_map(|value| value.to_le_bytes()));
-        hasher.update(&bytes);
-    }
-    hasher.finalize().into()
 }

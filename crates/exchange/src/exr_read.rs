@@ -306,6 +306,7 @@ impl Page {
                 let halves = channels.filter(|it| it.sample_type == SampleType::F16);
                 halves.map(|it| text(&it.name)).collect()
             },
+            tells_rms: false,
             attributes: attributes(header),
             white_luminance_cd_m2: own.white_luminance,
             primaries: RgbPrimaries::Rec709,
@@ -316,7 +317,7 @@ impl Page {
             }),
         };
         checksum::verify(&part)?;
-        part.check_values()?;
+        part.check_values(0)?;
         Ok(part)
     }
 }

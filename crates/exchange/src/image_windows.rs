@@ -4,8 +4,6 @@
 //! frames: a tile's data window is a part of it, that of an image with overscan is larger.
 //! [EXR] OpenEXR, technical introduction, "Image size, data window".
 
-use ndarray::Axis;
-use ndarray::Slice;
 use niji_geometry::PixelRegion;
 
 /// The two windows of an image.
@@ -44,18 +42,5 @@ impl ImageWindows {
     #[must_use]
     pub fn shown(&self) -> PixelRegion {
         self.data.intersection(self.display).unwrap_or(self.data)
-    }
-
-    /// The rows and columns of the data window that [`Self::shown`] takes.
-    pub(crate) fn shown_rows_and_columns(&self) -> [(Axis, Slice); 2] {
-        let shown = self.shown();
-        let slice = |start: i32, origin: i32, n: u32| {
-            let first = start.abs_diff(origin) as usize;
-            Slice::from(first..first + n as usize)
-        };
-        [
-            (Axis(1), slice(shown.y_px, self.data.y_px, shown.height_px)),
-            (Axis(2), slice(shown.x_px, self.data.x_px, shown.width_px)),
-        ]
     }
 }

@@ -5,7 +5,6 @@ use std::path::Path;
 use crate::attributes::AttributeValue;
 use crate::error::Error;
 use crate::exr_read;
-use crate::part::Part;
 use crate::part::Samples;
 use crate::spectral_image::Aov;
 
@@ -62,15 +61,21 @@ impl LayerRms {
     }
 }
 
-/// Tells in the header of a part what its channels are as they are written.
-pub(crate) fn insert(part: &mut Part) {
-    for (name, samples) in &part.channels {
-        let rms = AttributeValue::Number(rms(samples));
-        part.attributes.insert(format!("{RMS}{name}"), rms);
-    }
+/// Name of the attribute of a channel.
+pub(crate) fn attribute(channel: &str) -> String {
+    format!("{RMS}{channel}")
+}
+
+/// The sum of the squares of samples, which are added one after the other to those before them.
+pub(crate) fn add_squares(before: f64, samples: &Samples) -> f64 {
+    (samples.iter()).fold(before, |sum, it| sum + f64::from(*it).powi(2))
+}
+
+/// The root of the mean of so many squares.
+pub(crate) fn of_squares(sum: f64, n: usize) -> f64 {
+    (sum / n.max(1) as f64).sqrt()
 }
 
 fn rms(samples: &Samples) -> f64 {
-    let squares: f64 = samples.iter().map(|it| f64::from(*it).powi(2)).sum();
-    (squares / samples.len().max(1) as f64).sqrt()
+    of_squares(add_squares(0.0, samples), samples.len())
 }

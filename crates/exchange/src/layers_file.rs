@@ -10,9 +10,6 @@
 //! A layer `NAME` has channels `NAME.R`, `NAME.G`, `NAME.B`, the way compositors name them. Colors and A are half floats,
 //! relative error 2^-11; a channel that half cannot hold, above 65504, and distances are float.
 
-use std::io::Seek;
-use std::io::Write;
-
 use ndarray::Array2;
 use ndarray::Array3;
 use ndarray::Axis as Dimension;
@@ -24,9 +21,6 @@ use niji_radiometry::kept_saturation;
 use niji_radiometry::xyz_to_linear_rec709;
 
 use crate::attributes::WINDOW_WIDTH;
-use crate::error::Error;
-use crate::exr_write;
-use crate::exr_write::Codec;
 use crate::frame_time::FRAMES_PER_SECOND;
 use crate::frame_time::TIME_CODE;
 use crate::part::Part;
@@ -48,17 +42,8 @@ pub(crate) const XYZ: [&str; 3] = ["X", "Y", "Z"];
 const Z: &str = "Z";
 
 impl SpectralImage {
-    /// Writes R, G, B, A, Z, every AOV of X, Y and Z as a layer of R, G and B, and distances. A bow is added light:
-    /// R, G, B may be above 0 where A is 0.
-    ///
-    /// # Errors
-    /// A value that is not finite or a writer that fails.
-    pub fn write_layers(
-        &self,
-        primaries: RgbPrimaries,
-        writer: impl Write + Seek,
-    ) -> Result<(), Error> {
-        self.check_shape()?;
+    /// The part of the file.
+    pub(crate) fn layers_part(&self, primaries: RgbPrimaries) -> Part<'_> {
         let (_, height, width) = self.radiance.dim();
         let find = |name| self.aovs.iter().find(|aov: &&Aov| aov.name == name);
         let alpha = find(TRANSMITTANCE).map_or_else(
@@ -87,13 +72,13 @@ impl SpectralImage {
             channels.push((format!("{}.{Z}", aov.name), values.view().into()));
         }
         let mut part = Part::new(PART, channels);
-        part.pack_as_half(&halves);
+        part.pack_as_half(halves);
         part.primaries = primaries;
         let is_standard = |name: &str| [FRAMES_PER_SECOND, TIME_CODE, WINDOW_WIDTH].contains(&name);
         let standard = (self.attributes.iter()).filter(|(name, _)| is_standard(name));
         (part.attributes).extend(standard.map(|(name, value)| (name.clone(), value.clone())));
         self.describe(&mut part);
-        exr_write::write(&[part], Codec::Piz, writer)
+        part
     }
 
     /// The light of a layer, with what the picture keeps of saturation.

@@ -29,8 +29,10 @@ const BEYOND: f32 = 1.0 / 32768.0;
 pub(crate) struct Part<'a> {
     pub(crate) name: String,
     pub(crate) channels: Vec<(String, Samples<'a>)>,
-    /// Names of channels that are half floats in the file, and hold nothing that half cannot.
+    /// Names of channels that are half floats in the file; what half cannot hold is no number there.
     pub(crate) halves: BTreeSet<String>,
+    /// Whether its header tells the root mean square of each channel.
+    pub(crate) tells_rms: bool,
     pub(crate) attributes: Attributes,
     pub(crate) white_luminance_cd_m2: Option<f32>,
     /// What R, G and B mean in a part with a white; read ones are Rec.709.
@@ -46,6 +48,7 @@ impl<'a> Part<'a> {
             name: name.to_owned(),
             channels,
             halves: BTreeSet::new(),
+            tells_rms: false,
             attributes: Attributes::new(),
             white_luminance_cd_m2: None,
             primaries: RgbPrimaries::Rec709,
@@ -54,14 +57,38 @@ impl<'a> Part<'a> {
         }
     }
 
-    /// Rounds channels to the precision of half floats; those with a value beyond their range are float all the same.
-    pub(crate) fn pack_as_half(&mut self, names: &[String]) {
+    /// Rounds channels to the precision of half floats, which they are in the file.
+    pub(crate) fn pack_as_half(&mut self, names: Vec<String>) {
         let wanted = (self.channels.iter_mut()).filter(|(name, _)| names.contains(name));
-        for (name, samples) in wanted {
+        for (_, samples) in wanted {
             *samples = samples.mapv(as_half).into();
-            if samples.iter().all(|value| value.abs() <= LARGEST_HALF) {
-                self.halves.insert(name.clone());
-            }
+        }
+        self.halves.extend(names);
+    }
+
+    /// Channels among its half floats with a value that these cannot hold.
+    pub(crate) fn beyond_half(&self) -> impl Iterator<Item = &str> {
+        let is_beyond = |samples: &Samples| samples.iter().any(|it| it.abs() > LARGEST_HALF);
+        let packed = (self.channels.iter()).filter(|(name, _)| self.halves.contains(name));
+        packed
+            .filter(move |(_, samples)| is_beyond(samples))
+            .map(|(name, _)| name.as_str())
+    }
+
+    /// The part without its samples.
+    pub(crate) fn head(&self) -> Part<'static> {
+        let channels = self.channels.iter();
+        let channels = channels.map(|(name, _)| (name.clone(), Array2::zeros((0, 0)).into()));
+        Part {
+            name: self.name.clone(),
+            channels: channels.collect(),
+            halves: self.halves.clone(),
+            tells_rms: self.tells_rms,
+            attributes: self.attributes.clone(),
+            white_luminance_cd_m2: self.white_luminance_cd_m2,
+            primaries: self.primaries,
+            world_to_camera: self.world_to_camera,
+            windows: self.windows,
         }
     }
 
@@ -101,8 +128,13 @@ impl<'a> Part<'a> {
         }
     }
 
-    /// Everything that the format or this crate asks of a part before it is written; one of several needs a name.
-    pub(crate) fn check(&self, is_only: bool) -> Result<(), Error> {
+    /// What the format or this crate asks of a part before it is written, but for its values; one of several needs a
+    /// name.
+    pub(crate) fn check(
+        &self,
+        (height, width): (usize, usize),
+        is_only: bool,
+    ) -> Result<(), Error> {
         if !(is_only && self.name.is_empty()) {
             check_name("part", &self.name)?;
         }
@@ -110,13 +142,12 @@ impl<'a> Part<'a> {
             check_name("attribute", name)?;
         }
         self.check_numbers()?;
-        let (height, width) = self.size();
         if height * width == 0 {
             return Err(Error::Empty {
                 part: self.name.clone(),
             });
         }
-        for (index, (name, samples)) in self.channels.iter().enumerate() {
+        for (index, (name, _)) in self.channels.iter().enumerate() {
             check_name("channel", name)?;
             if self.channels[..index]
                 .iter()
@@ -127,16 +158,25 @@ impl<'a> Part<'a> {
                     name: name.clone(),
                 });
             }
-            if samples.dim() != (height, width) {
-                let what = format!("pixels in channel {name:?} of part {:?}", self.name);
-                return Err(Error::Shape {
-                    what,
-                    found: samples.len(),
-                    expected: height * width,
-                });
-            }
         }
-        self.check_values()
+        Ok(())
+    }
+
+    /// Refuses other rows than those that may follow on the first ones of a part of this size.
+    pub(crate) fn check_rows(
+        &self,
+        first_row: usize,
+        (height, width): (usize, usize),
+    ) -> Result<(), Error> {
+        let n_rows = self.size().0.min(height - first_row);
+        let other = (self.channels.iter()).find(|(_, samples)| samples.dim() != (n_rows, width));
+        other.map_or(Ok(()), |(name, samples)| {
+            Err(Error::Shape {
+                what: format!("pixels in channel {name:?} of part {:?}", self.name),
+                found: samples.len(),
+                expected: n_rows * width,
+            })
+        })
     }
 
     /// Refuses NaN and infinity in the header.
@@ -162,8 +202,8 @@ impl<'a> Part<'a> {
         }
     }
 
-    /// Refuses NaN and infinity.
-    pub(crate) fn check_values(&self) -> Result<(), Error> {
+    /// Refuses NaN and infinity in a part whose first row is this one.
+    pub(crate) fn check_values(&self, first_row: usize) -> Result<(), Error> {
         for (name, samples) in &self.channels {
             let not_finite = samples.indexed_iter().find(|(_, value)| !value.is_finite());
             if let Some(((y, x), &value)) = not_finite {
@@ -172,7 +212,7 @@ impl<'a> Part<'a> {
                     part,
                     channel,
                     x,
-                    y,
+                    y: first_row + y,
                     value,
                 });
             }

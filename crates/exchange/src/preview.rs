@@ -7,10 +7,13 @@
 use std::io::Write;
 
 use ndarray::Array3;
+use niji_geometry::PixelRegion;
 use niji_radiometry::srgb_encode;
 
 use crate::error::Error;
+use crate::image_windows::ImageWindows;
 use crate::provenance::Provenance;
+use crate::spectral_image::SpectralImage;
 
 /// Where the shoulder of the tone curve begins.
 const SHOULDER: f64 = 0.8;
@@ -25,19 +28,62 @@ pub fn tone_curve(value: f64) -> f64 {
     1.0 - room * (-(value - SHOULDER) / room).exp()
 }
 
-/// Writes linear Rec.709 by channel, row and column as 8-bit sRGB, with the provenance as text.
-///
-/// # Errors
-/// An exposure or a value that is not finite, no pixels, or an encoder or writer that fails.
-pub(crate) fn write_png(
-    rgb: &Array3<f32>,
+/// A preview of the frame for people while the rows of its picture come from the top.
+#[derive(Clone, Debug)]
+pub struct Preview {
+    shown: PixelRegion,
     exposure_ev: f64,
-    provenance: &Provenance,
-    writer: impl Write,
-) -> Result<(), Error> {
-    let (_, height, width) = rgb.dim();
-    let bytes = code_values(rgb, exposure_ev)?;
-    write_srgb_png(&bytes, [width, height], provenance, writer)
+    codes: Vec<u8>,
+    provenance: Provenance,
+}
+
+impl Preview {
+    /// Of a picture with these windows, before its first row.
+    pub fn new(windows: ImageWindows, exposure_ev: f64) -> Self {
+        Self {
+            shown: windows.shown(),
+            exposure_ev,
+            codes: Vec::new(),
+            provenance: Provenance::default(),
+        }
+    }
+
+    /// Adds the next rows.
+    ///
+    /// # Errors
+    /// An exposure or a value that is not finite.
+    pub fn add(&mut self, rows: &SpectralImage) -> Result<(), Error> {
+        let first_row = self.codes.len() / (3 * self.shown.width_px.max(1) as usize);
+        append_codes(
+            &mut self.codes,
+            (&rows.shown_of(self.shown), first_row),
+            self.exposure_ev,
+        )?;
+        self.provenance.clone_from(&rows.provenance);
+        Ok(())
+    }
+
+    /// Writes it as 8-bit sRGB, with the provenance as text.
+    ///
+    /// # Errors
+    /// No pixels, or an encoder or writer that fails.
+    pub fn write(&self, writer: impl Write) -> Result<(), Error> {
+        let size = [self.shown.width_px, self.shown.height_px].map(|it| it as usize);
+        write_srgb_png(&self.codes, size, &self.provenance, writer)
+    }
+}
+
+impl SpectralImage {
+    /// Writes a preview of the frame for people: 8-bit sRGB, see [`tone_curve`].
+    ///
+    /// # Errors
+    /// An exposure or a value that is not finite, or a writer that fails.
+    pub fn write_png(&self, writer: impl Write, exposure_ev: f64) -> Result<(), Error> {
+        self.check_shape()?;
+        let mut preview = Preview::new(self.windows, exposure_ev);
+        self.strips().try_for_each(|rows| preview.add(&rows))?;
+        preview.write(writer)
+    }
 }
 
 /// Writes code values, red, green and blue of each pixel by rows, as an 8-bit sRGB PNG of a width
@@ -65,13 +111,18 @@ pub fn write_srgb_png(
     writer.finish().map_err(failed)
 }
 
-fn code_values(rgb: &Array3<f32>, exposure_ev: f64) -> Result<Vec<u8>, Error> {
+/// Appends the code values of linear Rec.709 by channel, row and column, whose first row is this one of the preview.
+fn append_codes(
+    codes: &mut Vec<u8>,
+    (rgb, first_row): (&Array3<f32>, usize),
+    exposure_ev: f64,
+) -> Result<(), Error> {
     let (_, height, width) = rgb.dim();
     let gain = exposure_ev.exp2();
     if !(exposure_ev.is_finite() && gain.is_finite()) {
         return Err(Error::Exposure { found: exposure_ev });
     }
-    let mut bytes = Vec::with_capacity(3 * width * height);
+    codes.reserve(3 * width * height);
     for y in 0..height {
         for x in 0..width {
             for (index, channel) in ["R", "G", "B"].into_iter().enumerate() {
@@ -82,16 +133,16 @@ fn code_values(rgb: &Array3<f32>, exposure_ev: f64) -> Result<Vec<u8>, Error> {
                         part,
                         channel,
                         x,
-                        y,
+                        y: first_row + y,
                         value,
                     });
                 }
                 let encoded = srgb_encode(tone_curve(gain * f64::from(value)));
-                bytes.push((255.0 * encoded).round().clamp(0.0, 255.0) as u8);
+                codes.push((255.0 * encoded).round().clamp(0.0, 255.0) as u8);
             }
         }
     }
-    Ok(bytes)
+    Ok(())
 }
 
 fn failed(error: png::EncodingError) -> Error {

@@ -11,15 +11,17 @@
 //!   xyz [cd/m^2] = white * M rgb;  colors outside the gamut are mixed with grey (never clipped).
 //! [FPW21] A. Fichet, R. Pacanowski, A. Wilkie, J. Computer Graphics Techniques 10(3), 1-18 (2021).
 
-use std::io::Seek;
-use std::io::Write;
+use std::ops::Range;
 use std::path::Path;
 
 use ndarray::Array2;
 use ndarray::Array3;
 use ndarray::Axis as Dimension;
+use ndarray::Slice;
 use ndarray::Zip;
 use ndarray::parallel::prelude::*;
+use ndarray::s;
+use niji_geometry::PixelRegion;
 use niji_radiometry::Colorimetry;
 use niji_radiometry::GamutPolicy;
 use niji_radiometry::RgbPrimaries;
@@ -33,38 +35,30 @@ use crate::attributes::Attributes;
 use crate::checksum;
 use crate::error::Error;
 use crate::exr_read;
-use crate::exr_write;
-use crate::exr_write::Codec;
 use crate::image_windows::ImageWindows;
-use crate::layer_rms;
 use crate::layers_file::XYZ;
-use crate::layers_file::rgb_channels;
 use crate::part::Part;
-use crate::part::Samples;
-use crate::preview;
 use crate::provenance::Provenance;
-use crate::spectra::LUMINANCE;
 use crate::spectra::Spectra;
 use crate::wavelength_names;
-use crate::wavelength_names::long_name;
 use crate::wavelength_names::parse_wavelength;
 
 /// Name of the spectral part.
-const SPECTRAL_PART: &str = "spectral";
+pub(crate) const SPECTRAL_PART: &str = "spectral";
 /// Name of the part that stands for it where spectra were left out.
-const COLOR_PART: &str = "color";
+pub(crate) const COLOR_PART: &str = "color";
 /// Prefix of the channels of unpolarised emission in the layout.
-const STOKES_0: &str = "S0.";
+pub(crate) const STOKES_0: &str = "S0.";
 /// Name of the attribute with the version of the layout.
-const LAYOUT_VERSION: &str = "spectralLayoutVersion";
+pub(crate) const LAYOUT_VERSION: &str = "spectralLayoutVersion";
 /// Name of the attribute with the unit that the layout wants.
-const EMISSIVE_UNITS: &str = "emissiveUnits";
+pub(crate) const EMISSIVE_UNITS: &str = "emissiveUnits";
 /// Name of the attribute with the true unit.
-const SPECTRAL_UNIT: &str = "niji:spectralUnit";
+pub(crate) const SPECTRAL_UNIT: &str = "niji:spectralUnit";
 /// Name of the attribute with the white in f64; the standard one is f32.
 const WHITE: &str = "niji:whiteLuminanceCdM2";
 /// Name of the attribute with the unit of an AOV.
-const AOV_UNIT: &str = "niji:unit";
+pub(crate) const AOV_UNIT: &str = "niji:unit";
 
 /// An additional picture beside the radiance.
 #[derive(Clone, Debug, PartialEq)]
@@ -164,85 +158,27 @@ impl SpectralImage {
     /// Linear Rec.709 of the frame as a preview shows it, before exposure and tone curve: by channel, row and column.
     #[must_use]
     pub fn shown(&self) -> Array3<f32> {
+        self.shown_of(self.windows.shown())
+    }
+
+    /// The same of the part of its pixels that lies in what is shown of a picture; none of it may.
+    pub(crate) fn shown_of(&self, shown: PixelRegion) -> Array3<f32> {
         let mut rgb = self.rgb(RgbPrimaries::Rec709, GamutPolicy::Desaturate);
-        for (axis, shown) in self.windows.shown_rows_and_columns() {
-            rgb.slice_axis_inplace(axis, shown);
-        }
+        let data = self.windows.data;
+        let shown = data.intersection(shown).unwrap_or(PixelRegion {
+            width_px: 0,
+            height_px: 0,
+            ..data
+        });
+        let slice = |start: i32, origin: i32, n: u32| {
+            let first = start.abs_diff(origin) as usize;
+            Slice::from(first..first + n as usize)
+        };
+        let rows = slice(shown.y_px, data.y_px, shown.height_px);
+        let columns = slice(shown.x_px, data.x_px, shown.width_px);
+        rgb.slice_axis_inplace(Dimension(1), rows);
+        rgb.slice_axis_inplace(Dimension(2), columns);
         rgb
-    }
-
-    /// Writes the spectral image with all its AOVs. Without spectra it has X, Y, Z in their place.
-    ///
-    /// # Errors
-    /// A value that is not finite, an AOV of another size, or a writer that fails.
-    pub fn write_spectral(&self, writer: impl Write + Seek) -> Result<(), Error> {
-        self.check_shape()?;
-        let mut parts = vec![self.main_part()];
-        for aov in &self.aovs {
-            let channels = aov.channels.iter();
-            let channels = channels.map(|(name, values)| (name.clone(), values.view().into()));
-            let mut part = Part::new(&aov.name, channels.collect());
-            if self.spectra != Spectra::Full && aov.is_light() {
-                let names = aov.channels.iter().map(|(name, _)| name.clone());
-                part.pack_as_half(&names.collect::<Vec<_>>());
-            }
-            let unit = AttributeValue::Text(aov.unit.clone());
-            part.attributes.insert(AOV_UNIT.to_owned(), unit);
-            part.windows = Some(self.windows);
-            if aov.is_light() {
-                layer_rms::insert(&mut part);
-            }
-            parts.push(part);
-        }
-        exr_write::write(&parts, Codec::Piz, writer)
-    }
-
-    /// The spectra with R, G, B beside them, or X, Y, Z.
-    fn main_part(&self) -> Part<'_> {
-        let planes = self.radiance.axis_iter(Dimension(0));
-        let names: Vec<String> = match self.spectra {
-            Spectra::Full | Spectra::Half => {
-                let centers = self.wavelengths.centers();
-                centers
-                    .map(|center| format!("{STOKES_0}{}", long_name(center)))
-                    .collect()
-            }
-            Spectra::Left => XYZ.map(str::to_owned).into(),
-        };
-        let named = names.into_iter().zip(planes);
-        let mut channels: Vec<(String, Samples)> =
-            named.map(|(name, plane)| (name, plane.into())).collect();
-        let (name, texts) = if self.spectra == Spectra::Left {
-            (COLOR_PART, vec![(AOV_UNIT, LUMINANCE)])
-        } else {
-            let rgb = self.rgb(RgbPrimaries::Rec709, GamutPolicy::Desaturate);
-            channels.extend(rgb_channels("", &rgb));
-            let texts = [
-                (LAYOUT_VERSION, "1.0"),
-                (EMISSIVE_UNITS, "W.m^-2.sr^-1"),
-                (SPECTRAL_UNIT, "W.m^-2.sr^-1.nm^-1"),
-            ];
-            (SPECTRAL_PART, texts.to_vec())
-        };
-        let mut main = Part::new(name, channels);
-        if self.spectra == Spectra::Half {
-            let names = main.channels.iter().map(|(name, _)| name.clone());
-            main.pack_as_half(&names.collect::<Vec<_>>());
-        }
-        main.attributes = self.attributes.clone();
-        self.describe(&mut main);
-        main.attributes
-            .extend(wavelength_names::describe(&self.wavelengths));
-        if self.spectra == Spectra::Left {
-            let count = AttributeValue::Number(self.wavelengths.len() as f64);
-            main.attributes
-                .insert(wavelength_names::COUNT.to_owned(), count);
-        }
-        for (name, text) in texts {
-            main.attributes
-                .insert(name.to_owned(), AttributeValue::Text(text.to_owned()));
-        }
-        main
     }
 
     /// Reads a spectral image with its AOVs; one by another program too, if its wavelengths are
@@ -300,13 +236,42 @@ impl SpectralImage {
         Ok(image)
     }
 
-    /// Writes a preview of the frame for people: 8-bit sRGB, see [`crate::tone_curve`].
+    /// A copy of some of its rows.
     ///
-    /// # Errors
-    /// An exposure or a value that is not finite, or a writer that fails.
-    pub fn write_png(&self, writer: impl Write, exposure_ev: f64) -> Result<(), Error> {
-        self.check_shape()?;
-        preview::write_png(&self.shown(), exposure_ev, &self.provenance, writer)
+    /// # Panics
+    /// If there are no such rows.
+    #[must_use]
+    pub fn rows(&self, rows: Range<usize>) -> Self {
+        let of_plane = |values: &Array2<f32>| values.slice(s![rows.clone(), ..]).to_owned();
+        let of_aov = |aov: &Aov| Aov {
+            name: aov.name.clone(),
+            unit: aov.unit.clone(),
+            channels: {
+                let channels = aov.channels.iter();
+                channels
+                    .map(|(name, values)| (name.clone(), of_plane(values)))
+                    .collect()
+            },
+        };
+        let data = self.windows.data;
+        Self {
+            wavelengths: self.wavelengths,
+            radiance: self.radiance.slice(s![.., rows.clone(), ..]).to_owned(),
+            spectra: self.spectra,
+            windows: ImageWindows {
+                data: PixelRegion {
+                    y_px: data.y_px.saturating_add(rows.start as i32),
+                    height_px: rows.len() as u32,
+                    ..data
+                },
+                display: self.windows.display,
+            },
+            aovs: self.aovs.iter().map(of_aov).collect(),
+            white_luminance_cd_m2: self.white_luminance_cd_m2,
+            world_to_camera: self.world_to_camera,
+            attributes: self.attributes.clone(),
+            provenance: self.provenance.clone(),
+        }
     }
 
     pub(crate) fn describe(&self, part: &mut Part) {

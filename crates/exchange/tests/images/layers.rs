@@ -69,7 +69,7 @@ fn alpha_is_what_the_drops_cover_and_z_the_depth() {
 }
 
 /// Colors with two lights that add up to them, one of them outside the gamut of displays at every pixel.
-fn image_of_two_lights() -> SpectralImage {
+pub(super) fn image_of_two_lights() -> SpectralImage {
     let mut image = image();
     let observer = Colorimetry::new(&image.wavelengths);
     let xyz = image.radiance.map_axis(Axis(0), |spectrum| {

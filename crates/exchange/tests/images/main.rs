@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "tests stop at what they did not expect")]
 
 mod layers;
+mod strips;
 mod windows;
 
 use std::collections::BTreeMap;
