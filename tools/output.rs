@@ -11,6 +11,7 @@ use std::fs::File;
 use std::fs::TryLockError;
 use std::io;
 use std::io::BufWriter;
+use std::io::Seek;
 use std::io::Write;
 use std::path::Path;
 use std::path::PathBuf;
@@ -133,7 +134,20 @@ pub(crate) fn write_file<E: std::fmt::Display>(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<File>) -> Result<(), E>,
 ) -> Result<(), Failure> {
-    place(path, None, write)
+    place(path, None, |writer| {
+        write(writer).map_err(|error| failed(path, &error))
+    })
+}
+
+/// Writes a file whose content is still to be made, which may fail for reasons of its own.
+///
+/// # Errors
+/// As [`write_file`]; those of `make`.
+pub(crate) fn make_file(
+    path: &Path,
+    make: impl FnOnce(&mut BufWriter<File>) -> Result<(), Failure>,
+) -> Result<(), Failure> {
+    place(path, None, make)
 }
 
 /// Writes a file that has no place for what it was made for: that is noted before it stands there, so that whoever is
@@ -146,32 +160,98 @@ pub(crate) fn write_file_for<E: std::fmt::Display>(
     made_for: &Provenance,
     write: impl FnOnce(&mut BufWriter<File>) -> Result<(), E>,
 ) -> Result<(), Failure> {
+    let write = |writer: &mut _| write(writer).map_err(|error| failed(path, &error));
     place(path, Some(made_for), write)
 }
 
-fn place<E: std::fmt::Display>(
+/// A file that cannot be written.
+pub(crate) fn failed(path: &Path, error: &dyn std::fmt::Display) -> Failure {
+    Failure::Failed(format!("cannot write {}: {error}", path.display()))
+}
+
+/// A temporary file, which goes with it.
+pub(crate) struct Temporary {
+    file: NamedTempFile,
+    /// Behind the file, which is gone by then.
+    _name: Unfinished,
+}
+
+/// The name of a file that goes when the process is interrupted.
+struct Unfinished(PathBuf);
+
+impl Temporary {
+    /// Beside what is to become of it.
+    ///
+    /// # Errors
+    /// [`Failure::Failed`] if the folder cannot be made or nothing written in it.
+    pub(crate) fn beside(path: &Path) -> Result<Self, Failure> {
+        let folder = match path.parent() {
+            Some(parent) if !parent.as_os_str().is_empty() => parent,
+            _ => Path::new("."),
+        };
+        fs::create_dir_all(folder).map_err(|error| failed(path, &error))?;
+        if guarded(&TIDIED).insert(folder.to_owned()) {
+            remove_abandoned(folder);
+        }
+        let file = locked_file(folder).map_err(|error| failed(path, &error))?;
+        let name = file.path().to_owned();
+        guarded(&UNFINISHED).insert(name.clone());
+        let _name = Unfinished(name);
+        Ok(Self { file, _name })
+    }
+
+    /// Another handle of it.
+    ///
+    /// # Errors
+    /// If the system has none.
+    pub(crate) fn handle(&self) -> io::Result<File> {
+        self.file.as_file().try_clone()
+    }
+
+    /// Writes what stands in it as a file.
+    ///
+    /// # Errors
+    /// As [`write_file`].
+    pub(crate) fn copy_to(&self, path: &Path) -> Result<(), Failure> {
+        write_file(path, |writer| {
+            let mut written = self.handle()?;
+            written.rewind()?;
+            io::copy(&mut written, writer).map(|_| ())
+        })
+    }
+}
+
+impl Drop for Unfinished {
+    fn drop(&mut self) {
+        guarded(&UNFINISHED).remove(&self.0);
+    }
+}
+
+fn place(
     path: &Path,
     made_for: Option<&Provenance>,
-    write: impl FnOnce(&mut BufWriter<File>) -> Result<(), E>,
+    write: impl FnOnce(&mut BufWriter<File>) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
     check_regular(path)?;
-    let failed = |error: &dyn std::fmt::Display| {
-        Failure::Failed(format!("cannot write {}: {error}", path.display()))
-    };
-    let folder = match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
-    fs::create_dir_all(folder).map_err(|error| failed(&error))?;
-    if guarded(&TIDIED).insert(folder.to_owned()) {
-        remove_abandoned(folder);
+    let temporary = Temporary::beside(path)?;
+    let failed = |error: &dyn std::fmt::Display| failed(path, error);
+    let file = temporary.handle().map_err(|error| failed(&error))?;
+    let mut writer = BufWriter::with_capacity(1 << 20, file);
+    write(&mut writer)?;
+    writer.flush().map_err(|error| failed(&error))?;
+    let synced = writer.get_ref().sync_data();
+    synced.map_err(|error| failed(&error))?;
+    let hash = content_hash(temporary.file.path()).map_err(|error| failed(&error))?;
+    if let Some(made_for) = made_for {
+        let foreseen = checksums::foresee(path, &made_for.request_hash(), hash.clone());
+        foreseen.map_err(|error| failed(&error))?;
     }
-    let temporary = locked_file(folder).map_err(|error| failed(&error))?;
-    let name = temporary.path().to_owned();
-    remember(&name);
-    let outcome = fill(temporary, (path, made_for), write);
-    forget(&name);
-    outcome.map_err(|error| failed(&error))
+    let file = temporary.file.persist(path);
+    let file = file.map_err(|error| failed(&error))?;
+    // Renaming it has changed its time of change.
+    let written = file.metadata().map_err(|error| failed(&error))?;
+    checksums::keep(path, &written, hash);
+    Ok(())
 }
 
 /// Writes a text.
@@ -297,42 +377,8 @@ fn temporary_file(folder: &Path) -> io::Result<NamedTempFile> {
     builder.tempfile_in(folder)
 }
 
-fn fill<E: std::fmt::Display>(
-    temporary: NamedTempFile,
-    (path, made_for): (&Path, Option<&Provenance>),
-    write: impl FnOnce(&mut BufWriter<File>) -> Result<(), E>,
-) -> Result<(), String> {
-    let file = temporary.as_file().try_clone();
-    let file = file.map_err(|error| error.to_string())?;
-    let mut writer = BufWriter::with_capacity(1 << 20, file);
-    write(&mut writer).map_err(|error| error.to_string())?;
-    writer.flush().map_err(|error| error.to_string())?;
-    writer
-        .get_ref()
-        .sync_data()
-        .map_err(|error| error.to_string())?;
-    let hash = content_hash(temporary.path()).map_err(|error| error.to_string())?;
-    if let Some(made_for) = made_for {
-        checksums::foresee(path, &made_for.request_hash(), hash.clone())
-            .map_err(|error| error.to_string())?;
-    }
-    let file = temporary.persist(path).map_err(|error| error.to_string())?;
-    // Renaming it has changed its time of change.
-    let written = file.metadata().map_err(|error| error.to_string())?;
-    checksums::keep(path, &written, hash);
-    Ok(())
-}
-
 fn guarded(paths: &'static Mutex<BTreeSet<PathBuf>>) -> MutexGuard<'static, BTreeSet<PathBuf>> {
     paths.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-fn remember(name: &Path) {
-    guarded(&UNFINISHED).insert(name.to_owned());
-}
-
-fn forget(name: &Path) {
-    guarded(&UNFINISHED).remove(name);
 }
 
 /// On Ctrl-C or a termination signal, removes unfinished files and ends with exit code 130.

@@ -72,7 +72,7 @@ impl Assembly {
     /// # Errors
     /// A part of another kind, or one that differs from what is there already.
     pub(crate) fn add(&mut self, part: &SpectralImage) -> Result<(), Misfit> {
-        self.check_kind(part)?;
+        check_kind(&self.image, part)?;
         let (whole, region) = (self.image.windows.data, part.windows.data);
         let row = region.y_px.abs_diff(whole.y_px) as usize;
         let column = region.x_px.abs_diff(whole.x_px) as usize;
@@ -98,38 +98,41 @@ impl Assembly {
     pub(crate) fn finish(self) -> SpectralImage {
         self.image
     }
+}
 
-    fn check_kind(&self, part: &SpectralImage) -> Result<(), Misfit> {
-        let image = &self.image;
-        let layout = |image: &SpectralImage| -> Vec<(String, String, BTreeSet<String>)> {
-            let names = |aov: &Aov| aov.channels.iter().map(|(name, _)| name.clone()).collect();
-            let aovs = image.aovs.iter();
-            aovs.map(|aov| (aov.name.clone(), aov.unit.clone(), names(aov)))
-                .collect()
-        };
-        let bits = |matrix: Option<[f32; 16]>| matrix.map(|matrix| matrix.map(f32::to_bits));
-        for (same, what) in [
-            (image.wavelengths == part.wavelengths, "wavelengths"),
-            (image.spectra == part.spectra, "spectra"),
-            (layout(image) == layout(part), "layers"),
-            (image.windows.display == part.windows.display, "frame"),
-            (image.windows.data.contains(part.windows.data), "picture"),
-            (
-                bits(image.world_to_camera) == bits(part.world_to_camera),
-                "camera",
-            ),
-            (
-                image.white_luminance_cd_m2.to_bits() == part.white_luminance_cd_m2.to_bits(),
-                "white",
-            ),
-            (image.attributes == part.attributes, "attributes"),
-        ] {
-            if !same {
-                return Err(Misfit::Kind(what));
-            }
+/// Whether an image may be a part of another, of which its rows do not count.
+///
+/// # Errors
+/// What is not as it is there.
+pub(crate) fn check_kind(image: &SpectralImage, part: &SpectralImage) -> Result<(), Misfit> {
+    let layout = |image: &SpectralImage| -> Vec<(String, String, BTreeSet<String>)> {
+        let names = |aov: &Aov| aov.channels.iter().map(|(name, _)| name.clone()).collect();
+        let aovs = image.aovs.iter();
+        aovs.map(|aov| (aov.name.clone(), aov.unit.clone(), names(aov)))
+            .collect()
+    };
+    let bits = |matrix: Option<[f32; 16]>| matrix.map(|matrix| matrix.map(f32::to_bits));
+    for (same, what) in [
+        (image.wavelengths == part.wavelengths, "wavelengths"),
+        (image.spectra == part.spectra, "spectra"),
+        (layout(image) == layout(part), "layers"),
+        (image.windows.display == part.windows.display, "frame"),
+        (image.windows.data.contains(part.windows.data), "picture"),
+        (
+            bits(image.world_to_camera) == bits(part.world_to_camera),
+            "camera",
+        ),
+        (
+            image.white_luminance_cd_m2.to_bits() == part.white_luminance_cd_m2.to_bits(),
+            "white",
+        ),
+        (image.attributes == part.attributes, "attributes"),
+    ] {
+        if !same {
+            return Err(Misfit::Kind(what));
         }
-        Ok(())
     }
+    Ok(())
 }
 
 /// The planes in the order that files have: channels of a layer by name.

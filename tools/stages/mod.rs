@@ -169,7 +169,11 @@ pub(crate) fn check_free_for(
     Ok(())
 }
 
-fn provenance(request: &Request) -> Result<Provenance, Failure> {
+/// What outputs are made for.
+///
+/// # Errors
+/// An input that is missing or cannot be read.
+pub(crate) fn provenance(request: &Request) -> Result<Provenance, Failure> {
     let mut inputs = BTreeMap::new();
     for (role, path) in &request.inputs {
         inputs.extend(hashed(role, path)?);

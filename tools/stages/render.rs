@@ -1,12 +1,22 @@
 //! The stage `render`: drops, scattering and air become a picture.
 
+use std::fs::File;
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::path::PathBuf;
 use std::time::Instant;
 
+use niji_exchange::BeyondHalf;
+use niji_exchange::Held;
+use niji_exchange::ImageWindows;
+use niji_exchange::PictureFile;
+use niji_exchange::PictureHead;
+use niji_exchange::Preview;
 use niji_exchange::Provenance;
+use niji_exchange::Spectra;
 use niji_exchange::SpectralImage;
+use niji_exchange::StripReader;
+use niji_exchange::StripWriter;
 use niji_geometry::PixelRegion;
 use niji_picture::Error;
 use niji_picture::PictureParts;
@@ -19,19 +29,22 @@ use niji_picture::unwatched;
 use niji_render::Afforded;
 use niji_render::Deadline;
 use niji_render::Input;
-use niji_render::Rendered;
+use niji_render::Progress;
 use niji_render::Spent;
 use niji_render::render_in_steps;
 use niji_scene::Picture;
+use niji_scene::Primaries;
 
 use crate::failure::Failure;
 use crate::output;
+use crate::output::Temporary;
 use crate::progress;
 use crate::progress::Verbosity;
 use crate::stages;
 use crate::stages::Done;
 use crate::stages::Request;
 use crate::stages::StageOptions;
+use crate::stages::assembly::Assembly;
 use crate::stages::given_table;
 use crate::stages::perform;
 use crate::stages::saved_rows;
@@ -92,16 +105,16 @@ pub(crate) struct RenderStage<'a> {
 pub(crate) fn make(stage: RenderStage, options: StageOptions) -> Result<Done, Failure> {
     let shown = Shown::of(&stage)?;
     shown.check_free(options)?;
-    let (mut rendered, mut spent) = (None, None);
+    let (mut rows, mut spent) = (None, None);
     let done = perform(&request(&stage)?, options, |provenance| {
-        let (image, of_all) = picture(stage, &provenance, options.verbosity)?;
-        spent = of_all;
-        write_spectral(&image, stage.target.path)?;
-        rendered = Some(image);
+        let mut shown_rows = shown.rows()?;
+        let add = &mut |rows: &SpectralImage| shown_rows.add(rows);
+        spent = write_rows(stage, (&provenance, options.verbosity), add)?;
+        rows = Some(shown_rows);
         Ok(())
     })?;
     saved_rows::clear(stage.target.path);
-    shown.make(rendered, Done { spent, ..done }, options)
+    shown.make(rows, Done { spent, ..done }, options)
 }
 
 /// Renders a picture in the time there is.
@@ -121,8 +134,8 @@ pub(crate) fn make_until(
         bar.inc(n_pixels);
         ControlFlow::Continue(())
     };
-    let whole = &mut |_: &Rendered, _| region.height_px;
-    let rendered = render_in_steps(&work.request(region), (&progress, deadline), whole);
+    let watch = (&progress as Progress, deadline);
+    let rendered = render_in_steps(&work.request(region), watch, region.height_px);
     bar.finish_and_clear();
     let (rendered, spent) = rendered.map_err(|error| refusal(&error, stage.inputs))?;
     let settings = stage.settings.clone().with(spent.afforded);
@@ -132,17 +145,19 @@ pub(crate) fn make_until(
     };
     let shown = Shown::of(&as_afforded)?;
     shown.check_free(options)?;
-    let mut made = None;
+    let mut rows = None;
     let done = perform(&request(&as_afforded)?, options, |provenance| {
         let image = work.keeping(work.image(rendered, region, provenance));
         write_spectral(&image, stage.target.path)?;
-        made = Some(image);
+        let mut shown_rows = shown.rows()?;
+        image.strips().try_for_each(|rows| shown_rows.add(&rows))?;
+        rows = Some(shown_rows);
         Ok(())
     })?;
     let done = Done {
         seconds: (deadline.now_s)() - start_s,
         spent: Some(spent),
-        ..shown.make(made, done, options)?
+        ..shown.make(rows, done, options)?
     };
     Ok((done, spent.afforded))
 }
@@ -150,7 +165,7 @@ pub(crate) fn make_until(
 /// How a picture is shown: the plain image and the preview beside the spectral image, made anew without it where it is
 /// shown otherwise.
 struct Shown<'a> {
-    settings: PictureSettings,
+    picture: Picture,
     stage: RenderStage<'a>,
     files: [PathBuf; 2],
 }
@@ -166,24 +181,43 @@ impl<'a> Shown<'a> {
             )));
         }
         Ok(Self {
-            settings: PictureSettings {
-                picture: settings.shown,
-                ..settings.clone()
-            },
+            picture: settings.shown,
             stage: *stage,
             files: companions(stage.target.path),
         })
     }
 
+    /// What the plain image is asked for with, which is the same at any exposure.
+    fn layers(&self) -> Result<Request<'_>, Failure> {
+        let decided = self.stage.settings.picture;
+        self.of_picture(
+            Picture {
+                exposure_ev: decided.exposure_ev,
+                ..self.picture
+            },
+            &self.files[0],
+        )
+    }
+
+    fn preview(&self) -> Result<Request<'_>, Failure> {
+        self.of_picture(self.picture, &self.files[1])
+    }
+
     /// The request of the picture if it had been decided on for this.
-    fn request(&self) -> Result<Request<'_>, Failure> {
+    fn of_picture<'b>(&'b self, picture: Picture, file: &'b Path) -> Result<Request<'b>, Failure> {
+        let settings = PictureSettings {
+            picture,
+            ..self.stage.settings.clone()
+        };
         let stage = RenderStage {
-            settings: &self.settings,
+            settings: &settings,
             ..self.stage
         };
+        let Request { settings, .. } = request(&stage)?;
         Ok(Request {
-            outputs: self.files.iter().map(PathBuf::as_path).collect(),
-            ..request(&stage)?
+            settings,
+            outputs: vec![file],
+            ..request(&self.stage)?
         })
     }
 
@@ -191,40 +225,153 @@ impl<'a> Shown<'a> {
     fn check_free(&self, options: StageOptions) -> Result<(), Failure> {
         let [plain, preview] = &self.files;
         output::check_distinct(&[self.stage.target.path, plain, preview])?;
-        stages::check_free_to_make(&self.request()?, options)
+        stages::check_free_to_make(&self.layers()?, options)?;
+        stages::check_free_to_make(&self.preview()?, options)
     }
 
-    /// Makes both, after `done`, of what was rendered or stands in its file.
+    /// Both, before the first row of the picture.
+    fn rows(&self) -> Result<ShownRows, Failure> {
+        let [plain, _] = &self.files;
+        let pixels = self.stage.target.region;
+        let camera = &self.stage.settings.camera;
+        let windows = ImageWindows {
+            data: pixels,
+            display: PixelRegion::frame(camera.width_px, camera.height_px),
+        };
+        let of_preview = stages::provenance(&self.preview()?)?;
+        let of_layers = stages::provenance(&self.layers()?)?;
+        let temporary = Temporary::beside(plain)?;
+        let handle = temporary.handle();
+        let handle = handle.map_err(|error| output::failed(plain, &error))?;
+        let head = self.layers_head(pixels, of_layers.clone());
+        Ok(ShownRows {
+            layers: StripWriter::new(head, handle),
+            temporary,
+            preview: Preview::new(windows, self.picture.exposure_ev, of_preview.clone()),
+            provenances: [of_layers, of_preview],
+            plain: plain.clone(),
+        })
+    }
+
+    fn layers_head(&self, pixels: PixelRegion, provenance: Provenance) -> PictureHead {
+        PictureHead {
+            file: PictureFile::Layers(self.picture.primaries.into()),
+            pixels,
+            provenance,
+            floats: BeyondHalf::default(),
+        }
+    }
+
+    /// Makes both, after `done`, of rows as they were rendered, or of what stands in the file.
     fn make(
         &self,
-        rendered: Option<SpectralImage>,
+        rows: Option<ShownRows>,
         done: Done,
         options: StageOptions,
     ) -> Result<Done, Failure> {
-        let path = self.stage.target.path;
         // Of those that are there the image is told.
         let options = StageOptions {
             verbosity: Verbosity::Quiet,
             ..options
         };
-        let made = perform(&self.request()?, options, |provenance| {
-            let image = match rendered {
-                Some(image) => image,
-                None => SpectralImage::read_picture(path)
-                    .map_err(|error| Failure::bad_input(path, error))?,
-            };
-            let image = SpectralImage {
-                provenance,
-                ..image
-            };
-            write_shown(&image, &self.settings.picture, path)
+        let [plain, preview] = &self.files;
+        let (layers, rows) = rows.map(ShownRows::finish).transpose()?.unzip();
+        let made_layers = perform(&self.layers()?, options, |provenance| {
+            match layers.flatten() {
+                Some((made_for, layers)) if made_for == provenance => layers.copy_to(plain),
+                _ => self.layers_of_file(provenance),
+            }
+        })?;
+        let made_preview = perform(&self.preview()?, options, |provenance| match rows {
+            Some((made_for, rows)) if made_for == provenance => {
+                output::write_file(preview, |writer| rows.write(writer))
+            }
+            _ => self.preview_of_file(provenance),
         })?;
         Ok(Done {
-            files: [done.files, made.files].concat(),
-            up_to_date: done.up_to_date && made.up_to_date,
-            seconds: done.seconds + made.seconds,
+            files: [done.files, made_layers.files, made_preview.files].concat(),
+            up_to_date: done.up_to_date && made_layers.up_to_date && made_preview.up_to_date,
+            seconds: done.seconds + made_layers.seconds + made_preview.seconds,
             ..done
         })
+    }
+
+    fn layers_of_file(&self, provenance: Provenance) -> Result<(), Failure> {
+        let (path, plain) = (self.stage.target.path, &self.files[0]);
+        let damaged = |error| Failure::bad_input(path, error);
+        let mut floats = BeyondHalf::default();
+        loop {
+            let (rows, image) = StripReader::open(path, Held::All).map_err(damaged)?;
+            let head = PictureHead {
+                floats,
+                ..self.layers_head(image.windows.data, provenance.clone())
+            };
+            let failed = |error| output::failed(plain, &error);
+            let temporary = Temporary::beside(plain)?;
+            let handle = temporary.handle();
+            let mut layers = StripWriter::new(head, handle.map_err(|error| failed(error.into()))?);
+            for rows in rows {
+                layers.add(&rows.map_err(damaged)?).map_err(failed)?;
+            }
+            let beyond = layers.finish().map_err(failed)?;
+            if beyond.is_empty() {
+                return temporary.copy_to(plain);
+            }
+            // Half floats do not hold all of them.
+            floats = beyond;
+        }
+    }
+
+    fn preview_of_file(&self, provenance: Provenance) -> Result<(), Failure> {
+        let [plain, file] = &self.files;
+        let exposure_ev = self.picture.exposure_ev;
+        if self.picture.primaries == Primaries::Rec709 {
+            let preview = Preview::of_plain_image(plain, exposure_ev, provenance);
+            let preview = preview.map_err(|error| Failure::bad_input(plain, error))?;
+            return output::write_file(file, |writer| preview.write(writer));
+        }
+        let path = self.stage.target.path;
+        let damaged = |error| Failure::bad_input(path, error);
+        let (rows, image) = StripReader::open(path, Held::Light).map_err(damaged)?;
+        let mut preview = Preview::new(image.windows, exposure_ev, provenance);
+        for rows in rows {
+            let added = preview.add(&rows.map_err(damaged)?);
+            added.map_err(|error| output::failed(file, &error))?;
+        }
+        output::write_file(file, |writer| preview.write(writer))
+    }
+}
+
+/// The plain image and the preview while rows of the picture are rendered.
+struct ShownRows {
+    layers: StripWriter<File>,
+    temporary: Temporary,
+    preview: Preview,
+    /// What they are made for.
+    provenances: [Provenance; 2],
+    plain: PathBuf,
+}
+
+/// Something, and what it was made for.
+type MadeFor<T> = (Provenance, T);
+
+impl ShownRows {
+    fn add(&mut self, rows: &SpectralImage) -> Result<(), Failure> {
+        let added = self.layers.add(rows).and_then(|()| self.preview.add(rows));
+        added.map_err(|error| output::failed(&self.plain, &error))
+    }
+
+    /// The plain image, unless half floats do not hold its light, and the preview.
+    #[allow(
+        clippy::type_complexity,
+        reason = "two files, each with what it was made for"
+    )]
+    fn finish(self) -> Result<(Option<MadeFor<Temporary>>, MadeFor<Preview>), Failure> {
+        let beyond = self.layers.finish();
+        let beyond = beyond.map_err(|error| output::failed(&self.plain, &error))?;
+        let [of_layers, of_preview] = self.provenances;
+        let layers = beyond.is_empty().then_some((of_layers, self.temporary));
+        Ok((layers, (of_preview, self.preview)))
     }
 }
 
@@ -297,18 +444,59 @@ fn work(stage: RenderStage) -> Result<PictureWork, Failure> {
     })
 }
 
-fn picture(
+/// Renders the picture and writes its spectral image; `add` gets its rows from the top, too.
+fn write_rows(
     stage: RenderStage,
-    provenance: &Provenance,
-    verbosity: Verbosity,
-) -> Result<(SpectralImage, Option<Spent>), Failure> {
-    let RenderStage { inputs, target, .. } = stage;
-    let is_mean = stage.settings.shutter.is_some();
-    let n_pixels = stage.settings.n_pictures() * target.region.n_pixels();
+    (provenance, verbosity): (&Provenance, Verbosity),
+    add: &mut dyn FnMut(&SpectralImage) -> Result<(), Failure>,
+) -> Result<Option<Spent>, Failure> {
+    let Target { path, region } = stage.target;
+    let watched = (provenance, verbosity);
+    let mut spent = None;
+    if Spectra::from(stage.settings.picture.spectral) == Spectra::Full {
+        let head = PictureHead {
+            file: PictureFile::Spectral,
+            pixels: region,
+            provenance: provenance.clone(),
+            floats: BeyondHalf::default(),
+        };
+        output::make_file(path, |writer| {
+            let failed = |error| output::failed(path, &error);
+            let mut file = StripWriter::new(head, writer);
+            spent = render_rows(stage, watched, &mut |rows| {
+                file.add(rows).map_err(failed)?;
+                add(rows)
+            })?;
+            file.finish().map(|_| ()).map_err(failed)
+        })?;
+    } else {
+        // Which of its channels half floats hold is known when all of it is there.
+        let mut image = Collected::new(region, provenance);
+        spent = render_rows(stage, watched, &mut |rows| {
+            image.add(rows);
+            add(rows)
+        })?;
+        write_spectral(&image.finish(), path)?;
+    }
+    Ok(spent)
+}
+
+/// Renders the picture from the top, with as much of its spectra as is kept of them; `take` gets its rows.
+fn render_rows(
+    stage: RenderStage,
+    (provenance, verbosity): (&Provenance, Verbosity),
+    take: &mut dyn FnMut(&SpectralImage) -> Result<(), Failure>,
+) -> Result<Option<Spent>, Failure> {
+    let RenderStage {
+        settings,
+        inputs,
+        target,
+    } = stage;
+    let n_pixels = settings.n_pictures() * target.region.n_pixels();
     let bar = progress::bar("render", n_pixels, verbosity);
-    let (start, mut spent) = (Instant::now(), None);
-    let image = work(stage)?.over_shutter(&unwatched, |work, place| {
-        let work = Work {
+    let start = Instant::now();
+    let one = |work: &PictureWork, to: &Path, take: &mut dyn FnMut(&SpectralImage) -> _| {
+        let rows = Work {
             request: work.request(target.region),
             provenance: provenance.clone(),
             image: &|rendered, region, provenance| work.image(rendered, region, provenance),
@@ -321,19 +509,67 @@ fn picture(
                 ..Deadline::NEVER
             },
         };
-        let to = if is_mean {
-            saved_rows::at_instant(target.path, place)
-        } else {
-            target.path.to_owned()
+        let mut failed = None;
+        let mut take = |rows: &SpectralImage| match take(rows) {
+            Ok(()) => ControlFlow::Continue(()),
+            Err(failure) => {
+                failed = Some(failure);
+                ControlFlow::Break(())
+            }
         };
-        let image = saved_rows::render(&work, &to, Saving::STANDARD);
-        let (image, of_all) = image.map_err(|error| refusal(&error, inputs))?;
+        let spent = saved_rows::render(&rows, to, (Saving::STANDARD, &mut take));
+        failed.map_or_else(|| spent.map_err(|error| refusal(&error, inputs)), Err)
+    };
+    let work = work(stage)?;
+    let spent = if settings.shutter.is_some() {
+        let image = work.over_shutter(&unwatched, |work, place| {
+            let mut image = Collected::new(target.region, provenance);
+            let to = saved_rows::at_instant(target.path, place);
+            one(work, &to, &mut |rows| {
+                image.add(rows);
+                Ok(())
+            })?;
+            Ok::<_, Failure>(image.finish())
+        })?;
+        image.strips().try_for_each(|rows| take(&rows))?;
         // Of a mean nothing is told of its parts.
-        spent = of_all.filter(|_| !is_mean);
-        Ok::<_, Failure>(image)
-    });
+        None
+    } else if Spectra::from(settings.picture.spectral) == Spectra::Full {
+        one(&work, target.path, take)?
+    } else {
+        one(&work, target.path, &mut |rows| {
+            take(&work.keeping(rows.clone()))
+        })?
+    };
     bar.finish_and_clear();
-    Ok((image?, spent))
+    Ok(spent)
+}
+
+/// Rows of a picture that has to be there as a whole.
+struct Collected<'a> {
+    region: PixelRegion,
+    provenance: &'a Provenance,
+    image: Option<Assembly>,
+}
+
+impl<'a> Collected<'a> {
+    fn new(region: PixelRegion, provenance: &'a Provenance) -> Self {
+        Self {
+            region,
+            provenance,
+            image: None,
+        }
+    }
+
+    fn add(&mut self, rows: &SpectralImage) {
+        let new = || Assembly::new(rows, self.region, self.provenance.clone());
+        let image = self.image.get_or_insert_with(new);
+        image.add(rows).expect("rows of one picture are of a kind");
+    }
+
+    fn finish(self) -> SpectralImage {
+        self.image.expect("a picture has rows").finish()
+    }
 }
 
 /// A picture that was refused, said of the file that contradicts the scene.

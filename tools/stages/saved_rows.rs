@@ -11,26 +11,32 @@
 //! something to lose for a while, and only where that costs little of the time they took.
 
 use std::fs;
-use std::ops::Range;
+use std::ops::ControlFlow;
 use std::path::Path;
 use std::path::PathBuf;
 use std::time::Instant;
 
+use niji_exchange::BeyondHalf;
+use niji_exchange::PictureFile;
+use niji_exchange::PictureHead;
 use niji_exchange::Provenance;
 use niji_exchange::SpectralImage;
+use niji_exchange::StripWriter;
 use niji_geometry::PixelRegion;
 use niji_picture::rows_of_step;
+use niji_radiometry::memory_limit;
 use niji_render::Deadline;
 use niji_render::Error;
 use niji_render::Progress;
 use niji_render::RenderRequest;
 use niji_render::Rendered;
+use niji_render::STRIP_BYTES;
 use niji_render::Spent;
-use niji_render::render_in_steps;
+use niji_render::render_in_strips;
 
 use crate::failure::Failure;
 use crate::output;
-use crate::stages::assembly::Assembly;
+use crate::stages::assembly::check_kind;
 use crate::stages::stored_provenance;
 use crate::stages::tile::Tile;
 
@@ -55,6 +61,11 @@ impl Saving {
 const FIRST_GUESS_BYTES_PER_S: f64 = 1e8;
 /// Steps of a picture: threads wait for each other at the end of each.
 const N_STEPS: u32 = 10;
+/// Part of the memory that the rows of a step may take, unless they are no more than so many.
+const OF_MEMORY: u128 = 4;
+const LEAST_ROWS: u32 = 16;
+/// Most bytes of spectra that wait for the time to save them.
+const MOST_PENDING_BYTES: f64 = 64e6;
 
 /// A picture to be rendered, and how it becomes an image.
 pub(crate) struct Work<'a> {
@@ -70,19 +81,22 @@ pub(crate) struct Work<'a> {
     pub(crate) deadline: Deadline<'a>,
 }
 
-/// Renders a picture that becomes the image `to`, and goes on where it was interrupted; and what went into it where
+/// Gets rows of an image from the top, and may stop it.
+pub(crate) type Take<'a> = &'a mut dyn FnMut(&SpectralImage) -> ControlFlow<()>;
+
+/// Renders a picture that becomes the image `to`, and goes on where it was interrupted; what went into it where
 /// it was not.
 ///
 /// # Errors
-/// As [`render_in_steps`].
+/// As [`render_in_strips`].
 pub(crate) fn render(
     work: &Work,
     to: &Path,
-    saving: Saving,
-) -> Result<(SpectralImage, Option<Spent>), Error> {
+    (saving, take): (Saving, Take),
+) -> Result<Option<Spent>, Error> {
     let region = work.request.region;
     let folder = folder(to);
-    let (mut assembly, n_found) = found(&folder, work);
+    let n_found = take_found(&folder, work, take)?;
     let below = PixelRegion {
         y_px: region.y_px + n_found as i32,
         height_px: region.height_px - n_found,
@@ -90,31 +104,34 @@ pub(crate) fn render(
     };
     // Whoever waits for it is heard before the first row.
     let _ = (work.progress)(region.n_pixels() - below.n_pixels());
-    if below.height_px > 0 {
-        let request = RenderRequest {
-            region: below,
-            ..work.request
-        };
-        let mut saver = Saver::new(work, folder, below, saving);
-        let n_rows = rows_of_step(below).max(below.height_px / N_STEPS);
-        let mut next = |rendered: &Rendered, n_finished: u32| {
-            saver.save_if_due(rendered, n_finished);
-            n_rows
-        };
-        let watch = (work.progress, work.deadline);
-        let (rendered, spent) = render_in_steps(&request, watch, &mut next)?;
-        let image = (work.image)(rendered, below, work.provenance.clone());
-        let Some(assembly) = &mut assembly else {
-            return Ok((image, Some(spent)));
-        };
-        if assembly.add(&image).is_err() {
-            // Another build of this version saved other layers.
-            clear(to);
-            return render(work, to, saving);
-        }
+    if below.height_px == 0 {
+        return Ok(None);
     }
-    let assembly = assembly.expect("rows that need no rendering were found");
-    Ok((assembly.finish(), None))
+    let request = RenderRequest {
+        region: below,
+        ..work.request
+    };
+    let mut saver = Saver::new(work, folder, saving);
+    let mut take = |strip, rows| {
+        let image = (work.image)(rows, strip, work.provenance.clone());
+        take(&image)?;
+        saver.save_if_due(image);
+        ControlFlow::Continue(())
+    };
+    let watch = (work.progress, work.deadline);
+    let spent = render_in_strips(&request, watch, rows_of_strip(&request), &mut take)?;
+    Ok((n_found == 0).then_some(spent))
+}
+
+/// Rows that are rendered at a time.
+fn rows_of_strip(request: &RenderRequest) -> u32 {
+    let region = request.region;
+    let row_bytes = u64::from(region.width_px) * request.bytes_per_pixel();
+    let of_limit = memory_limit().0 / OF_MEMORY;
+    let strip_bytes = STRIP_BYTES.min(u64::try_from(of_limit).unwrap_or(u64::MAX));
+    let in_memory = u32::try_from(strip_bytes / row_bytes.max(1)).unwrap_or(u32::MAX);
+    let n_rows = rows_of_step(region).max(region.height_px / N_STEPS);
+    n_rows.min(in_memory.max(LEAST_ROWS))
 }
 
 /// What an image is called that is one of those over which another is the mean: its rows are saved beside the other's
@@ -166,10 +183,12 @@ fn files(folder: &Path) -> Vec<PathBuf> {
     files
 }
 
-/// The rows at the top that were saved for this very picture, and how many.
-fn found(folder: &Path, work: &Work) -> (Option<Assembly>, u32) {
+/// Hands over the rows at the top that were saved for this very picture, and says how many.
+fn take_found(folder: &Path, work: &Work, take: Take) -> Result<u32, Error> {
     let whole = work.request.region;
-    let (mut assembly, mut n_rows) = (None, 0);
+    let mut expected = (work.image)(work.request.no_rows(), whole, work.provenance.clone());
+    expected.windows.data = whole;
+    let mut n_rows = 0;
     for file in files(folder) {
         let tile = stored_provenance(&file).as_ref().and_then(Tile::of);
         let Some((tile, provenance)) = tile else {
@@ -180,82 +199,103 @@ fn found(folder: &Path, work: &Work) -> (Option<Assembly>, u32) {
         if provenance != work.provenance || tile.whole != whole || !is_next {
             continue;
         }
-        // A damaged file is as good as none.
+        // A damaged file is as good as none, and one by another build of this version, with other layers.
         let Ok(part) = SpectralImage::read_spectral(&file) else {
             break;
         };
-        let whole =
-            assembly.get_or_insert_with(|| Assembly::new(&part, whole, work.provenance.clone()));
-        if part.windows.data != tile.region || whole.add(&part).is_err() {
+        if part.windows.data != tile.region || check_kind(&expected, &part).is_err() {
             break;
+        }
+        if take(&part).is_break() {
+            return Err(Error::Stopped);
         }
         n_rows += tile.region.height_px;
     }
-    (assembly.filter(|_| n_rows > 0), n_rows)
+    Ok(n_rows)
 }
 
 /// Saves rows that were rendered.
 struct Saver<'a> {
     work: &'a Work<'a>,
     folder: PathBuf,
-    region: PixelRegion,
     saving: Saving,
     last: Instant,
     bytes_per_s: f64,
-    n_saved: u32,
+    /// Rows that were not saved yet, from the top.
+    pending: Vec<SpectralImage>,
 }
 
 impl<'a> Saver<'a> {
-    fn new(work: &'a Work<'a>, folder: PathBuf, region: PixelRegion, saving: Saving) -> Self {
+    fn new(work: &'a Work<'a>, folder: PathBuf, saving: Saving) -> Self {
         Self {
             work,
             folder,
-            region,
             saving,
             last: Instant::now(),
             bytes_per_s: FIRST_GUESS_BYTES_PER_S,
-            n_saved: 0,
+            pending: Vec::new(),
         }
     }
 
-    fn save_if_due(&mut self, rendered: &Rendered, n_finished: u32) {
-        let waited_s = self.last.elapsed().as_secs_f64();
-        let rows = self.n_saved as usize..n_finished as usize;
-        if rows.is_empty() || waited_s < self.saving.every_s {
+    fn save_if_due(&mut self, image: SpectralImage) {
+        let is_last = image.windows.data.bottom() == self.work.request.region.bottom();
+        if is_last || self.saving.every_s == f64::INFINITY {
             return;
         }
-        let n_wavelengths = rendered.radiance.dim().0 as f64;
-        let n_pixels = rows.len() as f64 * f64::from(self.region.width_px);
-        let n_bytes = size_of::<f32>() as f64 * n_wavelengths * n_pixels;
-        if n_bytes > self.saving.most_cost * waited_s * self.bytes_per_s {
+        self.pending.push(image);
+        let n_values: usize = (self.pending.iter()).map(|it| it.radiance.len()).sum();
+        let n_bytes = (size_of::<f32>() * n_values) as f64;
+        let waited_s = self.last.elapsed().as_secs_f64();
+        let is_dear = n_bytes > self.saving.most_cost * waited_s * self.bytes_per_s;
+        if is_dear && n_bytes > MOST_PENDING_BYTES {
+            // It is rendered about as fast as it would be saved.
+            self.give_up();
+        }
+        if is_dear || waited_s < self.saving.every_s {
             return;
         }
         let start = Instant::now();
-        match self.save(rendered, rows) {
-            Ok(()) => self.n_saved = n_finished,
+        let saved = self.save();
+        self.pending.clear();
+        if saved.is_err() {
             // A disk that is full now will be so again; the picture does not need these rows.
-            Err(_) => self.saving.every_s = f64::INFINITY,
+            self.give_up();
         }
         self.bytes_per_s = n_bytes / start.elapsed().as_secs_f64().max(1e-9);
         self.last = Instant::now();
     }
 
-    fn save(&self, rendered: &Rendered, rows: Range<usize>) -> Result<(), Failure> {
+    fn give_up(&mut self) {
+        self.saving.every_s = f64::INFINITY;
+        self.pending = Vec::new();
+    }
+
+    fn save(&self) -> Result<(), Failure> {
         let whole = self.work.request.region;
-        let region = PixelRegion {
-            y_px: self.region.y_px + rows.start as i32,
-            height_px: rows.len() as u32,
-            ..self.region
+        let [Some(top), Some(bottom)] = [self.pending.first(), self.pending.last()] else {
+            return Ok(());
         };
-        let provenance = Provenance {
-            settings: Tile { region, whole }.settings(&self.work.provenance.settings),
-            ..self.work.provenance.clone()
+        let top_px = top.windows.data.y_px;
+        let region = PixelRegion {
+            y_px: top_px,
+            height_px: (bottom.windows.data.bottom() - i64::from(top_px)) as u32,
+            ..whole
+        };
+        let head = PictureHead {
+            file: PictureFile::Spectral,
+            pixels: region,
+            provenance: Provenance {
+                settings: Tile { region, whole }.settings(&self.work.provenance.settings),
+                ..self.work.provenance.clone()
+            },
+            floats: BeyondHalf::default(),
         };
         let first = region.y_px.abs_diff(whole.y_px);
         let name = format!("rows-{first:08}-{:08}.exr", first + region.height_px);
-        let image = (self.work.image)(rendered.rows(rows), region, provenance);
         output::write_file(&self.folder.join(name), |writer| {
-            image.write_spectral(writer)
+            let mut file = StripWriter::new(head, writer);
+            (self.pending.iter()).try_for_each(|rows| file.add(rows))?;
+            file.finish().map(|_| ())
         })
     }
 }

@@ -160,14 +160,25 @@ impl World {
             deadline: Deadline::NEVER,
         };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
-        let picture = pool.unwrap().install(|| render(&work, to, saving));
+        let mut bytes = Cursor::new(Vec::new());
+        let head = PictureHead {
+            file: PictureFile::Spectral,
+            pixels: work.request.region,
+            provenance: work.provenance.clone(),
+            floats: BeyondHalf::default(),
+        };
+        let mut file = StripWriter::new(head, &mut bytes);
+        let mut take = |rows: &SpectralImage| {
+            assert!(rows.radiance.iter().all(|value| *value > 0.0));
+            file.add(rows).unwrap();
+            ControlFlow::Continue(())
+        };
+        let pool = pool.unwrap();
+        let spent = pool.install(|| render(&work, to, (saving, &mut take)));
         let done = done.into_inner().unwrap();
         assert_eq!(done.iter().sum::<u64>(), u64::from(WIDTH * HEIGHT));
-        let (picture, spent) = picture.unwrap();
-        assert_eq!(spent.is_some(), done[0] == 0, "nothing was found");
-        assert!(picture.radiance.iter().all(|value| *value > 0.0));
-        let mut bytes = Cursor::new(Vec::new());
-        picture.write_spectral(&mut bytes).unwrap();
+        assert_eq!(spent.unwrap().is_some(), done[0] == 0, "nothing was found");
+        file.finish().unwrap();
         (bytes.into_inner(), done[0])
     }
 

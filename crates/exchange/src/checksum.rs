@@ -16,6 +16,7 @@ use crate::attributes::AttributeValue;
 use crate::error::Error;
 use crate::part::Part;
 use crate::part::Samples;
+use crate::part::append;
 
 /// Name of the attribute.
 pub(crate) const NAME: &str = "niji:checksum";
@@ -38,7 +39,7 @@ impl ChannelHashes {
             let mut bytes = Vec::with_capacity(size_of::<f32>() * samples.ncols());
             for row in samples.rows() {
                 bytes.clear();
-                bytes.extend(row.iter().flat_map(|value| value.to_le_bytes()));
+                append(&mut bytes, &row, f32::to_le_bytes);
                 hasher.update(&bytes);
             }
         });

@@ -7,6 +7,7 @@
 use std::io::BufReader;
 use std::io::Read;
 use std::io::Seek;
+use std::ops::Range;
 use std::path::Path;
 
 use exr::block::BlockIndex;
@@ -85,6 +86,20 @@ fn headers(
     Ok(headers.map(|it| (name(it), attributes(it))).collect())
 }
 
+/// Which pixels the first part of a file holds, and which are shown.
+///
+/// # Errors
+/// As for [`read_headers`].
+pub(crate) fn read_windows(path: &Path) -> Result<ImageWindows, Error> {
+    let (file, file_bytes) = open_file(path)?;
+    guarded(Error::Damaged, || {
+        let reader = exr::block::read(BufReader::new(file), false)?;
+        check_sizes(reader.meta_data(), 0, file_bytes)?;
+        let first = reader.meta_data().headers.first();
+        first.map_or_else(|| Err(Error::missing("part", "0")), windows)
+    })
+}
+
 /// Reads all parts from a source of so many bytes.
 fn read_from(source: impl Read + Seek, file_bytes: u64) -> Result<Vec<Part<'static>>, Error> {
     let reader = exr::block::read(source, false)?;
@@ -92,29 +107,84 @@ fn read_from(source: impl Read + Seek, file_bytes: u64) -> Result<Vec<Part<'stat
     let meta_data = reader.meta_data().clone();
     let headers = &meta_data.headers;
     check_memory(headers)?;
-    let pages = headers.iter().map(Page::new);
+    let whole = |header: &Header| Page::new(header, 0..header.layer_size.height());
+    let pages = headers.iter().map(whole);
     let mut pages = pages.collect::<Result<Vec<_>, _>>()?;
+    fill(&mut pages, reader.all_chunks(false)?, &meta_data)?;
+    let parts = headers.iter().zip(pages).map(|(header, page)| {
+        let part = page.finish(header)?;
+        checksum::verify(&part)?;
+        part.check_values(0)?;
+        Ok(part)
+    });
+    parts.collect()
+}
+
+/// Rows of the first parts of a file whose parts have these rows; they are not compared with the checksums, which are of
+/// all rows.
+///
+/// # Errors
+/// As for [`read_parts`], as far as these rows show it.
+pub(crate) fn read_rows(
+    path: &Path,
+    (n_parts, rows): (usize, Range<usize>),
+) -> Result<Vec<Part<'static>>, Error> {
+    let (file, file_bytes) = open_file(path)?;
+    guarded(Error::Damaged, || {
+        let source = BufReader::with_capacity(1 << 18, file);
+        let reader = exr::block::read(source, false)?;
+        check_sizes(reader.meta_data(), 0, file_bytes)?;
+        let meta_data = reader.meta_data().clone();
+        let headers = &meta_data.headers[..n_parts.min(meta_data.headers.len())];
+        let pages = headers.iter().map(|header| {
+            let height = header.layer_size.height();
+            Page::new(header, rows.start.min(height)..rows.end.min(height))
+        });
+        let mut pages = pages.collect::<Result<Vec<_>, _>>()?;
+        let is_wanted = |_: &MetaData, _: TileCoordinates, block: BlockIndex| {
+            let top = block.pixel_position.y();
+            let bottom = top + block.pixel_size.height();
+            block.layer < n_parts && top < rows.end && rows.start < bottom
+        };
+        fill(
+            &mut pages,
+            reader.filter_chunks(false, is_wanted)?,
+            &meta_data,
+        )?;
+        let parts = headers.iter().zip(pages).map(|(header, page)| {
+            let part = page.finish(header)?;
+            part.check_values(rows.start)?;
+            Ok(part)
+        });
+        parts.collect()
+    })
+}
+
+/// Puts chunks into their pages.
+fn fill(
+    pages: &mut [Page],
+    mut chunks: impl Iterator<Item = Result<Chunk, exr::error::Error>>,
+    meta_data: &MetaData,
+) -> Result<(), Error> {
+    let headers = &meta_data.headers;
     let n_per_batch = batch_length(headers);
-    let mut chunks = reader.all_chunks(false)?;
     loop {
         let batch = chunks
             .by_ref()
             .take(n_per_batch)
             .collect::<Result<Vec<Chunk>, _>>()?;
         if batch.is_empty() {
-            break;
+            return Ok(());
         }
         let blocks: Vec<UncompressedBlock> = batch
             .into_par_iter()
-            .map(|chunk| unpack(chunk, &meta_data))
+            .map(|chunk| unpack(chunk, meta_data))
             .collect::<Result<_, _>>()?;
         for block in blocks {
             let layer = block.index.layer;
             pages[layer].insert(&headers[layer], &block)?;
         }
     }
-    let parts = headers.iter().zip(pages);
-    parts.map(|(header, page)| page.finish(header)).collect()
 }
 
 /// Compares the promises of all headers with the length of the file.
@@ -228,8 +298,9 @@ fn unpack(chunk: Chunk, meta_data: &MetaData) -> Result<UncompressedBlock, Error
     )?)
 }
 
-/// The pixels of a part while its blocks arrive.
+/// The pixels of some rows of a part while its blocks arrive.
 struct Page {
+    rows: Range<usize>,
     channels: Vec<Vec<f32>>,
     /// Whether the block of this index has come.
     seen: Vec<bool>,
@@ -237,8 +308,8 @@ struct Page {
 
 impl Page {
     /// Reserves memory without touching it.
-    fn new(header: &Header) -> Result<Self, Error> {
-        let n_samples = header.layer_size.area();
+    fn new(header: &Header, rows: Range<usize>) -> Result<Self, Error> {
+        let n_samples = rows.len() * header.layer_size.width();
         let n_channels = header.channels.list.len();
         let needed = Bytes(4 * n_samples as u128 * n_channels as u128);
         let mut channels = Vec::new();
@@ -253,6 +324,7 @@ impl Page {
             channels.push(samples);
         }
         Ok(Self {
+            rows,
             channels,
             seen: vec![false; header.chunk_count],
         })
@@ -266,8 +338,11 @@ impl Page {
         }
         let width = header.layer_size.width();
         for (bytes, line) in LineIndex::lines_in_block(block.index, &header.channels) {
+            if !self.rows.contains(&line.position.y()) {
+                continue;
+            }
             let samples = &mut self.channels[line.channel];
-            let start = line.position.y() * width;
+            let start = (line.position.y() - self.rows.start) * width;
             if samples.len() < start + width {
                 samples.resize(start + width, 0.0);
             }
@@ -282,7 +357,7 @@ impl Page {
     }
 
     fn finish(self, header: &Header) -> Result<Part<'static>, Error> {
-        let size = (header.layer_size.height(), header.layer_size.width());
+        let size = (self.rows.len(), header.layer_size.width());
         let own = &header.own_attributes;
         let name = name(header);
         let mut channels = Vec::with_capacity(self.channels.len());
@@ -298,7 +373,8 @@ impl Page {
             let samples = Array2::from_shape_vec(size, samples).map_err(shape)?;
             channels.push((channel, samples.into()));
         }
-        let part = Part {
+        let windows = windows(header)?;
+        Ok(Part {
             name,
             channels,
             halves: {
@@ -312,13 +388,14 @@ impl Page {
             primaries: RgbPrimaries::Rec709,
             world_to_camera: own.world_to_camera,
             windows: Some(ImageWindows {
-                data: region(header.data_window())?,
-                display: region(header.shared_attributes.display_window)?,
+                data: PixelRegion {
+                    y_px: windows.data.y_px.saturating_add(self.rows.start as i32),
+                    height_px: self.rows.len() as u32,
+                    ..windows.data
+                },
+                ..windows
             }),
-        };
-        checksum::verify(&part)?;
-        part.check_values(0)?;
-        Ok(part)
+        })
     }
 }
 
@@ -326,6 +403,13 @@ impl Page {
 fn name(header: &Header) -> String {
     let name = header.own_attributes.layer_name.as_ref();
     name.map(text).unwrap_or_default()
+}
+
+fn windows(header: &Header) -> Result<ImageWindows, Error> {
+    Ok(ImageWindows {
+        data: region(header.data_window())?,
+        display: region(header.shared_attributes.display_window)?,
+    })
 }
 
 /// A window of the format.

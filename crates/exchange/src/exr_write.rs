@@ -47,9 +47,10 @@ use crate::error::Error;
 use crate::frame_time;
 use crate::layer_rms;
 use crate::part::Part;
+use crate::part::append;
 
-/// Pixels that are compressed at a time: enough work for many threads, little memory.
-const BATCH_BYTES: usize = 32 << 20;
+/// Pixels that are compressed at a time, or a chunk for each thread: enough work for many of them, little memory.
+const BATCH_BYTES: usize = 64 << 20;
 
 /// Codec of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -149,13 +150,18 @@ impl<W: Write + Seek> PartsWriter<W> {
         })
     }
 
+    /// The parts without their samples.
+    pub(crate) fn heads(&self) -> impl Iterator<Item = &Part<'static>> {
+        self.sheets.iter().map(|sheet| &sheet.head)
+    }
+
     /// Adds rows of parts that come together, the first of which is this one.
     ///
     /// # Errors
     /// Rows of another size, a value that is not finite, or a writer that fails.
     pub(crate) fn add(&mut self, first: usize, parts: &[Part]) -> Result<(), Error> {
         for (sheet, part) in self.sheets[first..].iter_mut().zip(parts) {
-            part.check_rows(sheet.n_rows, sheet.size)?;
+            part.check_rows_of(&sheet.head, (sheet.n_rows, sheet.size))?;
             part.check_values(sheet.n_rows)?;
             sheet.hashes.add(&part.channels);
             if sheet.head.tells_rms {
@@ -165,10 +171,8 @@ impl<W: Write + Seek> PartsWriter<W> {
             }
         }
         let places = self.completed(first, parts);
-        let longest = self.headers.iter().map(Header::max_block_byte_size).max();
-        let n_per_batch = (BATCH_BYTES / longest.unwrap_or(BATCH_BYTES)).max(1);
-        for batch in places.chunks(n_per_batch) {
-            let packed = batch.par_iter().map(|place| {
+        for batch in self.batches(&places) {
+            let packed = batch.par_iter().with_max_len(1).map(|place| {
                 let sheet = &self.sheets[place.sheet];
                 let data = sheet.lines(&self.headers[place.sheet], &parts[place.part], place.block);
                 let index = place.block;
@@ -184,6 +188,25 @@ impl<W: Write + Seek> PartsWriter<W> {
             self.sheets[index].keep_rest(&self.headers[index], part);
         }
         Ok(())
+    }
+
+    /// Chunks that are compressed at a time.
+    fn batches<'a>(&self, places: &'a [ChunkPlace]) -> Vec<&'a [ChunkPlace]> {
+        let n_threads = rayon::current_num_threads();
+        let n_bytes = |place: &ChunkPlace| {
+            let bytes_per_pixel = self.headers[place.sheet].channels.bytes_per_pixel;
+            place.block.pixel_size.area() * bytes_per_pixel
+        };
+        let (mut batches, mut first, mut sum) = (Vec::new(), 0, 0);
+        for (index, place) in places.iter().enumerate() {
+            sum += n_bytes(place);
+            let is_last = index + 1 == places.len();
+            if is_last || (sum >= BATCH_BYTES && index + 1 - first >= n_threads) {
+                batches.push(&places[first..=index]);
+                (first, sum) = (index + 1, 0);
+            }
+        }
+        batches
     }
 
     /// The chunks that rows complete, from top to bottom.
@@ -360,7 +383,7 @@ impl Sheet {
             bytes.extend_from_slice(&self.begun);
         }
         let rows_of_block = top.max(self.n_rows) - self.n_rows..bottom - self.n_rows;
-        self.append(&mut bytes, rows, rows_of_block);
+        self.append_lines(&mut bytes, rows, rows_of_block);
         bytes
     }
 
@@ -377,7 +400,7 @@ impl Sheet {
         if top > self.n_rows {
             begun.clear();
         }
-        self.append(
+        self.append_lines(
             &mut begun,
             rows,
             top.max(self.n_rows) - self.n_rows..rows.size().0,
@@ -387,7 +410,7 @@ impl Sheet {
     }
 
     /// Appends rows line by line, in each line channel by channel.
-    fn append(&self, bytes: &mut Vec<u8>, part: &Part, rows: Range<usize>) {
+    fn append_lines(&self, bytes: &mut Vec<u8>, part: &Part, rows: Range<usize>) {
         for row in rows {
             for &channel in &self.order {
                 let (name, samples) = &part.channels[channel];
@@ -399,7 +422,7 @@ impl Sheet {
                             .flat_map(|it| f16::from_f32(*it).to_ne_bytes()),
                     );
                 } else {
-                    bytes.extend(values.iter().flat_map(|it| it.to_ne_bytes()));
+                    append(bytes, &values, f32::to_ne_bytes);
                 }
             }
         }

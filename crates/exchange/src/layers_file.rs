@@ -36,8 +36,8 @@ const TRANSMITTANCE: &str = "transmittance";
 /// A `Z` for pixels without a distance: compositors take it for infinity.
 const NO_DEPTH_M: f32 = 1e10;
 /// Name of the part.
-const PART: &str = "layers";
-const RGB: [&str; 3] = ["R", "G", "B"];
+pub(crate) const PART: &str = "layers";
+pub(crate) const RGB: [&str; 3] = ["R", "G", "B"];
 pub(crate) const XYZ: [&str; 3] = ["X", "Y", "Z"];
 const Z: &str = "Z";
 

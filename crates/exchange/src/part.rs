@@ -4,9 +4,11 @@ use std::collections::BTreeSet;
 
 use exr::prelude::f16;
 use ndarray::Array2;
+use ndarray::ArrayView1;
 use ndarray::CowArray;
 use ndarray::Ix2;
 use niji_radiometry::RgbPrimaries;
+use rayon::prelude::*;
 
 use crate::attributes::AttributeValue;
 use crate::attributes::Attributes;
@@ -59,10 +61,11 @@ impl<'a> Part<'a> {
 
     /// Rounds channels to the precision of half floats, which they are in the file.
     pub(crate) fn pack_as_half(&mut self, names: Vec<String>) {
-        let wanted = (self.channels.iter_mut()).filter(|(name, _)| names.contains(name));
-        for (_, samples) in wanted {
-            *samples = samples.mapv(as_half).into();
-        }
+        self.channels.par_iter_mut().for_each(|(name, samples)| {
+            if names.contains(name) {
+                *samples = samples.mapv(as_half).into();
+            }
+        });
         self.halves.extend(names);
     }
 
@@ -89,6 +92,15 @@ impl<'a> Part<'a> {
             primaries: self.primaries,
             world_to_camera: self.world_to_camera,
             windows: self.windows,
+        }
+    }
+
+    /// Puts its channels in the order of another part that has them all.
+    pub(crate) fn order_as(&mut self, other: &Part) {
+        let names = || other.channels.iter().map(|(name, _)| name);
+        if !names().eq(self.channels.iter().map(|(name, _)| name)) {
+            let place = |wanted: &String| names().position(|name| name == wanted);
+            self.channels.sort_by_key(|(name, _)| place(name));
         }
     }
 
@@ -163,11 +175,16 @@ impl<'a> Part<'a> {
     }
 
     /// Refuses other rows than those that may follow on the first ones of a part of this size.
-    pub(crate) fn check_rows(
+    pub(crate) fn check_rows_of(
         &self,
-        first_row: usize,
-        (height, width): (usize, usize),
+        head: &Part,
+        (first_row, (height, width)): (usize, (usize, usize)),
     ) -> Result<(), Error> {
+        let names = self.channels.iter().map(|(name, _)| name);
+        if self.name != head.name || !names.eq(head.channels.iter().map(|(name, _)| name)) {
+            let message = format!("rows of part {:?} have other channels", head.name);
+            return Err(Error::Unwritable(message));
+        }
         let n_rows = self.size().0.min(height - first_row);
         let other = (self.channels.iter()).find(|(_, samples)| samples.dim() != (n_rows, width));
         other.map_or(Ok(()), |(name, samples)| {
@@ -204,20 +221,37 @@ impl<'a> Part<'a> {
 
     /// Refuses NaN and infinity in a part whose first row is this one.
     pub(crate) fn check_values(&self, first_row: usize) -> Result<(), Error> {
-        for (name, samples) in &self.channels {
-            let not_finite = samples.indexed_iter().find(|(_, value)| !value.is_finite());
-            if let Some(((y, x), &value)) = not_finite {
-                let (part, channel) = (self.name.clone(), name.clone());
-                return Err(Error::NotFinite {
-                    part,
-                    channel,
-                    x,
-                    y: first_row + y,
-                    value,
-                });
+        let not_finite = |(name, samples): &(String, Samples)| {
+            if samples.iter().all(|value| value.is_finite()) {
+                return None;
             }
-        }
-        Ok(())
+            let mut found = samples.indexed_iter();
+            let ((y, x), &value) = found.find(|(_, value)| !value.is_finite())?;
+            Some(Error::NotFinite {
+                part: self.name.clone(),
+                channel: name.clone(),
+                x,
+                y: first_row + y,
+                value,
+            })
+        };
+        let found = self.channels.par_iter().map(not_finite);
+        let first = found.find_first(Option::is_some).flatten();
+        first.map_or(Ok(()), Err)
+    }
+}
+
+/// Appends samples in so many bytes each.
+pub(crate) fn append<const N: usize>(
+    bytes: &mut Vec<u8>,
+    samples: &ArrayView1<f32>,
+    encode: impl Fn(f32) -> [u8; N],
+) {
+    let start = bytes.len();
+    bytes.resize(start + N * samples.len(), 0);
+    let (targets, _) = bytes[start..].as_chunks_mut();
+    for (target, value) in targets.iter_mut().zip(samples) {
+        *target = encode(*value);
     }
 }
 

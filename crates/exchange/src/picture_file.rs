@@ -1,4 +1,4 @@
-//! Files of a spectral image, whose rows are written as they come from the top.
+//! Files of a spectral image, whose rows are written as they come from the top, and read so.
 //!
 //! A picture need not be in memory to become a file: of its rows come some at a time, and the file has the same bytes
 //! whatever number comes at once.
@@ -6,20 +6,26 @@
 use std::collections::BTreeSet;
 use std::io::Seek;
 use std::io::Write;
+use std::ops::Range;
+use std::path::Path;
+use std::path::PathBuf;
 
 use ndarray::Axis as Dimension;
 use niji_geometry::PixelRegion;
 use niji_radiometry::GamutPolicy;
 use niji_radiometry::RgbPrimaries;
 
+use crate::attributes;
 use crate::attributes::AttributeValue;
 use crate::error::Error;
+use crate::exr_read;
 use crate::exr_write::Codec;
 use crate::exr_write::PartsWriter;
 use crate::layers_file::XYZ;
 use crate::layers_file::rgb_channels;
 use crate::part::Part;
 use crate::part::Samples;
+use crate::provenance::Provenance;
 use crate::spectra::LUMINANCE;
 use crate::spectra::Spectra;
 use crate::spectral_image::AOV_UNIT;
@@ -52,11 +58,22 @@ pub enum PictureFile {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct BeyondHalf(BTreeSet<(String, String)>);
 
+/// What is known of a file before its first row.
+#[derive(Clone, Debug)]
+pub struct PictureHead {
+    /// Which file.
+    pub file: PictureFile,
+    /// The pixels of the picture.
+    pub pixels: PixelRegion,
+    /// Where it comes from.
+    pub provenance: Provenance,
+    /// Channels that are half floats elsewhere and float in this file.
+    pub floats: BeyondHalf,
+}
+
 /// A file of a picture while its rows are written.
 pub struct StripWriter<W: Write + Seek> {
-    file: PictureFile,
-    whole: PixelRegion,
-    floats: BeyondHalf,
+    head: PictureHead,
     beyond: BeyondHalf,
     state: State<W>,
 }
@@ -83,12 +100,10 @@ impl BeyondHalf {
 }
 
 impl<W: Write + Seek> StripWriter<W> {
-    /// Of a picture with these pixels. Channels that are half floats elsewhere are float if they are among `floats`.
-    pub fn new(file: PictureFile, (whole, floats): (PixelRegion, BeyondHalf), writer: W) -> Self {
+    /// Before the first row.
+    pub fn new(head: PictureHead, writer: W) -> Self {
         Self {
-            file,
-            whole,
-            floats,
+            head,
             beyond: BeyondHalf::default(),
             state: State::Waiting(Some(writer)),
         }
@@ -97,28 +112,36 @@ impl<W: Write + Seek> StripWriter<W> {
     /// Adds the next rows.
     ///
     /// # Errors
-    /// A value that is not finite, an AOV of another size, more rows than the picture has, or a writer that fails.
+    /// A value that is not finite, an AOV of another size, rows of another picture or more than it has, or a writer
+    /// that fails.
     pub fn add(&mut self, rows: &SpectralImage) -> Result<(), Error> {
         rows.check_shape()?;
-        let mut parts = self.file.parts(rows);
+        let head = &self.head;
+        let mut parts = head.file.parts(rows, &head.provenance);
         for part in &mut parts {
-            let is_float =
-                |channel: &String| (self.floats.0).contains(&(part.name.clone(), channel.clone()));
+            let floats = &head.floats.0;
+            let is_float = |it: &String| floats.contains(&(part.name.clone(), it.clone()));
             part.halves.retain(|channel| !is_float(channel));
             if let Some(windows) = &mut part.windows {
-                windows.data = self.whole;
+                windows.data = head.pixels;
             }
         }
         self.beyond.add(&parts);
         if let State::Waiting(writer) = &mut self.state
             && let Some(writer) = writer.take()
         {
-            let size = [self.whole.height_px, self.whole.width_px].map(|it| it as usize);
+            let size = [head.pixels.height_px, head.pixels.width_px].map(|it| it as usize);
             let heads: Vec<_> = parts.iter().map(|part| (part, size.into())).collect();
             self.state = State::Begun(PartsWriter::new(&heads, Codec::Piz, writer)?);
         }
         match &mut self.state {
-            State::Begun(file) => file.add(0, &parts),
+            State::Begun(file) => {
+                // Rows that come from files have channels in the order of their names.
+                for (part, head) in parts.iter_mut().zip(file.heads()) {
+                    part.order_as(head);
+                }
+                file.add(0, &parts)
+            }
             // A file that could not be begun.
             State::Waiting(_) => Err(self.no_rows()),
         }
@@ -128,7 +151,7 @@ impl<W: Write + Seek> StripWriter<W> {
         Error::Shape {
             what: "rows of the picture".to_owned(),
             found: 0,
-            expected: self.whole.height_px as usize,
+            expected: self.head.pixels.height_px as usize,
         }
     }
 
@@ -146,20 +169,80 @@ impl<W: Write + Seek> StripWriter<W> {
     }
 }
 
+/// How much is read of the file of a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Held {
+    /// Spectra, or colors where these were left out.
+    Light,
+    /// AOVs, too.
+    All,
+}
+
+/// The rows of a file of a picture from the top, some at a time: nothing is compared with its checksums, which are of all
+/// rows. After an error there are no more.
+#[derive(Clone, Debug)]
+pub struct StripReader {
+    path: PathBuf,
+    n_parts: usize,
+    rows: Range<usize>,
+    n_at_a_time: usize,
+}
+
+impl StripReader {
+    /// Before the first row, and what is the same in all.
+    ///
+    /// # Errors
+    /// As [`SpectralImage::read_picture`], as far as headers show it.
+    pub fn open(path: &Path, held: Held) -> Result<(Self, SpectralImage), Error> {
+        let n_parts = match held {
+            Held::Light => 1,
+            Held::All => usize::MAX,
+        };
+        let none = SpectralImage::of_parts(exr_read::read_rows(path, (n_parts, 0..0))?)?;
+        let windows = exr_read::read_windows(path)?;
+        let n_at_a_time = none.rows_of_strip();
+        let reader = Self {
+            path: path.to_owned(),
+            n_parts,
+            rows: 0..windows.data.height_px as usize,
+            n_at_a_time,
+        };
+        Ok((reader, SpectralImage { windows, ..none }))
+    }
+
+    fn read(&self, rows: Range<usize>) -> Result<SpectralImage, Error> {
+        SpectralImage::of_parts(exr_read::read_rows(&self.path, (self.n_parts, rows))?)
+    }
+}
+
+impl Iterator for StripReader {
+    type Item = Result<SpectralImage, Error>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if self.rows.is_empty() {
+            return None;
+        }
+        let bottom = (self.rows.end).min(self.rows.start.saturating_add(self.n_at_a_time));
+        let read = self.read(self.rows.start..bottom);
+        self.rows.start = if read.is_ok() { bottom } else { self.rows.end };
+        Some(read)
+    }
+}
+
 impl SpectralImage {
+    /// Rows that take no more memory than is asked for at a time.
+    fn rows_of_strip(&self) -> usize {
+        let (n_planes, _, width) = self.radiance.dim();
+        let n_channels: usize = self.aovs.iter().map(|aov| aov.channels.len()).sum();
+        let row_bytes = size_of::<f32>() * width * (n_planes + n_channels);
+        let n_rows = (STRIP_BYTES / row_bytes.max(1)).next_multiple_of(CHUNK_ROWS);
+        n_rows.max(CHUNK_ROWS)
+    }
+
     /// Its rows from the top, some at a time.
     pub fn strips(&self) -> impl Iterator<Item = Self> {
-        let (n_planes, height, width) = self.radiance.dim();
-        let n_channels = n_planes
-            + self
-                .aovs
-                .iter()
-                .map(|aov| aov.channels.len())
-                .sum::<usize>();
-        let row_bytes = size_of::<f32>() * width * n_channels;
-        let n_rows = (STRIP_BYTES / row_bytes.max(1))
-            .next_multiple_of(CHUNK_ROWS)
-            .max(CHUNK_ROWS);
+        let (_, height, _) = self.radiance.dim();
+        let n_rows = self.rows_of_strip();
         // Of no rows there is one strip.
         let tops = (0..height.max(1)).step_by(n_rows);
         tops.map(move |top| self.rows(top..height.min(top.saturating_add(n_rows))))
@@ -171,13 +254,19 @@ impl SpectralImage {
     /// A value that is not finite, an AOV of another size, or a writer that fails.
     pub fn write(&self, file: PictureFile, writer: impl Write + Seek) -> Result<(), Error> {
         self.check_shape()?;
-        let mut beyond = BeyondHalf::default();
+        let mut floats = BeyondHalf::default();
         if file.packs(self) {
             for strip in self.strips() {
-                beyond.add(&file.parts(&strip));
+                floats.add(&file.parts(&strip, &self.provenance));
             }
         }
-        let mut rows = StripWriter::new(file, (self.windows.data, beyond), writer);
+        let head = PictureHead {
+            file,
+            pixels: self.windows.data,
+            provenance: self.provenance.clone(),
+            floats,
+        };
+        let mut rows = StripWriter::new(head, writer);
         for strip in self.strips() {
             rows.add(&strip)?;
         }
@@ -282,10 +371,13 @@ impl PictureFile {
         }
     }
 
-    fn parts(self, image: &SpectralImage) -> Vec<Part<'_>> {
-        match self {
+    /// Its parts, of which the first tells where it comes from.
+    fn parts<'a>(self, image: &'a SpectralImage, provenance: &Provenance) -> Vec<Part<'a>> {
+        let mut parts = match self {
             Self::Spectral => image.spectral_parts(),
             Self::Layers(primaries) => vec![image.layers_part(primaries)],
-        }
+        };
+        attributes::insert_texts(&mut parts[0].attributes, provenance.to_text_items());
+        parts
     }
 }

@@ -1,19 +1,31 @@
 //! The PNG that people look at.
 //!
 //! v = c 2^EV;   w = v for v <= 0.8,   w = 1 − 0.2 exp(−(v − 0.8)/0.2) above;   sRGB(w)
-//! `c` linear Rec.709 relative to the white of the image, EV the exposure. The curve is the identity
+//! `c` linear Rec.709 relative to the white of the image, in half floats as its plain image has them, EV the exposure. The curve is the identity
 //! up to 0.8 and then rolls off with a continuous slope, so that nothing clips hard.
 
 use std::io::Write;
+use std::path::Path;
 
 use ndarray::Array3;
+use ndarray::Axis;
+use ndarray::Slice;
 use niji_geometry::PixelRegion;
+use niji_radiometry::GamutPolicy;
+use niji_radiometry::RgbPrimaries;
 use niji_radiometry::srgb_encode;
 
 use crate::error::Error;
+use crate::exr_read;
 use crate::image_windows::ImageWindows;
+use crate::layers_file::PART;
+use crate::layers_file::RGB;
+use crate::part::as_half;
 use crate::provenance::Provenance;
 use crate::spectral_image::SpectralImage;
+
+/// Rows of a plain image that are read at a time.
+const ROWS_AT_A_TIME: usize = 64;
 
 /// Where the shoulder of the tone curve begins.
 const SHOULDER: f64 = 0.8;
@@ -39,13 +51,40 @@ pub struct Preview {
 
 impl Preview {
     /// Of a picture with these windows, before its first row.
-    pub fn new(windows: ImageWindows, exposure_ev: f64) -> Self {
+    pub fn new(windows: ImageWindows, exposure_ev: f64, provenance: Provenance) -> Self {
         Self {
             shown: windows.shown(),
             exposure_ev,
             codes: Vec::new(),
-            provenance: Provenance::default(),
+            provenance,
         }
+    }
+
+    /// That of a picture whose plain image, of Rec.709, stands in a file: all else is in the spectral image alone.
+    ///
+    /// # Errors
+    /// A file that is missing, damaged or no plain image; an exposure or a value that is not finite.
+    pub fn of_plain_image(
+        path: &Path,
+        exposure_ev: f64,
+        provenance: Provenance,
+    ) -> Result<Self, Error> {
+        let windows = exr_read::read_windows(path)?;
+        let mut preview = Self::new(windows, exposure_ev, provenance);
+        let height = windows.data.height_px as usize;
+        for top in (0..height).step_by(ROWS_AT_A_TIME) {
+            let rows = top..height.min(top + ROWS_AT_A_TIME);
+            let mut parts = exr_read::read_rows(path, (1, rows))?;
+            let mut part = parts.pop().ok_or_else(|| Error::missing("part", PART))?;
+            let (height, width) = part.size();
+            let mut rgb = Array3::zeros((3, height, width));
+            for (mut plane, name) in rgb.outer_iter_mut().zip(RGB) {
+                plane.assign(&part.take(name)?);
+            }
+            let pixels = part.windows.unwrap_or(windows).data;
+            preview.append(&cropped(rgb, pixels, preview.shown))?;
+        }
+        Ok(preview)
     }
 
     /// Adds the next rows.
@@ -53,14 +92,12 @@ impl Preview {
     /// # Errors
     /// An exposure or a value that is not finite.
     pub fn add(&mut self, rows: &SpectralImage) -> Result<(), Error> {
+        self.append(&shown_of(rows, self.shown))
+    }
+
+    fn append(&mut self, rgb: &Array3<f32>) -> Result<(), Error> {
         let first_row = self.codes.len() / (3 * self.shown.width_px.max(1) as usize);
-        append_codes(
-            &mut self.codes,
-            (&rows.shown_of(self.shown), first_row),
-            self.exposure_ev,
-        )?;
-        self.provenance.clone_from(&rows.provenance);
-        Ok(())
+        append_codes(&mut self.codes, (rgb, first_row), self.exposure_ev)
     }
 
     /// Writes it as 8-bit sRGB, with the provenance as text.
@@ -73,14 +110,43 @@ impl Preview {
     }
 }
 
+/// Pixels, by channel, row and column, that lie in what is shown; none may.
+fn cropped(mut rgb: Array3<f32>, pixels: PixelRegion, shown: PixelRegion) -> Array3<f32> {
+    let none = PixelRegion {
+        width_px: 0,
+        height_px: 0,
+        ..pixels
+    };
+    let shown = pixels.intersection(shown).unwrap_or(none);
+    let slice = |start: i32, origin: i32, n: u32| {
+        let first = start.abs_diff(origin) as usize;
+        Slice::from(first..first + n as usize)
+    };
+    rgb.slice_axis_inplace(Axis(1), slice(shown.y_px, pixels.y_px, shown.height_px));
+    rgb.slice_axis_inplace(Axis(2), slice(shown.x_px, pixels.x_px, shown.width_px));
+    rgb
+}
+
+fn shown_of(image: &SpectralImage, shown: PixelRegion) -> Array3<f32> {
+    let mut rgb = image.rgb(RgbPrimaries::Rec709, GamutPolicy::Desaturate);
+    rgb.par_mapv_inplace(as_half);
+    cropped(rgb, image.windows.data, shown)
+}
+
 impl SpectralImage {
+    /// Linear Rec.709 of the frame as a preview shows it, before exposure and tone curve: by channel, row and column.
+    #[must_use]
+    pub fn shown(&self) -> Array3<f32> {
+        shown_of(self, self.windows.shown())
+    }
+
     /// Writes a preview of the frame for people: 8-bit sRGB, see [`tone_curve`].
     ///
     /// # Errors
     /// An exposure or a value that is not finite, or a writer that fails.
     pub fn write_png(&self, writer: impl Write, exposure_ev: f64) -> Result<(), Error> {
         self.check_shape()?;
-        let mut preview = Preview::new(self.windows, exposure_ev);
+        let mut preview = Preview::new(self.windows, exposure_ev, self.provenance.clone());
         self.strips().try_for_each(|rows| preview.add(&rows))?;
         preview.write(writer)
     }

@@ -17,7 +17,6 @@ use std::path::Path;
 use ndarray::Array2;
 use ndarray::Array3;
 use ndarray::Axis as Dimension;
-use ndarray::Slice;
 use ndarray::Zip;
 use ndarray::parallel::prelude::*;
 use ndarray::s;
@@ -155,32 +154,6 @@ impl SpectralImage {
         rgb.permuted_axes([2, 0, 1])
     }
 
-    /// Linear Rec.709 of the frame as a preview shows it, before exposure and tone curve: by channel, row and column.
-    #[must_use]
-    pub fn shown(&self) -> Array3<f32> {
-        self.shown_of(self.windows.shown())
-    }
-
-    /// The same of the part of its pixels that lies in what is shown of a picture; none of it may.
-    pub(crate) fn shown_of(&self, shown: PixelRegion) -> Array3<f32> {
-        let mut rgb = self.rgb(RgbPrimaries::Rec709, GamutPolicy::Desaturate);
-        let data = self.windows.data;
-        let shown = data.intersection(shown).unwrap_or(PixelRegion {
-            width_px: 0,
-            height_px: 0,
-            ..data
-        });
-        let slice = |start: i32, origin: i32, n: u32| {
-            let first = start.abs_diff(origin) as usize;
-            Slice::from(first..first + n as usize)
-        };
-        let rows = slice(shown.y_px, data.y_px, shown.height_px);
-        let columns = slice(shown.x_px, data.x_px, shown.width_px);
-        rgb.slice_axis_inplace(Dimension(1), rows);
-        rgb.slice_axis_inplace(Dimension(2), columns);
-        rgb
-    }
-
     /// Reads a spectral image with its AOVs; one by another program too, if its wavelengths are
     /// equidistant.
     ///
@@ -200,7 +173,12 @@ impl SpectralImage {
     /// # Errors
     /// As [`Self::read_spectral`], but for [`Error::NoSpectra`].
     pub fn read_picture(path: &Path) -> Result<Self, Error> {
-        let mut parts = exr_read::read_parts(path)?.into_iter();
+        Self::of_parts(exr_read::read_parts(path)?)
+    }
+
+    /// The image in the parts of a file.
+    pub(crate) fn of_parts(parts: Vec<Part<'static>>) -> Result<Self, Error> {
+        let mut parts = parts.into_iter();
         let missing = || Error::missing("part", SPECTRAL_PART);
         let mut main = parts.next().ok_or_else(missing)?;
         let spectra = match (main.name.as_str(), main.halves.is_empty()) {
@@ -281,7 +259,6 @@ impl SpectralImage {
         part.windows = Some(self.windows);
         let white = AttributeValue::Number(self.white_luminance_cd_m2);
         part.attributes.insert(WHITE.to_owned(), white);
-        attributes::insert_texts(&mut part.attributes, self.provenance.to_text_items());
     }
 
     pub(crate) fn check_shape(&self) -> Result<(), Error> {

@@ -9,6 +9,7 @@
 //! two levels that changes its sign is 0 where both err.
 
 use ndarray::Array2;
+use ndarray::Zip;
 use niji_exchange::Aov;
 use niji_geometry::PixelRegion;
 use niji_scene::Effect;
@@ -75,11 +76,13 @@ impl ForeseenErrors {
                 return;
             };
             let plane = |part: Option<&SmallPicture>, margin: f64| {
-                Array2::from_shape_fn(all.dim(), |at| {
+                let mut plane = Array2::zeros(all.dim());
+                Zip::indexed(&mut plane).par_for_each(|at, value| {
                     let [right, down] = place.of(at);
                     let here = part.map_or(0.0, |it| it.at(right, down));
-                    ((everywhere + margin * here) * place.display_white_cd_m2) as f32
-                })
+                    *value = ((everywhere + margin * here) * place.display_white_cd_m2) as f32;
+                });
+                plane
             };
             let margin = if name == LEFT_OUT {
                 OF_LIGHT

@@ -15,6 +15,7 @@ use niji_render::DropOrders;
 use niji_render::LitDrops;
 use niji_render::MirroredLight;
 use niji_render::PictureLayer;
+use niji_render::Progress;
 use niji_render::RenderEffects;
 use niji_render::RenderRequest;
 use niji_render::Rendered;
@@ -410,10 +411,9 @@ impl PictureWork {
         watch: Watch,
     ) -> Result<SpectralImage, Error> {
         let watched = Watched::new(Stage::Render, region.n_pixels(), watch);
-        let next = &mut |_: &Rendered, _| rows_of_step(region);
-        let watch = |n| watched.add(n);
-        let (rendered, _) =
-            render_in_steps(&self.request(region), (&watch, Deadline::NEVER), next)?;
+        let progress: Progress = &|n| watched.add(n);
+        let watch = (progress, Deadline::NEVER);
+        let (rendered, _) = render_in_steps(&self.request(region), watch, rows_of_step(region))?;
         Ok(self.image(rendered, region, Provenance::default()))
     }
 }

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use niji_render::STRIP_BYTES;
 use niji_render::ask_for_memory;
 use niji_scene::Scene;
 use niji_scene::Stage;
@@ -61,9 +62,14 @@ impl PlannedScene {
         let mut stages = self.plan.stages.iter();
         let picture = stages.find(|planned| planned.stage == Stage::Render);
         // Its file at most, as numbers lie in memory.
-        let bytes = picture.and_then(|planned| planned.estimate.file_bytes);
-        let size_px = (region.width_px, region.height_px);
-        Ok(ask_for_memory(size_px, bytes.unwrap_or(0))?)
+        let of_all = picture.and_then(|planned| planned.estimate.file_bytes);
+        let of_all = of_all.unwrap_or(0);
+        let bytes = if self.plan.is_pictured_whole(&self.scene) {
+            of_all
+        } else {
+            of_all.min(STRIP_BYTES)
+        };
+        Ok(ask_for_memory((region.width_px, region.height_px), bytes)?)
     }
 
     /// Refuses a scene that sends no light at all.

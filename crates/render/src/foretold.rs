@@ -35,7 +35,7 @@ const LEAST_PX: u32 = 4;
 /// As those of [`render`](crate::render).
 pub fn foretold_seconds(request: &RenderRequest, now_s: Clock) -> Result<f64, Error> {
     request.check()?;
-    request.check_memory()?;
+    request.check_memory(request.region.height_px)?;
     let deadline = Deadline {
         now_s,
         ..Deadline::NEVER

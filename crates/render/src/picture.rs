@@ -10,6 +10,7 @@ use std::ops::Range;
 use glam::Vec4;
 use ndarray::Array2;
 use ndarray::s;
+use niji_geometry::PixelRegion;
 use niji_radiometry::Colorimetry;
 use rayon::prelude::*;
 
@@ -48,56 +49,80 @@ pub fn render(request: &RenderRequest, progress: &(dyn Fn(u64) + Sync)) -> Resul
         progress(n_pixels);
         ControlFlow::Continue(())
     };
-    let whole = &mut |_: &Rendered, _| u32::MAX;
-    let rendered = render_in_steps(request, (progress, Deadline::NEVER), whole);
+    let rendered = render_in_steps(request, (progress, Deadline::NEVER), u32::MAX);
     rendered.map(|(picture, _)| picture)
 }
 
-/// Render a region of a picture from top to bottom, in steps of whole rows.
+/// Render a region of a picture in steps of so many rows, as [`render_in_strips`] does, into memory.
 ///
-/// `next_rows` is asked before every step how many rows it takes (at least one is taken), and gets the picture
-/// and the number of rows that are finished: what it keeps of them needs not be rendered again. The picture does not
-/// depend on the steps; at the end of each, threads wait for each other.
+/// # Errors
+/// As [`render_in_strips`].
+pub fn render_in_steps(
+    request: &RenderRequest,
+    watch: (Progress, Deadline),
+    n_rows: u32,
+) -> Result<(Rendered, Spent), Error> {
+    request.check()?;
+    let region = request.region;
+    request.check_memory(region.height_px)?;
+    let mut picture: Option<Rendered> = None;
+    let mut take = |strip: PixelRegion, rows: Rendered| {
+        if strip == region {
+            picture = Some(rows);
+        } else {
+            let picture = picture.get_or_insert_with(|| rows.dark_of_height(region.height_px));
+            picture.put_rows(strip.y_px.abs_diff(region.y_px) as usize, &rows);
+        }
+        ControlFlow::Continue(())
+    };
+    let spent = render_in_strips(request, watch, n_rows, &mut take)?;
+    let picture = picture.expect("a region that was checked has rows");
+    Ok((picture, spent))
+}
+
+/// Render a region of a picture from the top in steps of so many rows, at least one: `take` gets finished rows and where
+/// they lie, and may stop it. No more of the picture than a step is in memory. It does not depend on the steps; at the
+/// end of each, threads wait for each other.
 ///
 /// A picture with a deadline is one step. The same request with what there was time for in it, and all paths of the
 /// level, gives the same picture without one.
 ///
 /// # Errors
 /// As [`render`]; [`Error::Stopped`].
-pub fn render_in_steps(
+pub fn render_in_strips(
     request: &RenderRequest,
     (progress, deadline): (Progress, Deadline),
-    next_rows: &mut dyn FnMut(&Rendered, u32) -> u32,
-) -> Result<(Rendered, Spent), Error> {
+    n_rows: u32,
+    take: &mut dyn FnMut(PixelRegion, Rendered) -> ControlFlow<()>,
+) -> Result<Spent, Error> {
     let has_end = deadline.end_s.is_finite();
     request.check()?;
-    request.check_memory()?;
-    let tracer = tracer(request, (progress, deadline))?;
-    let height = request.region.height_px as usize;
-    let n_pixels = request.region.n_pixels();
-    let mut taken = Taken::dark(&tracer, request);
-    let (mut traced, mut finished) = (0, 0);
+    let whole = request.region;
+    let n_rows = if has_end { u32::MAX } else { n_rows.max(1) };
+    request.check_memory(n_rows.min(whole.height_px))?;
+    let mut tracer = tracer(request, (progress, deadline))?;
+    let height = whole.height_px as usize;
+    let n_pixels = whole.n_pixels();
+    let (mut taken, mut traced, mut finished): (Option<Taken>, _, _) = (None, 0, 0);
     let mut coarser_rays = request.coarser_rays;
     let (mut more_rays_s, mut more_rays) = (0.0, MoreRays::default());
     while traced < height {
-        let n_rows = if has_end {
-            height
-        } else {
-            next_rows(&taken.picture, finished as u32).max(1) as usize
-        };
-        let step = traced..traced.saturating_add(n_rows).min(height);
-        taken.trace(&tracer, &step, progress)?;
-        traced = step.end;
+        let end = traced.saturating_add(n_rows as usize).min(height);
+        tracer.region = rows_of(whole, finished..end);
+        let strip = Taken::below(taken.take(), &tracer, (request, traced - finished));
+        let strip = taken.insert(strip);
+        strip.trace(&tracer, &(traced - finished..end - finished), progress)?;
+        traced = end;
         // The last rows wait for the neighbors below them.
         let known = if traced == height {
             height
         } else {
-            traced.saturating_sub(REACH_PX as usize)
+            traced.saturating_sub(REACH_PX as usize).max(finished)
         };
-        let rows = finished..known;
-        taken.add_missed(&tracer, &rows);
+        let rows = 0..known - finished;
+        strip.add_missed(&tracer, &rows);
         if let Some(tolerance_cd_m2) = request.tolerance_cd_m2 {
-            let (picture, refining) = taken.refining(&rows);
+            let (picture, refining) = strip.refining(&rows);
             if has_end {
                 coarser_rays = tracer.affordable(picture, &refining, (tolerance_cd_m2, deadline));
             }
@@ -108,10 +133,13 @@ pub fn render_in_steps(
             more_rays_s += (deadline.now_s)() - start_s;
         }
         tracer.frame.check_rows()?;
+        if !rows.is_empty() && take(rows_of(whole, finished..known), strip.give(rows)).is_break() {
+            return Err(Error::Stopped);
+        }
         finished = known;
     }
     let multiple = tracer.frame.multiple.as_ref();
-    let spent = Spent {
+    Ok(Spent {
         afforded: Afforded {
             coarser_rays,
             paths_per_node: multiple.map(|it| it.n_paths),
@@ -119,8 +147,16 @@ pub fn render_in_steps(
         paths_s: multiple.map_or(0.0, |it| it.seconds),
         more_rays_s,
         more_rays,
-    };
-    Ok((taken.picture, spent))
+    })
+}
+
+/// Some rows of a region.
+fn rows_of(region: PixelRegion, rows: Range<usize>) -> PixelRegion {
+    PixelRegion {
+        y_px: region.y_px.saturating_add(rows.start as i32),
+        height_px: rows.len() as u32,
+        ..region
+    }
 }
 
 /// What follows the rays of a picture.
@@ -160,16 +196,49 @@ pub(crate) struct Taken {
 impl Taken {
     /// A black one of the tracer's region; what stands around it is seen.
     pub(crate) fn dark(tracer: &RayTracer, request: &RenderRequest) -> Self {
-        let region = tracer.region;
+        let whole = RenderRequest {
+            region: tracer.region,
+            ..*request
+        };
+        Self::below(None, tracer, (&whole, 0))
+    }
+
+    /// A black one of the tracer's region, which are rows of the request's: those that follow on the ones above, with as
+    /// many of these. What stands beside them is seen, above the first and below the last, too.
+    fn below(
+        above: Option<Self>,
+        tracer: &RayTracer,
+        (request, n_kept): (&RenderRequest, usize),
+    ) -> Self {
+        let (region, whole) = (tracer.region, request.region);
         let [width, height] = [region.width_px, region.height_px].map(|it| it as usize);
         let reach = REACH_PX as usize;
-        let mut lights_around = Array2::default((height + 2 * reach, width + 2 * reach));
-        tracer.trace_around(&mut lights_around);
-        Self {
-            picture: Rendered::dark([request.wavelengths.len(), height, width], request.layers()),
-            lights_around,
-            lattice: RayLattice::over(tracer, region),
+        let size = [request.wavelengths.len(), height, width];
+        let mut taken = Self {
+            picture: Rendered::dark(size, request.layers()),
+            lights_around: Array2::default((height + 2 * reach, width + 2 * reach)),
+            lattice: RayLattice::over(tracer, whole),
+        };
+        let mut new_rows = region.y_px.saturating_add(n_kept as i32)..region.bottom() as i32;
+        if let Some(above) = above {
+            // Light is known two rows higher.
+            let first = above.lights_around.nrows() - reach - n_kept - reach;
+            let known = above.lights_around.slice(s![first.., ..]);
+            let kept = known.slice(s![..n_kept + reach, ..]);
+            (taken.lights_around.slice_mut(s![..n_kept + reach, ..])).assign(&kept);
+            let n_above = above.picture.radiance.dim().1;
+            taken
+                .picture
+                .put_rows(0, &above.picture.rows(n_above - n_kept..n_above));
+            taken.lattice = above.lattice;
+        } else {
+            new_rows.start -= reach as i32;
         }
+        if region.bottom() == whole.bottom() {
+            new_rows.end += reach as i32;
+        }
+        tracer.trace_around(whole, &new_rows, &mut taken.lights_around);
+        taken
     }
 
     /// Follow rays for the pixels of some rows.
@@ -208,6 +277,15 @@ impl Taken {
                 )?;
         }
         Ok(())
+    }
+
+    /// Finished rows from the top.
+    fn give(&mut self, rows: Range<usize>) -> Rendered {
+        if rows.len() == self.picture.radiance.dim().1 {
+            let none = self.picture.dark_of_height(0);
+            return std::mem::replace(&mut self.picture, none);
+        }
+        self.picture.rows(rows)
     }
 
     /// Forget what pixels follow from, as if no ray had been followed.

@@ -169,6 +169,22 @@ impl Rendered {
         }
     }
 
+    /// A black one with as many columns and wavelengths and the same layers.
+    pub(crate) fn dark_of_height(&self, height_px: u32) -> Self {
+        let (n_wavelengths, _, width) = self.radiance.dim();
+        let size = [n_wavelengths, height_px as usize, width];
+        Self::dark(size, self.layers().map(|(layer, _)| layer))
+    }
+
+    /// Put rows of one with the same layers in their place, of which this is the first.
+    pub(crate) fn put_rows(&mut self, first: usize, rows: &Self) {
+        let place = s![.., first..first + rows.radiance.dim().1, ..];
+        self.radiance.slice_mut(place).assign(&rows.radiance);
+        for ((_, all), (_, rows)) in self.layers.iter_mut().zip(&rows.layers) {
+            all.slice_mut(place).assign(rows);
+        }
+    }
+
     /// The layers that were wanted, by channel, row and column.
     pub fn layers(&self) -> impl Iterator<Item = (PictureLayer, &Array3<f32>)> {
         self.layers.iter().map(|(layer, values)| (*layer, values))

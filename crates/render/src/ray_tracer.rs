@@ -1,5 +1,7 @@
 //! Rays for the pixels of a region.
 
+use std::ops::Range;
+
 use glam::DVec3;
 use glam::Vec4;
 use ndarray::Array2;
@@ -83,10 +85,25 @@ impl RayTracer<'_> {
         (x, y)
     }
 
-    /// Look at the pixels around the region, whose own lights_around are there.
-    pub(crate) fn trace_around(&self, lights_around: &mut Array2<PixelLight>) {
+    /// Look at the pixels around a picture that stand in some rows of the frame, which reach no farther beyond the
+    /// tracer's region than the light that is kept.
+    pub(crate) fn trace_around(
+        &self,
+        picture: PixelRegion,
+        rows: &Range<i32>,
+        lights_around: &mut Array2<PixelLight>,
+    ) {
         let reach = REACH_PX as i32;
-        for strip in apron(self.region) {
+        for strip in apron(picture) {
+            let strip = PixelRegion {
+                y_px: rows.start,
+                height_px: (rows.end - rows.start).unsigned_abs(),
+                ..strip
+            }
+            .intersection(strip);
+            let Some(strip) = strip else {
+                continue;
+            };
             let width = u64::from(strip.width_px);
             let mut lattice = RayLattice::over(self, strip);
             lattice.reach(self, &(strip.y_px..strip.y_px + strip.height_px as i32));

@@ -26,6 +26,7 @@ use crate::levels::RenderLevels;
 use crate::levels::SkyModel;
 use crate::lit_drops::LitDrops;
 use crate::picture_layers::PictureLayer;
+use crate::picture_layers::Rendered;
 use crate::sun_direction::UNIT_TOLERANCE;
 use crate::sun_direction::check_sun_direction;
 use crate::surfaces::Eye;
@@ -34,6 +35,9 @@ use crate::water_surface::WaterSurface;
 
 /// How far drops may be outside the table's sizes: the rounding of files in f32.
 const SIZE_TOLERANCE: f64 = 1e-5;
+
+/// Memory of the rows of a picture that are made at a time to be written, unless they are no more than a few.
+pub const STRIP_BYTES: u64 = 64 << 20;
 
 /// Most steps of a literal march, or of a path through air.
 const MAX_STEPS: f64 = 1e6;
@@ -185,13 +189,18 @@ impl<'a> RenderRequest<'a> {
         }
     }
 
-    /// Ask for the memory of the picture before a ray is followed: a refusal later would end the program.
-    pub(crate) fn check_memory(&self) -> Result<(), Error> {
-        let bytes = self
-            .region
-            .n_pixels()
-            .saturating_mul(self.bytes_per_pixel());
-        ask_for_memory((self.region.width_px, self.region.height_px), bytes)
+    /// Ask for the memory of rows of the picture before a ray is followed: a refusal later would end the program.
+    pub(crate) fn check_memory(&self, n_rows: u32) -> Result<(), Error> {
+        let n_pixels = u64::from(self.region.width_px) * u64::from(n_rows);
+        let bytes = n_pixels.saturating_mul(self.bytes_per_pixel());
+        ask_for_memory((self.region.width_px, n_rows), bytes)
+    }
+
+    /// The picture without rows.
+    #[must_use]
+    pub fn no_rows(&self) -> Rendered {
+        let size = [self.wavelengths.len(), 0, self.region.width_px as usize];
+        Rendered::dark(size, self.layers())
     }
 
     /// What the picture holds beside its spectra; of an effect that is off nothing.
@@ -209,7 +218,7 @@ impl<'a> RenderRequest<'a> {
     }
 
     /// What all arrays of the picture, and the light of neighbors that its error is estimated from, take.
-    pub(crate) fn bytes_per_pixel(&self) -> u64 {
+    pub fn bytes_per_pixel(&self) -> u64 {
         let n_channels: usize = self.layers().map(|layer| layer.channels().len()).sum();
         let n_planes = self.wavelengths.len() + n_channels;
         (n_planes * size_of::<f32>() + size_of::<PixelLight>()) as u64

@@ -26,13 +26,14 @@ use niji_render::Error;
 use niji_render::LitDrops;
 use niji_render::PictureLayer;
 use niji_render::PixelFootprint;
+use niji_render::Progress;
 use niji_render::RenderRequest;
 use niji_render::Rendered;
 use niji_render::STANDARD_ERRORS;
 use niji_render::SunPath;
 use niji_render::Toggle;
 use niji_render::render;
-use niji_render::render_in_steps;
+use niji_render::render_in_strips;
 use slab_photons::Slab;
 use slab_photons::all_orders;
 
@@ -583,9 +584,8 @@ fn whoever_waits_stops_the_paths_before_the_first_pixel() {
             _ => ControlFlow::Break(()),
         }
     };
-    let stopped = render_in_steps(&request, (&stop_soon, Deadline::NEVER), &mut |_, _| {
-        panic!("no row is due")
-    });
+    let watch = (&stop_soon as Progress, Deadline::NEVER);
+    let stopped = render_in_strips(&request, watch, 1, &mut |_, _| panic!("no row is due"));
     assert_eq!(stopped, Err(Error::Stopped));
     // Paths that other threads were at.
     let n_heard = n_heard.into_inner();

@@ -4,6 +4,7 @@
 
 mod common;
 
+use std::ops::ControlFlow;
 use std::sync::atomic::AtomicU32;
 use std::sync::atomic::Ordering;
 
@@ -37,6 +38,7 @@ use niji_render::Surfaces;
 use niji_render::Toggle;
 use niji_render::render;
 use niji_render::render_in_steps;
+use niji_render::render_in_strips;
 use niji_render::unwatched;
 
 use common::air;
@@ -226,8 +228,7 @@ fn in_time(request: &RenderRequest, seconds: f64) -> (Rendered, Afforded) {
         now_s: &|| f64::from(looks.fetch_add(1, Ordering::Relaxed)),
         end_s: seconds,
     };
-    let mut next = |_: &Rendered, _| panic!("it is one step");
-    let (picture, spent) = render_in_steps(request, (&unwatched, deadline), &mut next).unwrap();
+    let (picture, spent) = render_in_steps(request, (&unwatched, deadline), 1).unwrap();
     assert!(spent.more_rays.change > 0.0 || spent.afforded.coarser_rays > 1.0);
     (picture, spent.afforded)
 }
@@ -383,28 +384,31 @@ fn a_picture_larger_than_any_memory_is_refused_before_a_ray_is_followed() {
 }
 
 #[test]
-fn steps_do_not_change_a_bit_and_their_finished_rows_stay() {
+fn strips_do_not_change_a_bit_and_follow_on_each_other() {
     let world = World::new();
     with_each_request(&world, |whole| {
         let picture = rendered(whole);
-        for n_rows in [0, 1, 2, 5, 16, 17] {
-            let mut last = 0;
-            let mut check = |so_far: &Rendered, n_finished: u32| {
-                assert!(n_finished >= last && (n_finished as usize) < HEIGHT);
-                last = n_finished;
-                for ((name, so_far), (_, whole)) in planes(so_far).iter().zip(planes(&picture)) {
-                    let n = n_finished as usize;
-                    let finished = s![.., ..n, ..];
-                    assert!(
-                        so_far.slice(finished) == whole.slice(finished),
-                        "{name}, {n}"
-                    );
-                }
-                n_rows
+        for n_rows in [0, 1, 2, 5, 16, 17, HEIGHT as u32] {
+            let mut next = 0;
+            let mut check = |strip: PixelRegion, rows: Rendered| {
+                let first = strip.y_px.abs_diff(whole.region.y_px) as usize;
+                assert_eq!((first, strip.x_px), (next, whole.region.x_px));
+                next += strip.height_px as usize;
+                assert!(rows == picture.rows(first..next), "{n_rows}, {strip}");
+                ControlFlow::Continue(())
             };
             let watch = (&unwatched as Progress, Deadline::NEVER);
-            let (stepped, _) = render_in_steps(whole, watch, &mut check).unwrap();
+            render_in_strips(whole, watch, n_rows, &mut check).unwrap();
+            assert_eq!(next, HEIGHT, "{n_rows}");
+            let (stepped, _) = render_in_steps(whole, watch, n_rows).unwrap();
             assert!(stepped == picture, "steps of {n_rows} rows");
         }
+        let watch = (&unwatched as Progress, Deadline::NEVER);
+        let mut n_taken = 0;
+        let stopped = render_in_strips(whole, watch, 5, &mut |_, _| {
+            n_taken += 1;
+            ControlFlow::Break(())
+        });
+        assert_eq!((stopped, n_taken), (Err(Error::Stopped), 1));
     });
 }

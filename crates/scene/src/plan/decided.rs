@@ -12,12 +12,14 @@ use crate::accuracy::Levels;
 use crate::effect::Effect;
 use crate::effect::Role;
 use crate::effect_switches::Switch;
+use crate::scene::Scene;
 use crate::sections::Sun;
 use crate::sky_level::SkyLevel;
 
 use super::bound::Bound;
 use super::bound::BoundTerms;
 use super::decide;
+use super::resources::is_pictured_whole;
 use super::scattering_need::ScatteringNeed;
 use super::stages::Stage;
 use super::stages::StagePlan;
@@ -116,6 +118,11 @@ impl Plan {
         self.effects
             .iter()
             .any(|decision| decision.effect == effect && decision.on)
+    }
+
+    /// Whether all of a scene's picture is in memory before it is written.
+    pub fn is_pictured_whole(&self, scene: &Scene) -> bool {
+        is_pictured_whole(scene, self.is_on(Effect::MotionBlur))
     }
 
     /// The effects that are simulated.

@@ -17,12 +17,14 @@ use niji_exchange::DensityLaw;
 use niji_exchange::DiffuseLight;
 use niji_exchange::n_moments;
 use niji_radiometry::WavelengthGrid;
+use niji_render::STRIP_BYTES;
 use niji_scatter::N_PHASE_ANGLES;
 use niji_scatter::NumberOfAngles;
 use niji_scatter::number_of_angles;
 
 use crate::effect::Effect;
 use crate::scene::Scene;
+use crate::sections::Spectral;
 
 use super::drop_summary::DropSummary;
 use super::facts::Situation;
@@ -63,8 +65,12 @@ const RENDER_WORK_BYTES: f64 = 16.0 * MIB;
 /// Copies of a table while it is written, and while it is read.
 const TABLE_COPIES: (f64, f64) = (2.1, 1.7);
 
-/// A picture, and the part of it that is being compressed.
+/// What is in memory of a picture, and the part of it that is being compressed.
 const PICTURE_COPIES: f64 = 1.5;
+
+/// Rows of a picture that are made at a time: as they are rendered, as layers, packed, and saved if they take long; and
+/// pixels around them that others follow from.
+const STRIP_COPIES: f64 = 8.0;
 
 /// Bytes of a node of drops: as the file's grids and the volume made of them, then in bricks of 9^3
 /// nodes of four lanes and M2 once more.
@@ -184,6 +190,12 @@ pub(super) fn refusal(
     sound.err()
 }
 
+/// Whether all of a picture is in memory before it is written: the mean of several instants, or one whose spectra are
+/// packed as all of its pixels allow.
+pub(super) fn is_pictured_whole(scene: &Scene, is_blurred: bool) -> bool {
+    is_blurred || scene.picture.spectral != Spectral::Full
+}
+
 /// Of the picture with all its layers; its file is compressed, and smaller.
 pub(super) fn picture(
     scene: &Scene,
@@ -199,6 +211,12 @@ pub(super) fn picture(
     let surface = f64::from(u8::from(scene.has_surfaces()));
     let planes = situation.grid.len() as f64 + PLANES + n_more as f64 + surface;
     let picture = NUMBER_BYTES * planes * width * height;
+    let strip = picture.min(STRIP_BYTES as f64);
+    let of_picture = if is_pictured_whole(scene, on.contains(&Effect::MotionBlur)) {
+        PICTURE_COPIES * picture
+    } else {
+        0.0
+    };
     // Drops keep a second way of the light, and the table both its polarizations.
     let n_mirrored = f64::from(u8::from(on.contains(&Effect::ReflectionBow)));
     let bricks = BRICK_NODE_BYTES * (1.0 + n_mirrored);
@@ -206,7 +224,8 @@ pub(super) fn picture(
     let table_copies = TABLE_COPIES.1 + 2.0 * n_mirrored;
     let memory = PROGRAM_BYTES
         + RENDER_WORK_BYTES
-        + PICTURE_COPIES * picture
+        + STRIP_COPIES * strip
+        + of_picture
         + nodes
         + table.map_or(0.0, |table| table_copies * table.file_bytes as f64);
     Resources::new(memory, picture)
