@@ -196,8 +196,10 @@ impl Temporary {
         let file = locked_file(folder).map_err(|error| failed(path, &error))?;
         let name = file.path().to_owned();
         guarded(&UNFINISHED).insert(name.clone());
-        let _name = Unfinished(name);
-        Ok(Self { file, _name })
+        Ok(Self {
+            file,
+            _name: Unfinished(name),
+        })
     }
 
     /// Another handle of it.

@@ -15,6 +15,7 @@ pub(crate) mod photo;
 pub(crate) mod render;
 pub(crate) mod saved_rows;
 pub(crate) mod scatter;
+pub(crate) mod shown;
 pub(crate) mod sky;
 pub(crate) mod tile;
 

@@ -1,21 +1,16 @@
 //! The stage `render`: drops, scattering and air become a picture.
 
-use std::fs::File;
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::path::PathBuf;
 use std::time::Instant;
 
 use niji_exchange::BeyondHalf;
-use niji_exchange::Held;
-use niji_exchange::ImageWindows;
 use niji_exchange::PictureFile;
 use niji_exchange::PictureHead;
-use niji_exchange::Preview;
 use niji_exchange::Provenance;
 use niji_exchange::Spectra;
 use niji_exchange::SpectralImage;
-use niji_exchange::StripReader;
 use niji_exchange::StripWriter;
 use niji_geometry::PixelRegion;
 use niji_picture::Error;
@@ -33,11 +28,9 @@ use niji_render::Progress;
 use niji_render::Spent;
 use niji_render::render_in_steps;
 use niji_scene::Picture;
-use niji_scene::Primaries;
 
 use crate::failure::Failure;
 use crate::output;
-use crate::output::Temporary;
 use crate::progress;
 use crate::progress::Verbosity;
 use crate::stages;
@@ -50,6 +43,7 @@ use crate::stages::perform;
 use crate::stages::saved_rows;
 use crate::stages::saved_rows::Saving;
 use crate::stages::saved_rows::Work;
+use crate::stages::shown::Shown;
 use crate::stages::tile::Tile;
 
 /// Name of the spectral image in the folder of a run.
@@ -162,221 +156,8 @@ pub(crate) fn make_until(
     Ok((done, spent.afforded))
 }
 
-/// How a picture is shown: the plain image and the preview beside the spectral image, made anew without it where it is
-/// shown otherwise.
-struct Shown<'a> {
-    picture: Picture,
-    stage: RenderStage<'a>,
-    files: [PathBuf; 2],
-}
-
-impl<'a> Shown<'a> {
-    fn of(stage: &RenderStage<'a>) -> Result<Self, Failure> {
-        let settings = stage.settings;
-        if settings.shown != settings.picture && stage.target.region != settings.whole()? {
-            return Err(Failure::Usage(format!(
-                "tiles are shown as their picture was decided on, at picture.exposure_ev = {}, found {}: plan it anew, \
-                 or leave --tiles and --region out",
-                settings.picture.exposure_ev, settings.shown.exposure_ev
-            )));
-        }
-        Ok(Self {
-            picture: settings.shown,
-            stage: *stage,
-            files: companions(stage.target.path),
-        })
-    }
-
-    /// What the plain image is asked for with, which is the same at any exposure.
-    fn layers(&self) -> Result<Request<'_>, Failure> {
-        let decided = self.stage.settings.picture;
-        self.of_picture(
-            Picture {
-                exposure_ev: decided.exposure_ev,
-                ..self.picture
-            },
-            &self.files[0],
-        )
-    }
-
-    fn preview(&self) -> Result<Request<'_>, Failure> {
-        self.of_picture(self.picture, &self.files[1])
-    }
-
-    /// The request of the picture if it had been decided on for this.
-    fn of_picture<'b>(&'b self, picture: Picture, file: &'b Path) -> Result<Request<'b>, Failure> {
-        let settings = PictureSettings {
-            picture,
-            ..self.stage.settings.clone()
-        };
-        let stage = RenderStage {
-            settings: &settings,
-            ..self.stage
-        };
-        let Request { settings, .. } = request(&stage)?;
-        Ok(Request {
-            settings,
-            outputs: vec![file],
-            ..request(&self.stage)?
-        })
-    }
-
-    /// Refuses files of others before anything is rendered.
-    fn check_free(&self, options: StageOptions) -> Result<(), Failure> {
-        let [plain, preview] = &self.files;
-        output::check_distinct(&[self.stage.target.path, plain, preview])?;
-        stages::check_free_to_make(&self.layers()?, options)?;
-        stages::check_free_to_make(&self.preview()?, options)
-    }
-
-    /// Both, before the first row of the picture.
-    fn rows(&self) -> Result<ShownRows, Failure> {
-        let [plain, _] = &self.files;
-        let pixels = self.stage.target.region;
-        let camera = &self.stage.settings.camera;
-        let windows = ImageWindows {
-            data: pixels,
-            display: PixelRegion::frame(camera.width_px, camera.height_px),
-        };
-        let of_preview = stages::provenance(&self.preview()?)?;
-        let of_layers = stages::provenance(&self.layers()?)?;
-        let temporary = Temporary::beside(plain)?;
-        let handle = temporary.handle();
-        let handle = handle.map_err(|error| output::failed(plain, &error))?;
-        let head = self.layers_head(pixels, of_layers.clone());
-        Ok(ShownRows {
-            layers: StripWriter::new(head, handle),
-            temporary,
-            preview: Preview::new(windows, self.picture.exposure_ev, of_preview.clone()),
-            provenances: [of_layers, of_preview],
-            plain: plain.clone(),
-        })
-    }
-
-    fn layers_head(&self, pixels: PixelRegion, provenance: Provenance) -> PictureHead {
-        PictureHead {
-            file: PictureFile::Layers(self.picture.primaries.into()),
-            pixels,
-            provenance,
-            floats: BeyondHalf::default(),
-        }
-    }
-
-    /// Makes both, after `done`, of rows as they were rendered, or of what stands in the file.
-    fn make(
-        &self,
-        rows: Option<ShownRows>,
-        done: Done,
-        options: StageOptions,
-    ) -> Result<Done, Failure> {
-        // Of those that are there the image is told.
-        let options = StageOptions {
-            verbosity: Verbosity::Quiet,
-            ..options
-        };
-        let [plain, preview] = &self.files;
-        let (layers, rows) = rows.map(ShownRows::finish).transpose()?.unzip();
-        let made_layers = perform(&self.layers()?, options, |provenance| {
-            match layers.flatten() {
-                Some((made_for, layers)) if made_for == provenance => layers.copy_to(plain),
-                _ => self.layers_of_file(provenance),
-            }
-        })?;
-        let made_preview = perform(&self.preview()?, options, |provenance| match rows {
-            Some((made_for, rows)) if made_for == provenance => {
-                output::write_file(preview, |writer| rows.write(writer))
-            }
-            _ => self.preview_of_file(provenance),
-        })?;
-        Ok(Done {
-            files: [done.files, made_layers.files, made_preview.files].concat(),
-            up_to_date: done.up_to_date && made_layers.up_to_date && made_preview.up_to_date,
-            seconds: done.seconds + made_layers.seconds + made_preview.seconds,
-            ..done
-        })
-    }
-
-    fn layers_of_file(&self, provenance: Provenance) -> Result<(), Failure> {
-        let (path, plain) = (self.stage.target.path, &self.files[0]);
-        let damaged = |error| Failure::bad_input(path, error);
-        let mut floats = BeyondHalf::default();
-        loop {
-            let (rows, image) = StripReader::open(path, Held::All).map_err(damaged)?;
-            let head = PictureHead {
-                floats,
-                ..self.layers_head(image.windows.data, provenance.clone())
-            };
-            let failed = |error| output::failed(plain, &error);
-            let temporary = Temporary::beside(plain)?;
-            let handle = temporary.handle();
-            let mut layers = StripWriter::new(head, handle.map_err(|error| failed(error.into()))?);
-            for rows in rows {
-                layers.add(&rows.map_err(damaged)?).map_err(failed)?;
-            }
-            let beyond = layers.finish().map_err(failed)?;
-            if beyond.is_empty() {
-                return temporary.copy_to(plain);
-            }
-            // Half floats do not hold all of them.
-            floats = beyond;
-        }
-    }
-
-    fn preview_of_file(&self, provenance: Provenance) -> Result<(), Failure> {
-        let [plain, file] = &self.files;
-        let exposure_ev = self.picture.exposure_ev;
-        if self.picture.primaries == Primaries::Rec709 {
-            let preview = Preview::of_plain_image(plain, exposure_ev, provenance);
-            let preview = preview.map_err(|error| Failure::bad_input(plain, error))?;
-            return output::write_file(file, |writer| preview.write(writer));
-        }
-        let path = self.stage.target.path;
-        let damaged = |error| Failure::bad_input(path, error);
-        let (rows, image) = StripReader::open(path, Held::Light).map_err(damaged)?;
-        let mut preview = Preview::new(image.windows, exposure_ev, provenance);
-        for rows in rows {
-            let added = preview.add(&rows.map_err(damaged)?);
-            added.map_err(|error| output::failed(file, &error))?;
-        }
-        output::write_file(file, |writer| preview.write(writer))
-    }
-}
-
-/// The plain image and the preview while rows of the picture are rendered.
-struct ShownRows {
-    layers: StripWriter<File>,
-    temporary: Temporary,
-    preview: Preview,
-    /// What they are made for.
-    provenances: [Provenance; 2],
-    plain: PathBuf,
-}
-
-/// Something, and what it was made for.
-type MadeFor<T> = (Provenance, T);
-
-impl ShownRows {
-    fn add(&mut self, rows: &SpectralImage) -> Result<(), Failure> {
-        let added = self.layers.add(rows).and_then(|()| self.preview.add(rows));
-        added.map_err(|error| output::failed(&self.plain, &error))
-    }
-
-    /// The plain image, unless half floats do not hold its light, and the preview.
-    #[allow(
-        clippy::type_complexity,
-        reason = "two files, each with what it was made for"
-    )]
-    fn finish(self) -> Result<(Option<MadeFor<Temporary>>, MadeFor<Preview>), Failure> {
-        let beyond = self.layers.finish();
-        let beyond = beyond.map_err(|error| output::failed(&self.plain, &error))?;
-        let [of_layers, of_preview] = self.provenances;
-        let layers = beyond.is_empty().then_some((of_layers, self.temporary));
-        Ok((layers, (of_preview, self.preview)))
-    }
-}
-
 /// What the spectral image of a picture is asked for with.
-fn request<'a>(stage: &RenderStage<'a>) -> Result<Request<'a>, Failure> {
+pub(super) fn request<'a>(stage: &RenderStage<'a>) -> Result<Request<'a>, Failure> {
     let RenderStage {
         settings,
         inputs,

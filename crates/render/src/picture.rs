@@ -76,7 +76,8 @@ pub fn render_in_steps(
         ControlFlow::Continue(())
     };
     let spent = render_in_strips(request, watch, n_rows, &mut take)?;
-    let picture = picture.expect("a region that was checked has rows");
+    // A region that was checked has rows.
+    let picture = picture.unwrap_or_else(|| request.no_rows());
     Ok((picture, spent))
 }
 
