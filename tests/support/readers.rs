@@ -10,8 +10,12 @@ use niji_dropfield::DensityMeans;
 use niji_dropfield::DropVolume;
 use niji_dropfield::EffectiveRadius;
 use niji_exchange::AtmosphereTable;
+use niji_exchange::Held;
+use niji_exchange::Preview;
+use niji_exchange::Provenance;
 use niji_exchange::ScatteringTable;
 use niji_exchange::SpectralImage;
+use niji_exchange::StripReader;
 use niji_exchange::TableFile;
 use niji_exchange::contents;
 use niji_exchange::read_plain;
@@ -113,6 +117,10 @@ fn vdb(path: &Path) -> bool {
 fn table(path: &Path) -> bool {
     let _ = read_provenance(path);
     let _ = contents(path);
+    let _ = Preview::of_plain_image(path, 0.0, Provenance::default());
+    if let Ok((rows, _)) = StripReader::open(path, Held::All) {
+        let _ = rows.map(|it| it.is_ok()).filter(|is_ok| *is_ok).count();
+    }
     let is_image = read_plain(path).is_ok() | SpectralImage::read_picture(path).is_ok();
     let Ok(file) = TableFile::read(path) else {
         return is_image;

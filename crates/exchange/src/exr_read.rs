@@ -17,6 +17,7 @@ use exr::block::chunk::CompressedBlock;
 use exr::block::chunk::TileCoordinates;
 use exr::block::lines::LineIndex;
 use exr::compression::Compression;
+use exr::math::Vec2;
 use exr::meta::BlockDescription;
 use exr::meta::MetaData;
 use exr::meta::attribute::AttributeValue as ExrValue;
@@ -106,7 +107,7 @@ fn read_from(source: impl Read + Seek, file_bytes: u64) -> Result<Vec<Part<'stat
     check_sizes(reader.meta_data(), 0, file_bytes)?;
     let meta_data = reader.meta_data().clone();
     let headers = &meta_data.headers;
-    check_memory(headers)?;
+    check_memory(headers, 0..usize::MAX)?;
     let whole = |header: &Header| Page::new(header, 0..header.layer_size.height());
     let pages = headers.iter().map(whole);
     let mut pages = pages.collect::<Result<Vec<_>, _>>()?;
@@ -136,6 +137,7 @@ pub(crate) fn read_rows(
         check_sizes(reader.meta_data(), 0, file_bytes)?;
         let meta_data = reader.meta_data().clone();
         let headers = &meta_data.headers[..n_parts.min(meta_data.headers.len())];
+        check_memory(headers, rows.clone())?;
         let pages = headers.iter().map(|header| {
             let height = header.layer_size.height();
             Page::new(header, rows.start.min(height)..rows.end.min(height))
@@ -218,11 +220,13 @@ fn check_sizes(meta_data: &MetaData, header_bytes: u64, file_bytes: u64) -> Resu
     Ok(())
 }
 
-/// Refuses more pixels than fit into memory.
-fn check_memory(headers: &[Header]) -> Result<(), Error> {
+/// Refuses more pixels of some rows than fit into memory.
+fn check_memory(headers: &[Header], rows: Range<usize>) -> Result<(), Error> {
     let n_samples = |header: &Header| {
+        let Vec2(width, height) = header.layer_size;
+        let n_rows = rows.end.min(height).saturating_sub(rows.start);
         let n_channels = header.channels.list.len() as u128;
-        n_channels * header.layer_size.area() as u128
+        n_channels * n_rows as u128 * width as u128
     };
     let needed = Bytes(4 * headers.iter().map(n_samples).sum::<u128>());
     let limit = memory_limit();

@@ -24,8 +24,10 @@ use crate::part::as_half;
 use crate::provenance::Provenance;
 use crate::spectral_image::SpectralImage;
 
-/// Rows of a plain image that are read at a time.
-const ROWS_AT_A_TIME: usize = 64;
+/// Memory of the rows of a plain image of so many channels that are read at a time, unless they are a few.
+const STRIP_BYTES: usize = 64 << 20;
+const N_CHANNELS: usize = 32;
+const LEAST_ROWS: usize = 32;
 
 /// Where the shoulder of the tone curve begins.
 const SHOULDER: f64 = 0.8;
@@ -72,8 +74,10 @@ impl Preview {
         let windows = exr_read::read_windows(path)?;
         let mut preview = Self::new(windows, exposure_ev, provenance);
         let height = windows.data.height_px as usize;
-        for top in (0..height).step_by(ROWS_AT_A_TIME) {
-            let rows = top..height.min(top + ROWS_AT_A_TIME);
+        let row_bytes = size_of::<f32>() * N_CHANNELS * windows.data.width_px.max(1) as usize;
+        let n_rows = (STRIP_BYTES / row_bytes).max(LEAST_ROWS);
+        for top in (0..height).step_by(n_rows) {
+            let rows = top..height.min(top + n_rows);
             let mut parts = exr_read::read_rows(path, (1, rows))?;
             let mut part = parts.pop().ok_or_else(|| Error::missing("part", PART))?;
             let (height, width) = part.size();
