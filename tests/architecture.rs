@@ -158,7 +158,7 @@ fn an_effect_that_the_renderer_obeys_is_named_by_its_row_and_its_bound() {
         };
         let named: BTreeSet<_> = files.iter().filter(is_named).collect();
         let expected =
-            ["effect.rs", "plan/bounds.rs"].map(|it| root.join("crates/scene/src").join(it));
+            ["effect_rows.rs", "plan/bounds.rs"].map(|it| root.join("crates/scene/src").join(it));
         assert!(named.into_iter().eq(&expected), "{effect}");
     }
 }

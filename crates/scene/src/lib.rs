@@ -27,6 +27,7 @@ mod document;
 mod drops;
 mod effect;
 mod effect_facts;
+mod effect_rows;
 mod effect_switches;
 mod error;
 mod figures;

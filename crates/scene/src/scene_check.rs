@@ -21,7 +21,7 @@ use crate::drops::DropSource;
 use crate::drops::Population;
 use crate::effect::Effect;
 use crate::effect::Role;
-use crate::effect::Row;
+use crate::effect_rows::Row;
 use crate::effect_switches::Switch;
 use crate::error::SceneError;
 use crate::levels_for_tolerance::LEAST_TOLERANCE;

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use crate::effect::Effect;
 use crate::effect::Role;
-use crate::effect::Row;
+use crate::effect_rows::Row;
 use crate::effect_switches::Switch;
 use crate::figures::brief;
 use crate::figures::length;
