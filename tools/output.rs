@@ -11,7 +11,6 @@ use std::fs::File;
 use std::fs::TryLockError;
 use std::io;
 use std::io::BufWriter;
-use std::io::Seek;
 use std::io::Write;
 use std::path::Path;
 use std::path::PathBuf;
@@ -169,8 +168,9 @@ pub(crate) fn failed(path: &Path, error: &dyn std::fmt::Display) -> Failure {
     Failure::Failed(format!("cannot write {}: {error}", path.display()))
 }
 
-/// A temporary file, which goes with it.
+/// A file under a temporary name, which goes unless it is put in its place.
 pub(crate) struct Temporary {
+    path: PathBuf,
     file: NamedTempFile,
     /// Behind the file, which is gone by then.
     _name: Unfinished,
@@ -180,11 +180,11 @@ pub(crate) struct Temporary {
 struct Unfinished(PathBuf);
 
 impl Temporary {
-    /// Beside what is to become of it.
+    /// What is to become the file `path`, in its folder.
     ///
     /// # Errors
     /// [`Failure::Failed`] if the folder cannot be made or nothing written in it.
-    pub(crate) fn beside(path: &Path) -> Result<Self, Failure> {
+    pub(crate) fn of(path: &Path) -> Result<Self, Failure> {
         let folder = match path.parent() {
             Some(parent) if !parent.as_os_str().is_empty() => parent,
             _ => Path::new("."),
@@ -197,29 +197,46 @@ impl Temporary {
         let name = file.path().to_owned();
         guarded(&UNFINISHED).insert(name.clone());
         Ok(Self {
+            path: path.to_owned(),
             file,
             _name: Unfinished(name),
         })
     }
 
-    /// Another handle of it.
+    /// What writes it.
     ///
     /// # Errors
-    /// If the system has none.
-    pub(crate) fn handle(&self) -> io::Result<File> {
-        self.file.as_file().try_clone()
+    /// [`Failure::Failed`] if the system has no handle for it.
+    pub(crate) fn handle(&self) -> Result<File, Failure> {
+        let handle = self.file.as_file().try_clone();
+        handle.map_err(|error| failed(&self.path, &error))
     }
 
-    /// Writes what stands in it as a file.
+    /// Puts what was written in its place.
     ///
     /// # Errors
     /// As [`write_file`].
-    pub(crate) fn copy_to(&self, path: &Path) -> Result<(), Failure> {
-        write_file(path, |writer| {
-            let mut written = self.handle()?;
-            written.rewind()?;
-            io::copy(&mut written, writer).map(|_| ())
-        })
+    pub(crate) fn place(self) -> Result<(), Failure> {
+        self.place_for(None)
+    }
+
+    fn place_for(self, made_for: Option<&Provenance>) -> Result<(), Failure> {
+        let path = &self.path;
+        let failed = |error: &dyn std::fmt::Display| failed(path, error);
+        check_regular(path)?;
+        let synced = self.file.as_file().sync_data();
+        synced.map_err(|error| failed(&error))?;
+        let hash = content_hash(self.file.path()).map_err(|error| failed(&error))?;
+        if let Some(made_for) = made_for {
+            let foreseen = checksums::foresee(path, &made_for.request_hash(), hash.clone());
+            foreseen.map_err(|error| failed(&error))?;
+        }
+        let file = self.file.persist(path);
+        let file = file.map_err(|error| failed(&error))?;
+        // Renaming it has changed its time of change.
+        let written = file.metadata().map_err(|error| failed(&error))?;
+        checksums::keep(path, &written, hash);
+        Ok(())
     }
 }
 
@@ -235,25 +252,11 @@ fn place(
     write: impl FnOnce(&mut BufWriter<File>) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
     check_regular(path)?;
-    let temporary = Temporary::beside(path)?;
-    let failed = |error: &dyn std::fmt::Display| failed(path, error);
-    let file = temporary.handle().map_err(|error| failed(&error))?;
-    let mut writer = BufWriter::with_capacity(1 << 20, file);
+    let temporary = Temporary::of(path)?;
+    let mut writer = BufWriter::with_capacity(1 << 20, temporary.handle()?);
     write(&mut writer)?;
-    writer.flush().map_err(|error| failed(&error))?;
-    let synced = writer.get_ref().sync_data();
-    synced.map_err(|error| failed(&error))?;
-    let hash = content_hash(temporary.file.path()).map_err(|error| failed(&error))?;
-    if let Some(made_for) = made_for {
-        let foreseen = checksums::foresee(path, &made_for.request_hash(), hash.clone());
-        foreseen.map_err(|error| failed(&error))?;
-    }
-    let file = temporary.file.persist(path);
-    let file = file.map_err(|error| failed(&error))?;
-    // Renaming it has changed its time of change.
-    let written = file.metadata().map_err(|error| failed(&error))?;
-    checksums::keep(path, &written, hash);
-    Ok(())
+    writer.flush().map_err(|error| failed(path, &error))?;
+    temporary.place_for(made_for)
 }
 
 /// Writes a text.

@@ -5,7 +5,6 @@ use std::path::Path;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use niji_exchange::BeyondHalf;
 use niji_exchange::PictureFile;
 use niji_exchange::PictureHead;
 use niji_exchange::Provenance;
@@ -157,12 +156,16 @@ pub(crate) fn make_until(
 }
 
 /// What the spectral image of a picture is asked for with.
-pub(super) fn request<'a>(stage: &RenderStage<'a>) -> Result<Request<'a>, Failure> {
-    let RenderStage {
-        settings,
-        inputs,
-        target,
-    } = *stage;
+fn request<'a>(stage: &RenderStage<'a>) -> Result<Request<'a>, Failure> {
+    request_with(stage.settings, stage)
+}
+
+/// The same with other settings than the stage's.
+pub(super) fn request_with<'a>(
+    settings: &PictureSettings,
+    stage: &RenderStage<'a>,
+) -> Result<Request<'a>, Failure> {
+    let RenderStage { inputs, target, .. } = *stage;
     let mut files = vec![("drops", inputs.drops)];
     files.extend(inputs.table.map(|path| ("table", path)));
     files.extend(inputs.air.map(|path| ("air", path)));
@@ -235,12 +238,7 @@ fn write_rows(
     let watched = (provenance, verbosity);
     let mut spent = None;
     if Spectra::from(stage.settings.picture.spectral) == Spectra::Full {
-        let head = PictureHead {
-            file: PictureFile::Spectral,
-            pixels: region,
-            provenance: provenance.clone(),
-            floats: BeyondHalf::default(),
-        };
+        let head = PictureHead::new(PictureFile::Spectral, region, provenance.clone());
         output::make_file(path, |writer| {
             let failed = |error| output::failed(path, &error);
             let mut file = StripWriter::new(head, writer);

@@ -8,7 +8,8 @@
 //! An image that is the mean of several over the time a shutter is open has a folder for each of them in its own.
 //!
 //! Saving is decided by the clock and changes nothing but the time: rows are saved when there was
-//! something to lose for a while, and only where that costs little of the time they took.
+//! something to lose for a while, and only where that costs little of the time they took. Until then they wait in
+//! memory; of a picture that is rendered about as fast as it would be saved no more are, once they are too many for that.
 
 use std::fs;
 use std::ops::ControlFlow;
@@ -16,10 +17,10 @@ use std::path::Path;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use niji_exchange::BeyondHalf;
 use niji_exchange::PictureFile;
 use niji_exchange::PictureHead;
 use niji_exchange::Provenance;
+use niji_exchange::STRIP_BYTES;
 use niji_exchange::SpectralImage;
 use niji_exchange::StripWriter;
 use niji_geometry::PixelRegion;
@@ -27,10 +28,10 @@ use niji_picture::rows_of_step;
 use niji_radiometry::memory_limit;
 use niji_render::Deadline;
 use niji_render::Error;
+use niji_render::LEAST_STEPS;
 use niji_render::Progress;
 use niji_render::RenderRequest;
 use niji_render::Rendered;
-use niji_render::STRIP_BYTES;
 use niji_render::Spent;
 use niji_render::render_in_strips;
 
@@ -59,8 +60,6 @@ impl Saving {
 
 /// Bytes of pixels that are saved in a second, before it was measured.
 const FIRST_GUESS_BYTES_PER_S: f64 = 1e8;
-/// Steps of a picture: threads wait for each other at the end of each.
-const N_STEPS: u32 = 10;
 /// Part of the memory that the rows of a step may take, unless they are no more than so many.
 const OF_MEMORY: u128 = 4;
 const LEAST_ROWS: u32 = 16;
@@ -128,9 +127,9 @@ fn rows_of_strip(request: &RenderRequest) -> u32 {
     let region = request.region;
     let row_bytes = u64::from(region.width_px) * request.bytes_per_pixel();
     let of_limit = memory_limit().0 / OF_MEMORY;
-    let strip_bytes = STRIP_BYTES.min(u64::try_from(of_limit).unwrap_or(u64::MAX));
+    let strip_bytes = u64::try_from(of_limit.min(STRIP_BYTES as u128)).unwrap_or(u64::MAX);
     let in_memory = u32::try_from(strip_bytes / row_bytes.max(1)).unwrap_or(u32::MAX);
-    let n_rows = rows_of_step(region).max(region.height_px / N_STEPS);
+    let n_rows = rows_of_step(region).max(region.height_px / LEAST_STEPS);
     n_rows.min(in_memory.max(LEAST_ROWS))
 }
 
@@ -281,15 +280,11 @@ impl<'a> Saver<'a> {
             height_px: (bottom.windows.data.bottom() - i64::from(top_px)) as u32,
             ..whole
         };
-        let head = PictureHead {
-            file: PictureFile::Spectral,
-            pixels: region,
-            provenance: Provenance {
-                settings: Tile { region, whole }.settings(&self.work.provenance.settings),
-                ..self.work.provenance.clone()
-            },
-            floats: BeyondHalf::default(),
+        let provenance = Provenance {
+            settings: Tile { region, whole }.settings(&self.work.provenance.settings),
+            ..self.work.provenance.clone()
         };
+        let head = PictureHead::new(PictureFile::Spectral, region, provenance);
         let first = region.y_px.abs_diff(whole.y_px);
         let name = format!("rows-{first:08}-{:08}.exr", first + region.height_px);
         output::write_file(&self.folder.join(name), |writer| {

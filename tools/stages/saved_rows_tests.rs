@@ -161,12 +161,8 @@ impl World {
         };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
         let mut bytes = Cursor::new(Vec::new());
-        let head = PictureHead {
-            file: PictureFile::Spectral,
-            pixels: work.request.region,
-            provenance: work.provenance.clone(),
-            floats: BeyondHalf::default(),
-        };
+        let region = work.request.region;
+        let head = PictureHead::new(PictureFile::Spectral, region, work.provenance.clone());
         let mut file = StripWriter::new(head, &mut bytes);
         let mut take = |rows: &SpectralImage| {
             assert!(rows.radiance.iter().all(|value| *value > 0.0));

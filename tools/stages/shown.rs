@@ -33,7 +33,7 @@ use crate::stages::StageOptions;
 use crate::stages::perform;
 use crate::stages::render::RenderStage;
 use crate::stages::render::companions;
-use crate::stages::render::request;
+use crate::stages::render::request_with;
 
 /// How a picture is shown: the plain image and the preview beside the spectral image, made anew without it where it is
 /// shown otherwise.
@@ -82,15 +82,9 @@ impl<'a> Shown<'a> {
             picture,
             ..self.stage.settings.clone()
         };
-        let stage = RenderStage {
-            settings: &settings,
-            ..self.stage
-        };
-        let Request { settings, .. } = request(&stage)?;
         Ok(Request {
-            settings,
             outputs: vec![file],
-            ..request(&self.stage)?
+            ..request_with(&settings, &self.stage)?
         })
     }
 
@@ -113,12 +107,10 @@ impl<'a> Shown<'a> {
         };
         let of_preview = stages::provenance(&self.preview()?)?;
         let of_layers = stages::provenance(&self.layers()?)?;
-        let temporary = Temporary::beside(plain)?;
-        let handle = temporary.handle();
-        let handle = handle.map_err(|error| output::failed(plain, &error))?;
-        let head = self.layers_head(pixels, of_layers.clone());
+        let temporary = Temporary::of(plain)?;
+        let head = PictureHead::new(self.layers_file(), pixels, of_layers.clone());
         Ok(ShownRows {
-            layers: StripWriter::new(head, handle),
+            layers: StripWriter::new(head, temporary.handle()?),
             temporary,
             preview: Preview::new(windows, self.picture.exposure_ev, of_preview.clone()),
             provenances: [of_layers, of_preview],
@@ -126,13 +118,8 @@ impl<'a> Shown<'a> {
         })
     }
 
-    fn layers_head(&self, pixels: PixelRegion, provenance: Provenance) -> PictureHead {
-        PictureHead {
-            file: PictureFile::Layers(self.picture.primaries.into()),
-            pixels,
-            provenance,
-            floats: BeyondHalf::default(),
-        }
+    fn layers_file(&self) -> PictureFile {
+        PictureFile::Layers(self.picture.primaries.into())
     }
 
     /// Makes both, after `done`, of rows as they were rendered, or of what stands in the file.
@@ -147,19 +134,20 @@ impl<'a> Shown<'a> {
             verbosity: Verbosity::Quiet,
             ..options
         };
-        let [plain, preview] = &self.files;
-        let (layers, rows) = rows.map(ShownRows::finish).transpose()?.unzip();
+        let [_, preview] = &self.files;
+        let mut made = rows.map(ShownRows::finish).transpose()?;
         let made_layers = perform(&self.layers()?, options, |provenance| {
-            match layers.flatten() {
-                Some((made_for, layers)) if made_for == provenance => layers.copy_to(plain),
-                _ => self.layers_of_file(&provenance),
+            let made = made.as_mut().filter(|it| it.provenances[0] == provenance);
+            match made.and_then(|it| it.layers.take()) {
+                Some(layers) => layers.place(),
+                None => self.layers_of_file(&provenance),
             }
         })?;
-        let made_preview = perform(&self.preview()?, options, |provenance| match rows {
-            Some((made_for, rows)) if made_for == provenance => {
-                output::write_file(preview, |writer| rows.write(writer))
+        let made_preview = perform(&self.preview()?, options, |provenance| {
+            match made.filter(|it| it.provenances[1] == provenance) {
+                Some(made) => output::write_file(preview, |writer| made.preview.write(writer)),
+                None => self.preview_of_file(provenance),
             }
-            _ => self.preview_of_file(provenance),
         })?;
         Ok(Done {
             files: [done.files, made_layers.files, made_preview.files].concat(),
@@ -175,20 +163,20 @@ impl<'a> Shown<'a> {
         let mut floats = BeyondHalf::default();
         loop {
             let (rows, image) = StripReader::open(path, Held::All).map_err(damaged)?;
+            let pixels = image.windows.data;
             let head = PictureHead {
                 floats,
-                ..self.layers_head(image.windows.data, provenance.clone())
+                ..PictureHead::new(self.layers_file(), pixels, provenance.clone())
             };
             let failed = |error| output::failed(plain, &error);
-            let temporary = Temporary::beside(plain)?;
-            let handle = temporary.handle();
-            let mut layers = StripWriter::new(head, handle.map_err(|error| failed(error.into()))?);
+            let temporary = Temporary::of(plain)?;
+            let mut layers = StripWriter::new(head, temporary.handle()?);
             for rows in rows {
                 layers.add(&rows.map_err(damaged)?).map_err(failed)?;
             }
             let beyond = layers.finish().map_err(failed)?;
             if beyond.is_empty() {
-                return temporary.copy_to(plain);
+                return temporary.place();
             }
             // Half floats do not hold all of them.
             floats = beyond;
@@ -225,8 +213,14 @@ pub(super) struct ShownRows {
     plain: PathBuf,
 }
 
-/// Something, and what it was made for.
-type MadeFor<T> = (Provenance, T);
+/// Both as they were made.
+struct MadeShown {
+    /// What they are made for.
+    provenances: [Provenance; 2],
+    /// None where half floats do not hold its light.
+    layers: Option<Temporary>,
+    preview: Preview,
+}
 
 impl ShownRows {
     pub(super) fn add(&mut self, rows: &SpectralImage) -> Result<(), Failure> {
@@ -234,16 +228,13 @@ impl ShownRows {
         added.map_err(|error| output::failed(&self.plain, &error))
     }
 
-    /// The plain image, unless half floats do not hold its light, and the preview.
-    #[allow(
-        clippy::type_complexity,
-        reason = "two files, each with what it was made for"
-    )]
-    fn finish(self) -> Result<(Option<MadeFor<Temporary>>, MadeFor<Preview>), Failure> {
+    fn finish(self) -> Result<MadeShown, Failure> {
         let beyond = self.layers.finish();
         let beyond = beyond.map_err(|error| output::failed(&self.plain, &error))?;
-        let [of_layers, of_preview] = self.provenances;
-        let layers = beyond.is_empty().then_some((of_layers, self.temporary));
-        Ok((layers, (of_preview, self.preview)))
+        Ok(MadeShown {
+            provenances: self.provenances,
+            layers: beyond.is_empty().then_some(self.temporary),
+            preview: self.preview,
+        })
     }
 }

@@ -87,17 +87,22 @@ fn headers(
     Ok(headers.map(|it| (name(it), attributes(it))).collect())
 }
 
-/// Which pixels the first part of a file holds, and which are shown.
+/// Which pixels the first part of a file holds, and which are shown; the bytes of a row of its first parts in memory.
 ///
 /// # Errors
 /// As for [`read_headers`].
-pub(crate) fn read_windows(path: &Path) -> Result<ImageWindows, Error> {
+pub(crate) fn read_layout(path: &Path, n_parts: usize) -> Result<(ImageWindows, usize), Error> {
     let (file, file_bytes) = open_file(path)?;
     guarded(Error::Damaged, || {
         let reader = exr::block::read(BufReader::new(file), false)?;
         check_sizes(reader.meta_data(), 0, file_bytes)?;
-        let first = reader.meta_data().headers.first();
-        first.map_or_else(|| Err(Error::missing("part", "0")), windows)
+        let headers = &reader.meta_data().headers;
+        let first = headers.first().ok_or_else(|| Error::missing("part", "0"))?;
+        let row_bytes = |header: &Header| {
+            size_of::<f32>() * header.channels.list.len() * header.layer_size.width()
+        };
+        let row_bytes = headers.iter().take(n_parts).map(row_bytes).sum();
+        Ok((windows(first)?, row_bytes))
     })
 }
 

@@ -416,11 +416,7 @@ impl Sheet {
                 let (name, samples) = &part.channels[channel];
                 let values = samples.row(row);
                 if self.head.halves.contains(name) {
-                    bytes.extend(
-                        values
-                            .iter()
-                            .flat_map(|it| f16::from_f32(*it).to_ne_bytes()),
-                    );
+                    append(bytes, &values, |it| f16::from_f32(it).to_ne_bytes());
                 } else {
                     append(bytes, &values, f32::to_ne_bytes);
                 }

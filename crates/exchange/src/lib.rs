@@ -58,6 +58,7 @@ mod provenance;
 mod scattering_table;
 mod spectra;
 mod spectral_image;
+mod strips;
 mod table;
 mod wavelength_names;
 
@@ -116,6 +117,7 @@ pub use scattering_table::ScatteringTable;
 pub use spectra::Spectra;
 pub use spectral_image::Aov;
 pub use spectral_image::SpectralImage;
+pub use strips::STRIP_BYTES;
 pub use table::Axis;
 pub use table::Channel;
 pub use table::TableFile;

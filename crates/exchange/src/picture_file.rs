@@ -6,9 +6,7 @@
 use std::collections::BTreeSet;
 use std::io::Seek;
 use std::io::Write;
-use std::ops::Range;
 use std::path::Path;
-use std::path::PathBuf;
 
 use ndarray::Axis as Dimension;
 use niji_geometry::PixelRegion;
@@ -18,7 +16,6 @@ use niji_radiometry::RgbPrimaries;
 use crate::attributes;
 use crate::attributes::AttributeValue;
 use crate::error::Error;
-use crate::exr_read;
 use crate::exr_write::Codec;
 use crate::exr_write::PartsWriter;
 use crate::layers_file::XYZ;
@@ -36,13 +33,10 @@ use crate::spectral_image::SPECTRAL_PART;
 use crate::spectral_image::SPECTRAL_UNIT;
 use crate::spectral_image::STOKES_0;
 use crate::spectral_image::SpectralImage;
+use crate::strips::PartsReader;
+use crate::strips::rows_of_strip;
 use crate::wavelength_names;
 use crate::wavelength_names::long_name;
-
-/// Memory of the rows that are written at a time, if it is more than for a few.
-const STRIP_BYTES: usize = 64 << 20;
-/// Rows of a strip are a multiple of this: of a chunk of the codec.
-const CHUNK_ROWS: usize = 32;
 
 /// A file that a spectral image becomes.
 #[derive(Clone, Copy, Debug)]
@@ -71,17 +65,27 @@ pub struct PictureHead {
     pub floats: BeyondHalf,
 }
 
+impl PictureHead {
+    /// Of a file without channels that have to be float.
+    #[must_use]
+    pub fn new(file: PictureFile, pixels: PixelRegion, provenance: Provenance) -> Self {
+        Self {
+            file,
+            pixels,
+            provenance,
+            floats: BeyondHalf::default(),
+        }
+    }
+}
+
 /// A file of a picture while its rows are written.
 pub struct StripWriter<W: Write + Seek> {
     head: PictureHead,
     beyond: BeyondHalf,
-    state: State<W>,
-}
-
-enum State<W: Write + Seek> {
-    /// No row has come.
-    Waiting(Option<W>),
-    Begun(PartsWriter<W>),
+    /// Until the first row.
+    writer: Option<W>,
+    /// From then on.
+    file: Option<PartsWriter<W>>,
 }
 
 impl BeyondHalf {
@@ -105,7 +109,8 @@ impl<W: Write + Seek> StripWriter<W> {
         Self {
             head,
             beyond: BeyondHalf::default(),
-            state: State::Waiting(Some(writer)),
+            writer: Some(writer),
+            file: None,
         }
     }
 
@@ -127,26 +132,21 @@ impl<W: Write + Seek> StripWriter<W> {
             }
         }
         self.beyond.add(&parts);
-        if let State::Waiting(writer) = &mut self.state
-            && let Some(writer) = writer.take()
-        {
+        if let Some(writer) = self.writer.take() {
             let size = [head.pixels.height_px, head.pixels.width_px].map(|it| it as usize);
             let heads: Vec<_> = parts.iter().map(|part| (part, size.into())).collect();
-            self.state = State::Begun(PartsWriter::new(&heads, Codec::Piz, writer)?);
+            self.file = Some(PartsWriter::new(&heads, Codec::Piz, writer)?);
         }
-        match &mut self.state {
-            State::Begun(file) => {
-                // Rows that come from files have channels in the order of their names.
-                for (part, head) in parts.iter_mut().zip(file.heads()) {
-                    part.order_as(head);
-                }
-                file.add(0, &parts)
-            }
-            // A file that could not be begun.
-            State::Waiting(_) => Err(self.no_rows()),
+        let no_rows = self.no_rows();
+        let file = self.file.as_mut().ok_or(no_rows)?;
+        // Rows that come from files have channels in the order of their names.
+        for (part, head) in parts.iter_mut().zip(file.heads()) {
+            part.order_as(head);
         }
+        file.add(0, &parts)
     }
 
+    /// Of a file that was not begun.
     fn no_rows(&self) -> Error {
         Error::Shape {
             what: "rows of the picture".to_owned(),
@@ -161,10 +161,8 @@ impl<W: Write + Seek> StripWriter<W> {
     /// # Errors
     /// Rows that are missing or a writer that fails.
     pub fn finish(self) -> Result<BeyondHalf, Error> {
-        match self.state {
-            State::Begun(file) => file.finish()?,
-            State::Waiting(_) => return Err(self.no_rows()),
-        }
+        let no_rows = self.no_rows();
+        self.file.ok_or(no_rows)?.finish()?;
         Ok(self.beyond)
     }
 }
@@ -181,12 +179,7 @@ pub enum Held {
 /// The rows of a file of a picture from the top, some at a time: nothing is compared with its checksums, which are of all
 /// rows. After an error there are no more.
 #[derive(Clone, Debug)]
-pub struct StripReader {
-    path: PathBuf,
-    n_parts: usize,
-    rows: Range<usize>,
-    n_at_a_time: usize,
-}
+pub struct StripReader(PartsReader);
 
 impl StripReader {
     /// Before the first row, and what is the same in all.
@@ -198,20 +191,12 @@ impl StripReader {
             Held::Light => 1,
             Held::All => usize::MAX,
         };
-        let none = SpectralImage::of_parts(exr_read::read_rows(path, (n_parts, 0..0))?)?;
-        let windows = exr_read::read_windows(path)?;
-        let n_at_a_time = none.rows_of_strip();
-        let reader = Self {
-            path: path.to_owned(),
-            n_parts,
-            rows: 0..windows.data.height_px as usize,
-            n_at_a_time,
+        let parts = PartsReader::open(path, n_parts)?;
+        let image = SpectralImage {
+            windows: parts.windows(),
+            ..SpectralImage::of_parts(parts.no_rows()?)?
         };
-        Ok((reader, SpectralImage { windows, ..none }))
-    }
-
-    fn read(&self, rows: Range<usize>) -> Result<SpectralImage, Error> {
-        SpectralImage::of_parts(exr_read::read_rows(&self.path, (self.n_parts, rows))?)
+        Ok((Self(parts), image))
     }
 }
 
@@ -219,30 +204,16 @@ impl Iterator for StripReader {
     type Item = Result<SpectralImage, Error>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        if self.rows.is_empty() {
-            return None;
-        }
-        let bottom = (self.rows.end).min(self.rows.start.saturating_add(self.n_at_a_time));
-        let read = self.read(self.rows.start..bottom);
-        self.rows.start = if read.is_ok() { bottom } else { self.rows.end };
-        Some(read)
+        self.0.next(SpectralImage::of_parts)
     }
 }
 
 impl SpectralImage {
-    /// Rows that take no more memory than is asked for at a time.
-    fn rows_of_strip(&self) -> usize {
-        let (n_planes, _, width) = self.radiance.dim();
-        let n_channels: usize = self.aovs.iter().map(|aov| aov.channels.len()).sum();
-        let row_bytes = size_of::<f32>() * width * (n_planes + n_channels);
-        let n_rows = (STRIP_BYTES / row_bytes.max(1)).next_multiple_of(CHUNK_ROWS);
-        n_rows.max(CHUNK_ROWS)
-    }
-
     /// Its rows from the top, some at a time.
     pub fn strips(&self) -> impl Iterator<Item = Self> {
-        let (_, height, _) = self.radiance.dim();
-        let n_rows = self.rows_of_strip();
+        let (n_planes, height, width) = self.radiance.dim();
+        let n_channels: usize = self.aovs.iter().map(|aov| aov.channels.len()).sum();
+        let n_rows = rows_of_strip(size_of::<f32>() * width * (n_planes + n_channels));
         // Of no rows there is one strip.
         let tops = (0..height.max(1)).step_by(n_rows);
         tops.map(move |top| self.rows(top..height.min(top.saturating_add(n_rows))))
@@ -261,10 +232,8 @@ impl SpectralImage {
             }
         }
         let head = PictureHead {
-            file,
-            pixels: self.windows.data,
-            provenance: self.provenance.clone(),
             floats,
+            ..PictureHead::new(file, self.windows.data, self.provenance.clone())
         };
         let mut rows = StripWriter::new(head, writer);
         for strip in self.strips() {

@@ -1,8 +1,8 @@
 //! The PNG that people look at.
 //!
 //! v = c 2^EV;   w = v for v <= 0.8,   w = 1 − 0.2 exp(−(v − 0.8)/0.2) above;   sRGB(w)
-//! `c` linear Rec.709 relative to the white of the image, in half floats as its plain image has them, EV the exposure. The curve is the identity
-//! up to 0.8 and then rolls off with a continuous slope, so that nothing clips hard.
+//! `c` linear Rec.709 relative to the white of the image, in half floats as its plain image has them, EV the exposure. The
+//! curve is the identity up to 0.8 and then rolls off with a continuous slope, so that nothing clips hard.
 
 use std::io::Write;
 use std::path::Path;
@@ -16,18 +16,14 @@ use niji_radiometry::RgbPrimaries;
 use niji_radiometry::srgb_encode;
 
 use crate::error::Error;
-use crate::exr_read;
 use crate::image_windows::ImageWindows;
 use crate::layers_file::PART;
 use crate::layers_file::RGB;
+use crate::part::Part;
 use crate::part::as_half;
 use crate::provenance::Provenance;
 use crate::spectral_image::SpectralImage;
-
-/// Memory of the rows of a plain image of so many channels that are read at a time, unless they are a few.
-const STRIP_BYTES: usize = 64 << 20;
-const N_CHANNELS: usize = 32;
-const LEAST_ROWS: usize = 32;
+use crate::strips::PartsReader;
 
 /// Where the shoulder of the tone curve begins.
 const SHOULDER: f64 = 0.8;
@@ -71,22 +67,11 @@ impl Preview {
         exposure_ev: f64,
         provenance: Provenance,
     ) -> Result<Self, Error> {
-        let windows = exr_read::read_windows(path)?;
+        let mut reader = PartsReader::open(path, 1)?;
+        let windows = reader.windows();
         let mut preview = Self::new(windows, exposure_ev, provenance);
-        let height = windows.data.height_px as usize;
-        let row_bytes = size_of::<f32>() * N_CHANNELS * windows.data.width_px.max(1) as usize;
-        let n_rows = (STRIP_BYTES / row_bytes).max(LEAST_ROWS);
-        for top in (0..height).step_by(n_rows) {
-            let rows = top..height.min(top + n_rows);
-            let mut parts = exr_read::read_rows(path, (1, rows))?;
-            let mut part = parts.pop().ok_or_else(|| Error::missing("part", PART))?;
-            let (height, width) = part.size();
-            let mut rgb = Array3::zeros((3, height, width));
-            for (mut plane, name) in rgb.outer_iter_mut().zip(RGB) {
-                plane.assign(&part.take(name)?);
-            }
-            let pixels = part.windows.unwrap_or(windows).data;
-            preview.append(&cropped(rgb, pixels, preview.shown))?;
+        while let Some(rgb) = reader.next(|parts| plain_rgb(parts, windows, preview.shown)) {
+            preview.append(&rgb?)?;
         }
         Ok(preview)
     }
@@ -112,6 +97,22 @@ impl Preview {
         let size = [self.shown.width_px, self.shown.height_px].map(|it| it as usize);
         write_srgb_png(&self.codes, size, &self.provenance, writer)
     }
+}
+
+/// Pixels of rows of a plain image that lie in what is shown.
+fn plain_rgb(
+    parts: Vec<Part>,
+    windows: ImageWindows,
+    shown: PixelRegion,
+) -> Result<Array3<f32>, Error> {
+    let part = parts.into_iter().next();
+    let mut part = part.ok_or_else(|| Error::missing("part", PART))?;
+    let (height, width) = part.size();
+    let mut rgb = Array3::zeros((3, height, width));
+    for (mut plane, name) in rgb.outer_iter_mut().zip(RGB) {
+        plane.assign(&part.take(name)?);
+    }
+    Ok(cropped(rgb, part.windows.unwrap_or(windows).data, shown))
 }
 
 /// Pixels, by channel, row and column, that lie in what is shown; none may.

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use niji_render::STRIP_BYTES;
+use niji_exchange::STRIP_BYTES;
 use niji_render::ask_for_memory;
 use niji_scene::Scene;
 use niji_scene::Stage;
@@ -67,7 +67,7 @@ impl PlannedScene {
         let bytes = if self.plan.is_pictured_whole(&self.scene) {
             of_all
         } else {
-            of_all.min(STRIP_BYTES)
+            of_all.min(STRIP_BYTES as u64)
         };
         Ok(ask_for_memory((region.width_px, region.height_px), bytes)?)
     }

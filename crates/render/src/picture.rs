@@ -75,7 +75,7 @@ pub fn render_in_steps(
         }
         ControlFlow::Continue(())
     };
-    let spent = render_in_strips(request, watch, n_rows, &mut take)?;
+    let spent = checked_strips(request, watch, n_rows, &mut take)?;
     // A region that was checked has rows.
     let picture = picture.unwrap_or_else(|| request.no_rows());
     Ok((picture, spent))
@@ -92,15 +92,33 @@ pub fn render_in_steps(
 /// As [`render`]; [`Error::Stopped`].
 pub fn render_in_strips(
     request: &RenderRequest,
+    watch: (Progress, Deadline),
+    n_rows: u32,
+    take: &mut dyn FnMut(PixelRegion, Rendered) -> ControlFlow<()>,
+) -> Result<Spent, Error> {
+    request.check()?;
+    request.check_memory(rows_of_step(watch.1, n_rows).min(request.region.height_px))?;
+    checked_strips(request, watch, n_rows, take)
+}
+
+fn rows_of_step(deadline: Deadline, n_rows: u32) -> u32 {
+    if deadline.end_s.is_finite() {
+        u32::MAX
+    } else {
+        n_rows.max(1)
+    }
+}
+
+/// As [`render_in_strips`], of a request that was checked and has its memory.
+fn checked_strips(
+    request: &RenderRequest,
     (progress, deadline): (Progress, Deadline),
     n_rows: u32,
     take: &mut dyn FnMut(PixelRegion, Rendered) -> ControlFlow<()>,
 ) -> Result<Spent, Error> {
     let has_end = deadline.end_s.is_finite();
-    request.check()?;
     let whole = request.region;
-    let n_rows = if has_end { u32::MAX } else { n_rows.max(1) };
-    request.check_memory(n_rows.min(whole.height_px))?;
+    let n_rows = rows_of_step(deadline, n_rows);
     let mut tracer = tracer(request, (progress, deadline))?;
     let height = whole.height_px as usize;
     let n_pixels = whole.n_pixels();

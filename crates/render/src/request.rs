@@ -36,8 +36,8 @@ use crate::water_surface::WaterSurface;
 /// How far drops may be outside the table's sizes: the rounding of files in f32.
 const SIZE_TOLERANCE: f64 = 1e-5;
 
-/// Memory of the rows of a picture that are made at a time to be written, unless they are no more than a few.
-pub const STRIP_BYTES: u64 = 64 << 20;
+/// Steps in which a picture is made to be written, at least: threads wait for each other at the end of each.
+pub const LEAST_STEPS: u32 = 10;
 
 /// Most steps of a literal march, or of a path through air.
 const MAX_STEPS: f64 = 1e6;

@@ -43,10 +43,8 @@ fn pieces(image: &SpectralImage, lengths: &[usize]) -> Vec<SpectralImage> {
 
 fn head(file: PictureFile, image: &SpectralImage, floats: BeyondHalf) -> PictureHead {
     PictureHead {
-        file,
-        pixels: image.windows.data,
-        provenance: image.provenance.clone(),
         floats,
+        ..PictureHead::new(file, image.windows.data, image.provenance.clone())
     }
 }
 

@@ -15,9 +15,10 @@ use niji_exchange::AirConstituent;
 use niji_exchange::AtmosphereTable;
 use niji_exchange::DensityLaw;
 use niji_exchange::DiffuseLight;
+use niji_exchange::STRIP_BYTES;
 use niji_exchange::n_moments;
 use niji_radiometry::WavelengthGrid;
-use niji_render::STRIP_BYTES;
+use niji_render::LEAST_STEPS;
 use niji_scatter::N_PHASE_ANGLES;
 use niji_scatter::NumberOfAngles;
 use niji_scatter::number_of_angles;
@@ -71,7 +72,6 @@ const PICTURE_COPIES: f64 = 1.5;
 /// Rows of a picture that are made at a time, a tenth of it or less: as they are rendered, as layers, packed, and saved
 /// if they take long; and pixels around them that others follow from. Of `rain-cell` all is 0.23, 0.47 and 0.63 GB at
 /// 640 x 360, 1920 x 1080 and 3840 x 2160.
-const N_STEPS: f64 = 10.0;
 const STRIP_COPIES: f64 = 6.0;
 
 /// Bytes of a node of drops: as the file's grids and the volume made of them, then in bricks of 9^3
@@ -213,7 +213,7 @@ pub(super) fn picture(
     let surface = f64::from(u8::from(scene.has_surfaces()));
     let planes = situation.grid.len() as f64 + PLANES + n_more as f64 + surface;
     let picture = NUMBER_BYTES * planes * width * height;
-    let strip = (picture / N_STEPS).min(STRIP_BYTES as f64);
+    let strip = (picture / f64::from(LEAST_STEPS)).min(STRIP_BYTES as f64);
     let of_picture = if is_pictured_whole(scene, on.contains(&Effect::MotionBlur)) {
         PICTURE_COPIES * picture
     } else {
