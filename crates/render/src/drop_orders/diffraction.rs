@@ -246,19 +246,22 @@ fn blurred(table: &ScatteringTable, theta_range_rad: (f64, f64)) -> ScatteringTa
                 let of_table = table.values.index_axis(Axis(1), radius);
                 let sharp = of_table.index_axis(Axis(2), wavelength);
                 let mut blurred = of_radius.index_axis_mut(Axis(2), wavelength);
-                for (mut blurred, sharp) in blurred
-                    .lanes_mut(Axis(2))
-                    .into_iter()
-                    .zip(sharp.lanes(Axis(2)))
-                {
-                    for angle in wanted.clone() {
-                        let theta_rad = angles[angle];
-                        if theta_rad < lobe_rad {
-                            continue;
-                        }
-                        let outside = |turn: &f64| (theta_rad + turn).max(lobe_rad);
-                        let value = |turn: &f64| linear(angles, &sharp, outside(turn));
-                        let sum: f64 = turns.iter().map(value).sum();
+                // All polarizations and variances are blurred alike.
+                let mut places = turns.map(|_| BetweenAngles::default());
+                for angle in wanted.clone() {
+                    let theta_rad = angles[angle];
+                    if theta_rad < lobe_rad {
+                        continue;
+                    }
+                    for (place, turn) in places.iter_mut().zip(&turns) {
+                        place.move_to((theta_rad + turn).max(lobe_rad), angles);
+                    }
+                    for (mut blurred, sharp) in blurred
+                        .lanes_mut(Axis(2))
+                        .into_iter()
+                        .zip(sharp.lanes(Axis(2)))
+                    {
+                        let sum: f64 = places.iter().map(|place| place.value(&sharp)).sum();
                         // f32 as in the table.
                         blurred[angle] = (sum / turns.len() as f64) as f32;
                     }
@@ -268,15 +271,34 @@ fn blurred(table: &ScatteringTable, theta_range_rad: (f64, f64)) -> ScatteringTa
     with(table, table.effective_radius_um.clone(), values)
 }
 
-/// Linear interpolation in the angle, which is folded back at 0 and 180 degrees.
-fn linear(angles: &[f64], values: &ArrayView1<f32>, theta_rad: f64) -> f64 {
-    let folded = theta_rad.abs();
-    let folded = if folded > PI { TAU - folded } else { folded };
-    let above = angles.partition_point(|node| *node <= folded);
-    let lower = above.clamp(1, angles.len() - 1) - 1;
-    let fraction = (folded - angles[lower]) / (angles[lower + 1] - angles[lower]);
-    let fraction = fraction.clamp(0.0, 1.0);
-    f64::from(values[lower]) * (1.0 - fraction) + f64::from(values[lower + 1]) * fraction
+/// A scattering angle between two nodes of a table, for linear interpolation.
+#[derive(Clone, Copy, Debug, Default)]
+struct BetweenAngles {
+    lower: usize,
+    /// From 0 at the lower node to 1 at the upper one.
+    fraction: f64,
+}
+
+impl BetweenAngles {
+    /// Goes to an angle, which is folded back at 0 and 180 degrees, from one that is near.
+    fn move_to(&mut self, theta_rad: f64, angles: &[f64]) {
+        let folded = theta_rad.abs();
+        let folded = if folded > PI { TAU - folded } else { folded };
+        let last = angles.len() - 2;
+        while self.lower < last && angles[self.lower + 1] <= folded {
+            self.lower += 1;
+        }
+        while self.lower > 0 && angles[self.lower] > folded {
+            self.lower -= 1;
+        }
+        let (low, high) = (angles[self.lower], angles[self.lower + 1]);
+        self.fraction = ((folded - low) / (high - low)).clamp(0.0, 1.0);
+    }
+
+    fn value(&self, values: &ArrayView1<f32>) -> f64 {
+        let (low, high) = (values[self.lower], values[self.lower + 1]);
+        f64::from(low) * (1.0 - self.fraction) + f64::from(high) * self.fraction
+    }
 }
 
 /// Share of the light of the line-spread function below u: 1/2 + 1/pi int_0^2 m(v/2) sin(u v)/v dv.
@@ -355,6 +377,27 @@ mod tests {
                 (found - 0.5 * outside).abs() < 1e-3,
                 "{u}: {found} {outside}"
             );
+        }
+    }
+
+    #[test]
+    fn places_between_angles_are_found_from_wherever_they_were() {
+        let angles = [0.0, 0.5, 0.6, 2.0, PI];
+        let squares = ndarray::arr1(&[0.0, 1.0, 4.0, 9.0, 16.0_f32]);
+        let mut place = BetweenAngles::default();
+        for (theta_rad, value) in [
+            (0.55, 2.5),
+            (3.0 + 1e-9, 9.0 + 7.0 * (1.0 + 1e-9) / (PI - 2.0)),
+            (PI, 16.0),
+            (TAU - 2.0, 9.0),
+            (-0.25, 0.5),
+            (0.5, 1.0),
+            (0.0, 0.0),
+            (TAU, 0.0),
+        ] {
+            place.move_to(theta_rad, &angles);
+            let found = place.value(&squares.view());
+            assert!((found - value).abs() < 1e-12, "{theta_rad}: {found}");
         }
     }
 
