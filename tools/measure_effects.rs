@@ -29,6 +29,7 @@ use crate::progress;
 use crate::progress::Verbosity;
 use crate::stages;
 use crate::stages::Done;
+use crate::stages::seconds_of;
 use crate::timed_run::rounded;
 use crate::timed_run::run_once;
 use crate::timed_run::temporary_folder;
@@ -154,7 +155,7 @@ pub(crate) fn measure(
         scene: small.name,
         width_px: small.camera.width_px,
         height_px: small.camera.height_px,
-        seconds: base.done.iter().map(|done| done.seconds).sum(),
+        seconds: seconds_of(&base.done),
         effects,
     })
 }

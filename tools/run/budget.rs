@@ -21,6 +21,7 @@ use crate::failure::Failure;
 use crate::flags::Common;
 use crate::scene_file;
 use crate::stages::Done;
+use crate::stages::seconds_of;
 
 /// Part of the time left that tables may take.
 const FOR_TABLES: f64 = 0.5;
@@ -175,7 +176,7 @@ impl Budget {
             return format!("{elapsed_s:.1} s of {asked_s} s");
         }
         let longest = done.iter().max_by(|a, b| a.seconds.total_cmp(&b.seconds));
-        let decided_s = elapsed_s - done.iter().map(|it| it.seconds).sum::<f64>();
+        let decided_s = elapsed_s - seconds_of(done);
         let longest = match longest {
             Some(it) if it.seconds >= decided_s => {
                 format!(": {} alone takes {:.1} s", it.stage, it.seconds)

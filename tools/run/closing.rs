@@ -9,6 +9,7 @@ use crate::run::budget::Budget;
 use crate::stages::Done;
 use crate::stages::accuracy::Reached;
 use crate::stages::accuracy::of_white;
+use crate::stages::seconds_of;
 
 /// What is switched off although it is seen: the scene says so, or cannot do without, so that the verdict does not count
 /// it.
@@ -35,7 +36,7 @@ pub(super) fn text(
         ));
     }
     lines.extend(left_out(plan));
-    let seconds = decided_s + done.iter().map(|done| done.seconds).sum::<f64>();
+    let seconds = decided_s + seconds_of(done);
     lines.extend(reached.map(|reached| match budget {
         Some(budget) => format!("{}; {}", reached.text_of_error(), budget.text(done)),
         None => format!("{}; {seconds:.1} s", reached.text()),

@@ -24,6 +24,7 @@ use crate::stages::Done;
 use crate::stages::accuracy;
 use crate::stages::accuracy::Reached;
 use crate::stages::given_table;
+use crate::stages::seconds_of;
 
 /// What was done for a frame.
 #[derive(Serialize)]
@@ -82,7 +83,7 @@ pub(super) fn execute(
             None
         };
         if let Some(reached) = &reached {
-            let seconds: f64 = done.iter().map(|it| it.seconds).sum();
+            let seconds = seconds_of(&done);
             verbosity.say(format_args!(
                 "             {}; {seconds:.1} s",
                 reached.text()

@@ -41,6 +41,7 @@ use crate::stages::render::Inputs;
 use crate::stages::render::RenderStage;
 use crate::stages::render::Target;
 use crate::stages::scatter::TableInputs;
+use crate::stages::seconds_of;
 use crate::stages::tile::TilesOfMany;
 use crate::stages::tile::parse_tiles;
 use crate::sun::report::FindingText;
@@ -142,12 +143,6 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
     let budget = command.budget.map(Budget::new);
     let start = Instant::now();
     let mut planned = planned(command, (common, budget.as_ref()), &kept)?;
-    if planned.scene.sequence.is_some() {
-        return Err(Failure::Usage(format!(
-            "{} is a sequence: say which frames with --frames, as 1-240 or 12",
-            command.scene.display()
-        )));
-    }
     let decided_s = start.elapsed().as_secs_f64();
     planned.check()?;
     if let Some(photo) = &planned.scene.photo {
@@ -182,9 +177,10 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
     let image = folder.join(stages::render::FILE);
     let reached = accuracy::reached(&planned, &image)?;
     choice_file::write(&planned.choice, &kept, Existing::Replace)?;
+    let total_s = decided_s + seconds_of(&done);
     let cheaper = reached
         .as_ref()
-        .map(|it| accuracy::cheaper(&planned, &done, it));
+        .map(|it| accuracy::cheaper(&planned, (&done, total_s), it));
     let cheaper = cheaper.unwrap_or_default();
     let report = report::json(&planned, (decided_s, &done), (reached.as_ref(), &cheaper));
     report::write(&report, folder, None)?;
@@ -237,10 +233,16 @@ fn planned(
     kept: &Path,
 ) -> Result<PlannedScene, Failure> {
     let before: Option<Choice> = choice_file::kept(kept, common.options_of_run().existing)?;
+    let scene = scene_file::read(&command.scene, common)?;
+    if scene.sequence.is_some() {
+        return Err(Failure::Usage(format!(
+            "{} is a sequence: say which frames with --frames, as 1-240 or 12",
+            command.scene.display()
+        )));
+    }
     if common.choice.is_some() {
         return scene_file::load(&command.scene, common);
     }
-    let scene = scene_file::read(&command.scene, common)?;
     if let Some(budget) = budget {
         return budget.planned(&scene, (&command.scene, common), before.as_ref());
     }

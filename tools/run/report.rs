@@ -18,6 +18,7 @@ use crate::run::frames::FrameDone;
 use crate::stages::Done;
 use crate::stages::accuracy::Cheaper;
 use crate::stages::accuracy::Reached;
+use crate::stages::seconds_of;
 use crate::version;
 use niji_picture::PlannedScene;
 use niji_scene::Scene;
@@ -40,7 +41,7 @@ pub(super) fn json(
         "cheaper": cheaper,
         "plan_seconds": plan_s,
         "stages": done,
-        "seconds": done.iter().map(|done| done.seconds).sum::<f64>(),
+        "seconds": seconds_of(done),
     })
 }
 

@@ -247,13 +247,17 @@ impl Cheaper {
     }
 }
 
-/// What would have taken a tenth less, as the stages that ran measured it: pixels without more rays, no light of
+/// What would have taken a tenth less of all `total_s`, as the stages that ran measured it: pixels without more rays, no light of
 /// further orders. Nothing where the picture was there already or was made in parts.
 ///
 /// e_rays = sqrt(e^2 + <d^2>),   e_orders = e + rms of their light
 /// `e` error of the picture; `d` what more than one ray each changed its pixels by. The estimate of the picture
 /// without them has what they took away of it in place of d^2.
-pub(crate) fn cheaper(planned: &PlannedScene, done: &[Done], reached: &Reached) -> Vec<Cheaper> {
+pub(crate) fn cheaper(
+    planned: &PlannedScene,
+    (done, total_s): (&[Done], f64),
+    reached: &Reached,
+) -> Vec<Cheaper> {
     let Some(spent) = done.iter().find_map(|it| it.spent) else {
         return Vec::new();
     };
@@ -270,11 +274,10 @@ pub(crate) fn cheaper(planned: &PlannedScene, done: &[Done], reached: &Reached) 
     };
     let of_orders = Cheaper {
         change: "effects.multiple_scattering = \"off\"",
-        seconds: spent.paths_s + done.iter().map(|it| it.further_orders_s).sum::<f64>(),
+        seconds: spent.further_orders_s + done.iter().map(|it| it.further_orders_s).sum::<f64>(),
         error: reached.error + reached.further_orders,
         told: reached.error + reached.further_orders,
     };
-    let total_s: f64 = done.iter().map(|it| it.seconds).sum();
     let mut found = vec![of_rays, of_orders];
     found.retain(|it| it.seconds > WORTH_SAYING * total_s && it.seconds > LEAST_S);
     found.sort_by(|a, b| b.seconds.total_cmp(&a.seconds));

@@ -70,6 +70,11 @@ pub(crate) struct Done {
     pub spent: Option<Spent>,
 }
 
+/// Seconds of stages together.
+pub(crate) fn seconds_of(done: &[Done]) -> f64 {
+    done.iter().map(|it| it.seconds).sum()
+}
+
 /// What a stage is asked for.
 pub(crate) struct Request<'a> {
     pub(crate) stage: &'static str,

@@ -19,6 +19,7 @@ use crate::output;
 use crate::peak_memory::PeakMemory;
 use crate::run::files::hash;
 use crate::stages;
+use crate::stages::seconds_of;
 use crate::timed_run::relative_rmse;
 use crate::timed_run::rounded;
 use crate::timed_run::timed_run;
@@ -192,7 +193,7 @@ fn run(
     let memory = PeakMemory::start();
     let (done, image) = timed_run(planned, &folder.join(UNFINISHED))?;
     let cost = Cost {
-        seconds: done.iter().map(|done| done.seconds).sum(),
+        seconds: seconds_of(&done),
         peak_bytes: memory.bytes(),
     };
     output::write_file(&image_path, |writer| image.write_spectral(writer))?;

@@ -42,8 +42,8 @@ impl Deadline<'_> {
 pub struct Spent {
     /// What there was time for.
     pub afforded: Afforded,
-    /// Seconds in which paths of light of further orders were followed.
-    pub paths_s: f64,
+    /// Seconds in which light of further orders was made ready: its paths, and what diffraction changes in the bows.
+    pub further_orders_s: f64,
     /// Seconds in which pixels got more rays.
     pub more_rays_s: f64,
     /// What more than one ray for each pixel did, mean over the pixels [cd²/m⁴].

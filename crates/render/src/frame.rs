@@ -85,6 +85,8 @@ pub(crate) struct Frame<'a> {
     pub(crate) multiple: Option<MultipleLight>,
     /// What diffraction changes in the bows, where that light is wanted.
     pub(crate) diffraction: Option<Diffraction<'a>>,
+    /// Seconds that both took.
+    pub(crate) further_orders_s: f64,
     /// A change of a pixel's luminance that nobody sees at the tolerance of the picture [cd/m²].
     pub(crate) unseen_cd_m2: f64,
     /// Light of the drops in the sun that water mirrors.
@@ -210,12 +212,16 @@ pub(crate) fn frame<'a>(
         let tables = std::slice::from_ref(table);
         MovedRows::new(tables, &nodes, &basis.luminance_weights, Blur::Pixel)
     });
+    let start_s = (deadline.now_s)();
     let multiple = multiple(request, &basis, (progress, deadline))?;
     let of_diffraction = rows.as_ref().filter(|_| multiple.is_some());
+    let diffraction = of_diffraction.and_then(|rows| diffraction(request, &basis, rows));
+    let further_orders_s = (deadline.now_s)() - start_s;
     let is_lit = request.effects.lit_surfaces.is_on();
     Ok(Frame {
         lit: is_lit.then(|| SurfaceLight::new(request)),
-        diffraction: of_diffraction.and_then(|rows| diffraction(request, &basis, rows)),
+        diffraction,
+        further_orders_s,
         sun_direction: request.sun_direction,
         irradiance: request
             .sun_irradiance

@@ -163,7 +163,7 @@ fn checked_strips(
             coarser_rays,
             paths_per_node: multiple.map(|it| it.n_paths),
         },
-        paths_s: multiple.map_or(0.0, |it| it.seconds),
+        further_orders_s: tracer.frame.further_orders_s,
         more_rays_s,
         more_rays,
     })
