@@ -317,6 +317,21 @@ camera.azimuth_deg = [[1, -5.0], [4, 5.0]]
 "#;
 
 #[test]
+fn files_of_frames_ask_for_a_frame() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("plume.toml");
+    let (text, _) = PLUME.split_once("[sequence]").unwrap();
+    fs::write(&scene, text).unwrap();
+    let refused = run(&scene, &folder.path().join("out"), &[]);
+    let message = String::from_utf8_lossy(&refused.stderr);
+    assert_eq!(refused.status.code(), Some(3), "{message}");
+    assert!(
+        message.contains("plume.####.vdb") && message.contains("--frames"),
+        "{message}"
+    );
+}
+
+#[test]
 fn frames_have_the_same_bytes_at_once_in_shares_and_alone() {
     let folder = tempfile::tempdir().unwrap();
     plume(folder.path());

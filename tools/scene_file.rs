@@ -31,7 +31,8 @@ pub(crate) fn load(path: &Path, common: &Common) -> Result<PlannedScene, Failure
         return planned(scene, path, common);
     };
     let choice: Choice = choice_file::read(file)?;
-    check_version(&choice.version, (file, path, ""))?;
+    let of = (file.as_path(), path, &*flags(common.goal()));
+    check_version(&choice.version, of)?;
     let scene = match choice.afforded {
         Some(afforded) if common.tolerance.is_none() => at_tolerance(scene, afforded.tolerance),
         _ => scene,
@@ -44,10 +45,14 @@ pub(crate) fn load(path: &Path, common: &Common) -> Result<PlannedScene, Failure
     if planned.choice == choice {
         return Ok(planned);
     }
-    Err(refused(
-        "for another scene or other accuracy",
-        (file, path, ""),
-    ))
+    Err(refused("for another scene or other accuracy", of))
+}
+
+/// The flags that ask for a goal, each with a space before it.
+pub(crate) fn flags(goal: Goal) -> String {
+    let preset = (goal.preset).map(|it| format!(" --accuracy {}", it.name()));
+    let tolerance = (goal.tolerance).map(|it| format!(" --tolerance {it}"));
+    [preset, tolerance].into_iter().flatten().collect()
 }
 
 /// Refuses what another program decided.
@@ -204,4 +209,25 @@ fn keepable(goal: Goal) -> Result<(), Failure> {
              24 bits, so that none is nearer (nothing was made)"
         )))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use niji_scene::Preset;
+
+    use super::*;
+
+    #[test]
+    fn goals_are_asked_for_by_their_flags() {
+        let goal = Goal {
+            preset: Some(Preset::Draft),
+            tolerance: Some(0.02),
+        };
+        assert_eq!(flags(goal), " --accuracy draft --tolerance 0.02");
+        let of_the_scene = Goal {
+            preset: None,
+            tolerance: None,
+        };
+        assert_eq!(flags(of_the_scene), "");
+    }
 }

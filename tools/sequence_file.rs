@@ -135,7 +135,8 @@ impl<'a> SequenceFile<'a> {
     pub(crate) fn choice(&self, before: Option<SequenceChoice>) -> Result<SequenceChoice, Failure> {
         if let Some(file) = &self.common.choice {
             let choice: SequenceChoice = choice_file::read(file)?;
-            let of = (file.as_path(), self.path, " --frames LIST");
+            let flags = format!("{} --frames LIST", scene_file::flags(self.common.goal()));
+            let of = (file.as_path(), self.path, flags.as_str());
             scene_file::check_version(&choice.version, of)?;
             if choice.request == self.key(&choice.frames)? {
                 return Ok(choice);

@@ -1,12 +1,14 @@
 //! Whether a planned scene can become a picture: its light, its files and its memory.
 
 use std::fs;
+use std::io;
 use std::path::Path;
 
 use niji_exchange::STRIP_BYTES;
 use niji_render::ask_for_memory;
 use niji_scene::Scene;
 use niji_scene::Stage;
+use niji_scene::with_frame;
 
 use crate::error::Error;
 use crate::planned_scene::PlannedScene;
@@ -25,7 +27,16 @@ const LIGHT_NEEDS: &str = "a bow needs drops in view at its angle and the sun ab
 pub fn check_files(scene: &Scene, folder: &Path) -> Result<(), Error> {
     for file in scene.files() {
         let path = folder.join(file);
-        let missing = |error| Error::file(&path, format!("{error}: the scene names this file"));
+        let missing = |error: io::Error| {
+            let is_of_frames = with_frame(file, 1) != file;
+            let why = if is_of_frames {
+                "# stands for the number of a frame: say which frames with --frames, as 1-240 or 12"
+                    .to_owned()
+            } else {
+                format!("{error}: the scene names this file")
+            };
+            Error::file(&path, why)
+        };
         fs::metadata(&path).map_err(missing)?;
     }
     Ok(())
