@@ -74,6 +74,30 @@ fn a_moved_sun_leaves_the_files_of_a_fresh_run_and_foreign_files_are_refused() {
 }
 
 #[test]
+fn a_dark_picture_tells_how_a_camera_would_show_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let said_at = |exposure_ev: &str| {
+        let small = [
+            ("camera.width_px", "32"),
+            ("camera.height_px", "24"),
+            ("sun.elevation_deg", "4.0"),
+            ("picture.exposure_ev", exposure_ev),
+        ];
+        let scene = variant("clear-sky.toml", folder.path(), &small);
+        let out = folder.path().join("out");
+        let output = niji_ends_with(0, &["run", text(&scene), "-o", text(&out)]);
+        String::from_utf8_lossy(&output.stderr).into_owned()
+    };
+    let hint = "dark: a camera would show it with about picture.exposure_ev = ";
+    let dark = said_at("0.0");
+    let usual_ev = dark.split_once(hint).unwrap().1.lines().next().unwrap();
+    let found: f64 = usual_ev.parse().unwrap();
+    assert!((1.0..=2.0).contains(&found), "{dark}");
+    let bright = said_at(usual_ev);
+    assert!(!bright.contains("a camera would"), "{bright}");
+}
+
+#[test]
 fn another_exposure_shows_the_picture_that_is_there_until_its_error_is_seen() {
     let folder = tempfile::tempdir().unwrap();
     let (out, other) = (folder.path().join("out"), folder.path().join("other"));

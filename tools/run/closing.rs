@@ -1,5 +1,6 @@
 //! The lines at the end of a run: what it took, what it leaves out, and how accurate the picture is.
 
+use niji_picture::PlannedScene;
 use niji_scene::Effect;
 use niji_scene::EffectDecision;
 use niji_scene::Plan;
@@ -42,6 +43,21 @@ pub(super) fn text(
         None => format!("{}; {seconds:.1} s", reached.text()),
     }));
     lines.join("\n")
+}
+
+/// What a camera would show otherwise, where nobody said how bright the picture is shown and it is off by about a stop at
+/// least. A photograph has its own exposure.
+pub(super) fn exposure(planned: &PlannedScene, done: &[Done]) -> Option<String> {
+    let is_open = planned.shown.exposure_ev == 0.0 && planned.scene.photo.is_none();
+    let stops = done.iter().find_map(|it| it.usual_stops)?;
+    let usual_ev = (2.0 * stops).round() / 2.0;
+    if !is_open || usual_ev.abs() < 1.0 {
+        return None;
+    }
+    let looks = if usual_ev > 0.0 { "dark" } else { "bright" };
+    Some(format!(
+        "{looks}: a camera would show it with about picture.exposure_ev = {usual_ev:.1}"
+    ))
 }
 
 /// The effects that are off although they may be seen, a line for light that drops scatter more than

@@ -200,6 +200,9 @@ pub(crate) fn execute(command: &RunCommand, common: &Common) -> Result<(), Failu
     for line in &cheaper {
         verbosity.say(line.text());
     }
+    if let Some(line) = closing::exposure(&planned, &done) {
+        verbosity.say(line);
+    }
     let too_much = reached.as_ref().and_then(Reached::too_much);
     // Of a tolerance on the command line it is an error, which names its cause.
     if let (Some(cause), None, None) = (too_much, common.tolerance, &budget) {

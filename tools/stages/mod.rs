@@ -68,6 +68,9 @@ pub(crate) struct Done {
     /// What went into a picture that was made in one go.
     #[serde(skip)]
     pub spent: Option<Spent>,
+    /// Stops by which a camera would show a picture brighter, where its preview was made.
+    #[serde(skip)]
+    pub usual_stops: Option<f64>,
 }
 
 /// Seconds of stages together.
@@ -123,6 +126,7 @@ pub(crate) fn perform(
         seconds,
         further_orders_s: 0.0,
         spent: None,
+        usual_stops: None,
     })
 }
 

@@ -143,16 +143,20 @@ impl<'a> Shown<'a> {
                 None => self.layers_of_file(&provenance),
             }
         })?;
+        let mut usual_stops = None;
         let made_preview = perform(&self.preview()?, options, |provenance| {
-            match made.filter(|it| it.provenances[1] == provenance) {
-                Some(made) => output::write_file(preview, |writer| made.preview.write(writer)),
-                None => self.preview_of_file(provenance),
-            }
+            let shown = match made.filter(|it| it.provenances[1] == provenance) {
+                Some(made) => made.preview,
+                None => self.preview_of_file(provenance)?,
+            };
+            usual_stops = shown.usual_stops();
+            output::write_file(preview, |writer| shown.write(writer))
         })?;
         Ok(Done {
             files: [done.files, made_layers.files, made_preview.files].concat(),
             up_to_date: done.up_to_date && made_layers.up_to_date && made_preview.up_to_date,
             seconds: done.seconds + made_layers.seconds + made_preview.seconds,
+            usual_stops,
             ..done
         })
     }
@@ -183,13 +187,12 @@ impl<'a> Shown<'a> {
         }
     }
 
-    fn preview_of_file(&self, provenance: Provenance) -> Result<(), Failure> {
+    fn preview_of_file(&self, provenance: Provenance) -> Result<Preview, Failure> {
         let [plain, file] = &self.files;
         let exposure_ev = self.picture.exposure_ev;
         if self.picture.primaries == Primaries::Rec709 {
             let preview = Preview::of_plain_image(plain, exposure_ev, provenance);
-            let preview = preview.map_err(|error| Failure::bad_input(plain, error))?;
-            return output::write_file(file, |writer| preview.write(writer));
+            return preview.map_err(|error| Failure::bad_input(plain, error));
         }
         let path = self.stage.target.path;
         let damaged = |error| Failure::bad_input(path, error);
@@ -199,7 +202,7 @@ impl<'a> Shown<'a> {
             let added = preview.add(&rows.map_err(damaged)?);
             added.map_err(|error| output::failed(file, &error))?;
         }
-        output::write_file(file, |writer| preview.write(writer))
+        Ok(preview)
     }
 }
 

@@ -13,6 +13,7 @@ use ndarray::Slice;
 use niji_geometry::PixelRegion;
 use niji_radiometry::GamutPolicy;
 use niji_radiometry::RgbPrimaries;
+use niji_radiometry::srgb_decode;
 use niji_radiometry::srgb_encode;
 
 use crate::error::Error;
@@ -27,6 +28,12 @@ use crate::strips::PartsReader;
 
 /// Where the shoulder of the tone curve begins.
 const SHOULDER: f64 = 0.8;
+
+/// What cameras take the mean of a picture to, in parts of white: the grey of their cards.
+const MID_GREY: f64 = 0.18;
+
+/// Shades of white that are told apart where pixels are counted by their luminance.
+const N_SHADES: usize = 1000;
 
 /// The tone curve of previews, from linear to linear.
 #[must_use]
@@ -87,6 +94,30 @@ impl Preview {
     fn append(&mut self, rgb: &Array3<f32>) -> Result<(), Error> {
         let first_row = self.codes.len() / (3 * self.shown.width_px.max(1) as usize);
         append_codes(&mut self.codes, (rgb, first_row), self.exposure_ev)
+    }
+
+    /// The exposure with which a camera would show it, in stops beside that of the preview: its mean is 18 % of white, or a
+    /// hundredth of it is above the shoulder of the tone curve where that is less. `None` where all is black.
+    #[must_use]
+    pub fn usual_stops(&self) -> Option<f64> {
+        let linear: [f64; 256] = std::array::from_fn(|code| srgb_decode(code as f64 / 255.0));
+        let (mut sum, mut n_of) = (0.0, [0_usize; N_SHADES + 1]);
+        for rgb in self.codes.chunks_exact(3) {
+            let rgb = [rgb[0], rgb[1], rgb[2]].map(|code| linear[usize::from(code)]);
+            let shown = RgbPrimaries::Rec709.luminance(rgb);
+            sum += shown;
+            n_of[(shown * N_SHADES as f64) as usize] += 1;
+        }
+        let n_pixels = self.codes.len() / 3;
+        let mut n_left = n_pixels / 100;
+        let brightest = n_of.iter().rposition(|n| {
+            let is_among = *n > n_left;
+            n_left = n_left.saturating_sub(*n);
+            is_among
+        })?;
+        let of_mean = (MID_GREY * n_pixels as f64 / sum).log2();
+        let of_brightest = (SHOULDER * N_SHADES as f64 / (brightest + 1) as f64).log2();
+        (sum > 0.0).then(|| of_mean.min(of_brightest))
     }
 
     /// Writes it as 8-bit sRGB, with the provenance as text.
@@ -239,5 +270,44 @@ mod tests {
         }
         assert_eq!(tone_curve(-1.0), 0.0);
         assert_eq!(tone_curve(0.18), 0.18);
+    }
+
+    /// What is asked for of a preview of grey pixels, `bright` of 1000 of them brighter.
+    fn usual_stops(grey: f32, (bright, n_bright): (f32, usize)) -> Option<f64> {
+        let provenance = Provenance {
+            tool: "a test".to_owned(),
+            version: "0.0".to_owned(),
+            settings: "{}".to_owned(),
+            inputs: std::collections::BTreeMap::new(),
+        };
+        let mut preview = Preview::new(ImageWindows::whole(40, 25), 0.0, provenance);
+        let value = |(_, y, x): (usize, usize, usize)| {
+            if 40 * y + x < n_bright { bright } else { grey }
+        };
+        preview
+            .append(&Array3::from_shape_fn((3, 25, 40), value))
+            .unwrap();
+        preview.usual_stops()
+    }
+
+    #[test]
+    fn a_camera_shows_the_mean_as_grey_and_spares_what_is_bright() {
+        let near = |found: Option<f64>, expected: f64| {
+            // Codes of dark grey are 2 % apart.
+            assert!(
+                (found.unwrap() - expected).abs() < 0.05,
+                "{found:?} {expected}"
+            );
+        };
+        near(usual_stops(0.045, (0.0, 0)), 2.0);
+        near(usual_stops(0.18, (0.0, 0)), 0.0);
+        near(usual_stops(0.72, (0.0, 0)), -2.0);
+        // Few are let go, more are not.
+        near(
+            usual_stops(0.045, (0.4, 5)),
+            (0.18_f64 / (0.995 * 0.045 + 0.002)).log2(),
+        );
+        near(usual_stops(0.045, (0.4, 20)), 1.0);
+        assert_eq!(usual_stops(0.0, (0.0, 0)), None);
     }
 }
