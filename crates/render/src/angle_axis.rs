@@ -180,7 +180,7 @@ fn bend_weight_at(fraction: f32) -> f32 {
 }
 
 /// The first node above a value, from `near` on: neighboring rays lie between the same nodes.
-fn node_above(nodes: &[f64], value: f64, near: &mut usize) -> usize {
+pub(crate) fn node_above(nodes: &[f64], value: f64, near: &mut usize) -> usize {
     // The last ray may have asked other rows.
     let mut above = (*near).min(nodes.len());
     while above < nodes.len() && nodes[above] <= value {

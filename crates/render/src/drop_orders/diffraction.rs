@@ -36,6 +36,7 @@ use rayon::prelude::*;
 
 use super::phase::kept_radii;
 use crate::angle_axis::RayPlace;
+use crate::angle_axis::node_above;
 use crate::deposits::Deposits;
 use crate::levels::DropExtinctionModel;
 use crate::march::March;
@@ -284,13 +285,8 @@ impl BetweenAngles {
     fn move_to(&mut self, theta_rad: f64, angles: &[f64]) {
         let folded = theta_rad.abs();
         let folded = if folded > PI { TAU - folded } else { folded };
-        let last = angles.len() - 2;
-        while self.lower < last && angles[self.lower + 1] <= folded {
-            self.lower += 1;
-        }
-        while self.lower > 0 && angles[self.lower] > folded {
-            self.lower -= 1;
-        }
+        let above = node_above(angles, folded, &mut (self.lower + 1));
+        self.lower = above.clamp(1, angles.len() - 1) - 1;
         let (low, high) = (angles[self.lower], angles[self.lower + 1]);
         self.fraction = ((folded - low) / (high - low)).clamp(0.0, 1.0);
     }
