@@ -88,6 +88,22 @@ impl Common {
         }
     }
 
+    /// What is asked of a picture, as words of a command line.
+    pub(crate) fn picture_flags(&self) -> Vec<String> {
+        let goal = self.goal();
+        let preset = goal
+            .preset
+            .map(|preset| ["--accuracy", preset.name()].map(str::to_owned));
+        let tolerance = goal
+            .tolerance
+            .map(|it| ["--tolerance".to_owned(), it.to_string()]);
+        let spectral = self
+            .spectral
+            .map(|it| ["--spectral", it.name()].map(str::to_owned));
+        let flags = preset.into_iter().chain(tolerance).chain(spectral);
+        flags.flatten().collect()
+    }
+
     /// Where files may lie that a scene names.
     ///
     /// # Errors
@@ -170,5 +186,31 @@ pub(crate) fn within(
         _ => Err(format!(
             "found {text}, expected a number from {low} to {high}"
         )),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use super::*;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        common: Common,
+    }
+
+    #[test]
+    fn what_is_asked_of_a_picture_is_written_as_it_was_typed() {
+        let flags_of = |words: &str| {
+            let line = Line::parse_from(words.split(' '));
+            line.common.picture_flags().join(" ")
+        };
+        assert_eq!(
+            flags_of("niji --tolerance 0.02 --accuracy draft"),
+            "--accuracy draft --tolerance 0.02"
+        );
+        assert_eq!(flags_of("niji"), "");
     }
 }

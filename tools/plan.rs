@@ -179,7 +179,7 @@ fn script(planned: &PlannedScene, scene: &Path, folder: &Path, common: &Common) 
         format!("--image {image} --depth {depth}")
     };
     let choice = inside(choice_file::FILE);
-    let accuracy = [vec![String::new()], picture_flags(common)].concat();
+    let accuracy = [vec![String::new()], common.picture_flags()].concat();
     let accuracy = accuracy.join(" ");
     let flags = format!("{accuracy} --choice {choice}");
     let plan = &planned.plan;
@@ -240,20 +240,4 @@ fn script(planned: &PlannedScene, scene: &Path, folder: &Path, common: &Common) 
         let _ = writeln!(script, "niji {line}{flags}");
     }
     script
-}
-
-/// What is asked of a picture, as words of a command line.
-pub(crate) fn picture_flags(common: &Common) -> Vec<String> {
-    let goal = common.goal();
-    let preset = goal
-        .preset
-        .map(|preset| ["--accuracy", preset.name()].map(str::to_owned));
-    let tolerance = goal
-        .tolerance
-        .map(|it| ["--tolerance".to_owned(), it.to_string()]);
-    let spectral = common
-        .spectral
-        .map(|it| ["--spectral", it.name()].map(str::to_owned));
-    let flags = preset.into_iter().chain(tolerance).chain(spectral);
-    flags.flatten().collect()
 }

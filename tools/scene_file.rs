@@ -26,12 +26,23 @@ use crate::version;
 /// # Errors
 /// A scene, a drop volume or a choice that is missing or wrong; a choice for something else.
 pub(crate) fn load(path: &Path, common: &Common) -> Result<PlannedScene, Failure> {
-    let scene = read(path, common)?;
+    as_asked(read(path, common)?, path, common)
+}
+
+/// The same of a scene that was read.
+///
+/// # Errors
+/// As [`load`].
+pub(crate) fn as_asked(
+    scene: Scene,
+    path: &Path,
+    common: &Common,
+) -> Result<PlannedScene, Failure> {
     let Some(file) = &common.choice else {
         return planned(scene, path, common);
     };
     let choice: Choice = choice_file::read(file)?;
-    let of = (file.as_path(), path, &*flags(common.goal()));
+    let of = (file.as_path(), path, &*common.picture_flags());
     check_version(&choice.version, of)?;
     let scene = match choice.afforded {
         Some(afforded) if common.tolerance.is_none() => at_tolerance(scene, afforded.tolerance),
@@ -48,13 +59,6 @@ pub(crate) fn load(path: &Path, common: &Common) -> Result<PlannedScene, Failure
     Err(refused("for another scene or other accuracy", of))
 }
 
-/// The flags that ask for a goal, each with a space before it.
-pub(crate) fn flags(goal: Goal) -> String {
-    let preset = (goal.preset).map(|it| format!(" --accuracy {}", it.name()));
-    let tolerance = (goal.tolerance).map(|it| format!(" --tolerance {it}"));
-    [preset, tolerance].into_iter().flatten().collect()
-}
-
 /// Refuses what another program decided.
 ///
 /// # Errors
@@ -68,13 +72,14 @@ pub(crate) fn check_version(found: &str, of: ChoiceOf) -> Result<(), Failure> {
 }
 
 /// The file of a choice, the scene that it is taken for, and the flags that plan that.
-type ChoiceOf<'a> = (&'a Path, &'a Path, &'a str);
+type ChoiceOf<'a> = (&'a Path, &'a Path, &'a [String]);
 
 /// Refuses a choice of something else.
 pub(crate) fn refused(what: &str, (file, scene, flags): ChoiceOf) -> Failure {
-    let [shown, scene, to] = [file.display().to_string(), quoted(scene), quoted(file)];
+    let words = [&[quoted(scene)], flags].concat().join(" ");
+    let (shown, to) = (file.display(), quoted(file));
     Failure::Usage(format!(
-        "{shown}: found a choice {what}; make it anew: niji plan {scene}{flags} -o {to} --force"
+        "{shown}: found a choice {what}; make it anew: niji plan {words} -o {to} --force"
     ))
 }
 
@@ -209,25 +214,4 @@ fn keepable(goal: Goal) -> Result<(), Failure> {
              24 bits, so that none is nearer (nothing was made)"
         )))
     })
-}
-
-#[cfg(test)]
-mod tests {
-    use niji_scene::Preset;
-
-    use super::*;
-
-    #[test]
-    fn goals_are_asked_for_by_their_flags() {
-        let goal = Goal {
-            preset: Some(Preset::Draft),
-            tolerance: Some(0.02),
-        };
-        assert_eq!(flags(goal), " --accuracy draft --tolerance 0.02");
-        let of_the_scene = Goal {
-            preset: None,
-            tolerance: None,
-        };
-        assert_eq!(flags(of_the_scene), "");
-    }
 }

@@ -135,8 +135,9 @@ impl<'a> SequenceFile<'a> {
     pub(crate) fn choice(&self, before: Option<SequenceChoice>) -> Result<SequenceChoice, Failure> {
         if let Some(file) = &self.common.choice {
             let choice: SequenceChoice = choice_file::read(file)?;
-            let flags = format!("{} --frames LIST", scene_file::flags(self.common.goal()));
-            let of = (file.as_path(), self.path, flags.as_str());
+            let mut flags = self.common.picture_flags();
+            flags.extend(["--frames", "LIST"].map(str::to_owned));
+            let of = (file.as_path(), self.path, flags.as_slice());
             scene_file::check_version(&choice.version, of)?;
             if choice.request == self.key(&choice.frames)? {
                 return Ok(choice);

@@ -33,7 +33,6 @@ use crate::flags::Common;
 use crate::frame_list::FrameList;
 use crate::output;
 use crate::output::Existing;
-use crate::plan::picture_flags;
 use crate::scene_file;
 use crate::sequence_file::SequenceFile;
 
@@ -134,7 +133,7 @@ pub(crate) fn execute(command: &FarmCommand, common: &Common) -> Result<(), Fail
         (None, Some(_)) => Chunk::of(1),
         (None, None) => Chunk::of_frames(out),
     };
-    let mut flags = picture_flags(common);
+    let mut flags = common.picture_flags();
     for folder in &common.sandbox {
         flags.extend(["--sandbox".to_owned(), bundle::absolute(folder)?]);
     }

@@ -45,13 +45,12 @@ pub(super) fn text(
     lines.join("\n")
 }
 
-/// What a camera would show otherwise, where nobody said how bright the picture is shown and it is off by about a stop at
-/// least. A photograph has its own exposure.
+/// What a camera would show otherwise, where nobody said how bright the picture is shown and it is off by about a stop
+/// at least. A photograph has its own exposure.
 pub(super) fn exposure(planned: &PlannedScene, done: &[Done]) -> Option<String> {
-    let is_open = planned.shown.exposure_ev == 0.0 && planned.scene.photo.is_none();
     let stops = done.iter().find_map(|it| it.usual_stops)?;
     let usual_ev = (2.0 * stops).round() / 2.0;
-    if !is_open || usual_ev.abs() < 1.0 {
+    if planned.scene.photo.is_some() || usual_ev.abs() < 1.0 {
         return None;
     }
     let looks = if usual_ev > 0.0 { "dark" } else { "bright" };

@@ -244,7 +244,7 @@ fn planned(
         )));
     }
     if common.choice.is_some() {
-        return scene_file::load(&command.scene, common);
+        return scene_file::as_asked(scene, &command.scene, common);
     }
     if let Some(budget) = budget {
         return budget.planned(&scene, (&command.scene, common), before.as_ref());

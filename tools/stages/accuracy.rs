@@ -247,8 +247,8 @@ impl Cheaper {
     }
 }
 
-/// What would have taken a tenth less of all `total_s`, as the stages that ran measured it: pixels without more rays, no light of
-/// further orders. Nothing where the picture was there already or was made in parts.
+/// What would have taken a tenth less of all `total_s`, as the stages that ran measured it: pixels without more rays,
+/// no light of further orders. Nothing where the picture was there already or was made in parts.
 ///
 /// e_rays = sqrt(e^2 + <d^2>),   e_orders = e + rms of their light
 /// `e` error of the picture; `d` what more than one ray each changed its pixels by. The estimate of the picture

@@ -68,7 +68,7 @@ pub(crate) struct Done {
     /// What went into a picture that was made in one go.
     #[serde(skip)]
     pub spent: Option<Spent>,
-    /// Stops by which a camera would show a picture brighter, where its preview was made.
+    /// Stops by which a camera would show a picture brighter, where its preview was made and nobody said an exposure.
     #[serde(skip)]
     pub usual_stops: Option<f64>,
 }

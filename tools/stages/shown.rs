@@ -149,7 +149,9 @@ impl<'a> Shown<'a> {
                 Some(made) => made.preview,
                 None => self.preview_of_file(provenance)?,
             };
-            usual_stops = shown.usual_stops();
+            if self.picture.exposure_ev == 0.0 {
+                usual_stops = shown.usual_stops();
+            }
             output::write_file(preview, |writer| shown.write(writer))
         })?;
         Ok(Done {

@@ -18,7 +18,6 @@ use super::http::Request;
 use super::page;
 use super::toml_values;
 use crate::flags::Common;
-use crate::plan::picture_flags;
 use crate::shell_word::quoted;
 
 /// How long a page waits for news.
@@ -196,6 +195,6 @@ fn marks(scene: &niji_scene::Scene) -> Value {
 /// The command that makes the picture which is shown.
 fn command(document: &Document, common: &Common) -> String {
     let mut words = vec![quoted(document.path())];
-    words.extend(picture_flags(common));
+    words.extend(common.picture_flags());
     format!("niji run {} -o out", words.join(" "))
 }
