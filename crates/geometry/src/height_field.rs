@@ -9,24 +9,20 @@
 //! Light sees a smooth surface: gradients by central differences at the nodes, linear along both axes between.
 
 mod horizon;
-
-use std::ops::Range;
+mod walk;
 
 use glam::DVec2;
 use glam::DVec3;
 
+use self::walk::Block;
+use self::walk::Walk;
 use crate::aabb::Aabb;
 use crate::error::Error;
-use crate::mesh_bvh::Wanted;
 use crate::mesh_triangle::ShearedRay;
 use crate::ray::Ray;
-use crate::slabs::Slabs;
 
-/// Cells along a side of the smallest blocks.
-const BLOCK: usize = 2;
-
-/// Blocks that wait: three a level, of which 2^64 cells have 31.
-const MAX_WAITING: usize = 96;
+/// Part of a height by which rounding may move where a ray is.
+const SLACK: f64 = 16.0 * f64::EPSILON;
 
 /// Heights by row from the north and column from the west, and where they lie.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,7 +42,7 @@ pub struct HeightMap {
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeightField {
     map: HeightMap,
-    /// From the smallest blocks to the one that holds all.
+    /// From blocks of 2 x 2 cells to the one that holds all.
     levels: Vec<Level>,
 }
 
@@ -68,69 +64,6 @@ pub struct HeightHit {
     pub smooth_normal: DVec3,
     /// Whether the ray comes from below.
     pub is_from_below: bool,
-}
-
-/// A block of a level.
-#[derive(Clone, Copy)]
-struct Block {
-    level: usize,
-    /// Columns and rows of blocks of its size.
-    // u32: fields of 2^64 cells have no more, and a stack of them is set up for every ray.
-    place: [u32; 2],
-}
-
-impl Block {
-    fn x(self) -> usize {
-        self.place[0] as usize
-    }
-
-    fn z(self) -> usize {
-        self.place[1] as usize
-    }
-}
-
-/// Blocks on a way that are still to be looked into, nearest first.
-struct Walk {
-    waiting: [Block; MAX_WAITING],
-    n_waiting: usize,
-    /// Of four children the one that the way comes from is looked at first.
-    far: [u32; 2],
-}
-
-impl Walk {
-    /// All of a field, along a horizontal direction.
-    fn through(field: &HeightField, along: DVec2) -> Self {
-        let far = along.cmpge(DVec2::ZERO);
-        Self {
-            waiting: [field.whole(); MAX_WAITING],
-            n_waiting: 1,
-            far: [u32::from(far.x), u32::from(far.y)],
-        }
-    }
-
-    /// The nearest block that waits.
-    fn next(&mut self) -> Option<Block> {
-        self.n_waiting = self.n_waiting.checked_sub(1)?;
-        Some(self.waiting[self.n_waiting])
-    }
-
-    /// Has the children of a block wait, by the number of columns and rows of their level.
-    fn look_into(&mut self, block: Block, size: (usize, usize)) {
-        let far = self.far;
-        for (dx, dz) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
-            let child = Block {
-                level: block.level - 1,
-                place: [
-                    2 * block.place[0] + (far[0] ^ dx),
-                    2 * block.place[1] + (far[1] ^ dz),
-                ],
-            };
-            if child.x() < size.0 && child.z() < size.1 {
-                self.waiting[self.n_waiting] = child;
-                self.n_waiting += 1;
-            }
-        }
-    }
 }
 
 impl HeightField {
@@ -157,13 +90,19 @@ impl HeightField {
     /// The smallest box around the field.
     #[must_use]
     pub fn bounds(&self) -> Aabb {
-        self.bounds_of(self.whole())
+        let (n_x, n_z) = self.map.size;
+        let [low_m, high_m] = self.range_m(self.whole());
+        let at = |x, z, height_m| self.at(x, z).with_y(height_m);
+        Aabb {
+            min: at(0, 0, low_m),
+            max: at(n_x - 1, n_z - 1, high_m),
+        }
     }
 
     /// The nearest point of the surface farther along the ray than `after_m`.
     #[must_use]
     pub fn nearest(&self, ray: &Ray, after_m: f64) -> Option<HeightHit> {
-        let (distance_m, corners, is_from_below) = self.search(ray, after_m, Wanted::Nearest)?;
+        let (distance_m, corners, is_from_below) = self.search(ray, after_m)?;
         let [a, b, c] = corners;
         Some(HeightHit {
             distance_m,
@@ -176,77 +115,101 @@ impl HeightField {
     /// Whether the ray meets the surface farther along than `after_m`: what a shadow asks.
     #[must_use]
     pub fn is_met(&self, ray: &Ray, after_m: f64) -> bool {
-        self.search(ray, after_m, Wanted::Any).is_some()
+        self.search(ray, after_m).is_some()
     }
 
     /// Distance, triangle, and whether it is met from below.
-    fn search(&self, ray: &Ray, after_m: f64, wanted: Wanted) -> Option<(f64, [DVec3; 3], bool)> {
+    fn search(&self, ray: &Ray, after_m: f64) -> Option<(f64, [DVec3; 3], bool)> {
         let sheared = ShearedRay::new(ray)?;
-        let slabs = Slabs::new(ray);
-        let mut best: Option<(f64, [DVec3; 3], bool)> = None;
-        let along = DVec2::new(ray.direction.x, ray.direction.z);
-        let mut walk = Walk::through(self, along);
-        while let Some(block) = walk.next() {
-            let nearest_m = best.map_or(f64::INFINITY, |(distance_m, ..)| distance_m);
-            if !slabs.meets(&self.bounds_of(block), after_m, nearest_m) {
+        let line = [ray.origin, ray.direction].map(|it| DVec2::new(it.x, it.z));
+        let (start_m, rise) = (ray.origin.y, ray.direction.y);
+        let [lowest_m, highest_m] = self.range_m(self.whole());
+        let mut walk = Walk::new(self, line, after_m)?;
+        loop {
+            // Rounding of the distances and of the height moves these by less.
+            let [enter_m, leave_m] = [walk.enter(), walk.leave()].map(|it| rise * it);
+            let slack_m = SLACK * (start_m.abs() + enter_m.abs().max(leave_m.abs()));
+            let top_m = start_m + enter_m.max(leave_m) + slack_m;
+            let bottom_m = start_m + enter_m.min(leave_m) - slack_m;
+            let is_gone = if rise < 0.0 {
+                top_m < lowest_m
+            } else {
+                bottom_m > highest_m
+            };
+            if is_gone {
+                return None;
+            }
+            let [low_m, high_m] = self.range_m(walk.block());
+            let may_meet = bottom_m <= high_m && top_m >= low_m;
+            let by_corner = walk.leaves_by_corner();
+            if walk.block().level > 0 && (may_meet || by_corner) {
+                walk.open();
                 continue;
             }
-            if block.level > 0 {
-                walk.look_into(block, self.levels[block.level - 1].size);
-                continue;
-            }
-            // Loops: iterators that hand over triangles took a third longer.
-            let (xs, zs) = self.cells(block);
-            for z in zs {
-                let mut west = [self.node(xs.start, z), self.node(xs.start, z + 1)];
-                for x in xs.clone() {
-                    let east = [self.node(x + 1, z), self.node(x + 1, z + 1)];
-                    let ([a, c], [b, d]) = (west, east);
-                    west = east;
-                    let around = Aabb {
-                        min: a.min(b).min(c.min(d)),
-                        max: a.max(b).max(c.max(d)),
-                    };
-                    if !slabs.meets(&around, after_m, f64::INFINITY) {
-                        continue;
-                    }
-                    for triangle in [[a, c, d], [a, d, b]] {
-                        let Some((distance_m, is_from_below)) = sheared.meet(triangle) else {
-                            continue;
-                        };
-                        let is_nearer = best.is_none_or(|(nearest_m, ..)| distance_m < nearest_m);
-                        if distance_m > after_m && is_nearer {
-                            best = Some((distance_m, triangle, is_from_below));
-                            if wanted == Wanted::Any {
-                                return best;
-                            }
-                        }
-                    }
+            let own = may_meet.then(|| walk.block());
+            let beside = if by_corner {
+                walk.neighbors()
+            } else {
+                [None; 2]
+            };
+            let cells = own.into_iter().chain(beside.into_iter().flatten());
+            let mut best: Option<(f64, [DVec3; 3], bool)> = None;
+            for triangle in cells.flat_map(|cell| self.triangles(cell)) {
+                let Some((distance_m, is_from_below)) = sheared.meet(triangle) else {
+                    continue;
+                };
+                let is_nearer = best.is_none_or(|(nearest_m, ..)| distance_m < nearest_m);
+                if distance_m > after_m && is_nearer {
+                    best = Some((distance_m, triangle, is_from_below));
                 }
             }
+            if best.is_some() || !walk.pass() {
+                return best;
+            }
         }
-        best
     }
 
     /// The block that holds all.
     fn whole(&self) -> Block {
         Block {
-            level: self.levels.len() - 1,
+            level: self.levels.len() as u32,
             place: [0; 2],
         }
     }
 
-    /// Smallest and largest height of a block, over that of the corner (m).
-    fn range_m(&self, block: Block) -> (f32, f32) {
-        let level = &self.levels[block.level];
-        level.range_m[block.z() * level.size.0 + block.x()]
+    /// Smallest and largest height of a block (m).
+    #[inline]
+    fn range_m(&self, block: Block) -> [f64; 2] {
+        let [x, z] = block.place.map(|place| place as usize);
+        let corner_m = self.map.corner.y;
+        if block.level == 0 {
+            let [a, b, c, d] = self.heights_m(block);
+            return [
+                corner_m + a.min(b).min(c.min(d)),
+                corner_m + a.max(b).max(c.max(d)),
+            ];
+        }
+        let level = &self.levels[block.level as usize - 1];
+        let (low_m, high_m) = level.range_m[z * level.size.0 + x];
+        [corner_m + f64::from(low_m), corner_m + f64::from(high_m)]
     }
 
-    /// Columns and rows of the cells of a smallest block.
-    fn cells(&self, block: Block) -> (Range<usize>, Range<usize>) {
-        let ends = |place: usize, n: usize| BLOCK * place..(BLOCK * (place + 1)).min(n - 1);
-        let (n_x, n_z) = self.map.size;
-        (ends(block.x(), n_x), ends(block.z(), n_z))
+    /// The two triangles of a cell.
+    fn triangles(&self, cell: Block) -> [[DVec3; 3]; 2] {
+        let [x, z] = cell.place.map(|place| place as usize);
+        let [a, b] = [self.node(x, z), self.node(x + 1, z)];
+        let [c, d] = [self.node(x, z + 1), self.node(x + 1, z + 1)];
+        [[a, c, d], [a, d, b]]
+    }
+
+    /// Heights of its corners a, b, c, d over that of the corner of the field (m).
+    #[inline]
+    fn heights_m(&self, cell: Block) -> [f64; 4] {
+        let [x, z] = cell.place.map(|place| place as usize);
+        let n_x = self.map.size.0;
+        let north = z * n_x + x;
+        let rows = &self.map.height_m[north..north + n_x + 2];
+        [rows[0], rows[1], rows[n_x], rows[n_x + 1]].map(f64::from)
     }
 
     fn node(&self, x: usize, z: usize) -> DVec3 {
@@ -261,26 +224,6 @@ impl HeightField {
 
     fn height_m(&self, x: usize, z: usize) -> f32 {
         self.map.height_m[z * self.map.size.0 + x]
-    }
-
-    fn bounds_of(&self, block: Block) -> Aabb {
-        let (low_m, high_m) = self.range_m(block);
-        let ([x, z], [right, below]) = self.corners(block);
-        Aabb {
-            min: self.at(x, z) + DVec3::Y * f64::from(low_m),
-            max: self.at(right, below) + DVec3::Y * f64::from(high_m),
-        }
-    }
-
-    /// Columns and rows of the first and the last node of a block.
-    fn corners(&self, block: Block) -> ([usize; 2], [usize; 2]) {
-        let side = BLOCK << block.level;
-        let end = |place: usize, n: usize| ((place + 1) * side).min(n - 1);
-        let (n_x, n_z) = self.map.size;
-        (
-            [block.x() * side, block.z() * side],
-            [end(block.x(), n_x), end(block.z(), n_z)],
-        )
     }
 
     /// Unit normal of the smooth surface above a point.
@@ -315,7 +258,7 @@ impl HeightField {
 impl Level {
     fn of_heights(map: &HeightMap) -> Self {
         let (n_x, n_z) = map.size;
-        Self::of_blocks((n_x - 1, n_z - 1), BLOCK, |xs, zs| {
+        Self::of_blocks((n_x - 1, n_z - 1), |xs, zs| {
             // Blocks share the nodes of their borders.
             let rows = (zs.0..=zs.1).map(|z| &map.height_m[z * n_x + xs.0..=z * n_x + xs.1]);
             rows.flatten()
@@ -328,21 +271,20 @@ impl Level {
     fn coarser(&self) -> Option<Self> {
         let (n_x, _) = self.size;
         (self.range_m.len() > 1).then(|| {
-            Self::of_blocks(self.size, 2, |xs, zs| {
+            Self::of_blocks(self.size, |xs, zs| {
                 let rows = (zs.0..zs.1).map(|z| &self.range_m[z * n_x + xs.0..z * n_x + xs.1]);
                 rows.flatten().copied().reduce(wider)
             })
         })
     }
 
-    /// Blocks of `side` x `side` of `n` cells, whose ranges are told by their first cells and those after their last.
+    /// Blocks of 2 x 2 of `n` cells, whose ranges are told by their first cells and those after their last.
     fn of_blocks(
         n: (usize, usize),
-        side: usize,
         range: impl Fn((usize, usize), (usize, usize)) -> Option<(f32, f32)>,
     ) -> Self {
-        let size = (n.0.div_ceil(side), n.1.div_ceil(side));
-        let ends = |place: usize, n: usize| (place * side, ((place + 1) * side).min(n));
+        let size = (n.0.div_ceil(2), n.1.div_ceil(2));
+        let ends = |place: usize, n: usize| (2 * place, (2 * place + 2).min(n));
         let blocks = (0..size.1).flat_map(|z| (0..size.0).map(move |x| (x, z)));
         let ranges = blocks.filter_map(|(x, z)| range(ends(x, n.0), ends(z, n.1)));
         Self {

@@ -54,33 +54,96 @@ fn rays(bounds: Aabb, n: u32) -> impl Iterator<Item = Ray> {
     })
 }
 
+/// Rays to every node: some from places that have its column, its row or both, so that they go through nodes.
+fn rays_to_nodes(field: &HeightField) -> impl Iterator<Item = Ray> {
+    let (n_x, n_z) = field.map.size;
+    let nodes = (0..n_z).flat_map(move |z| (0..n_x).map(move |x| field.node(x, z)));
+    let cell = DVec3::new(SPACING_M, 0.0, SPACING_M);
+    let along_nodes = [
+        300.0 * DVec3::Y,
+        300.0 * DVec3::Y + 40.0 * cell * DVec3::X,
+        300.0 * DVec3::Y - 12.0 * cell * DVec3::Z,
+        90.0 * DVec3::Y + 30.0 * cell,
+        30.0 * DVec3::Y + 30.0 * cell * DVec3::new(-1.0, 0.0, 2.0),
+    ];
+    nodes.enumerate().flat_map(move |(index, node)| {
+        let is_inner = |place: usize, n: usize| place > 0 && place + 1 < n;
+        // Whether a ray to the border meets it is up to rounding.
+        let n_others = if is_inner(index % n_x, n_x) && is_inner(index / n_x, n_z) {
+            20
+        } else {
+            0
+        };
+        let others = (0..n_others).map(move |turn| {
+            let angle = (20 * index + turn) as f64;
+            let way = DVec3::new(angle.cos(), 0.1 + (0.618 * angle).fract(), angle.sin());
+            200.0 * way
+        });
+        let ways = along_nodes.into_iter().chain(others);
+        ways.map(move |way| Ray {
+            origin: node + way,
+            direction: -way.normalize(),
+        })
+    })
+}
+
+/// Whether a point lies between triangles, to within rounding.
+fn is_on_edge(field: &HeightField, point: DVec3) -> bool {
+    let cells = (point - field.map.corner) / SPACING_M;
+    let off = |it: f64| (it - it.round()).abs();
+    off(cells.x).min(off(cells.z)).min(off(cells.x - cells.z)) < 1e-9
+}
+
+/// Checks rays against a mesh of the same triangles; how many meet it.
+fn check_against_mesh(field: &HeightField, rays: impl Iterator<Item = Ray>) -> u32 {
+    let mesh = mesh_of(field);
+    let mut n_met = 0;
+    for ray in rays {
+        for after_m in [0.0, 40.0] {
+            let found = field.nearest(&ray, after_m);
+            let expected = mesh.nearest(&ray, after_m);
+            assert_eq!(
+                found.is_some(),
+                expected.is_some(),
+                "{:?} {ray:?}",
+                field.map.size
+            );
+            assert_eq!(field.is_met(&ray, after_m), expected.is_some());
+            assert_eq!(mesh.is_met(&ray, after_m), expected.is_some());
+            let Some((found, expected)) = found.zip(expected) else {
+                continue;
+            };
+            n_met += 1;
+            if is_on_edge(field, ray.at(found.distance_m)) {
+                // Of either triangle.
+                let off_m = (found.distance_m - expected.distance_m).abs();
+                assert!(off_m <= 1e-12 * expected.distance_m, "{ray:?} {off_m}");
+            } else {
+                // Stored corners are the same, so that distances are too.
+                assert_eq!(found.distance_m, expected.distance_m, "{ray:?}");
+                assert!(found.normal.distance(expected.normal) < 1e-9);
+                assert_eq!(found.is_from_below, expected.is_from_inside);
+            }
+        }
+    }
+    n_met
+}
+
 #[test]
 fn a_field_is_met_where_its_triangles_are_met_as_a_mesh() {
     for size in [(2, 2), (5, 2), (64, 97), (65, 33)] {
         let field = field(size, hills);
-        let mesh = mesh_of(&field);
-        let mut n_met = 0;
-        for ray in rays(field.bounds(), 4000) {
-            for after_m in [0.0, 40.0] {
-                let found = field.nearest(&ray, after_m);
-                let expected = mesh.nearest(&ray, after_m);
-                let distance_m = |it: Option<f64>| it.unwrap_or(f64::INFINITY);
-                // Stored corners are the same, so that distances are too.
-                assert_eq!(
-                    distance_m(found.map(|it| it.distance_m)),
-                    distance_m(expected.map(|it| it.distance_m)),
-                    "{size:?} {ray:?}"
-                );
-                assert_eq!(field.is_met(&ray, after_m), expected.is_some());
-                assert_eq!(mesh.is_met(&ray, after_m), expected.is_some());
-                if let (Some(found), Some(expected)) = (found, expected) {
-                    n_met += 1;
-                    assert!(found.normal.distance(expected.normal) < 1e-9);
-                    assert_eq!(found.is_from_below, expected.is_from_inside);
-                }
-            }
-        }
+        let n_met = check_against_mesh(&field, rays(field.bounds(), 4000));
         assert!(n_met > 1000, "{size:?}: {n_met}");
+    }
+}
+
+#[test]
+fn no_ray_slips_between_cells_at_nodes_and_borders() {
+    for size in [(2, 2), (5, 2), (41, 30), (33, 65)] {
+        let field = field(size, hills);
+        let n_met = check_against_mesh(&field, rays_to_nodes(&field));
+        assert!(n_met > 0, "{size:?}: {n_met}");
     }
 }
 

@@ -43,7 +43,7 @@ pub struct MeshHit {
 
 /// What is asked of the surfaces along a ray.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Wanted {
+enum Wanted {
     /// The first of them.
     Nearest,
     /// Whether there is one.

@@ -8,78 +8,78 @@
 use glam::DVec2;
 use glam::DVec3;
 
-use super::Block;
 use super::HeightField;
-use super::Walk;
-use crate::level_look::LevelLook;
+use super::walk::Walk;
 
 /// What is nearer is the place itself, cells.
 const LEAST: f64 = 1e-6;
+
+/// Sights along an azimuth.
+struct Look {
+    from: DVec2,
+    along: DVec2,
+    /// Height of the eye over that of the corner of the field (m).
+    eye_m: f64,
+}
 
 impl HeightField {
     /// Tangent of the elevation up to which the surface stands, from a point along a horizontal unit vector; `least`,
     /// which is not below 0, where it stands no higher than that.
     #[must_use]
     pub fn horizon(&self, from: DVec3, along: DVec3, least: f64) -> f64 {
-        let from = (from - self.map.corner) / self.map.spacing_m;
-        let along = DVec2::new(along.x, along.z);
-        let look = LevelLook::new(DVec2::new(from.x, from.z), along);
+        let look = Look {
+            from: DVec2::new(from.x, from.z),
+            along: DVec2::new(along.x, along.z),
+            eye_m: from.y - self.map.corner.y,
+        };
         let mut slope = least;
-        let mut walk = Walk::through(self, along);
-        while let Some(block) = walk.next() {
-            let (_, high_m) = self.range_m(block);
-            let rise = f64::from(high_m) / self.map.spacing_m - from.y;
-            let (low, high) = self.nodes_of(block);
-            let enter = look.within(low, high).map(|(enter, _)| enter);
-            if enter.is_none_or(|enter| rise <= slope * enter) {
-                continue;
-            }
-            if block.level > 0 {
-                walk.look_into(block, self.levels[block.level - 1].size);
-                continue;
-            }
-            let (xs, zs) = self.cells(block);
-            for z in zs {
-                for x in xs.clone() {
-                    slope = slope.max(self.slope_in(&look, from.y, (x, z)));
+        let Some(mut walk) = Walk::new(self, [look.from, look.along], 0.0) else {
+            return slope;
+        };
+        let highest_m = self.range_m(walk.block())[1];
+        // It is near that most of the slope is found.
+        while walk.block().level > 0 {
+            walk.open();
+        }
+        while highest_m - from.y > slope * walk.enter() {
+            let high_m = self.range_m(walk.block())[1];
+            if high_m - from.y > slope * walk.enter() {
+                if walk.block().level > 0 {
+                    walk.open();
+                    continue;
                 }
+                slope = self.slope_in(&walk, &look, slope);
+            }
+            if !walk.pass() {
+                break;
             }
         }
         slope
     }
 
-    /// First and last node of a block, in cells.
-    fn nodes_of(&self, block: Block) -> (DVec2, DVec2) {
-        let ([x, z], [right, below]) = self.corners(block);
-        (
-            DVec2::new(x as f64, z as f64),
-            DVec2::new(right as f64, below as f64),
-        )
-    }
-
-    /// Largest slope of the sights to the surface within a cell.
-    fn slope_in(&self, look: &LevelLook, y: f64, (x, z): (usize, usize)) -> f64 {
-        let corner = DVec2::new(x as f64, z as f64);
-        let Some((enter, leave)) = look.within(corner, corner + 1.0) else {
-            return 0.0;
-        };
-        let height = |x, z| f64::from(self.height_m(x, z)) / self.map.spacing_m - y;
-        let [a, b] = [height(x, z), height(x + 1, z)];
-        let [c, d] = [height(x, z + 1), height(x + 1, z + 1)];
-        let start = look.from - corner;
+    /// Largest slope of the sights to the surface within a cell, and `least` where that is larger.
+    fn slope_in(&self, walk: &Walk, look: &Look, least: f64) -> f64 {
+        let cell = walk.block();
+        let [a, b, c, d] = self.heights_m(cell).map(|height_m| height_m - look.eye_m);
+        let corner = self.at(cell.place[0] as usize, cell.place[1] as usize);
+        let start = look.from - DVec2::new(corner.x, corner.z);
+        let spacing_m = self.map.spacing_m;
+        let (enter_m, leave_m) = (walk.enter(), walk.leave());
         // Where it crosses the diagonal from north-west to south-east.
-        let diagonal = (start.y - start.x) / (look.along.x - look.along.y);
-        let slope = |distance: f64| {
-            let DVec2 { x: right, y: down } = start + distance * look.along;
-            let rise = if down >= right {
+        let diagonal_m = (start.y - start.x) / (look.along.x - look.along.y);
+        let mut slope = least;
+        for distance_m in [enter_m, diagonal_m, leave_m] {
+            let DVec2 { x: right, y: down } = (start + distance_m * look.along) / spacing_m;
+            let rise_m = if down >= right {
                 a + down * (c - a) + right * (d - c)
             } else {
                 a + right * (b - a) + down * (d - b)
             };
-            rise / distance
-        };
-        let is_seen = |it: &f64| *it > LEAST && *it >= enter && *it <= leave;
-        let edges = [enter, diagonal, leave].into_iter().filter(is_seen);
-        edges.map(slope).fold(0.0, f64::max)
+            let is_within = distance_m >= enter_m && distance_m <= leave_m;
+            if is_within && distance_m > LEAST * spacing_m && rise_m > slope * distance_m {
+                slope = rise_m / distance_m;
+            }
+        }
+        slope
     }
 }
