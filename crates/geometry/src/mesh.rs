@@ -193,8 +193,16 @@ impl TriangleMesh {
     /// # Panics
     /// If there is no such triangle.
     #[must_use]
+    #[inline]
     pub fn corners(&self, triangle_index: usize) -> [DVec3; 3] {
-        self.triangles[triangle_index].map(|index| self.vertices[index as usize])
+        let [a, b, c] = self.triangles[triangle_index];
+        let vertices = &self.vertices;
+        // An array's `map` was a call for each of them.
+        [
+            vertices[a as usize],
+            vertices[b as usize],
+            vertices[c as usize],
+        ]
     }
 
     /// The smallest box around the mesh.

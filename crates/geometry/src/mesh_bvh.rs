@@ -66,6 +66,8 @@ struct Node {
     start: u32,
     /// Triangles of a leaf; 0 for an inner node.
     n_triangles: u32,
+    /// Axis along which the left child of an inner node lies before the right one.
+    axis: u8,
 }
 
 impl MeshBvh {
@@ -174,20 +176,12 @@ impl MeshBvh {
         let node = &self.nodes[index];
         if node.n_triangles == 0 {
             let children = [index as u32 + 1, node.start];
-            let near_is_right = self.is_right_nearer(children, towards);
+            let near_is_right = towards[usize::from(node.axis)] < 0.0;
             waiting.push(children[usize::from(!near_is_right)]);
             waiting.push(children[usize::from(near_is_right)]);
             return &[];
         }
         &self.order[node.start as usize..(node.start + node.n_triangles) as usize]
-    }
-
-    fn is_right_nearer(&self, [left, right]: [u32; 2], towards: DVec3) -> bool {
-        let middle = |index: u32| {
-            let bounds = &self.nodes[index as usize].bounds;
-            bounds.min + bounds.max
-        };
-        (middle(right) - middle(left)).dot(towards) < 0.0
     }
 }
 
@@ -236,22 +230,24 @@ impl Builder {
             bounds,
             start: first as u32,
             n_triangles: (last - first) as u32,
+            axis: 0,
         });
         if last - first <= LEAF_SIZE || depth + 1 >= MAX_DEPTH {
             return;
         }
-        let Some(middle) = self.split(first, last) else {
+        let Some((axis, middle)) = self.split(first, last) else {
             return;
         };
         self.build(first, middle, depth + 1);
-        self.nodes[node_index].start = self.nodes.len() as u32;
-        self.nodes[node_index].n_triangles = 0;
+        let right = self.nodes.len() as u32;
+        let node = &mut self.nodes[node_index];
+        (node.start, node.n_triangles, node.axis) = (right, 0, axis as u8);
         self.build(middle, last, depth + 1);
     }
 
-    /// Orders `order[first..last]` into two halves and says where the second begins; `None` where all
+    /// Orders `order[first..last]` into two halves along an axis and says where the second begins; `None` where all
     /// middles coincide.
-    fn split(&mut self, first: usize, last: usize) -> Option<usize> {
+    fn split(&mut self, first: usize, last: usize) -> Option<(usize, usize)> {
         let middle_of = |triangle: u32| {
             let bounds = &self.boxes[triangle as usize];
             0.5 * (bounds.min + bounds.max)
@@ -286,7 +282,7 @@ impl Builder {
         // Stable, so that the tree depends on nothing but the mesh.
         part.sort_by_key(|&triangle| bin_of(triangle) >= plane);
         let n_left: usize = bins[..plane].iter().map(|(count, _)| count).sum();
-        Some(first + n_left)
+        Some((axis, first + n_left))
     }
 }
 

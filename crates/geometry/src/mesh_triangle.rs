@@ -75,14 +75,20 @@ impl ShearedRay {
     }
 
     /// Sheared corners and edge functions U, V, W.
+    #[inline]
     fn edges(&self, corners: [DVec3; 3]) -> ([DVec3; 3], [f64; 3]) {
-        let [a, b, c] = corners.map(|corner| self.sheared(corner));
+        let [a, b, c] = [
+            self.sheared(corners[0]),
+            self.sheared(corners[1]),
+            self.sheared(corners[2]),
+        ];
         let u = c.x * b.y - c.y * b.x;
         let v = a.x * c.y - a.y * c.x;
         let w = b.x * a.y - b.y * a.x;
         ([a, b, c], [u, v, w])
     }
 
+    #[inline]
     fn sheared(&self, corner: DVec3) -> DVec3 {
         let [x, y, z] = self.axes;
         let from = corner - self.origin;
