@@ -228,7 +228,7 @@ impl DropVolume {
         };
         let mode = lattice.on_cubes(import.voxel_m)?;
         let scale = import.scale_of_all(&mode);
-        let mode = mode.with_numbers_scaled(|_| scale)?;
+        let mode = mode.with_numbers_scaled(|_, _| scale)?;
         Ok(Self { modes: vec![mode] })
     }
 }

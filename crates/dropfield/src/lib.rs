@@ -65,6 +65,7 @@ pub use mode::DropLeaf;
 pub use mode::DropMode;
 pub use mode::LARGEST_NUMBER_M3;
 pub use mode::LEAF_DIM;
+pub use mode::LEAF_NODES;
 pub use segments::Segment;
 pub use segments::Segments;
 pub use size_range::SizeRange;

@@ -14,7 +14,7 @@ use crate::GridBox;
 pub const LEAF_DIM: i32 = 8;
 
 /// Nodes of a leaf.
-pub(crate) const LEAF_NODES: usize = 512;
+pub const LEAF_NODES: usize = 512;
 
 /// Part of a voxel within which a node counts as lying at a height.
 const ON_GROUND: f64 = 1e-6;
@@ -113,30 +113,29 @@ impl DropMode {
         })
     }
 
-    /// The same drops in other numbers: every number density multiplied by a factor of its position
-    /// (in parallel by leaf, the same result for any number of threads).
+    /// The same drops in other numbers: every number density multiplied by a factor of its leaf's number and its place
+    /// in that (in parallel by leaf, the same result for any number of threads).
     ///
     /// # Errors
     /// [`Error::BadDrops`] if a number density becomes negative, not finite or too large.
     pub fn with_numbers_scaled(
         mut self,
-        factor: impl Fn(DVec3) -> f64 + Sync,
+        factor: impl Fn(usize, usize) -> f64 + Sync,
     ) -> Result<Self, Error> {
-        let (origin_m, voxel_m) = (self.origin_m, self.voxel_m);
-        let scale_leaf = |leaf: &mut DropLeaf| -> Result<(), Error> {
+        let scale_leaf = |(index, leaf): (usize, &mut DropLeaf)| -> Result<(), Error> {
             for place in 0..LEAF_NODES {
                 let node = leaf.node(place);
                 let drops = &mut leaf.drops[place];
                 if drops.exist() {
-                    let position = origin_m + DVec3::from(node.map(f64::from)) * voxel_m;
-                    let number = f64::from(drops.number_density_m3) * factor(position);
+                    let number = f64::from(drops.number_density_m3) * factor(index, place);
                     drops.number_density_m3 = number as f32;
                     check_drops(drops, node)?;
                 }
             }
             Ok(())
         };
-        self.leaves.par_iter_mut().try_for_each(scale_leaf)?;
+        let leaves = self.leaves.par_iter_mut().enumerate();
+        leaves.try_for_each(scale_leaf)?;
         self.leaves
             .retain(|leaf| leaf.drops.iter().any(Drops::exist));
         Ok(self)
@@ -470,7 +469,14 @@ mod tests {
     fn scaled_numbers_keep_sizes_and_drop_empty_leaves() {
         let mode = DropMode::from_fn("", &grid(), varied).unwrap();
         // Leaves are 16 m wide: from x = 9 on the second and third are emptied.
-        let factor = |position: DVec3| if position.x < 9.0 { 0.5 } else { 0.0 };
+        let factor = |leaf: usize, place: usize| {
+            let node = mode.leaves()[leaf].node(place);
+            if mode.node_position(node).x < 9.0 {
+                0.5
+            } else {
+                0.0
+            }
+        };
         let scaled = mode.clone().with_numbers_scaled(factor).unwrap();
         assert_eq!(scaled.nodes().count(), 8 * 10 * 8);
         assert!(scaled.leaves().iter().all(|leaf| leaf.origin[0] == 0));
@@ -479,7 +485,7 @@ mod tests {
             assert_eq!(drops.number_density_m3, 0.5 * before.number_density_m3);
             assert_eq!(drops.effective_radius_m, before.effective_radius_m);
         }
-        assert!(mode.with_numbers_scaled(|_| -1.0).is_err());
+        assert!(mode.with_numbers_scaled(|_, _| -1.0).is_err());
     }
 
     #[test]

@@ -28,6 +28,9 @@ use glam::DVec4;
 use niji_dropfield::AreaMoments;
 use niji_dropfield::DropLeaf;
 use niji_dropfield::DropMode;
+use niji_dropfield::Drops;
+use niji_dropfield::LEAF_DIM;
+use niji_dropfield::LEAF_NODES;
 use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -144,13 +147,42 @@ impl Turbulence {
     pub(crate) fn stir(&self, mode: DropMode) -> Result<DropMode, Error> {
         self.validate()?;
         let noise = self.noise();
-        let Some(mean) = noise.water_weighted_mean(&mode) else {
+        let leaves = mode.leaves().par_iter();
+        let noises: Vec<LeafNoise> = leaves.map(|leaf| noise.of_leaf(&mode, leaf)).collect();
+        let Some(mean) = water_weighted_mean(&mode, &noises) else {
             return Ok(mode);
         };
         let scale = self.strength / (1.0 + mean.abs());
-        let factor = |position| 1.0 + scale * (noise.at(position) - mean);
+        let factor = |leaf: usize, place: usize| 1.0 + scale * (noises[leaf][place] - mean);
         Ok(mode.with_numbers_scaled(factor)?)
     }
+}
+
+/// Nodes of a leaf along z, which are next to each other in it.
+const ROW: usize = LEAF_DIM as usize;
+
+/// The noise at the nodes of a leaf, by their places; any where there are no drops.
+type LeafNoise = [f64; LEAF_NODES];
+
+/// The mean of the noise over the water, m; `None` without drops. Leaves are added up in their order.
+fn water_weighted_mean(mode: &DropMode, noises: &[LeafNoise]) -> Option<f64> {
+    let of_leaf = |(leaf, noises): (&DropLeaf, &LeafNoise)| {
+        let (mut water, mut noise) = (0.0, 0.0);
+        for (drops, here) in leaf.drops.iter().zip(noises) {
+            if drops.exist() {
+                let of_node = f64::from(AreaMoments::from_drops(drops).m3);
+                water += of_node;
+                noise += of_node * here;
+            }
+        }
+        (water, noise)
+    };
+    let leaves = mode.leaves().par_iter().zip(noises);
+    let sums: Vec<(f64, f64)> = leaves.map(of_leaf).collect();
+    let (water, noise) = sums
+        .into_iter()
+        .fold((0.0, 0.0), |sum, leaf| (sum.0 + leaf.0, sum.1 + leaf.1));
+    (water > 0.0).then(|| noise / water)
 }
 
 /// One octave of a noise at one time.
@@ -172,39 +204,43 @@ pub(crate) struct Noise {
 }
 
 impl Noise {
-    /// The noise g at a point (m), within -1..1.
-    fn at(&self, position: DVec3) -> f64 {
-        squeezed(self.sum(position))
+    /// The noise g at the nodes of a leaf, within -1..1: row by row along z, whose nodes share corners of cells.
+    fn of_leaf(&self, mode: &DropMode, leaf: &DropLeaf) -> LeafNoise {
+        let mut noises = [0.0; LEAF_NODES];
+        let rows = noises
+            .chunks_exact_mut(ROW)
+            .zip(leaf.drops.chunks_exact(ROW));
+        for (row, (noises, drops)) in rows.enumerate() {
+            if !drops.iter().any(Drops::exist) {
+                continue;
+            }
+            let position = |index| mode.node_position(leaf.node(ROW * row + index));
+            for octave in &self.octaves {
+                let mut along_z = AlongZ::new(octave.place(position(0)), octave.seed);
+                for (index, sum) in noises.iter_mut().enumerate() {
+                    *sum += octave.amplitude * along_z.at(octave.place(position(index)).z);
+                }
+            }
+            for sum in noises {
+                *sum = squeezed(*sum);
+            }
+        }
+        noises
     }
 
     /// The sum of its octaves at a point (m), x, of unit root mean square.
     pub(crate) fn sum(&self, position: DVec3) -> f64 {
-        let octave = |octave: &Octave| {
-            let q = (position * octave.cells_m1).extend(0.0) + octave.origin;
-            octave.amplitude * gradient_noise(q, octave.seed)
-        };
-        self.octaves.iter().map(octave).sum()
+        let octaves = self.octaves.iter();
+        octaves
+            .map(|octave| octave.amplitude * gradient_noise(octave.place(position), octave.seed))
+            .sum()
     }
+}
 
-    /// The mean of the noise over the water, m; `None` without drops. Leaves are added up in their
-    /// order.
-    fn water_weighted_mean(&self, mode: &DropMode) -> Option<f64> {
-        let of_leaf = |leaf: &DropLeaf| {
-            let (mut water, mut noise) = (0.0, 0.0);
-            for (place, drops) in leaf.drops.iter().enumerate() {
-                if drops.exist() {
-                    let here = f64::from(AreaMoments::from_drops(drops).m3);
-                    water += here;
-                    noise += here * self.at(mode.node_position(leaf.node(place)));
-                }
-            }
-            (water, noise)
-        };
-        let sums: Vec<(f64, f64)> = mode.leaves().par_iter().map(of_leaf).collect();
-        let (water, noise) = sums
-            .into_iter()
-            .fold((0.0, 0.0), |sum, leaf| (sum.0 + leaf.0, sum.1 + leaf.1));
-        (water > 0.0).then(|| noise / water)
+impl Octave {
+    /// q of a point (m).
+    fn place(&self, position: DVec3) -> DVec4 {
+        (position * self.cells_m1).extend(0.0) + self.origin
     }
 }
 
@@ -215,39 +251,78 @@ pub(crate) fn squeezed(x: f64) -> f64 {
 
 /// Noise of one octave, n(q), within -1..=1.
 fn gradient_noise(q: DVec4, seed: u32) -> f64 {
-    if !q.is_finite() {
-        // Farther away, in cells, than numbers reach.
-        return 0.0;
-    }
-    let floor = q.floor();
-    let low = (q - floor).to_array();
+    AlongZ::new(q, seed).at(q.z)
+}
+
+/// A corner of a cell along an axis: index, offset from it and weight.
+type Side = (u32, f64, f64);
+
+/// The corners of the cell of a place along an axis, the lower one first.
+fn sides(place: f64) -> [Side; 2] {
+    let floor = place.floor();
+    let low = place - floor;
     // Wrapping casts: the pattern repeats after 2^32 cells.
-    let cell = floor.to_array().map(|index| index as i64 as u32);
-    // Per axis the lower and the upper corner: index, offset from it and weight.
-    let sides: [[(u32, f64, f64); 2]; 4] = std::array::from_fn(|axis| {
-        let near = fade(low[axis]);
-        let upper = cell[axis].wrapping_add(1);
-        [
-            (cell[axis], low[axis], near),
-            (upper, low[axis] - 1.0, 1.0 - near),
-        ]
-    });
-    let mut sum = 0.0;
-    for (t, dt, weight_t) in sides[3] {
-        let hash_t = mix(seed ^ t);
-        for (z, dz, weight_z) in sides[2] {
-            let hash_z = mix(hash_t ^ z);
-            for (y, dy, weight_y) in sides[1] {
-                let hash_y = mix(hash_z ^ y);
-                let weight = weight_t * weight_z * weight_y;
-                for (x, dx, weight_x) in sides[0] {
-                    let gradient = along_gradient(mix(hash_y ^ x), [dx, dy, dz, dt]);
-                    sum += weight * weight_x * gradient;
-                }
+    let index = floor as i64 as u32;
+    let near = fade(low);
+    [
+        (index, low, near),
+        (index.wrapping_add(1), low - 1.0, 1.0 - near),
+    ]
+}
+
+/// Noise of one octave along z. A corner there has, of the eight that share its z, the share  a dz + b.
+struct AlongZ {
+    /// Along x, y and t; `None` farther away, in cells, than numbers reach.
+    sides: Option<[[Side; 2]; 3]>,
+    seed: u32,
+    /// Index of the cell that was looked at last, and `[a, b]` of its corners.
+    known: Option<(u32, [[f64; 2]; 2])>,
+}
+
+impl AlongZ {
+    /// At the x, y and t of a place.
+    fn new(q: DVec4, seed: u32) -> Self {
+        Self {
+            sides: q.is_finite().then(|| [q.x, q.y, q.w].map(sides)),
+            seed,
+            known: None,
+        }
+    }
+
+    /// n at a z.
+    fn at(&mut self, z: f64) -> f64 {
+        let (Some(across), true) = (self.sides, z.is_finite()) else {
+            return 0.0;
+        };
+        let [low, high] = sides(z);
+        let corner = |index| corner_along_z(across, index, self.seed);
+        let corners = match self.known {
+            Some((cell, corners)) if cell == low.0 => corners,
+            Some((cell, [_, next])) if cell.wrapping_add(1) == low.0 => [next, corner(high.0)],
+            _ => [corner(low.0), corner(high.0)],
+        };
+        self.known = Some((low.0, corners));
+        let share = |(_, dz, weight): Side, [a, b]: [f64; 2]| weight * (a * dz + b);
+        share(low, corners[0]) + share(high, corners[1])
+    }
+}
+
+/// `[a, b]` of a corner along z.
+fn corner_along_z([along_x, along_y, along_t]: [[Side; 2]; 3], z: u32, seed: u32) -> [f64; 2] {
+    let [mut a, mut b] = [0.0; 2];
+    for (t, dt, weight_t) in along_t {
+        let hash_z = mix(mix(seed ^ t) ^ z);
+        for (y, dy, weight_y) in along_y {
+            let hash_y = mix(hash_z ^ y);
+            for (x, dx, weight_x) in along_x {
+                let weight = weight_t * weight_y * weight_x;
+                let [of_z, of_others] = along_gradient(mix(hash_y ^ x), [dx, dy, dt]);
+                a += weight * of_z;
+                b += weight * of_others;
             }
         }
     }
-    sum
+    [a, b]
 }
 
 /// Weight of a corner at a distance 0..1 along an axis.
@@ -258,16 +333,18 @@ fn fade(d: f64) -> f64 {
 /// 1/sqrt(3).
 const INV_SQRT_3: f64 = 0.577_350_269_189_625_8;
 
-/// Product of an offset with one of the 32 unit vectors (0, ±1, ±1, ±1)/sqrt(3) and their
-/// permutations: the component without a part is the one that bits 4 and 5 name.
-fn along_gradient(hash: u32, offset: [f64; 4]) -> f64 {
+/// Product of an offset along x, y and t, and 1 along z, with one of the 32 unit vectors (0, ±1, ±1, ±1)/sqrt(3) and their
+/// permutations, the part of z first: the component without a part is the one that bits 4 and 5 name.
+fn along_gradient(hash: u32, [dx, dy, dt]: [f64; 3]) -> [f64; 2] {
     // The sign bit is flipped, since a branch on a random bit is taken wrongly half of the time.
-    let signed: [f64; 4] = std::array::from_fn(|axis| {
+    let offset = [dx, dy, 1.0, dt];
+    let mut signed: [f64; 4] = std::array::from_fn(|axis| {
         let sign = u64::from(hash >> axis & 1) << 63;
         f64::from_bits(offset[axis].to_bits() ^ sign)
     });
-    let left_out = signed[(hash >> 4 & 3) as usize];
-    (signed[0] + signed[1] + signed[2] + signed[3] - left_out) * INV_SQRT_3
+    signed[(hash >> 4 & 3) as usize] = 0.0;
+    let [x, y, z, t] = signed;
+    [z * INV_SQRT_3, (x + y + t) * INV_SQRT_3]
 }
 
 /// Scatter the bits of a number: the finalizer of MurmurHash3 (Appleby, public domain). Nested over

@@ -46,6 +46,26 @@ fn rain_and_mist() -> DropMode {
     .unwrap()
 }
 
+fn noise(gusts: &Turbulence, point: DVec3) -> f64 {
+    squeezed(gusts.noise().sum(point))
+}
+
+#[test]
+fn nodes_of_a_leaf_have_the_noise_of_their_places() {
+    let mode = rain_and_mist();
+    // Cells of the lattice that are as large as leaves, as voxels, and smaller.
+    for eddy_m in [40.0, 5.0, 0.3] {
+        let gusts = Turbulence { eddy_m, ..gusts() };
+        for leaf in mode.leaves() {
+            let found = gusts.noise().of_leaf(&mode, leaf);
+            for (place, drops) in leaf.drops.iter().enumerate() {
+                let expected = noise(&gusts, mode.node_position(leaf.node(place)));
+                assert!(!drops.exist() || (found[place] - expected).abs() < 1e-12);
+            }
+        }
+    }
+}
+
 #[test]
 fn noise_has_the_spread_that_its_fade_gives() {
     // S² = (2 ∫ f² t² dt)(2 ∫ f² dt)³ by the trapezoidal rule.
@@ -68,7 +88,7 @@ fn noise_has_the_spread_that_its_fade_gives() {
 #[test]
 fn noise_is_balanced_and_uses_its_range() {
     let n = 100_000;
-    let values: Vec<f64> = points(n).map(|point| gusts().noise().at(point)).collect();
+    let values: Vec<f64> = points(n).map(|point| noise(&gusts(), point)).collect();
     let mean = values.iter().sum::<f64>() / f64::from(n);
     let largest = values.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
     let strong = values.iter().filter(|value| value.abs() > 0.5).count();
@@ -109,7 +129,7 @@ fn noise_is_continuous_in_space_and_time() {
     let mut worst = 0.0_f64;
     for point in points(20_000) {
         for (distance_m, along) in [(1e-3, DVec3::X), (1e-3, DVec3::Y), (0.1, DVec3::Z)] {
-            let change = gusts.noise().at(point + distance_m * along) - gusts.noise().at(point);
+            let change = noise(&gusts, point + distance_m * along) - noise(&gusts, point);
             worst = worst.max(change.abs() / distance_m / per_meter);
         }
         let later = Turbulence {
@@ -117,7 +137,7 @@ fn noise_is_continuous_in_space_and_time() {
             ..gusts
         };
         // The wind carries the eddies past at 3 m/s; they change within 6.4 s besides.
-        let change = later.noise().at(point) - gusts.noise().at(point);
+        let change = noise(&later, point) - noise(&gusts, point);
         worst = worst.max(change.abs() / 1e-3 / (per_meter * 3.3));
     }
     assert!(worst < 1.0 && worst > 0.05, "{worst}");
@@ -135,7 +155,7 @@ fn a_seed_gives_its_pattern_on_any_number_of_threads() {
     let correlation = correlation(&gusts(), &other);
     assert!(correlation.abs() < 0.05, "{correlation}");
     // The pattern is part of scene files: it may not change unnoticed.
-    let known = gusts().noise().at(DVec3::new(1.0, 2.0, 3.0));
+    let known = noise(&gusts(), DVec3::new(1.0, 2.0, 3.0));
     assert!((known - PATTERN_OF_SEED_7).abs() < 1e-12, "{known:.15}");
 }
 
@@ -145,7 +165,7 @@ const PATTERN_OF_SEED_7: f64 = -0.589_742_099_762_811;
 fn correlation(a: &Turbulence, b: &Turbulence) -> f64 {
     let (mut aa, mut bb, mut ab) = (0.0, 0.0, 0.0);
     for point in points(20_000) {
-        let (one, other) = (a.noise().at(point), b.noise().at(point));
+        let (one, other) = (noise(a, point), noise(b, point));
         aa += one * one;
         bb += other * other;
         ab += one * other;
@@ -199,9 +219,9 @@ fn eddies_ride_on_the_wind_and_change_within_a_few_turnovers() {
     };
     let (mut moved, mut left) = (0.0, 0.0);
     for point in points(5000) {
-        let value = later.noise().at(point);
-        moved += (value - windy.noise().at(point - DVec3::new(0.6, 0.0, 0.0))).powi(2);
-        left += (value - windy.noise().at(point)).powi(2);
+        let value = noise(&later, point);
+        moved += (value - noise(&windy, point - DVec3::new(0.6, 0.0, 0.0))).powi(2);
+        left += (value - noise(&windy, point)).powi(2);
     }
     assert!(moved < 0.1 * left, "{moved} {left}");
 }
