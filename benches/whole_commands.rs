@@ -23,23 +23,21 @@
 mod bound;
 #[path = "support/processor_time.rs"]
 mod processor_time;
+#[path = "support/whole_run.rs"]
+mod whole_run;
 
 use std::fs;
 use std::path::Path;
 use std::path::PathBuf;
-use std::process::Command;
-use std::process::Stdio;
-use std::time::Instant;
 use std::time::SystemTime;
-
-use nix::sys::resource::UsageWho;
-use nix::sys::resource::getrusage;
-use serde_json::Value;
-use serde_json::json;
 
 use bound::Rates;
 use bound::Work;
-use processor_time::processor_time;
+use whole_run::MEASURE;
+use whole_run::Result;
+use whole_run::circumstances;
+use whole_run::measured_here;
+use whole_run::whole_run;
 
 const SCENES: [&str; 6] = [
     "paper-b-sun-20-inscatter",
@@ -52,16 +50,6 @@ const SCENES: [&str; 6] = [
 const STAGES: [&str; 5] = ["drops", "airy", "scatter", "atmosphere", "render"];
 /// Runs of each scene where none are asked for.
 const N_RUNS: usize = 3;
-/// The argument with which this program measures one command.
-const MEASURE: &str = "--measure";
-/// Peaks are told in kibibytes, by Darwin in bytes.
-const PEAK_UNIT_BYTES: f64 = if cfg!(target_os = "macos") {
-    1.0
-} else {
-    1024.0
-};
-
-type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 
 fn main() -> Result<()> {
     // Cargo adds `--bench`.
@@ -133,28 +121,6 @@ fn scene(name: &str) -> Result<PathBuf> {
         .ok_or_else(|| format!("{name}: found neither a scene in benches/scenes nor a file").into())
 }
 
-/// Machine, commit and program.
-fn circumstances() -> String {
-    let cpus = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let model = cpus.lines().find_map(|line| {
-        let (key, value) = line.split_once(':')?;
-        (key.trim() == "model name").then(|| value.trim().to_owned())
-    });
-    let n_threads = std::thread::available_parallelism().map_or(1, usize::from);
-    let commit = Command::new("git")
-        .args(["describe", "--always", "--dirty"])
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .output();
-    let commit = commit.map_or_else(
-        |_| "no commit".to_owned(),
-        |it| String::from_utf8_lossy(&it.stdout).trim().to_owned(),
-    );
-    format!(
-        "{}, {n_threads} threads, commit {commit}",
-        model.as_deref().unwrap_or(std::env::consts::ARCH)
-    )
-}
-
 /// What a command took.
 #[derive(Clone, Copy)]
 struct Measured {
@@ -200,63 +166,17 @@ fn least_of(scene: &Path, asked: &Asked) -> Result<Vec<(Measured, Measured, Work
     Ok(least)
 }
 
-/// What `niji run` takes, with the process that it alone is a child of: a process knows of its children the largest.
+/// What `niji run` takes.
 fn measured(program: &Path, scene: &Path, out: &Path) -> Result<Measured> {
     let started = SystemTime::now();
-    let output = Command::new(std::env::current_exe()?)
-        .arg(MEASURE)
-        .args([program, scene, out])
-        .stderr(Stdio::inherit())
-        .output()?;
-    if !output.status.success() {
-        return Err(format!("{}: the run failed", scene.display()).into());
-    }
-    let told: Value = serde_json::from_slice(&output.stdout)?;
-    let number = |key: &str| told[key].as_f64().ok_or("a figure is missing");
-    let report: Value = serde_json::from_str(&fs::read_to_string(out.join("report.json"))?)?;
-    let done = report["stages"].as_array().ok_or("a report has stages")?;
-    let stage_s = |name: &str| {
-        let of_stage = done.iter().filter(|it| it["stage"] == name);
-        let seconds = of_stage.filter_map(|it| it["seconds"].as_f64());
-        seconds.fold(0.0, |sum, it| sum + it)
-    };
+    let run = whole_run(program, scene, out, &[])?;
     Ok(Measured {
-        wall_s: number("wall_s")?,
-        processor_s: number("processor_s")?,
-        peak_bytes: number("peak_bytes")?,
+        wall_s: run.wall_s,
+        processor_s: run.processor_s,
+        peak_bytes: run.peak_bytes,
         written_bytes: written_since(out, started)? as f64,
-        stages_s: STAGES.map(stage_s),
+        stages_s: STAGES.map(|stage| run.stage_s(stage)),
     })
-}
-
-/// Runs a program on a scene into a folder and tells what it took.
-fn measured_here(arguments: &[String]) -> Result<()> {
-    let [program, scene, out] = arguments else {
-        return Err("expected a program, a scene and a folder".into());
-    };
-    let start = Instant::now();
-    let status = Command::new(program)
-        .arg("run")
-        .arg(scene)
-        .arg("-q")
-        .arg("-o")
-        .arg(out)
-        .stdout(Stdio::null())
-        .status()?;
-    let wall_s = start.elapsed().as_secs_f64();
-    if !status.success() {
-        return Err("niji run failed".into());
-    }
-    let usage = getrusage(UsageWho::RUSAGE_CHILDREN)?;
-    println!(
-        "{}",
-        json!({
-            "wall_s": wall_s,
-            "processor_s": processor_time(&usage).as_secs_f64(),
-            "peak_bytes": usage.max_rss() as f64 * PEAK_UNIT_BYTES,
-        })
-    );
-    Ok(())
 }
 
 /// Bytes of the files of a folder that are as new.
