@@ -12,6 +12,7 @@ use niji_atmosphere::ScatteringOrders;
 use niji_atmosphere::SkyDirection;
 use niji_atmosphere::SkyMethod;
 use niji_atmosphere::SkyObserver;
+use niji_atmosphere::Suns;
 use niji_atmosphere::sun_irradiance_at;
 use niji_exchange::AtmosphereTable;
 use niji_geometry::Aabb;
@@ -171,6 +172,7 @@ fn light(scene: &IceScene, wavelengths: WavelengthGrid) -> Result<Light, Failure
             ground_albedo: scene.ground_albedo(),
             sun: &scene.sun,
             orders,
+            suns: Suns::All,
         };
         request.table(&unwatched)
     };

@@ -87,6 +87,7 @@ pub use crate::king_factor::KingFactor;
 pub use crate::king_factor::king_factor;
 pub use crate::multiple_scattering::DiffuseSky;
 pub use crate::multiple_scattering::ScatteringOrders;
+pub use crate::multiple_scattering::Suns;
 pub use crate::multiple_scattering::diffuse_light;
 pub use crate::multiple_scattering::diffuse_light_while;
 pub use crate::multiple_scattering::with_diffuse_light;

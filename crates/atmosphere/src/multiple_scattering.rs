@@ -27,6 +27,8 @@ use std::convert::Infallible;
 
 use niji_exchange::AtmosphereTable;
 use niji_exchange::DiffuseLight;
+use niji_geometry::Planet;
+use niji_radiometry::Radians;
 
 use self::beam::Beam;
 pub use self::diffuse_sky::DiffuseSky;
@@ -39,6 +41,41 @@ use self::sun_axis::SunAxis;
 
 /// Most orders that are computed one by one; a fog of an optical depth of 10 that takes nothing needs 150.
 const MAX_ORDERS: usize = 300;
+
+/// For which zenith angles of the sun light is solved.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Suns {
+    /// All.
+    All,
+    /// Those of places in the air that are seen from a height where the sun has a zenith angle. Elsewhere it is dark, or
+    /// as at the last of them.
+    SeenFrom {
+        /// Over the ground (m).
+        height_m: f64,
+        /// There.
+        sun_zenith: Radians,
+    },
+}
+
+impl Suns {
+    /// Those of an axis, and of places whose light gets there by so many ways through the air.
+    fn of(self, axis: SunAxis, air: &AtmosphereTable, n_ways: f64) -> SunAxis {
+        let Self::SeenFrom {
+            height_m,
+            sun_zenith,
+        } = self
+        else {
+            return axis;
+        };
+        let planet = Planet {
+            radius_m: air.planet_radius_m,
+        };
+        // The way along the horizon to the top of the air, over which the vertical turns by as much.
+        let way = planet.horizon_dip(air.top_height_m).0;
+        let seen = planet.horizon_dip(height_m).0 + way;
+        axis.around(sun_zenith, Radians(seen + n_ways * way))
+    }
+}
 
 /// How finely the light of higher orders is solved.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -100,10 +137,10 @@ pub fn with_diffuse_light(air: AtmosphereTable, level: ScatteringOrders) -> Atmo
 /// Solves the light of higher orders in an air.
 pub fn diffuse_light(air: &AtmosphereTable, level: ScatteringOrders) -> DiffuseLight {
     let go_on = |_| Ok::<_, Infallible>(());
-    diffuse_light_while(go_on, air, level).unwrap_or_else(|never| match never {})
+    diffuse_light_while(go_on, air, level, Suns::All).unwrap_or_else(|never| match never {})
 }
 
-/// The same, unless `go_on` refuses, which is asked before each layer of each order and told the part that is done,
+/// The same for some suns, unless `go_on` refuses, which is asked before each layer of each order and told the part that is done,
 /// 0 to 1, by how near the error of the orders so far is to the tolerance.
 ///
 /// # Errors
@@ -112,12 +149,14 @@ pub fn diffuse_light_while<E: Send>(
     go_on: impl Fn(f64) -> Result<(), E> + Sync,
     air: &AtmosphereTable,
     level: ScatteringOrders,
+    suns: Suns,
 ) -> Result<DiffuseLight, E> {
     let shells_m = shells_m(air, level.n_layers.max(1));
     let medium = Medium::new(air, level.max_degree);
-    let axis = SunAxis::new(1);
+    let axis = suns.of(SunAxis::new(1), air, 0.0);
+    let beam_axis = suns.of(SunAxis::new(beam::AXIS_CUTS), air, 2.0);
     let ratios = medium.at_shells(air, &shells_m);
-    let beam = Beam::new(air, &medium, &shells_m);
+    let beam = Beam::new(air, &medium, &shells_m, beam_axis);
     let mut last = beam.gather(&axis, level.n_zeniths, || go_on(0.0))?;
     let mut sum = last.clone();
     let mut series = Series::new(axis.len(), air.wavelengths.len());

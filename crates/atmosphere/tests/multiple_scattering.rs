@@ -21,6 +21,7 @@ use niji_atmosphere::ScatteringOrders;
 use niji_atmosphere::SingleScattering;
 use niji_atmosphere::SkyDirection;
 use niji_atmosphere::SkyObserver;
+use niji_atmosphere::Suns;
 use niji_atmosphere::USUAL_TOP_M;
 use niji_atmosphere::ViewRay;
 use niji_atmosphere::diffuse_light;
@@ -234,6 +235,57 @@ fn skies_agree_with_discrete_ordinates() {
     }
 }
 
+/// Largest difference over the brightest sky of light for the suns that are seen.
+const OF_SEEN: f64 = 1e-6;
+
+#[test]
+fn light_for_the_suns_that_are_seen_is_that_for_all() {
+    // As many orders for both: more than each needs.
+    let level = ScatteringOrders {
+        tolerance: 1e-7,
+        ..ScatteringOrders::DRAFT
+    };
+    let table = hazy();
+    let solved = |suns| {
+        let go_on = |_| Ok::<_, Infallible>(());
+        let diffuse = diffuse_light_while(go_on, &table, level, suns);
+        AtmosphereTable {
+            diffuse: diffuse.ok(),
+            ..table.clone()
+        }
+    };
+    let of_all = solved(Suns::All);
+    for (sun_deg, height_m) in [
+        (-3.0, 2.0),
+        (1.0, 3e3),
+        (20.0, 2.0),
+        (41.0, 12e3),
+        (80.0, 2.0),
+    ] {
+        let of_seen = solved(Suns::SeenFrom {
+            height_m,
+            sun_zenith: Radians::from_degrees(90.0 - sun_deg),
+        });
+        let (mut worst, mut brightest) = (0.0_f64, 0.0_f64);
+        for elevation_deg in [-4.0, -1.0, 0.1, 2.0, 15.0, 60.0] {
+            for azimuth_deg in [0.0, 70.0, 130.0, 180.0] {
+                let angles_deg = [elevation_deg, sun_deg, azimuth_deg];
+                let [found, expected] =
+                    [&of_seen, &of_all].map(|air| all_light(air, height_m, angles_deg));
+                for (found, expected) in found.into_iter().zip(expected) {
+                    worst = worst.max((found - expected).abs());
+                    brightest = brightest.max(expected);
+                }
+            }
+        }
+        assert!(
+            worst < OF_SEEN * brightest,
+            "{sun_deg}: {}",
+            worst / brightest
+        );
+    }
+}
+
 /// Largest share of the sunlight that is lost at the draft level; measured: 7.0e-3.
 const FLUX_LOSS: f64 = 0.01;
 
@@ -443,7 +495,7 @@ fn the_part_that_is_done_goes_from_0_to_1() {
         heard.lock().unwrap().push(part);
         Ok::<_, Infallible>(())
     };
-    diffuse_light_while(go_on, &hazy(), ScatteringOrders::STANDARD).unwrap();
+    diffuse_light_while(go_on, &hazy(), ScatteringOrders::STANDARD, Suns::All).unwrap();
     let mut heard = heard.into_inner().unwrap();
     assert_eq!((heard[0], heard[heard.len() - 1]), (0.0, 1.0));
     assert!(heard.windows(2).all(|pair| pair[0] <= pair[1]), "{heard:?}");
@@ -460,6 +512,6 @@ fn the_part_that_is_done_goes_from_0_to_1() {
         constituents: Vec::new(),
         ..hazy()
     };
-    diffuse_light_while(go_on, &vacuum, ScatteringOrders::DRAFT).unwrap();
+    diffuse_light_while(go_on, &vacuum, ScatteringOrders::DRAFT, Suns::All).unwrap();
     assert_eq!(dark.into_inner().unwrap().last(), Some(&1.0));
 }

@@ -1,6 +1,7 @@
 //! The section `[air]` of a scene as a table.
 
 use niji_atmosphere::ScatteringOrders;
+use niji_atmosphere::Suns;
 use niji_atmosphere::diffuse_light_while;
 use niji_exchange::AtmosphereTable;
 use niji_radiometry::WavelengthGrid;
@@ -27,9 +28,24 @@ pub struct AirRequest<'a> {
     pub sun: &'a Sun,
     /// How finely light that the air scatters more than once is solved; `None` for one order.
     pub orders: Option<ScatteringOrders>,
+    /// For which suns that light is.
+    pub suns: Suns,
 }
 
-impl AirRequest<'_> {
+impl<'a> AirRequest<'a> {
+    /// That of a scene, with light of the orders that are asked for beyond the first; `None` in a vacuum.
+    pub fn of(scene: &'a Scene, orders: Option<ScatteringOrders>) -> Option<Self> {
+        let air = scene.air.as_ref()?;
+        Some(Self {
+            air,
+            wavelengths: scene.spectrum,
+            ground_albedo: scene.ground.albedo,
+            sun: &scene.sun,
+            orders,
+            suns: Suns::All,
+        })
+    }
+
     /// Its table.
     ///
     /// # Errors
@@ -38,7 +54,7 @@ impl AirRequest<'_> {
         let model = (self.air).model(self.wavelengths, self.ground_albedo, self.sun)?;
         let table = model.tabulate()?;
         let go_on = |part| go_on(watch, Stage::Atmosphere, part);
-        let solve = |orders| diffuse_light_while(go_on, &table, orders);
+        let solve = |orders| diffuse_light_while(go_on, &table, orders, self.suns);
         let diffuse = self.orders.map(solve).transpose()?;
         Ok(AtmosphereTable { diffuse, ..table })
     }
@@ -54,15 +70,8 @@ pub fn table(
     orders: Option<ScatteringOrders>,
     watch: Watch,
 ) -> Result<Option<AtmosphereTable>, Error> {
-    let request = |air| AirRequest {
-        air,
-        wavelengths: scene.spectrum,
-        ground_albedo: scene.ground.albedo,
-        sun: &scene.sun,
-        orders,
-    };
-    let air = scene.air.as_ref();
-    air.map(|air| request(air).table(watch)).transpose()
+    let request = AirRequest::of(scene, orders);
+    request.map(|request| request.table(watch)).transpose()
 }
 
 /// What the table of a scene's air depends on, as JSON.

@@ -29,7 +29,7 @@ use crate::multiple_scattering::sun_axis::SunAxis;
 use crate::sun_beam::sun_transmittance;
 
 /// Cuts of each step of the axis of the sun, for it sets within a degree.
-const AXIS_CUTS: usize = 4;
+pub(crate) const AXIS_CUTS: usize = 4;
 /// Cuts of each layer.
 const LAYER_CUTS: usize = 3;
 
@@ -47,8 +47,12 @@ pub(crate) struct Beam<'a> {
 }
 
 impl<'a> Beam<'a> {
-    pub(crate) fn new(air: &'a AtmosphereTable, medium: &'a Medium, shells_m: &'a [f64]) -> Self {
-        let axis = SunAxis::new(AXIS_CUTS);
+    pub(crate) fn new(
+        air: &'a AtmosphereTable,
+        medium: &'a Medium,
+        shells_m: &'a [f64],
+        axis: SunAxis,
+    ) -> Self {
         let fine_shells_m = refined(shells_m, LAYER_CUTS);
         let mut transmittance = Vec::new();
         for &shell_m in &fine_shells_m {

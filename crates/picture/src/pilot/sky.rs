@@ -11,6 +11,9 @@
 //! sky behind them they give back from their surroundings, which are of the same light.
 
 use ndarray::Array2;
+use niji_atmosphere::Suns;
+use niji_geometry::EARTH;
+use niji_radiometry::Radians;
 use niji_render::LitDrops;
 use niji_render::PixelFootprint;
 use niji_render::RenderEffects;
@@ -29,7 +32,7 @@ use serde::Serialize;
 
 use super::SmallPicture;
 use super::small_picture::smaller;
-use crate::air;
+use crate::air::AirRequest;
 use crate::error::Error;
 use crate::watch::Watch;
 
@@ -107,8 +110,15 @@ fn luminance(
     (levels, level): (RenderLevels, SkyLevel),
     watch: Watch,
 ) -> Result<Array2<f64>, Error> {
-    let air = air::table(scene, Some(level.orders()), watch)?;
     let camera = scene.camera.camera().map_err(Error::scene)?;
+    let eye = camera.position();
+    let suns = Suns::SeenFrom {
+        height_m: EARTH.height_m(eye),
+        sun_zenith: Radians(EARTH.cos_zenith(eye, scene.sun.direction()).acos()),
+    };
+    let air = AirRequest::of(scene, Some(level.orders()));
+    let air = air.map(|air| AirRequest { suns, ..air }.table(watch));
+    let air = air.transpose()?;
     let picture = render(
         &RenderRequest {
             camera: &camera,
