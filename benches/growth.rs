@@ -30,6 +30,7 @@ use toml_edit::value;
 
 use whole_run::MEASURE;
 use whole_run::Result;
+use whole_run::WholeRun;
 use whole_run::circumstances;
 use whole_run::measured_here;
 use whole_run::whole_run;
@@ -50,7 +51,7 @@ const TABLE_ERRORS: [f64; 3] = [0.03, 0.01, 0.003];
 /// What grows.
 struct Line {
     name: &'static str,
-    /// Stages that are drawn; none where the whole is.
+    /// Stages whose growth is told and drawn; none of threads, which serve all.
     drawn: &'static [&'static str],
     points: Vec<Point>,
 }
@@ -59,18 +60,7 @@ struct Line {
 struct Point {
     /// How many there are of what grows.
     x: f64,
-    wall_s: f64,
-    processor_s: f64,
-    peak_bytes: f64,
-    stages_s: [f64; STAGES.len()],
-}
-
-impl Point {
-    /// Seconds of a stage, of the whole without one.
-    fn seconds(&self, stage: Option<&str>) -> f64 {
-        let index = STAGES.iter().position(|it| Some(*it) == stage);
-        index.map_or(self.wall_s, |index| self.stages_s[index])
-    }
+    least: WholeRun,
 }
 
 fn main() -> Result<()> {
@@ -196,35 +186,22 @@ fn point(
     n_runs: usize,
     x: impl Fn(&Path) -> Result<f64>,
 ) -> Result<Point> {
-    let mut least: Option<Point> = None;
+    let mut point: Option<Point> = None;
     for _ in 0..n_runs {
         let folder = tempfile::tempdir()?;
         let file = folder.path().join("scene.toml");
         fs::write(&file, scene)?;
         let out = folder.path().join("out");
         let run = whole_run(Path::new(env!("CARGO_BIN_EXE_niji")), &file, &out, flags)?;
-        let stages_s = STAGES.map(|stage| run.stage_s(stage));
-        let found = Point {
+        point = Some(Point {
             x: x(&out)?,
-            wall_s: run.wall_s,
-            processor_s: run.processor_s,
-            peak_bytes: run.peak_bytes,
-            stages_s,
-        };
-        least = Some(match least {
-            None => found,
-            Some(least) => Point {
-                x: found.x,
-                wall_s: least.wall_s.min(found.wall_s),
-                processor_s: least.processor_s.min(found.processor_s),
-                peak_bytes: least.peak_bytes.min(found.peak_bytes),
-                stages_s: std::array::from_fn(|index| {
-                    least.stages_s[index].min(found.stages_s[index])
-                }),
+            least: match point {
+                Some(before) => run.least(&before.least),
+                None => run,
             },
         });
     }
-    least.ok_or_else(|| "--runs: expected a number from 1".into())
+    point.ok_or_else(|| "--runs: expected a number from 1".into())
 }
 
 /// p of a stage.
@@ -232,7 +209,7 @@ fn exponent(line: &Line, stage: &str) -> f64 {
     let [.., before, last] = line.points.as_slice() else {
         return f64::NAN;
     };
-    let seconds = |point: &Point| point.seconds(Some(stage));
+    let seconds = |point: &Point| point.least.stage_s(stage);
     (seconds(last) / seconds(before)).ln() / (last.x / before.x).ln()
 }
 
@@ -241,7 +218,7 @@ fn shared_by_threads(line: &Line) -> f64 {
     let [one, .., all] = line.points.as_slice() else {
         return f64::NAN;
     };
-    (1.0 - all.wall_s / one.wall_s) / (1.0 - 1.0 / all.x)
+    (1.0 - all.least.wall_s / one.least.wall_s) / (1.0 - 1.0 / all.x)
 }
 
 fn table(lines: &[Line], shared: f64) -> Result<Vec<u8>> {
@@ -258,10 +235,11 @@ fn table(lines: &[Line], shared: f64) -> Result<Vec<u8>> {
     table.write_record(heads.map(str::to_owned).iter().chain(&stages))?;
     for line in lines {
         for point in &line.points {
+            let run = &point.least;
             let mut row = vec![line.name.to_owned(), point.x.to_string(), "true".to_owned()];
-            row.extend([point.wall_s, point.processor_s].map(|it| format!("{it:.2}")));
-            row.push(format!("{:.0}", point.peak_bytes / 1e6));
-            row.extend(point.stages_s.map(|it| format!("{it:.3}")));
+            row.extend([run.wall_s, run.processor_s].map(|it| format!("{it:.2}")));
+            row.push(format!("{:.0}", run.peak_bytes / 1e6));
+            row.extend(STAGES.map(|stage| format!("{:.3}", run.stage_s(stage))));
             table.write_record(row)?;
         }
     }
@@ -272,7 +250,7 @@ fn table(lines: &[Line], shared: f64) -> Result<Vec<u8>> {
     );
     let more = (1..=MOST_THREADS.ilog2()).map(|power| f64::from(1_u32 << power));
     for n in more.filter(|n| *n > all.x) {
-        let wall_s = one.wall_s * (1.0 - shared + shared / n);
+        let wall_s = one.least.wall_s * (1.0 - shared + shared / n);
         let mut row = vec![threads.name.to_owned(), n.to_string(), "false".to_owned()];
         row.push(format!("{wall_s:.2}"));
         row.resize(heads.len() + STAGES.len(), String::new());
@@ -288,7 +266,7 @@ fn plot(lines: &[Line], about: &str) -> Result<String> {
         .flat_map(|line| {
             line.drawn.iter().map(|stage| {
                 let points = line.points.iter();
-                let points = points.map(|it| (it.x / line.points[0].x, it.seconds(Some(stage))));
+                let points = points.map(|it| (it.x / line.points[0].x, it.least.stage_s(stage)));
                 let label = format!("{} ({stage}) ^ {:.2}", line.name, exponent(line, stage));
                 (label, points.collect())
             })

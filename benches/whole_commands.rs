@@ -35,6 +35,7 @@ use bound::Rates;
 use bound::Work;
 use whole_run::MEASURE;
 use whole_run::Result;
+use whole_run::WholeRun;
 use whole_run::circumstances;
 use whole_run::measured_here;
 use whole_run::whole_run;
@@ -121,26 +122,18 @@ fn scene(name: &str) -> Result<PathBuf> {
         .ok_or_else(|| format!("{name}: found neither a scene in benches/scenes nor a file").into())
 }
 
-/// What a command took.
-#[derive(Clone, Copy)]
+/// What a command took, and bytes of the files that it wrote.
 struct Measured {
-    wall_s: f64,
-    processor_s: f64,
-    peak_bytes: f64,
+    run: WholeRun,
     written_bytes: f64,
-    /// By [`STAGES`].
-    stages_s: [f64; STAGES.len()],
 }
 
 impl Measured {
     /// The least of both of everything.
-    fn least(&self, other: Self) -> Self {
+    fn least(&self, other: &Self) -> Self {
         Self {
-            wall_s: self.wall_s.min(other.wall_s),
-            processor_s: self.processor_s.min(other.processor_s),
-            peak_bytes: self.peak_bytes.min(other.peak_bytes),
+            run: self.run.least(&other.run),
             written_bytes: self.written_bytes.min(other.written_bytes),
-            stages_s: std::array::from_fn(|index| self.stages_s[index].min(other.stages_s[index])),
         }
     }
 }
@@ -154,12 +147,12 @@ fn least_of(scene: &Path, asked: &Asked) -> Result<Vec<(Measured, Measured, Work
             let out = folder.path().join("out");
             let run = || measured(program, scene, &out);
             let (cold, again) = (run()?, run()?);
-            match least.get_mut(index) {
-                Some((least_cold, least_again, _)) => {
-                    *least_cold = least_cold.least(cold);
-                    *least_again = least_again.least(again);
-                }
-                None => least.push((cold, again, Work::of(&out, cold.written_bytes)?)),
+            if let Some((least_cold, least_again, _)) = least.get_mut(index) {
+                *least_cold = least_cold.least(&cold);
+                *least_again = least_again.least(&again);
+            } else {
+                let work = Work::of(&out, cold.written_bytes)?;
+                least.push((cold, again, work));
             }
         }
     }
@@ -169,13 +162,9 @@ fn least_of(scene: &Path, asked: &Asked) -> Result<Vec<(Measured, Measured, Work
 /// What `niji run` takes.
 fn measured(program: &Path, scene: &Path, out: &Path) -> Result<Measured> {
     let started = SystemTime::now();
-    let run = whole_run(program, scene, out, &[])?;
     Ok(Measured {
-        wall_s: run.wall_s,
-        processor_s: run.processor_s,
-        peak_bytes: run.peak_bytes,
+        run: whole_run(program, scene, out, &[])?,
         written_bytes: written_since(out, started)? as f64,
-        stages_s: STAGES.map(|stage| run.stage_s(stage)),
     })
 }
 
@@ -206,15 +195,17 @@ fn print_heads() {
 }
 
 fn print_row(name: &str, of: &Measured, bound_s: Option<f64>) {
-    print!("{name:26} {:7.2} {:7.2}", of.wall_s, of.processor_s);
-    for stage_s in of.stages_s {
+    let run = &of.run;
+    print!("{name:26} {:7.2} {:7.2}", run.wall_s, run.processor_s);
+    let stages_s = STAGES.map(|stage| run.stage_s(stage));
+    for stage_s in stages_s {
         print!(" {stage_s:10.3}");
     }
-    let rest_s = of.wall_s - of.stages_s.iter().sum::<f64>();
+    let rest_s = run.wall_s - stages_s.iter().sum::<f64>();
     let bound = bound_s.map_or_else(String::new, |it| format!("{it:.3}"));
     println!(
         " {rest_s:7.2} {bound:>7} {:8.0} {:8.1}",
-        of.peak_bytes / 1e6,
+        run.peak_bytes / 1e6,
         of.written_bytes / 1e6
     );
 }

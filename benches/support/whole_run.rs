@@ -1,5 +1,6 @@
 //! What a whole command takes: each run of `niji run` is a process of its own.
 
+use std::collections::BTreeMap;
 use std::ffi::OsStr;
 use std::fs;
 use std::path::Path;
@@ -30,17 +31,37 @@ pub(crate) struct WholeRun {
     pub(crate) wall_s: f64,
     pub(crate) processor_s: f64,
     pub(crate) peak_bytes: f64,
-    report: Value,
+    /// Seconds of its stages by the clock.
+    stages_s: BTreeMap<String, f64>,
 }
 
 impl WholeRun {
     /// Seconds of a stage, by the clock; 0 of one that there is not.
     pub(crate) fn stage_s(&self, name: &str) -> f64 {
-        let stages = self.report["stages"].as_array().into_iter().flatten();
-        let of_stage = stages.filter(|it| it["stage"] == name);
-        let seconds = of_stage.filter_map(|it| it["seconds"].as_f64());
-        seconds.fold(0.0, |sum, it| sum + it)
+        self.stages_s.get(name).copied().unwrap_or_default()
     }
+
+    /// The least of both of everything.
+    pub(crate) fn least(&self, other: &Self) -> Self {
+        let stages = self.stages_s.iter();
+        let stages = stages.map(|(name, seconds)| (name.clone(), seconds.min(other.stage_s(name))));
+        Self {
+            wall_s: self.wall_s.min(other.wall_s),
+            processor_s: self.processor_s.min(other.processor_s),
+            peak_bytes: self.peak_bytes.min(other.peak_bytes),
+            stages_s: stages.collect(),
+        }
+    }
+}
+
+/// Seconds of the stages in a report.
+fn stages_s(report: &Value) -> BTreeMap<String, f64> {
+    let mut stages_s = BTreeMap::new();
+    for stage in report["stages"].as_array().into_iter().flatten() {
+        let name = stage["stage"].as_str().unwrap_or_default().to_owned();
+        *stages_s.entry(name).or_default() += stage["seconds"].as_f64().unwrap_or_default();
+    }
+    stages_s
 }
 
 /// Runs a program on a scene into a folder, by a process that it alone is a child of: a process knows of its children
@@ -61,12 +82,13 @@ pub(crate) fn whole_run(
         return Err(format!("{}: the run failed", scene.display()).into());
     }
     let told: Value = serde_json::from_slice(&output.stdout)?;
+    let report = serde_json::from_str(&fs::read_to_string(out.join("report.json"))?)?;
     let number = |key: &str| told[key].as_f64().ok_or("a figure is missing");
     Ok(WholeRun {
         wall_s: number("wall_s")?,
         processor_s: number("processor_s")?,
         peak_bytes: number("peak_bytes")?,
-        report: serde_json::from_str(&fs::read_to_string(out.join("report.json"))?)?,
+        stages_s: stages_s(&report),
     })
 }
 

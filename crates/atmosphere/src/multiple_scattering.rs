@@ -140,8 +140,8 @@ pub fn diffuse_light(air: &AtmosphereTable, level: ScatteringOrders) -> DiffuseL
     diffuse_light_while(go_on, air, level, Suns::All).unwrap_or_else(|never| match never {})
 }
 
-/// The same for some suns, unless `go_on` refuses, which is asked before each layer of each order and told the part that is done,
-/// 0 to 1, by how near the error of the orders so far is to the tolerance.
+/// The same for some suns, unless `go_on` refuses, which is asked before each layer of each order and told the part that
+/// is done, 0 to 1, by how near the error of the orders so far is to the tolerance.
 ///
 /// # Errors
 /// What `go_on` says.
