@@ -100,8 +100,9 @@ impl<'a> FreeFlight<'a> {
         let mut depth = exponential(randoms.next_even());
         let mut from_m = 0.0;
         let mut cell = self.cell(ray.origin);
+        let mut exits = Exits::of(self, ray, cell);
         loop {
-            let (axis, exit_m) = self.exit(ray, cell);
+            let (axis, exit_m) = exits.nearest();
             let exit_m = exit_m.min(leave_m);
             let bound_m1 = self.bounds_m1[self.index(cell)];
             loop {
@@ -125,26 +126,8 @@ impl<'a> FreeFlight<'a> {
             if !inside || from_m >= leave_m {
                 return None;
             }
+            exits.pass(axis);
         }
-    }
-
-    /// Across which axis, and at which distance, a ray leaves a cell.
-    fn exit(&self, ray: &Ray, cell: IVec3) -> (usize, f64) {
-        let mut nearest = (0, f64::INFINITY);
-        for axis in 0..3 {
-            let direction = ray.direction[axis];
-            // Exactly 0: it never crosses.
-            if direction == 0.0 {
-                continue;
-            }
-            let plane = cell[axis] + i32::from(direction > 0.0);
-            let plane_m = self.bounds.min[axis] + f64::from(plane) * self.cell_m[axis];
-            let distance_m = (plane_m - ray.origin[axis]) / direction;
-            if distance_m < nearest.1 {
-                nearest = (axis, distance_m);
-            }
-        }
-        nearest
     }
 
     /// The cell of a point; the nearest one outside.
@@ -161,9 +144,55 @@ impl<'a> FreeFlight<'a> {
     }
 }
 
-/// An optical depth of mean 1.
+/// Where a ray leaves the cell that it is in, axis by axis.
+struct Exits {
+    /// Distances of the next faces; infinite along an axis that is never crossed [m].
+    next_m: DVec3,
+    /// Distances from face to face [m].
+    step_m: DVec3,
+}
+
+impl Exits {
+    fn of(lattice: &FreeFlight, ray: &Ray, cell: IVec3) -> Self {
+        let mut exits = Self {
+            next_m: DVec3::INFINITY,
+            step_m: DVec3::ZERO,
+        };
+        for axis in 0..3 {
+            let direction = ray.direction[axis];
+            if direction == 0.0 {
+                continue;
+            }
+            let face = cell[axis] + i32::from(direction > 0.0);
+            let face_m = lattice.bounds.min[axis] + f64::from(face) * lattice.cell_m[axis];
+            let per_m = direction.recip();
+            exits.next_m[axis] = (face_m - ray.origin[axis]) * per_m;
+            exits.step_m[axis] = (lattice.cell_m[axis] * per_m).abs();
+        }
+        exits
+    }
+
+    /// The axis whose face is next, and how far it is.
+    fn nearest(&self) -> (usize, f64) {
+        let [x, y, z] = self.next_m.to_array();
+        if x <= y && x <= z {
+            (0, x)
+        } else if y <= z {
+            (1, y)
+        } else {
+            (2, z)
+        }
+    }
+
+    /// Goes on into the cell behind that face.
+    fn pass(&mut self, axis: usize) {
+        self.next_m[axis] += self.step_m[axis];
+    }
+}
+
+/// An optical depth of mean 1. Random numbers have 53 bits after the point, so that the difference is exact.
 fn exponential(random: f64) -> f64 {
-    -(-random).ln_1p()
+    -(1.0 - random).ln()
 }
 
 #[cfg(test)]

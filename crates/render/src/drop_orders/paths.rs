@@ -15,6 +15,7 @@ use niji_geometry::Ray;
 
 use super::column::Stratum;
 use super::free_flight::FreeFlight;
+use super::phase::AngleCell;
 use super::phase::PhaseRows;
 use super::phase::SizeClass;
 use super::randoms::Randoms;
@@ -186,16 +187,16 @@ impl Paths<'_> {
         let replicates_cd_m2 = std::array::from_fn(|replicate| {
             // Others in each stratum, so that their errors are not the same.
             let replicate = stratum.index * N_REPLICATES + replicate;
-            let mut luminance = 0.0;
+            room.light.fill(0.0);
             for path in of_each.clone() {
-                room.light.fill(0.0);
                 let randoms = Randoms::of(replicate as u64, path as u64);
                 self.follow(stratum, randoms, &mut room);
-                let light = room.light.iter().zip(self.luminance_weights);
-                for (sum, (light, weight)) in sums.iter_mut().zip(light) {
-                    *sum += f64::from(*light);
-                    luminance += f64::from(*light) * weight;
-                }
+            }
+            let mut luminance = 0.0;
+            let light = room.light.iter().zip(self.luminance_weights);
+            for (sum, (light, weight)) in sums.iter_mut().zip(light) {
+                *sum += f64::from(*light);
+                luminance += f64::from(*light) * weight;
             }
             (luminance / n_of_each as f64) as f32
         });
@@ -226,7 +227,8 @@ impl Paths<'_> {
                 to_sun: TO_SUN.get(index).copied().unwrap_or(0.0),
                 drawn_at,
             };
-            direction = self.turned(&turn, &mut randoms, room);
+            let to_sun;
+            (direction, to_sun) = self.turned(&turn, &mut randoms, room);
             let ray = Ray {
                 origin: point,
                 direction,
@@ -239,9 +241,7 @@ impl Paths<'_> {
                 return;
             };
             met = next;
-            let towards_sun = self
-                .phase
-                .towards(met.class, direction.dot(self.sun_direction));
+            let towards_sun = self.phase.of(met.class, to_sun);
             let weights = room.weights.iter().zip(&room.of_view);
             for ((light, (weight, of_view)), phase) in
                 room.light.iter_mut().zip(weights).zip(towards_sun)
@@ -255,20 +255,32 @@ impl Paths<'_> {
     /// or for a share of the paths around the sun, because light that goes almost straight through
     /// one more drop is most of what a bow sends. The phase function over the mean of both never
     /// exceeds 1/(1 - share), and bright sunlight at the next drop is met by a large probability.
-    fn turned(&self, turn: &Turn, randoms: &mut Randoms, room: &mut Room) -> DVec3 {
-        let around = if randoms.next_even() < turn.to_sun {
-            self.sun_direction
+    ///
+    /// With it comes the cell of its angle to the sun.
+    fn turned(&self, turn: &Turn, randoms: &mut Randoms, room: &mut Room) -> (DVec3, AngleCell) {
+        let is_around_sun = randoms.next_even() < turn.to_sun;
+        let (around, other) = if is_around_sun {
+            (self.sun_direction, turn.before)
         } else {
-            turn.before
+            (turn.before, self.sun_direction)
         };
-        let (class, drawn_at) = (turn.class, turn.drawn_at);
-        let cosine = self.phase.draw_cosine(class, drawn_at, randoms.next_even());
+        let (class, random) = (turn.class, randoms.next_even());
+        let (cosine, drawn) = self.phase.draw((class, turn.drawn_at), random);
         let direction = rotated(around, cosine, TAU * randoms.next_even());
-        let on = self.phase.towards(class, direction.dot(turn.before));
-        let to_sun = self.phase.towards(class, direction.dot(self.sun_direction));
+        let of_other = AngleCell::at(direction.dot(other));
+        let (on, to_sun) = if is_around_sun {
+            (of_other, drawn)
+        } else {
+            (drawn, of_other)
+        };
         let share = turn.to_sun as f32;
+        let both = self
+            .phase
+            .of(class, on)
+            .iter()
+            .zip(self.phase.of(class, to_sun));
         let of_path = room.weights.iter_mut().zip(&mut room.of_view);
-        for ((weight, of_view), (on, to_sun)) in of_path.zip(on.iter().zip(to_sun)) {
+        for ((weight, of_view), (on, to_sun)) in of_path.zip(both) {
             let probability = (1.0 - share) * on + share * to_sun;
             *weight *= probability;
             *of_view *= if probability > 0.0 {
@@ -278,40 +290,46 @@ impl Paths<'_> {
             };
         }
         divide_by_mean(&mut room.weights);
-        direction
+        (direction, to_sun)
     }
 
     /// One of the drops at a point; `None` where rounding put it outside all drops.
     fn meet(&self, point: DVec3, randoms: &mut Randoms) -> Option<Met> {
-        let total: f64 = self
-            .bricks
-            .iter()
-            .map(|mode| f64::from(mode.m2(point)))
-            .sum();
-        let mut sought = randoms.next() * total;
+        let sought = randoms.next();
         let of_sizes = [randoms.next(), randoms.next()];
-        let mut met = None;
-        let of_voxel = |mode: &Bricks| EXTINCTION_PER_M2 * total * mode.voxel_m();
-        for mode in self.bricks {
-            let m2 = f64::from(mode.m2(point));
-            if m2 <= 0.0 || sought < 0.0 {
-                continue;
-            }
-            sought -= m2;
-            let sample = mode.sample(point);
-            let moments = sample.moments();
-            let radius_um = f64::from(moments.effective_radius_um());
-            let variance = f64::from(moments.effective_variance());
-            met = Some(Met {
-                class: self.phase.class(radius_um, variance, of_sizes),
-                sunlit: transmittance(self.depth_to_sun(
-                    &sample,
-                    point,
-                    (of_voxel(mode), mode.voxel_m()),
-                )),
-            });
+        let (mode, total) = self.mode_at(point, sought)?;
+        let sample = mode.sample(point);
+        let total = total.unwrap_or(f64::from(sample.m2));
+        if sample.m2 <= 0.0 {
+            return None;
         }
-        met
+        let moments = sample.moments();
+        let radius_um = f64::from(moments.effective_radius_um());
+        let variance = f64::from(moments.effective_variance());
+        let of_voxel = EXTINCTION_PER_M2 * total * mode.voxel_m();
+        Some(Met {
+            class: self.phase.class(radius_um, variance, of_sizes),
+            sunlit: transmittance(self.depth_to_sun(&sample, point, (of_voxel, mode.voxel_m()))),
+        })
+    }
+
+    /// One of the modes at a point by its share of M2, and M2 of all of them; of a single one nothing is asked.
+    fn mode_at(&self, point: DVec3, random: f64) -> Option<(&Bricks, Option<f64>)> {
+        if let [only] = self.bricks {
+            return Some((only, None));
+        }
+        let m2 = |mode: &Bricks| f64::from(mode.m2(point));
+        let total: f64 = self.bricks.iter().map(m2).sum();
+        let mut sought = random * total;
+        let mut drawn = None;
+        for mode in self.bricks {
+            let m2 = m2(mode);
+            if m2 > 0.0 && sought >= 0.0 {
+                sought -= m2;
+                drawn = Some(mode);
+            }
+        }
+        drawn.map(|mode| (mode, Some(total)))
     }
 
     /// Optical depth at Q = 1 between a sampled point and the sun, in drops of so much a voxel.
@@ -333,7 +351,7 @@ impl Paths<'_> {
 /// Divide weights by their mean, so that they are always the probability of the whole path at each
 /// wavelength over that at all of them.
 fn divide_by_mean(weights: &mut [f32]) {
-    let sum: f32 = weights.iter().sum();
+    let sum = sum(weights);
     let per_mean = if sum > 0.0 {
         weights.len() as f32 / sum
     } else {
@@ -342,6 +360,18 @@ fn divide_by_mean(weights: &mut [f32]) {
     for weight in weights {
         *weight *= per_mean;
     }
+}
+
+/// A sum in as many parts as fill a vector.
+fn sum(values: &[f32]) -> f32 {
+    let (vectors, rest) = values.as_chunks::<8>();
+    let mut sums = [0.0; 8];
+    for vector in vectors {
+        for (sum, value) in sums.iter_mut().zip(vector) {
+            *sum += value;
+        }
+    }
+    sums.iter().chain(rest).sum()
 }
 
 /// A direction rotated away by an angle, towards an azimuth.

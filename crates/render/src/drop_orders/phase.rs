@@ -30,6 +30,9 @@ const POINTS_PER_CELL: usize = 8;
 /// Radii that are kept of the table's; between them one of both neighbors is drawn.
 const MAX_RADII: usize = 24;
 
+/// Even parts of the light of a size at a wavelength, of each of which the cells are known.
+const N_GUIDES: usize = 64;
+
 /// Rounding of an angle in a file.
 const ANGLE_SLACK_RAD: f64 = 1e-6;
 
@@ -43,6 +46,22 @@ pub(crate) struct PhaseRows {
     values_sr1: Vec<f32>,
     /// Share of the light below the end of each cell, [size, wavelength, cell].
     cumulative: Vec<f32>,
+    /// The first cell that an even part of the light may end in, and the last, [size, wavelength, part].
+    guides: Vec<u16>,
+    /// Cosines of the edges of the cells.
+    edge_cosines: Vec<f64>,
+}
+
+/// A cell of the scattering angle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct AngleCell(usize);
+
+impl AngleCell {
+    /// That of an angle.
+    pub(crate) fn at(cosine: f64) -> Self {
+        let cell = (cosine.clamp(-1.0, 1.0).acos() * (N_CELLS as f64 / PI)) as usize;
+        Self(cell.min(N_CELLS - 1))
+    }
 }
 
 /// One size of drops among those kept.
@@ -77,6 +96,10 @@ impl PhaseRows {
             n_wavelengths,
             values_sr1: vec![0.0; n_classes * N_CELLS * n_wavelengths],
             cumulative: vec![0.0; n_classes * N_CELLS * n_wavelengths],
+            guides: vec![0; n_classes * n_wavelengths * (N_GUIDES + 1)],
+            edge_cosines: (0..=N_CELLS)
+                .map(|edge| cell_edge_rad(edge).cos())
+                .collect(),
         };
         let points = CellPoints::of(&table.theta_rad);
         for (radius_class, radius) in kept.into_iter().enumerate() {
@@ -98,12 +121,21 @@ impl PhaseRows {
             return;
         }
         let mut below = 0.0;
-        let row = (class * self.n_wavelengths + wavelength) * N_CELLS;
+        let class_row = class * self.n_wavelengths + wavelength;
+        let row = class_row * N_CELLS;
         for (cell, value) in cells.iter().enumerate() {
             below += value * solid_angle_sr(cell) / norm;
             self.cumulative[row + cell] = below as f32;
             self.values_sr1[(class * N_CELLS + cell) * self.n_wavelengths + wavelength] =
                 (value / norm) as f32;
+        }
+        let cumulative = &self.cumulative[row..row + N_CELLS];
+        let whole = f64::from(cumulative[N_CELLS - 1]);
+        let first = class_row * (N_GUIDES + 1);
+        for (part, guide) in self.guides[first..=first + N_GUIDES].iter_mut().enumerate() {
+            let sought = part as f64 / N_GUIDES as f64 * whole;
+            let cell = cumulative.partition_point(|below| f64::from(*below) <= sought);
+            *guide = cell.min(N_CELLS - 1) as u16;
         }
     }
 
@@ -115,20 +147,26 @@ impl PhaseRows {
         SizeClass(radius * self.variance.len() + variance)
     }
 
-    /// The phase function by wavelength in a direction [1/sr].
-    pub(crate) fn towards(&self, class: SizeClass, cos_theta: f64) -> &[f32] {
-        let cell = (cos_theta.clamp(-1.0, 1.0).acos() / PI * N_CELLS as f64) as usize;
-        self.in_cell(class, cell.min(N_CELLS - 1))
+    /// The phase function by wavelength in a cell [1/sr].
+    pub(crate) fn of(&self, class: SizeClass, cell: AngleCell) -> &[f32] {
+        let start = (class.0 * N_CELLS + cell.0) * self.n_wavelengths;
+        &self.values_sr1[start..start + self.n_wavelengths]
     }
 
-    /// Draw the cosine of a scattering angle from the phase function at one wavelength.
-    pub(crate) fn draw_cosine(&self, class: SizeClass, wavelength: usize, random: f64) -> f64 {
-        let start = (class.0 * self.n_wavelengths + wavelength) * N_CELLS;
-        let cumulative = &self.cumulative[start..start + N_CELLS];
+    /// Draw a scattering angle from the phase function at one wavelength: its cosine and cell.
+    pub(crate) fn draw(
+        &self,
+        (class, wavelength): (SizeClass, usize),
+        random: f64,
+    ) -> (f64, AngleCell) {
+        let row = class.0 * self.n_wavelengths + wavelength;
+        let cumulative = &self.cumulative[row * N_CELLS..][..N_CELLS];
         // f32 sums may end a little off 1.
         let sought = random * f64::from(cumulative[N_CELLS - 1]);
-        let cell = cumulative.partition_point(|below| f64::from(*below) <= sought);
-        let cell = cell.min(N_CELLS - 1);
+        let guide = &self.guides[row * (N_GUIDES + 1)..][(random * N_GUIDES as f64) as usize..];
+        let [first, last] = [guide[0], guide[1]].map(usize::from);
+        let among = &cumulative[first..last];
+        let cell = first + among.partition_point(|below| f64::from(*below) <= sought);
         let from = if cell > 0 {
             f64::from(cumulative[cell - 1])
         } else {
@@ -140,18 +178,14 @@ impl PhaseRows {
         } else {
             0.5
         };
-        let (near, far) = (cell_edge_rad(cell).cos(), cell_edge_rad(cell + 1).cos());
-        near + (far - near) * part.clamp(0.0, 1.0)
+        let [near, far] = [cell, cell + 1].map(|edge| self.edge_cosines[edge]);
+        let cosine = near + (far - near) * part.clamp(0.0, 1.0);
+        (cosine, AngleCell(cell))
     }
 
     /// Number of wavelengths.
     pub(crate) fn n_wavelengths(&self) -> usize {
         self.n_wavelengths
-    }
-
-    fn in_cell(&self, class: SizeClass, cell: usize) -> &[f32] {
-        let start = (class.0 * N_CELLS + cell) * self.n_wavelengths;
-        &self.values_sr1[start..start + self.n_wavelengths]
     }
 }
 
@@ -311,7 +345,7 @@ mod tests {
         for scale in [1e-3, 0.9, 1.0] {
             let rows = PhaseRows::new(&table(|_, theta| scale * henyey_greenstein(0.6, theta)));
             let rows = rows.unwrap();
-            let at = |cosine: f64| f64::from(rows.towards(class(&rows, 10.0), cosine)[0]);
+            let at = |cosine: f64| f64::from(rows.of(class(&rows, 10.0), AngleCell::at(cosine))[0]);
             for degrees in [0.125_f64, 30.125, 90.125, 179.875] {
                 let theta = degrees.to_radians();
                 // The middle of a cell against its mean.
@@ -328,7 +362,7 @@ mod tests {
             let n = 20_000;
             let mean: f64 = (0..n)
                 .map(|index| (f64::from(index) + 0.5) / f64::from(n))
-                .map(|random| rows.draw_cosine(class(&rows, 10.0), 0, random))
+                .map(|random| rows.draw((class(&rows, 10.0), 0), random).0)
                 .sum::<f64>()
                 / f64::from(n);
             // Measured 2e-4 at g = 0.9, whose light is a little above 1.
@@ -344,12 +378,12 @@ mod tests {
         let rows = PhaseRows::new(&whole).unwrap();
         for degrees in [5.0_f64, 40.0, 140.0] {
             let theta = degrees.to_radians();
-            let found = f64::from(rows.towards(class(&rows, 10.0), theta.cos())[0]);
+            let found = f64::from(rows.of(class(&rows, 10.0), AngleCell::at(theta.cos()))[0]);
             let error = found / henyey_greenstein(0.5, theta) - 1.0;
             assert!(error.abs() < 0.01, "{degrees}: {error}");
         }
         // The lobe is 1600/sr high; what stays is a plateau of ordinary height.
-        assert!(rows.towards(class(&rows, 10.0), 1.0)[0] < 2.0);
+        assert!(rows.of(class(&rows, 10.0), AngleCell::at(1.0))[0] < 2.0);
     }
 
     #[test]
@@ -366,8 +400,8 @@ mod tests {
     #[test]
     fn a_dark_table_is_dark_and_one_of_some_angles_is_refused() {
         let rows = PhaseRows::new(&table(|_, _| 0.0)).unwrap();
-        assert_eq!(rows.towards(class(&rows, 10.0), 0.3), [0.0]);
-        assert!(rows.draw_cosine(class(&rows, 10.0), 0, 0.5).abs() <= 1.0);
+        assert_eq!(rows.of(class(&rows, 10.0), AngleCell::at(0.3)), [0.0]);
+        assert!(rows.draw((class(&rows, 10.0), 0), 0.5).0.abs() <= 1.0);
         let mut part = table(|_, _| 0.05);
         part.theta_rad[3600] = 3.1413;
         assert!(matches!(

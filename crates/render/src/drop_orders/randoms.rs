@@ -48,11 +48,12 @@ impl Randoms {
         self.n_even += 1;
         let axis = self.replicate * N_EVEN as u64 + dimension as u64;
         let shift = (mixed(axis + 1) >> 32) as u32;
-        let value = SOBOL_DIRECTIONS[dimension]
-            .iter()
-            .enumerate()
-            .filter(|(bit, _)| (self.path >> bit) & 1 == 1)
-            .fold(shift, |value, (_, direction)| value ^ direction);
+        let mut value = shift;
+        let mut bits = self.path & u64::from(u32::MAX);
+        while bits != 0 {
+            value ^= SOBOL_DIRECTIONS[dimension][bits.trailing_zeros() as usize];
+            bits &= bits - 1;
+        }
         // The middle of its interval.
         (f64::from(value) + 0.5) / 4_294_967_296.0
     }
