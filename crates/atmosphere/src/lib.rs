@@ -91,6 +91,7 @@ pub use crate::multiple_scattering::Suns;
 pub use crate::multiple_scattering::diffuse_light;
 pub use crate::multiple_scattering::diffuse_light_while;
 pub use crate::multiple_scattering::with_diffuse_light;
+pub use crate::multiple_scattering::with_diffuse_light_of;
 pub use crate::optical_length::OpticalLength;
 pub use crate::optical_length::optical_length_m;
 pub use crate::ozone::OzoneLayer;

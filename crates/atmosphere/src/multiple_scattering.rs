@@ -25,8 +25,10 @@ mod sun_axis;
 
 use std::convert::Infallible;
 
+use glam::DVec3;
 use niji_exchange::AtmosphereTable;
 use niji_exchange::DiffuseLight;
+use niji_geometry::EARTH;
 use niji_geometry::Planet;
 use niji_radiometry::Radians;
 
@@ -58,6 +60,14 @@ pub enum Suns {
 }
 
 impl Suns {
+    /// Those that are seen from a point, with the sun in a direction there.
+    pub fn seen_from(eye: DVec3, sun_direction: DVec3) -> Self {
+        Self::SeenFrom {
+            height_m: EARTH.height_m(eye),
+            sun_zenith: Radians(EARTH.cos_zenith(eye, sun_direction).acos()),
+        }
+    }
+
     /// Those of an axis, and of places whose light gets there by so many ways through the air.
     fn of(self, axis: SunAxis, air: &AtmosphereTable, n_ways: f64) -> SunAxis {
         let Self::SeenFrom {
@@ -130,7 +140,18 @@ impl ScatteringOrders {
 
 /// An air with the light of higher orders in its table.
 pub fn with_diffuse_light(air: AtmosphereTable, level: ScatteringOrders) -> AtmosphereTable {
-    let diffuse = Some(diffuse_light(&air, level));
+    with_diffuse_light_of(air, level, Suns::All)
+}
+
+/// The same for some suns.
+pub fn with_diffuse_light_of(
+    air: AtmosphereTable,
+    level: ScatteringOrders,
+    suns: Suns,
+) -> AtmosphereTable {
+    let go_on = |_| Ok::<_, Infallible>(());
+    let diffuse = diffuse_light_while(go_on, &air, level, suns);
+    let diffuse = Some(diffuse.unwrap_or_else(|never| match never {}));
     AtmosphereTable { diffuse, ..air }
 }
 

@@ -12,8 +12,6 @@
 
 use ndarray::Array2;
 use niji_atmosphere::Suns;
-use niji_geometry::EARTH;
-use niji_radiometry::Radians;
 use niji_render::LitDrops;
 use niji_render::PixelFootprint;
 use niji_render::RenderEffects;
@@ -111,11 +109,7 @@ fn luminance(
     watch: Watch,
 ) -> Result<Array2<f64>, Error> {
     let camera = scene.camera.camera().map_err(Error::scene)?;
-    let eye = camera.position();
-    let suns = Suns::SeenFrom {
-        height_m: EARTH.height_m(eye),
-        sun_zenith: Radians(EARTH.cos_zenith(eye, scene.sun.direction()).acos()),
-    };
+    let suns = Suns::seen_from(camera.position(), scene.sun.direction());
     let air = AirRequest::of(scene, Some(level.orders()));
     let air = air.map(|air| AirRequest { suns, ..air }.table(watch));
     let air = air.transpose()?;

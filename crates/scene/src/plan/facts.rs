@@ -4,7 +4,8 @@ use std::collections::BTreeSet;
 
 use glam::DVec3;
 use niji_atmosphere::ScatteringOrders;
-use niji_atmosphere::with_diffuse_light;
+use niji_atmosphere::Suns;
+use niji_atmosphere::with_diffuse_light_of;
 use niji_exchange::AtmosphereTable;
 use niji_geometry::Camera;
 use niji_radiometry::Colorimetry;
@@ -191,7 +192,10 @@ impl Situation {
         let table = model.tabulate()?;
         // The plan has no time for more than a glance; bounds are widened for it.
         Ok(Some(match scene.sky_level_where_seen() {
-            Some(_) => with_diffuse_light(table, ScatteringOrders::DRAFT),
+            Some(_) => {
+                let suns = Suns::seen_from(self.camera.position(), self.sun);
+                with_diffuse_light_of(table, ScatteringOrders::DRAFT, suns)
+            }
             None => table,
         }))
     }
