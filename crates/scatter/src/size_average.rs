@@ -11,9 +11,12 @@
 //!
 //! Where the theory has the interference of orders, light has a ripple of the size, of period 0.8 in
 //! x = 2π r/λ with sharp resonances in it, and the grid has
-//!   64 + 1200 (0.5 %/tolerance)^(1/3)/(1 + (r/25 µm)²) sizes for each factor e:
+//!   64 + 1200 (0.5 %/tolerance)^k/(1 + (r/25 µm)²) sizes for each factor e:
 //! many for small drops, whose ripple is strong and whose laws hold few periods of it, and fewer for large
-//! ones, in whose laws it averages out. Against 6000 sizes, gamma laws of v_e = 0.1 at 560 nm and a tolerance
+//! ones, in whose laws it averages out. Where they resolve the ripple the mean converges fast, k = 1/3; coarser
+//! tolerances, for which sizes are chance samples of it, have k = 3/2. There, against 3000 sizes, laws of v_e = 0.05 and
+//! 0.15 with 3 to 90 µm at 450 and 650 nm err by 0.04 to 0.58 of the tolerance in the bow and by 1.1 with the glory, as
+//! at 0.5 %. Against 6000 sizes, gamma laws of v_e = 0.1 at 560 nm and a tolerance
 //! of 0.5 %, rms in parts of the bow's peak over bow angles of 30 to 50 degrees, and with the glory of a
 //! point sun over 0 to 80: 0.13 and 0.4 % (5 µm), 0.11 and 0.6 % (10 µm), 0.13 and 0.3 % (20 µm).
 //!
@@ -36,8 +39,10 @@ const NODES_PER_EFOLD: f64 = 64.0;
 /// As many more where there is a ripple, of small drops, and the radius (µm) at which half of them are left.
 const RIPPLE_NODES: f64 = 1200.0;
 const RIPPLE_RADIUS_UM: f64 = 25.0;
-/// The tolerance that they are for.
+/// The tolerance that they are for, and with which powers of it they change below and above.
 const RIPPLE_TOLERANCE: f64 = 5e-3;
+const RESOLVED_POWER: f64 = 1.0 / 3.0;
+const CHANCE_POWER: f64 = 1.5;
 /// Ends of the shared grid, ln µm: a nanometre and beyond any drop.
 const LN_ENDS_UM: (f64, f64) = (-7.0, 12.0);
 /// Standard deviations that the shared grid must resolve, in steps of the grid.
@@ -66,7 +71,12 @@ impl SizeSampling {
         match self {
             Self::Smooth => NODES_PER_EFOLD,
             Self::Rippled { tolerance, .. } => {
-                let of_small = RIPPLE_NODES * (RIPPLE_TOLERANCE / tolerance).cbrt();
+                let power = if tolerance > RIPPLE_TOLERANCE {
+                    CHANCE_POWER
+                } else {
+                    RESOLVED_POWER
+                };
+                let of_small = RIPPLE_NODES * (RIPPLE_TOLERANCE / tolerance).powf(power);
                 NODES_PER_EFOLD + of_small / (1.0 + (radius_um / RIPPLE_RADIUS_UM).powi(2))
             }
         }
