@@ -90,6 +90,9 @@ impl Budget {
         };
         // With the seconds of its tables; nothing where there was no time to measure what it asks for.
         let tried = |index: usize, other: Option<&PlannedScene>| {
+            if clock() > FOR_PLAN * self.seconds {
+                return Ok(None);
+            }
             let request = PlanRequest {
                 measured: other.map(|it| &it.choice),
                 watch: &in_time,
@@ -108,19 +111,24 @@ impl Budget {
         } else {
             tried(index, None)?
         };
-        let Some((mut best, mut tables_s)) = first else {
-            // There is no time to ask, and none is coarser.
+        // Where there is no time to ask.
+        let unasked = |index: usize, other: Option<&PlannedScene>| {
             let request = PlanRequest {
+                measured: other.map(|it| &it.choice),
                 is_hasty: true,
                 ..scene_file::beside(path)
             };
-            return scene_file::planned_for(scene(TOLERANCES[0]), path, request);
+            scene_file::planned_for(scene(TOLERANCES[index]), path, request)
+        };
+        let Some((mut best, mut tables_s)) = first else {
+            return unasked(0, None);
         };
         if tables_s > allowed_s() {
             while index > 0 && tables_s > allowed_s() {
                 index -= 1;
                 let Some(coarser) = tried(index, Some(&best))? else {
-                    break;
+                    let is_near = tables_s < LIKELY_TIMES * allowed_s();
+                    return unasked(if is_near { index } else { 0 }, Some(&best));
                 };
                 (best, tables_s) = coarser;
             }

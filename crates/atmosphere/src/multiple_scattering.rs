@@ -149,19 +149,21 @@ pub fn with_diffuse_light_of(
     level: ScatteringOrders,
     suns: Suns,
 ) -> AtmosphereTable {
-    let go_on = |_| Ok::<_, Infallible>(());
-    let diffuse = diffuse_light_while(go_on, &air, level, suns);
-    let diffuse = Some(diffuse.unwrap_or_else(|never| match never {}));
+    let diffuse = Some(solved(&air, level, suns));
     AtmosphereTable { diffuse, ..air }
 }
 
 /// Solves the light of higher orders in an air.
 pub fn diffuse_light(air: &AtmosphereTable, level: ScatteringOrders) -> DiffuseLight {
-    let go_on = |_| Ok::<_, Infallible>(());
-    diffuse_light_while(go_on, air, level, Suns::All).unwrap_or_else(|never| match never {})
+    solved(air, level, Suns::All)
 }
 
-/// The same for some suns, unless `go_on` refuses, which is asked before each layer of each order and told the part that
+fn solved(air: &AtmosphereTable, level: ScatteringOrders, suns: Suns) -> DiffuseLight {
+    let go_on = |_| Ok::<_, Infallible>(());
+    diffuse_light_while(go_on, air, level, suns).unwrap_or_else(|never| match never {})
+}
+
+/// The light of higher orders for some suns, unless `go_on` refuses, which is asked before each layer of each order and told the part that
 /// is done, 0 to 1, by how near the error of the orders so far is to the tolerance.
 ///
 /// # Errors

@@ -93,7 +93,8 @@ impl Seen {
     }
 }
 
-/// What is to be seen of the drops of a scene, but for what was seen `before`, at another tolerance.
+/// What is to be seen of the drops of a scene, but for what was seen `before`, at another tolerance; where there is no
+/// time for more, that alone.
 ///
 /// # Errors
 /// As those of a picture; [`Error::Stopped`].
@@ -109,7 +110,7 @@ pub(crate) fn seen_of_drops(
         bright_drops: before.bright_drops,
         sky: None,
     };
-    let Some(open) = open.but_for(&seen) else {
+    let Some(open) = open.but_for(&seen).filter(|_| !request.is_hasty) else {
         return Ok(seen);
     };
     let spacing = open.drop_spacing.as_ref().map(Spacing::of).transpose()?;

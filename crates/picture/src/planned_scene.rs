@@ -99,8 +99,8 @@ pub struct PlanRequest<'a> {
     pub kept: &'a dyn Fn(&str) -> Option<Choice>,
     /// What was decided for the same scene at another tolerance: what was measured for it is not measured again.
     pub measured: Option<&'a Choice>,
-    /// Whether there is no time to measure anything: bounds and estimates decide, and the error of the picture lacks
-    /// what only small pictures tell.
+    /// Whether there is no time to measure anything: what was, bounds and estimates decide, and the error of the picture
+    /// lacks what only small pictures tell.
     pub is_hasty: bool,
     /// Whoever waits for what is measured.
     pub watch: Watch<'a>,
@@ -334,20 +334,21 @@ impl PlannedScene {
         let (mut seen, key, afforded, measures) = match measured {
             Measured::Before(choice) => (choice.seen, choice.request, choice.afforded, false),
             Measured::Never => (Seen::default(), String::new(), None, false),
-            Measured::Now(key) => (Seen::default(), key, None, !request.is_hasty),
+            Measured::Now(key) => (Seen::default(), key, None, true),
         };
         let summary = drops.as_ref().map(|drops| drops.summary.clone());
+        let before = request.measured.map(|it| it.seen.clone());
+        let before = before.unwrap_or_default();
+        let sky_before = before.sky.clone();
         let look = |foretold: &Foretold| {
             if let Some(drops) = drops.as_ref().filter(|_| measures) {
-                let before = request.measured.map(|it| it.seen.clone());
-                let before = before.unwrap_or_default();
                 seen = pilot::seen_of_drops(&scene, (foretold, request), (drops, before))?;
             }
             Ok::<_, Error>(seen.of_drops())
         };
         let mut plan = plan_looking(&scene, summary, look)?;
         if measures {
-            seen.sky = pilot::sky(&scene, &plan, request.watch)?;
+            seen.sky = pilot::sky(&scene, &plan, (request, sky_before))?;
         }
         if let Some(sky) = &seen.sky {
             plan.sky_level = Some(sky.level);

@@ -19,6 +19,17 @@ pub enum SkyLevel {
 }
 
 impl SkyLevel {
+    /// The next coarser one.
+    #[must_use]
+    pub fn coarser(self) -> Option<Self> {
+        match self {
+            Self::Draft => None,
+            Self::Quick => Some(Self::Draft),
+            Self::Standard => Some(Self::Quick),
+            Self::Fine => Some(Self::Standard),
+        }
+    }
+
     /// Its layers, directions and moments.
     #[must_use]
     pub fn orders(self) -> ScatteringOrders {

@@ -118,9 +118,11 @@ fn rays_have_what_light_of_further_orders_does_not_take() {
 
 #[test]
 fn no_level_is_coarser_than_that_of_the_preset_that_keeps_the_tolerance() {
-    // The table of `standard`, 0.005 of light of 0.18 of white, is half of 0.0018.
+    // The table of `standard`, 0.005 of light of 0.18 of white, is half of 0.0018; that of `draft` is 0.05.
     for (tolerance, preset) in [
-        (1.0, Preset::Standard),
+        (1.0, Preset::Draft),
+        (0.05, Preset::Draft),
+        (0.0499, Preset::Standard),
         (0.0018, Preset::Standard),
         (0.00179, Preset::Reference),
         (1e-6, Preset::Reference),
@@ -132,13 +134,9 @@ fn no_level_is_coarser_than_that_of_the_preset_that_keeps_the_tolerance() {
         assert_eq!(levels.sky, own.sky);
         assert_eq!(levels.drop_orders, own.drop_orders);
         assert_eq!(levels.pixel_footprint, PixelFootprint::Prefiltered);
-        // Half of a coarse tolerance, up to that of a draft.
-        let coarsest = if tolerance > 0.01 {
-            Preset::Draft
-        } else {
-            Preset::Standard
-        };
-        let most = coarsest.levels(2.0).table_relative_error;
+        // Half of a coarse tolerance.
+        let of_standard = Preset::Standard.levels(2.0).table_relative_error;
+        let most = (0.5 * tolerance).clamp(of_standard, 0.05);
         assert!(errors(&levels).iter().all(|error| *error <= most));
     }
 }

@@ -32,6 +32,7 @@ use super::SmallPicture;
 use super::small_picture::smaller;
 use crate::air::AirRequest;
 use crate::error::Error;
+use crate::planned_scene::PlanRequest;
 use crate::watch::Watch;
 
 /// What the difference of two levels is multiplied by: the finer one errs too, by a third of what the coarser one does.
@@ -56,17 +57,49 @@ pub(crate) struct SkySeen {
     pub(crate) error: SmallPicture,
 }
 
+impl SkySeen {
+    /// The coarsest level that errs by no more than is allowed, from one on, by what this one errs by.
+    fn coarsest(mut self, first: SkyLevel, allowed: f64) -> Self {
+        while let Some(level) = self.level.coarser().filter(|it| *it >= first) {
+            let error = self.error.clone().times((1.0 / HALF) as f32);
+            if error.bound().rms > allowed {
+                break;
+            }
+            self = Self { level, error };
+        }
+        self
+    }
+}
+
 /// The coarsest level that keeps the tolerance, from that of the plan on; that of the plan where a preset names its
-/// levels. `None` where no light of the sky is seen that the air scattered before.
+/// levels; at another tolerance by what was seen `before`, where that is good enough. `None` where no light of the sky is
+/// seen that the air scattered before, and where there is no time to look.
 ///
 /// # Errors
 /// Parameters of the air that are out of range; [`Error::Stopped`].
-pub(crate) fn sky(scene: &Scene, plan: &Plan, watch: Watch) -> Result<Option<SkySeen>, Error> {
+pub(crate) fn sky(
+    scene: &Scene,
+    plan: &Plan,
+    (request, before): (PlanRequest, Option<SkySeen>),
+) -> Result<Option<SkySeen>, Error> {
     let Some(first) = plan.sky_level.filter(|_| plan.is_on(Effect::Sky)) else {
         return Ok(None);
     };
+    let watch = request.watch;
     let is_chosen = scene.accuracy.preset == Preset::Standard;
     let allowed = tolerance_for_sky(plan.tolerance, plan.left_out);
+    let before = before.map(|it| {
+        if is_chosen {
+            it.coarsest(first, allowed)
+        } else {
+            it
+        }
+    });
+    let holds = |it: &SkySeen| it.level >= first && it.error.bound().rms <= allowed;
+    let before = before.filter(|it| request.is_hasty || holds(it));
+    if before.is_some() || request.is_hasty {
+        return Ok(before);
+    }
     let small = smaller(scene);
     let levels = RenderLevels {
         pixel_footprint: PixelFootprint::Center,
@@ -134,4 +167,33 @@ fn luminance(
         &|_| {},
     )?;
     Ok(niji_exchange::luminance(&picture.radiance, &scene.spectrum))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_level_errs_by_tells_which_coarser_one_is_enough() {
+        let luminance = vec![vec![0.001; 2]; 2];
+        let fine = SkySeen {
+            level: SkyLevel::Fine,
+            error: SmallPicture {
+                first_px: [0; 2],
+                frame_px: [2; 2],
+                luminance,
+            },
+        };
+        for (first, allowed, level, expected) in [
+            (SkyLevel::Quick, 1.0, SkyLevel::Quick, 0.004),
+            (SkyLevel::Quick, 0.0039, SkyLevel::Standard, 0.002),
+            (SkyLevel::Standard, 1.0, SkyLevel::Standard, 0.002),
+            (SkyLevel::Quick, 0.0019, SkyLevel::Fine, 0.001),
+            (SkyLevel::Fine, 1.0, SkyLevel::Fine, 0.001),
+        ] {
+            let found = fine.clone().coarsest(first, allowed);
+            assert_eq!(found.level, level, "{first:?} {allowed}");
+            assert!((found.error.bound().rms / expected - 1.0).abs() < 1e-6);
+        }
+    }
 }

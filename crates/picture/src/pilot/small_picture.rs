@@ -59,6 +59,14 @@ impl SmallPicture {
         }
     }
 
+    /// The same, so many times as bright.
+    pub(crate) fn times(mut self, factor: f32) -> Self {
+        for light in self.luminance.iter_mut().flatten() {
+            *light *= factor;
+        }
+        self
+    }
+
     /// The same with the light of another frame wherever that has more.
     pub(crate) fn or_more(mut self, other: &Self) -> Self {
         let [width, height] = self.frame_px.map(f64::from);

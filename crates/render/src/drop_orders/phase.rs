@@ -371,6 +371,31 @@ mod tests {
     }
 
     #[test]
+    fn the_guide_leads_to_the_cell_that_a_search_of_all_finds() {
+        let lobe = |theta: f64| (-0.5 * (theta / 0.01).powi(2)).exp();
+        let dark_behind = |theta: f64| if theta < 1.0 { 1.0 } else { 0.0 };
+        for row in [
+            table(|_, theta| henyey_greenstein(0.6, theta)),
+            table(|_, theta| lobe(theta)),
+            table(|_, theta| dark_behind(theta)),
+        ] {
+            let rows = PhaseRows::new(&row).unwrap();
+            let cumulative = &rows.cumulative[..N_CELLS];
+            let whole = f64::from(cumulative[N_CELLS - 1]);
+            let parts = (0..64).map(|part| f64::from(part) / 64.0);
+            let beside = |part: f64| [part, part.next_up(), part.next_down().max(0.0)];
+            let ends = [0.0, 1.0_f64.next_down()];
+            for random in parts.flat_map(beside).chain(ends) {
+                let found = cumulative.partition_point(|it| f64::from(*it) <= random * whole);
+                let (cosine, cell) = rows.draw((class(&rows, 10.0), 0), random);
+                assert_eq!(cell, AngleCell(found.min(N_CELLS - 1)), "{random}");
+                let [near, far] = [cell.0, cell.0 + 1].map(|edge| cell_edge_rad(edge).cos());
+                assert!((far..=near).contains(&cosine), "{random} {cosine}");
+            }
+        }
+    }
+
+    #[test]
     fn what_exceeds_one_is_cut_from_the_forward_lobe_alone() {
         let width = 0.01;
         let lobe = |theta: f64| (-0.5 * (theta / width).powi(2)).exp() / (TAU * width * width);
