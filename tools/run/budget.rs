@@ -81,8 +81,9 @@ impl Budget {
         }
         let clock = || self.elapsed_s();
         let allowed_s = || FOR_TABLES * (self.seconds - clock());
+        let may_measure = || clock() < FOR_PLAN * self.seconds;
         let in_time = |_: Stage, _: f64| {
-            if clock() < FOR_PLAN * self.seconds {
+            if may_measure() {
                 ControlFlow::Continue(())
             } else {
                 ControlFlow::Break(())
@@ -90,7 +91,7 @@ impl Budget {
         };
         // With the seconds of its tables; nothing where there was no time to measure what it asks for.
         let tried = |index: usize, other: Option<&PlannedScene>| {
-            if clock() > FOR_PLAN * self.seconds {
+            if !may_measure() {
                 return Ok(None);
             }
             let request = PlanRequest {

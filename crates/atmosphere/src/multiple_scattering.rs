@@ -163,8 +163,8 @@ fn solved(air: &AtmosphereTable, level: ScatteringOrders, suns: Suns) -> Diffuse
     diffuse_light_while(go_on, air, level, suns).unwrap_or_else(|never| match never {})
 }
 
-/// The light of higher orders for some suns, unless `go_on` refuses, which is asked before each layer of each order and told the part that
-/// is done, 0 to 1, by how near the error of the orders so far is to the tolerance.
+/// The light of higher orders for some suns, unless `go_on` refuses, which is asked before each layer of each order and
+/// told the part that is done, 0 to 1, by how near the error of the orders so far is to the tolerance.
 ///
 /// # Errors
 /// What `go_on` says.

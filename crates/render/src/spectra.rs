@@ -16,6 +16,18 @@ pub(crate) fn add_product(sums: &mut [f32], a: &[f32], b: &[f32]) {
     }
 }
 
+/// Sum of a spectrum, in as many parts as fill a vector.
+pub(crate) fn sum(values: &[f32]) -> f32 {
+    let (vectors, rest) = values.as_chunks::<8>();
+    let mut sums = [0.0; 8];
+    for vector in vectors {
+        for (sum, value) in sums.iter_mut().zip(vector) {
+            *sum += value;
+        }
+    }
+    sums.iter().chain(rest).sum()
+}
+
 /// Weighted sum of a spectrum in three channels; the fourth lane is idle.
 pub(crate) fn weighted_sum(spectrum: &[f32], weights: &[Vec4]) -> Vec4 {
     // Four sums at once: one alone waits for each addition.

@@ -15,8 +15,8 @@
 //! many for small drops, whose ripple is strong and whose laws hold few periods of it, and fewer for large
 //! ones, in whose laws it averages out. Where they resolve the ripple the mean converges fast, k = 1/3; coarser
 //! tolerances, for which sizes are chance samples of it, have k = 3/2. There, against 3000 sizes, laws of v_e = 0.05 and
-//! 0.15 with 3 to 90 µm at 450 and 650 nm err by 0.04 to 0.58 of the tolerance in the bow and by 1.1 with the glory, as
-//! at 0.5 %. Against 6000 sizes, gamma laws of v_e = 0.1 at 560 nm and a tolerance
+//! 0.15 with 3 to 90 µm at 450 and 650 nm err by 0.04 to 0.53 of the tolerance in the bow and by up to 1.1 with the glory,
+//! at 0.5 % by up to 0.58 and 0.82. Against 6000 sizes, gamma laws of v_e = 0.1 at 560 nm and a tolerance
 //! of 0.5 %, rms in parts of the bow's peak over bow angles of 30 to 50 degrees, and with the glory of a
 //! point sun over 0 to 80: 0.13 and 0.4 % (5 µm), 0.11 and 0.6 % (10 µm), 0.13 and 0.3 % (20 µm).
 //!

@@ -118,7 +118,7 @@ fn rays_have_what_light_of_further_orders_does_not_take() {
 
 #[test]
 fn no_level_is_coarser_than_that_of_the_preset_that_keeps_the_tolerance() {
-    // The table of `standard`, 0.005 of light of 0.18 of white, is half of 0.0018; that of `draft` is 0.05.
+    // The table of `standard`, 0.005 of light of 0.18 of white, is half of 0.0018; the tolerance of `draft` is 0.05.
     for (tolerance, preset) in [
         (1.0, Preset::Draft),
         (0.05, Preset::Draft),

@@ -23,6 +23,7 @@ use crate::exponential::transmittance;
 use crate::lit_drops::depth;
 use crate::lit_drops::extinction_m1;
 use crate::piece::EXTINCTION_PER_M2;
+use crate::spectra::sum;
 
 /// Drops on a path at most. In a box of optical depth tau a path meets about tau of them on the mean,
 /// so that the end is never reached short of a solid wall of water.
@@ -360,18 +361,6 @@ fn divide_by_mean(weights: &mut [f32]) {
     for weight in weights {
         *weight *= per_mean;
     }
-}
-
-/// A sum in as many parts as fill a vector.
-fn sum(values: &[f32]) -> f32 {
-    let (vectors, rest) = values.as_chunks::<8>();
-    let mut sums = [0.0; 8];
-    for vector in vectors {
-        for (sum, value) in sums.iter_mut().zip(vector) {
-            *sum += value;
-        }
-    }
-    sums.iter().chain(rest).sum()
 }
 
 /// A direction rotated away by an angle, towards an azimuth.
