@@ -8,14 +8,14 @@
 //! may be off by a_rays, and so may what lies between the nodes of drops, and between the instants of a shutter.
 //!
 //! The preset `standard` is its tolerance. A level whose setting is an error gets its part: the table's
-//! relative error, but no more than half of the tolerance within 0.005 and 0.05, that of an adaptive integral, the
+//! relative error, but no more than half of the tolerance within 0.005 and 0.02, that of an adaptive integral, the
 //! noise of light of further orders below which no more paths are followed, and the error of a pixel for which the
 //! renderer adds rays. Relative errors are of the light of drops: pictures are exposed so that it is seldom brighter
 //! than a gray card, 0.18 of display white. Where a small picture told how much less a table's errors are seen than
 //! that, `e_table` is as much larger, up to that of the preset `standard`; theory is judged up to
 //! that of `draft`. Of theories drops of each size take the cheapest that keeps the table's
 //! error. All other levels are those of `standard`, of `reference` where the table of `standard` errs by more than `a`,
-//! and of `draft` from its own tolerance on.
+//! and of `draft` for a rough picture, of a tolerance of 0.1 or more, whose table may err by 0.05.
 //!
 //! Paths of light of further orders go beyond those of the level where its error would else be more than the parts of
 //! all others leave of `T`. Where none are followed, the rays of a pixel have that too.
@@ -74,8 +74,12 @@ const SCATTERED_OF_REST: f64 = 0.8;
 const LEAST_TABLE_ERROR: f64 = 1e-4;
 const LEAST_INTEGRAL_ERROR: f64 = 1e-12;
 
-/// Largest errors that they are asked for.
-const COARSEST_ERROR: f64 = 0.05;
+/// Tolerance from which on a picture is rough: a tenth of white is what short times get. Below, tables that err by more
+/// than those of `draft` show their steps in a sky.
+const ROUGH_TOLERANCE: f64 = 0.1;
+
+/// Largest errors that tables and integrals of rough pictures are asked for.
+const ROUGH_ERROR: f64 = 0.05;
 
 /// Luminance of drops that are bright, over display white: that of a gray card.
 pub const BRIGHT_DROPS: f64 = 0.18;
@@ -152,14 +156,16 @@ impl Scene {
         SHARE_FOR_LEVELS * self.accuracy.tolerance() / BRIGHT_DROPS
     }
 
+    fn is_rough(&self) -> bool {
+        self.accuracy.tolerance() >= ROUGH_TOLERANCE
+    }
+
     /// The preset whose levels are taken where they have no error for a setting.
     fn preset_kept(&self) -> Preset {
         let of_standard = Preset::Standard.levels(1.0).table_relative_error;
         match self.accuracy.preset {
             Preset::Standard if of_standard > self.relative_error() => Preset::Reference,
-            Preset::Standard if self.accuracy.tolerance() >= Preset::Draft.tolerance() => {
-                Preset::Draft
-            }
+            Preset::Standard if self.is_rough() => Preset::Draft,
             preset => preset,
         }
     }
@@ -186,8 +192,13 @@ impl Scene {
 
     fn levels_for_tolerance(&self, voxel_m: f64) -> Levels {
         let allowed = self.relative_error();
-        let least = Preset::Standard.levels(voxel_m).table_relative_error;
-        let most = (0.5 * self.accuracy.tolerance()).clamp(least, COARSEST_ERROR);
+        let [least, draft] = [Preset::Standard, Preset::Draft]
+            .map(|preset| preset.levels(voxel_m).table_relative_error);
+        let most = if self.is_rough() {
+            ROUGH_ERROR
+        } else {
+            (0.5 * self.accuracy.tolerance()).clamp(least, draft)
+        };
         Levels {
             theory: Theory::BySize,
             table_relative_error: (OF_TABLE * allowed).clamp(LEAST_TABLE_ERROR, most),
