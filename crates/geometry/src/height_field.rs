@@ -87,6 +87,30 @@ impl HeightField {
         Ok(Self { map, levels })
     }
 
+    /// Columns and rows of nodes.
+    #[must_use]
+    pub fn size(&self) -> (usize, usize) {
+        self.map.size
+    }
+
+    /// Distance of neighbors (m).
+    #[must_use]
+    pub fn spacing_m(&self) -> f64 {
+        self.map.spacing_m
+    }
+
+    /// The nodes by column and row of the triangle above or below a point, with their barycentric weights there.
+    #[must_use]
+    pub fn nodes_around(&self, point: DVec3) -> [((usize, usize), f64); 3] {
+        let ((x, right), (z, down)) = self.place(point);
+        let [a, d] = [(x, z), (x + 1, z + 1)];
+        if down >= right {
+            [(a, 1.0 - down), ((x, z + 1), down - right), (d, right)]
+        } else {
+            [(a, 1.0 - right), ((x + 1, z), right - down), (d, down)]
+        }
+    }
+
     /// The smallest box around the field.
     #[must_use]
     pub fn bounds(&self) -> Aabb {
@@ -212,7 +236,12 @@ impl HeightField {
         [rows[0], rows[1], rows[n_x], rows[n_x + 1]].map(f64::from)
     }
 
-    fn node(&self, x: usize, z: usize) -> DVec3 {
+    /// The node of a column and a row.
+    ///
+    /// # Panics
+    /// Where there is none.
+    #[must_use]
+    pub fn node(&self, x: usize, z: usize) -> DVec3 {
         let height_m = f64::from(self.height_m(x, z));
         self.at(x, z) + DVec3::Y * height_m
     }
@@ -226,15 +255,21 @@ impl HeightField {
         self.map.height_m[z * self.map.size.0 + x]
     }
 
-    /// Unit normal of the smooth surface above a point.
-    fn smooth_normal(&self, point: DVec3) -> DVec3 {
+    /// Column and row of the cell at a point, and how far in it.
+    fn place(&self, point: DVec3) -> ((usize, f64), (usize, f64)) {
         let from = (point - self.map.corner) / self.map.spacing_m;
-        let place = |at: f64, n: usize| {
+        let along = |at: f64, n: usize| {
             let cell = (at.max(0.0) as usize).min(n - 2);
             (cell, (at - cell as f64).clamp(0.0, 1.0))
         };
         let (n_x, n_z) = self.map.size;
-        let ((x, right), (z, down)) = (place(from.x, n_x), place(from.z, n_z));
+        (along(from.x, n_x), along(from.z, n_z))
+    }
+
+    /// Unit normal of the smooth surface above or below a point.
+    #[must_use]
+    pub fn smooth_normal(&self, point: DVec3) -> DVec3 {
+        let ((x, right), (z, down)) = self.place(point);
         let along = |z| self.gradient(x, z).lerp(self.gradient(x + 1, z), right);
         let gradient = along(z).lerp(along(z + 1), down);
         DVec3::new(-gradient.x, 1.0, -gradient.y).normalize()

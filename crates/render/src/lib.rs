@@ -172,6 +172,7 @@ mod sun_sweep;
 mod surface_light;
 mod surfaces;
 mod surround;
+mod terrain_view;
 mod turned;
 mod under_drops;
 mod water_reflectance;

@@ -14,20 +14,37 @@ use glam::DVec3;
 use niji_geometry::CoveredSlopes;
 
 /// Azimuths in which the horizon is looked for.
-const N_AZIMUTHS: u32 = 12;
+pub(crate) const N_AZIMUTHS: usize = 12;
+
+/// One of the azimuths.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Azimuth {
+    /// Which, in a turn from north by east.
+    pub(crate) index: usize,
+    /// Horizontal unit vector along it.
+    pub(crate) along: DVec3,
+}
+
+/// The azimuths in which the horizon is looked for.
+pub(crate) fn azimuths() -> impl Iterator<Item = Azimuth> {
+    (0..N_AZIMUTHS).map(|index| {
+        let (sin, cos) = (TAU * (index as f64 + 0.5) / N_AZIMUTHS as f64).sin_cos();
+        let along = DVec3::new(sin, 0.0, -cos);
+        Azimuth { index, along }
+    })
+}
 
 /// Share of the light of an even sky on a face with a normal that surfaces leave; 1 for a face that sees no sky.
 ///
 /// `side` is the normal of the flat triangle there, behind which nothing is seen; `cover` covers the slopes of sights
-/// along a horizontal unit vector in which surfaces stand.
+/// along an azimuth in which surfaces stand.
 pub(crate) fn free_share(
     (side, normal): (DVec3, DVec3),
-    cover: impl Fn(DVec3, &mut CoveredSlopes),
+    cover: impl Fn(Azimuth, &mut CoveredSlopes),
 ) -> f64 {
     let (mut free, mut all) = (0.0, 0.0);
-    for azimuth in 0..N_AZIMUTHS {
-        let (sin, cos) = (TAU * (f64::from(azimuth) + 0.5) / f64::from(N_AZIMUTHS)).sin_cos();
-        let along = DVec3::new(sin, 0.0, -cos);
+    for azimuth in azimuths() {
+        let along = azimuth.along;
         let seen = Seen {
             a: normal.dot(along),
             b: normal.y,
@@ -37,7 +54,7 @@ pub(crate) fn free_share(
         let in_front = slopes_in_front(side, along).filter(|_| whole > 0.0);
         let Some(slopes) = in_front else { continue };
         let mut covered = CoveredSlopes::all_but(slopes);
-        cover(along, &mut covered);
+        cover(azimuth, &mut covered);
         for gap in covered.gaps() {
             free += seen.above(gap.start.atan()) - seen.above(gap.end.atan());
         }
@@ -50,10 +67,9 @@ pub(crate) fn free_share(
 /// `is_met` tells of a unit vector whether a surface stands there. An estimate by three rays an azimuth.
 pub(crate) fn share_met_below(normal: DVec3, is_met: impl Fn(DVec3) -> bool) -> f64 {
     let (mut met, mut all) = (0.0, 0.0);
-    for azimuth in 0..N_AZIMUTHS {
-        let (sin, cos) = (TAU * (f64::from(azimuth) + 0.5) / f64::from(N_AZIMUTHS)).sin_cos();
+    for Azimuth { along, .. } in azimuths() {
         for down_rad in [1.0, 3.0, 5.0].map(|sixths| sixths / 6.0 * FRAC_PI_2) {
-            let towards = DVec3::new(sin * down_rad.cos(), -down_rad.sin(), -cos * down_rad.cos());
+            let towards = down_rad.cos() * along - down_rad.sin() * DVec3::Y;
             let weight = normal.dot(towards) * down_rad.cos();
             if weight > 0.0 {
                 all += weight;
@@ -128,8 +144,8 @@ mod tests {
 
     #[test]
     fn a_wall_takes_half_of_the_sky_from_a_level_face_beside_it_and_none_from_itself() {
-        let wall = |along: DVec3, covered: &mut CoveredSlopes| {
-            if along.x > 0.0 {
+        let wall = |azimuth: Azimuth, covered: &mut CoveredSlopes| {
+            if azimuth.along.x > 0.0 {
                 covered.add([0.0, f64::INFINITY]);
             }
         };
@@ -170,17 +186,14 @@ mod tests {
         for tilt_deg in [0.0_f64, 20.0, 50.0, 90.0, 120.0] {
             let (sin, cos) = tilt_deg.to_radians().sin_cos();
             let normal = DVec3::new(sin, cos, 0.0);
-            let azimuths = (0..N_AZIMUTHS).map(|azimuth| {
-                let (sin, cos) =
-                    (TAU * (f64::from(azimuth) + 0.5) / f64::from(N_AZIMUTHS)).sin_cos();
-                let along = DVec3::new(sin, 0.0, -cos);
+            let all = azimuths().map(|Azimuth { along, .. }| {
                 let seen = Seen {
                     a: normal.dot(along),
                     b: normal.y,
                 };
                 seen.above(0.0)
             });
-            let found = azimuths.sum::<f64>() * TAU / f64::from(N_AZIMUTHS) / std::f64::consts::PI;
+            let found = all.sum::<f64>() * TAU / N_AZIMUTHS as f64 / std::f64::consts::PI;
             // Twelve azimuths: worst found 0.006.
             assert!(
                 (found - 0.5 * (1.0 + cos)).abs() < 0.01,

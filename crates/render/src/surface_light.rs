@@ -9,7 +9,8 @@
 //! let pass with what they scatter downwards, `U` the same of skylight (`under_drops`),
 //! `E(n)` irradiance of all diffuse light on a tilted face, as sky and ground send it to an open place of this
 //! height (`air_diffuse`), `D(n) = A_g/2 (1 - n_y) E_g` what of it the ground sends, `E_g` light on the level ground,
-//! `V` share of the sky that surfaces leave (`sky_view`).
+//! `V` share of the sky that surfaces leave (`sky_view`), on terrain whose cells are wider than pixels as its nodes see
+//! it (`terrain_view`).
 //!
 //! What surfaces send to each other is not followed. It is told as error, as if all surfaces that the place sees were of
 //! the brightest albedo `B`, across the sun under an open sky, and saw as much of each other:
@@ -31,6 +32,7 @@ use std::collections::VecDeque;
 
 use glam::DVec3;
 use niji_dropfield::Bricks;
+use niji_geometry::HeightField;
 use niji_geometry::Ray;
 use niji_radiometry::Nanometers;
 use niji_radiometry::WavelengthGrid;
@@ -42,11 +44,16 @@ use crate::lit_drops::depth;
 use crate::paint::Paint;
 use crate::paint::SurfaceColor;
 use crate::request::RenderRequest;
+use crate::sky_view::Azimuth;
+use crate::sky_view::N_AZIMUTHS;
+use crate::sky_view::azimuths;
 use crate::sky_view::free_share;
 use crate::sky_view::share_met_below;
 use crate::surfaces::Face;
 use crate::surfaces::Sight;
 use crate::surfaces::Surfaces;
+use crate::terrain_view::PlaceView;
+use crate::terrain_view::TerrainView;
 use crate::under_drops::SkyUnderDrops;
 use crate::under_drops::sun_under;
 
@@ -61,6 +68,9 @@ const GROUND_M: f64 = 0.0;
 const N_KNOWN: usize = 8;
 const NEAR: f64 = 0.02;
 const ALIKE: f64 = 0.999;
+
+/// Cells of terrain that are as many pixels wide have what their nodes see.
+const PIXELS_OF_CELL: f64 = 2.0;
 
 /// Shares of the light of the sun and of the sky that reach a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -132,6 +142,10 @@ pub(crate) struct SurfaceLight<'a> {
     /// What the solids give back.
     colors: Vec<Reflected<'a>>,
     wavelengths: Vec<Nanometers>,
+    /// What those of them that are terrain see around them.
+    terrains: Vec<Option<TerrainView<'a>>>,
+    /// What a pixel is wide.
+    pixel_rad: f64,
     /// The largest albedo by wavelength.
     brightest: Vec<f64>,
     sun_direction: DVec3,
@@ -215,10 +229,13 @@ impl<'a> SurfaceLight<'a> {
             }
         }
         let colors = colors().map(|color| Reflected::of(color, &request.wavelengths));
+        let terrains = request.surfaces.into_iter().flat_map(Surfaces::terrains);
         let has_shadow = request.effects.drop_shadow.is_on();
         Self {
             surfaces: request.surfaces,
             colors: colors.collect(),
+            terrains: terrains.map(|it| it.map(TerrainView::new)).collect(),
+            pixel_rad: request.camera.pixel_angle().0,
             wavelengths: request.wavelengths.centers().collect(),
             brightest,
             sun_direction: request.sun_direction,
@@ -254,7 +271,7 @@ impl<'a> SurfaceLight<'a> {
     /// What reaches the ground at a point.
     pub(crate) fn shade_of_ground(&self, point: DVec3) -> Shade {
         let sun = self.sun_through_drops(self.is_ground_shaded(point), point);
-        let free = self.sky_share((point, DVec3::Y), DVec3::Y);
+        let free = self.sky_share((point, DVec3::Y), DVec3::Y, None);
         Shade {
             sun: sun.straight + free * sun.scattered,
             sky: free * self.sky_through_drops(point),
@@ -408,20 +425,34 @@ impl<'a> SurfaceLight<'a> {
         if let Some((_, view)) = seen {
             return *view;
         }
-        let view = self.sky_view(spot);
+        let view = self.sky_view(spot, surface_m);
         known.truncate(N_KNOWN - 1);
         known.push_front((*spot, view));
         view
     }
 
-    /// What a place sees around it.
-    fn sky_view(&self, spot: &Spot) -> SkyView {
-        let Face { side, normal, .. } = spot.face;
+    /// What a place so far from the eye sees around it.
+    fn sky_view(&self, spot: &Spot, surface_m: f64) -> SkyView {
+        let Face {
+            side,
+            normal,
+            solid,
+            ..
+        } = spot.face;
         let place = (spot.point, side);
-        let free = self.sky_share(place, normal);
-        let below = share_met_below(normal, |towards| {
-            side.dot(towards) > 0.0 && self.is_met(place, towards)
-        });
+        // Where several pixels lie in a cell, its nodes look for them all.
+        let terrain = self.terrains[solid].as_ref();
+        let are_wide = |it: &&TerrainView| {
+            it.field.spacing_m() > PIXELS_OF_CELL * self.pixel_rad * surface_m && side.y > 0.0
+        };
+        let known = (terrain.filter(are_wide))
+            .map(|it| it.at(spot.point, |node| self.view_of_node(it.field, node)));
+        let horizons = known.map(|it| (solid, it.horizons));
+        let free = self.sky_share(place, normal, horizons);
+        let below = known.map_or_else(
+            || self.share_met_below(place, normal),
+            |it| f64::from(it.below),
+        );
         let above = 0.5 * (1.0 + normal.y);
         SkyView {
             free,
@@ -429,15 +460,44 @@ impl<'a> SurfaceLight<'a> {
         }
     }
 
-    /// Share of the sky that surfaces leave to a face at a point with a side.
-    fn sky_share(&self, place: (DVec3, DVec3), normal: DVec3) -> f64 {
+    /// What a node of a terrain sees around it.
+    fn view_of_node(&self, field: &HeightField, node: DVec3) -> PlaceView {
+        let origin = node + LIFT_M * DVec3::Y;
+        let mut horizons = [0.0; N_AZIMUTHS];
+        for Azimuth { index, along } in azimuths() {
+            horizons[index] = field.horizon(origin, along, 0.0) as f32;
+        }
+        let normal = field.smooth_normal(node);
+        PlaceView {
+            horizons,
+            below: self.share_met_below((node, normal), normal) as f32,
+        }
+    }
+
+    /// Share of what lies below the horizon of a place that surfaces are.
+    fn share_met_below(&self, place: (DVec3, DVec3), normal: DVec3) -> f64 {
+        let (_, side) = place;
+        share_met_below(normal, |towards| {
+            side.dot(towards) > 0.0 && self.is_met(place, towards)
+        })
+    }
+
+    /// Share of the sky that surfaces leave to a face at a point with a side; the horizons that one solid makes may
+    /// be known.
+    fn sky_share(
+        &self,
+        place: (DVec3, DVec3),
+        normal: DVec3,
+        known: Option<(usize, [f32; N_AZIMUTHS])>,
+    ) -> f64 {
         let Some(surfaces) = self.surfaces else {
             return 1.0;
         };
         let (point, side) = place;
         let origin = point + LIFT_M * side;
-        free_share((side, normal), |along, covered| {
-            surfaces.cover(origin, along, covered);
+        free_share((side, normal), |Azimuth { index, along }, covered| {
+            let known = known.map(|(solid, horizons)| (solid, f64::from(horizons[index])));
+            surfaces.cover((origin, along), known, covered);
         })
     }
 

@@ -172,13 +172,29 @@ impl Surfaces {
         self.solids.iter().any(|solid| solid.shape.is_met(ray))
     }
 
+    /// The solids that are terrain, by their index.
+    pub(crate) fn terrains(&self) -> impl Iterator<Item = Option<&HeightField>> {
+        self.solids.iter().map(|solid| match &solid.shape {
+            SolidShape::Mesh(_) => None,
+            SolidShape::Heights(field) => Some(field),
+        })
+    }
+
     /// Cover the slopes of sights, from a point along a horizontal unit vector, in which solids stand; terrain from its
-    /// horizon down.
-    pub(crate) fn cover(&self, origin: DVec3, along: DVec3, covered: &mut CoveredSlopes) {
-        for solid in &self.solids {
-            match &solid.shape {
-                SolidShape::Mesh(mesh) => mesh.cover(origin, along, covered),
-                SolidShape::Heights(field) => {
+    /// horizon down, whose tangent may be known of one solid.
+    pub(crate) fn cover(
+        &self,
+        (origin, along): (DVec3, DVec3),
+        known: Option<(usize, f64)>,
+        covered: &mut CoveredSlopes,
+    ) {
+        for (index, solid) in self.solids.iter().enumerate() {
+            match (&solid.shape, known) {
+                (_, Some((known, horizon))) if known == index => {
+                    covered.add([f64::NEG_INFINITY, horizon]);
+                }
+                (SolidShape::Mesh(mesh), _) => mesh.cover(origin, along, covered),
+                (SolidShape::Heights(field), _) => {
                     let least = covered.gaps().next().map_or(0.0, |gap| gap.start);
                     let horizon = field.horizon(origin, along, least);
                     covered.add([f64::NEG_INFINITY, horizon]);
