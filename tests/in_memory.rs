@@ -279,7 +279,7 @@ fn a_photograph() {
     let composite = planned.composite(&image, depth_m).unwrap().unwrap();
     let file = out.join("composite.png");
     let provenance = read_picture_provenance(&file).unwrap().unwrap();
-    let shown = composite.background.shown(&composite.picture, 0.0);
+    let shown = composite.background.shown(&composite.bow.picture, 0.0);
     let written = bytes(|to| write_png(&shown, &provenance, to));
     assert!(fs::read(&file).unwrap() == written);
 }

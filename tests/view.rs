@@ -20,6 +20,7 @@ use std::path::Path;
 
 use changes::change;
 use niji_exchange::SpectralImage;
+use niji_photo::Photograph;
 use serde_json::Value;
 use serde_json::json;
 use support::TINY;
@@ -296,4 +297,69 @@ fn what_is_saved_keeps_the_line_ends_and_the_mark_of_its_file() {
     let expected = before.replace("elevation_deg = 20.0", "elevation_deg = 25.0");
     assert_eq!(saved, expected);
     assert_eq!(view.json("scene")["is_edited"], false);
+}
+
+#[test]
+fn a_bow_in_a_photograph_is_that_of_a_run_and_goes_where_its_picks_are_dragged() {
+    let folder = tempfile::tempdir().unwrap();
+    let photos = concat!(env!("CARGO_MANIFEST_DIR"), "/data/photos/");
+    let small = include_str!("../data/scenes/photo-pavilion-rain.toml")
+        .replace("../photos/", photos)
+        .replace("preset = \"standard\"", "preset = \"draft\"");
+    let scene = folder.path().join("photograph.toml");
+    fs::write(&scene, &small).unwrap();
+    let view = View::of(&scene);
+    let told = view.picture();
+    assert_eq!(
+        (&told["size"], &told["is_photograph"]),
+        (&json!([640, 427]), &json!(true))
+    );
+    let shown = folder.path().join("shown.png");
+    fs::write(&shown, view.get("picture.png").1).unwrap();
+    let out = folder.path().join("out");
+    niji_ends_with(0, &["run", text(&scene), "-o", text(&out), "-q"]);
+    let [shown, run] = [shown, out.join("composite.png")].map(|it| Photograph::read(&it).unwrap());
+    assert!(shown == run);
+
+    let picks = |told: &Value| -> Vec<[f64; 2]> {
+        serde_json::from_value(told["values"]["photo"]["picks_px"].clone()).unwrap()
+    };
+    let first = view.json("scene");
+    assert_eq!(first["photograph_size"], json!([640, 427]));
+    let taken = picks(&first)[1];
+    let part = |[x, y]: [f64; 2]| [x / 640.0, y / 427.0];
+    let drag = |to: [f64; 2]| {
+        let values = json!({ "picks_px": picks(&first), "from": part(taken), "to": part(to) });
+        view.post("drag-picks", &json!({ "values": values }))
+    };
+    let wanted = [taken[0] - 15.0, taken[1] + 20.0];
+    let (status, told) = drag(wanted);
+    assert_eq!(status, 200);
+    // Picks are written in tenths of a pixel.
+    let found = picks(&told)[1];
+    assert!(
+        (found[0] - wanted[0]).hypot(found[1] - wanted[1]) < 0.1,
+        "{found:?}"
+    );
+    let risen = [&told, &first].map(|it| it["sun"]["elevation_deg"].as_f64().unwrap());
+    assert!((risen[0] - risen[1] - 1.9).abs() < 0.3, "{risen:?}");
+    // The sun of a bow so high has set, and nobody picks behind the camera.
+    for to in [[320.0, -500.0], [-1e9, 0.0]] {
+        let (status, refused) = drag(to);
+        assert_eq!(status, 422, "{refused}");
+    }
+    let now = view.json("scene");
+    assert_eq!(picks(&now), picks(&told));
+    // What it never named is not opened.
+    for file in ["/etc/passwd", "photograph.toml"] {
+        let (status, refused) = view.set("photo.picture", &json!(file));
+        assert_eq!(status, 422);
+        let message = refused["message"].as_str().unwrap();
+        assert!(message.contains("named when it was opened"), "{message}");
+    }
+    // A larger photograph has about the pixels of its picture.
+    assert_eq!(view.set("camera.width_px", &json!(320)).0, 200);
+    assert_eq!(view.set("camera.height_px", &json!(213)).0, 200);
+    assert_eq!(view.picture()["size"], json!([320, 213]));
+    assert_eq!(view.pixels().len(), 3 * 320 * 213);
 }

@@ -196,12 +196,14 @@ pub(crate) fn make(command: &CompositeCommand, options: StageOptions) -> Result<
         let result = picture(command)?;
         options.verbosity.say(format_args!(
             "  composite  a sunlit white card has the value {:.4} in the photograph",
-            result.gain
+            result.bow.gain
         ));
         if let Some(path) = &command.over {
             write_over(&result, path, &provenance)?;
         }
-        let shown = result.background.shown(&result.picture, command.show_ev);
+        let shown = result
+            .background
+            .shown(&result.bow.picture, command.show_ev);
         let files = Files {
             kind,
             main: &command.output,
@@ -258,9 +260,9 @@ fn write(result: &Composite, shown: &LinearPicture, files: &Files) -> Result<(),
         Kind::Jpeg => output::write_file(main, |to| write_jpeg(shown, to)),
         Kind::Exr => {
             output::write_file(beside, |to| write_png(shown, provenance, to))?;
-            let alpha = result.added.transmittance.mapv(|t| 1.0 - t);
+            let alpha = result.bow.added.transmittance.mapv(|t| 1.0 - t);
             let picture = PremultipliedPicture {
-                light: &result.added.light,
+                light: &result.bow.added.light,
                 alpha: Some(&alpha),
                 frame: result.background.frame,
             };
@@ -275,12 +277,12 @@ fn write_over(result: &Composite, to: &Path, provenance: &Provenance) -> Result<
     let alpha = background
         .alpha
         .as_ref()
-        .map(|plate| alpha_over(plate, &result.added));
+        .map(|plate| alpha_over(plate, &result.bow.added));
     let alpha = alpha
         .transpose()
         .map_err(|error| Failure::Failed(error.to_string()))?;
     let picture = PremultipliedPicture {
-        light: &result.picture,
+        light: &result.bow.picture,
         alpha: alpha.as_ref(),
         frame: background.frame,
     };

@@ -1,10 +1,12 @@
 """Drives the page of `niji view` in Chromium: drive.py NIJI FOLDER.
 
 Load, a slider, a drag in the picture, overlay on the bow, what is wrong beside its field, two tabs, a reload, a page
-of another origin. Ends what it started by its own number, and leaves screenshots in FOLDER.
+of another origin; a bow in a photograph, dragged by its picks. Ends what it started by its own number, and leaves
+screenshots in FOLDER.
 """
 
 import base64
+import contextlib
 import http.server
 import math
 import signal
@@ -112,8 +114,8 @@ def browser(size, scheme):
     return driver
 
 
-def as_run(niji, scene, folder):
-    """The codes of the PNG that `niji run` leaves."""
+def as_run(niji, scene, folder, name):
+    """The codes of a PNG that `niji run` leaves."""
     subprocess.run([niji, "run", scene, "-o", folder, "-q"], check=True, stdout=subprocess.DEVNULL)
     script = """
         const done = arguments[1];
@@ -125,13 +127,13 @@ def as_run(niji, scene, folder):
           done(Array.from(context.getImageData(0, 0, image.width, image.height).data));
         };
         image.src = arguments[0];"""
-    data = base64.b64encode((folder / "image.png").read_bytes()).decode()
+    data = base64.b64encode((folder / name).read_bytes()).decode()
     return script, "data:image/png;base64," + data
 
 
-def check_same(page, niji, scene, folder):
+def check_same(page, niji, scene, folder, name="image.png"):
     """Holds the canvas against the picture of a run."""
-    script, source = as_run(niji, scene, folder)
+    script, source = as_run(niji, scene, folder, name)
     expected = page.driver.execute_async_script(script, source)
     found, _ = page.pixels()
     assert len(found) == len(expected), (len(found), len(expected))
@@ -362,38 +364,110 @@ def drive(page, niji, address, scene, folder):
     print("  another origin is refused")
 
 
+def drive_photograph(page, niji, address, scene, folder):
+    """A bow in a photograph: as a run sets it there; it goes where its picks are dragged to."""
+    page.driver.get(address)
+    page.finished()
+    check_same(page, niji, scene, folder / "photograph", "composite.png")
+    assert not page.one("#exposure").is_enabled()
+
+    def picks():
+        return page.run("""
+            return [...document.querySelectorAll('#marks .pick')].map((it) => ['cx', 'cy'].map((key) => Number(it.getAttribute(key))));""")
+
+    def red_line():
+        return page.run("return document.querySelector('#marks .primary.red')?.getAttribute('points')")
+
+    def drag(place, by):
+        """From a place in pixels of the picture, by pixels of the screen; how many of these make one of those."""
+        canvas = page.one("#canvas")
+        size = page.run("const box = arguments[0].getBoundingClientRect(); return [box.width, box.height]", canvas)
+        scale = size[0] / page.run("return document.getElementById('marks').viewBox.baseVal.width")
+        offset = [round(at * scale - 0.5 * whole) for at, whole in zip(place, size)]
+        (ActionChains(page.driver).move_to_element_with_offset(canvas, *offset)
+            .click_and_hold().move_by_offset(*by).release().perform())
+        return scale
+
+    before, line = picks(), red_line()
+    scale = drag(before[1], (0, -12))
+    page.until("the bow follows", lambda: red_line() != line)
+    page.finished()
+    after = picks()
+    moved = [b - a for a, b in zip(before[1], after[1])]
+    assert abs(moved[0]) < 0.2 and abs(moved[1] + 12 / scale) < 0.2, moved
+    places = [[float(it) for it in pair.split(",")] for pair in red_line().split()]
+    off = max(min(math.dist(place, pick) for place in places) for pick in after)
+    # Its line has a point every few pixels.
+    assert off < 4.0, off
+    print(f"  photograph: as a run makes it; its bow goes where a pick is dragged, {off:.1f} pixels off at most")
+
+    # The sun of a bow so high has set.
+    drag((320, 400), (0, -380 * scale))
+    page.until("what is wrong", lambda: page.one("#message").text)
+    print(f"  a bow that no sun makes: {page.one('#message').text}")
+    # As far as it went.
+    if picks() != after:
+        page.one("#undo").click()
+        page.until("undone", lambda: picks() == after)
+    page.finished()
+    page.one("#save").click()
+    page.until("saved", lambda: not page.one("#save").is_enabled())
+    check_same(page, niji, scene, folder / "dragged", "composite.png")
+    ActionChains(page.driver).move_to_element(page.one("#canvas")).perform()
+    page.driver.save_screenshot(str(folder / "view-photograph.png"))
+
+
+def photograph(folder):
+    """The shipped scene of one, beside the files that it names."""
+    data = Path(__file__).resolve().parents[2] / "data"
+    text = (data / "scenes/photo-pavilion-rain.toml").read_text().replace("../photos/", f"{data}/photos/")
+    scene = folder / "photograph.toml"
+    scene.write_text(text)
+    return scene
+
+
+@contextlib.contextmanager
+def served(niji, scene):
+    """The address of a scene's page."""
+    view = subprocess.Popen([niji, "view", scene, "-q"], stdout=subprocess.PIPE, text=True)
+    try:
+        yield view.stdout.readline().strip()
+    finally:
+        view.send_signal(signal.SIGINT)
+        assert view.wait(20) == 130, view.returncode
+
+
 def main():
     niji, folder = Path(sys.argv[1]).resolve(), Path(sys.argv[2]).resolve()
     folder.mkdir(parents=True, exist_ok=True)
     scene = folder / "driven.toml"
     scene.write_text(SCENE)
-    for old in ("loaded", "saved"):
+    for old in ("loaded", "saved", "photograph", "dragged"):
         subprocess.run(["rm", "-rf", folder / old], check=True)
-    view = subprocess.Popen([niji, "view", scene, "-q"], stdout=subprocess.PIPE, text=True)
-    driver = None
+    driver = browser((1280, 800), "light")
+    driver.set_script_timeout(PATIENCE_S)
     try:
-        address = view.stdout.readline().strip()
-        driver = browser((1280, 800), "light")
+        with served(niji, scene) as address:
+            drive(Page(driver), niji, address, scene, folder)
+            for size in ((1280, 800), (1920, 1080)):
+                for scheme in ("light", "dark"):
+                    driver.quit()
+                    driver = browser(size, scheme)
+                    page = Page(driver)
+                    driver.get(address)
+                    page.finished()
+                    room = page.run("return [document.documentElement.scrollWidth, innerWidth]")
+                    assert room[0] <= room[1], f"{size}: {room}"
+                    ActionChains(driver).move_to_element(page.one("#canvas")).perform()
+                    page.until("a spectrum", lambda: page.run("return document.querySelector('#spectrum polyline')"))
+                    driver.save_screenshot(str(folder / f"view-{size[0]}-{scheme}.png"))
+            print("  readable at 1280 and 1920, light and dark")
         driver.set_script_timeout(PATIENCE_S)
-        drive(Page(driver), niji, address, scene, folder)
-        for size in ((1280, 800), (1920, 1080)):
-            for scheme in ("light", "dark"):
-                driver.quit()
-                driver = browser(size, scheme)
-                page = Page(driver)
-                driver.get(address)
-                page.finished()
-                room = page.run("return [document.documentElement.scrollWidth, innerWidth]")
-                assert room[0] <= room[1], f"{size}: {room}"
-                ActionChains(driver).move_to_element(page.one("#canvas")).perform()
-                page.until("a spectrum", lambda: page.run("return document.querySelector('#spectrum polyline')"))
-                driver.save_screenshot(str(folder / f"view-{size[0]}-{scheme}.png"))
-        print("  readable at 1280 and 1920, light and dark")
+        scene = photograph(folder)
+        with served(niji, scene) as address:
+            drive_photograph(Page(driver), niji, address, scene, folder)
     finally:
-        if driver:
-            driver.quit()
-        view.send_signal(signal.SIGINT)
-        assert view.wait(20) == 130, view.returncode
+        driver.quit()
 
 
 if __name__ == "__main__":

@@ -35,6 +35,7 @@ use crate::photo::scene_text::SceneText;
 use crate::photo::wanted::WantedBow;
 use crate::run;
 use crate::run::RunCommand;
+use crate::shell_word::quoted;
 use crate::stages;
 use crate::sun::camera_flags::CameraFlags;
 use crate::sun::camera_flags::point;
@@ -154,7 +155,13 @@ pub(crate) fn execute(command: &PhotoCommand, common: &Common) -> Result<(), Fai
     verbosity.say(format_args!("     camera  {}", camera.told()));
     verbosity.say(format_args!("        bow  {}", wanted.told));
     verbosity.say(format_args!("       rain  {}", rain.told));
-    run::execute(&RunCommand::of(folder.join(SCENE), folder.clone()), common)
+    let scene = folder.join(SCENE);
+    run::execute(&RunCommand::of(scene.clone(), folder.clone()), common)?;
+    verbosity.say(format_args!(
+        "to drag the bow in the browser: niji view {}",
+        quoted(&scene)
+    ));
+    Ok(())
 }
 
 /// Refuses a folder where the photograph or the mask would be written over.

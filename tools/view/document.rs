@@ -4,19 +4,39 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::path::PathBuf;
 
+use niji_photo::Photograph;
+use niji_picture::picked_sun;
+use niji_picture::turned_picks;
 use niji_scene::Goal;
 use niji_scene::Scene;
 use niji_scene::SceneError;
+use serde::Deserialize;
 use serde_json::Map;
 use serde_json::Value;
+use serde_json::json;
 
 use super::toml_values::with_values;
 use crate::failure::Failure;
 use crate::output;
+use crate::scene_file;
 use crate::text_file;
 
 /// Most steps that can be undone.
 const MOST_STEPS: usize = 1000;
+
+/// The key of picks in a photograph.
+const PICKS: &str = "photo.picks_px";
+
+/// A bow that is dragged by picks in a photograph.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct PicksDrag {
+    /// Where they were.
+    picks_px: Vec<[f64; 2]>,
+    /// Places in parts of the frame.
+    from: [f64; 2],
+    to: [f64; 2],
+}
 
 /// Why a change was not made.
 #[derive(Debug, PartialEq)]
@@ -88,7 +108,7 @@ impl Document {
     pub(super) fn open(path: &Path, goal: Goal) -> Result<Self, Failure> {
         let text = text_file::read(path)?;
         let wrong = |refused: Refused| Failure::bad_input(path, refused.message);
-        let scene = read(&plain(&text)).map_err(wrong)?;
+        let scene = read(&plain(&text), (path, None)).map_err(wrong)?;
         Ok(Self {
             path: path.to_owned(),
             goal,
@@ -117,6 +137,12 @@ impl Document {
         self.goal.of(self.scene.clone())
     }
 
+    /// Width and height of its photograph, whose pixels its picks are in; none of one that cannot be read.
+    pub(super) fn photograph_size(&self) -> Option<[usize; 2]> {
+        let picture = &self.scene.photo.as_ref()?.picture;
+        Photograph::size_in(&scene_file::beside(&self.path).folder.join(picture)).ok()
+    }
+
     /// Whether a step can be taken back, whether one can be made again, whether the file holds something else.
     pub(super) fn steps(&self) -> [bool; 3] {
         let is_edited = self.text != plain(&self.on_disk);
@@ -139,24 +165,32 @@ impl Document {
         self.replace(text, gesture)
     }
 
+    /// Drags the bow through the picks in its photograph from one place of the frame to another, in parts of it.
+    ///
+    /// # Errors
+    /// What is wrong with the scene that this would be.
+    pub(super) fn drag_picks(
+        &mut self,
+        drag: &PicksDrag,
+        gesture: Option<&str>,
+    ) -> Result<(), Refused> {
+        let folder = scene_file::beside(&self.path).folder;
+        let ends = [drag.from, drag.to];
+        let turned = turned_picks((&self.scene, folder), &drag.picks_px, ends)
+            .map_err(|error| Refused::because(error.to_string()))?;
+        let in_tenths = turned
+            .into_iter()
+            .map(|it| it.map(|px| (10.0 * px).round() / 10.0));
+        let values = [(PICKS.to_owned(), json!(in_tenths.collect::<Vec<_>>()))];
+        self.set(&values.into_iter().collect(), gesture)
+    }
+
     /// Takes another text.
     ///
     /// # Errors
     /// What is wrong with it.
     pub(super) fn replace(&mut self, text: String, gesture: Option<&str>) -> Result<(), Refused> {
-        let scene = read(&text)?;
-        let stranger = scene
-            .files()
-            .into_iter()
-            .find(|it| !self.files.contains(*it));
-        if let Some(file) = stranger {
-            let message = format!(
-                "found the file {file:?}, expected one that the scene named when it was opened: write it into {} and \
-                 open that anew",
-                self.path.display()
-            );
-            return Err(Refused::because(message));
-        }
+        let scene = self.read(&text)?;
         if text == self.text {
             return Ok(());
         }
@@ -173,20 +207,27 @@ impl Document {
         Ok(())
     }
 
+    /// Reads another text of it.
+    fn read(&self, text: &str) -> Result<Scene, Refused> {
+        read(text, (&self.path, Some(&self.files)))
+    }
+
     /// Takes the last step back, or makes the last one that was taken back again.
     ///
     /// # Errors
     /// Where there is none.
     pub(super) fn step(&mut self, is_back: bool) -> Result<(), Refused> {
+        let steps = if is_back { &self.before } else { &self.after };
+        let none = || Refused::because("there is no such step");
+        let text = steps.last().cloned().ok_or_else(none)?;
+        // A step that cannot be made, as the photograph is gone, stays.
+        self.scene = self.read(&text)?;
         let (from, to) = if is_back {
             (&mut self.before, &mut self.after)
         } else {
             (&mut self.after, &mut self.before)
         };
-        let text = from
-            .pop()
-            .ok_or_else(|| Refused::because("there is no such step"))?;
-        self.scene = read(&text)?;
+        from.pop();
         to.push(std::mem::replace(&mut self.text, text));
         self.gesture = None;
         Ok(())
@@ -248,13 +289,13 @@ fn spelled_as(other: &str, text: &str) -> String {
     mark.into_iter().chain(text.chars()).collect()
 }
 
-/// Reads a scene of a kind that is shown; opens none of its files.
-fn read(text: &str) -> Result<Scene, Refused> {
+/// Reads a scene of a kind that is shown, which lies at `path` and names no other files than the `known` ones; opens
+/// none of them but a photograph with picks in it, for its size.
+fn read(text: &str, (path, known): (&Path, Option<&BTreeSet<String>>)) -> Result<Scene, Refused> {
     // What is wrong with a text that is no TOML is told below.
     let sections: toml::Table = text.parse().unwrap_or_default();
     for (section, command) in [
         ("ice", "`niji ice` makes its picture"),
-        ("photo", "`niji run` makes its picture"),
         ("sequence", "`niji run --frames` makes its pictures"),
     ] {
         if sections.contains_key(section) {
@@ -263,5 +304,25 @@ fn read(text: &str) -> Result<Scene, Refused> {
             return Err(Refused::because(message));
         }
     }
-    Ok(Scene::from_toml(text)?)
+    let check = |scene: &Scene| {
+        let is_stranger = |it: &&str| known.is_some_and(|known| !known.contains(*it));
+        let Some(file) = scene.files().into_iter().find(is_stranger) else {
+            return Ok(());
+        };
+        Err(Refused::because(format!(
+            "found the file {file:?}, expected one that the scene named when it was opened: write it into {} and \
+             open that anew",
+            path.display()
+        )))
+    };
+    let scene = Scene::from_toml_with_picks(text, |scene| {
+        check(scene)?;
+        let key = Some(PICKS.to_owned());
+        picked_sun(scene, scene_file::beside(path).folder).map_err(|error| Refused {
+            key,
+            message: error.to_string(),
+        })
+    })?;
+    check(&scene)?;
+    Ok(scene)
 }

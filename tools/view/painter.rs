@@ -132,12 +132,18 @@ impl<'a> Painter<'a> {
             return Err(Error::Stopped);
         }
         let files = files(&job.scene, self.path)?;
-        let parts = self.kept.parts(&planned, &files, &watch)?;
+        let of_photograph = (files.as_str(), job.scene.camera.width_px);
+        let photograph = self.kept.photograph(&planned, of_photograph)?;
+        let photograph = photograph.as_deref();
+        let parts = (self.kept).parts(&planned, (&files, photograph), &watch)?;
         let settings = PictureSettings::of(&planned);
         let whole = settings.whole()?;
         let work = PictureWork::new(settings, parts, &watch)?;
         // A sequence, whose shutter could be open, is not shown.
         let (image, drops) = work.render_with_drops(whole, &watch)?;
+        let in_photograph = photograph
+            .zip(planned.scene.photo.as_ref())
+            .map(|(it, section)| it.shown(&image, section));
         self.n_pictures += 1;
         let is_finished = matches!(level, Level::Full);
         let layers = is_finished.then(|| image.aovs.iter().map(LayerRms::of).collect::<Vec<_>>());
@@ -151,6 +157,7 @@ impl<'a> Painter<'a> {
             display_white_cd_m2: planned.plan.display_white_cd_m2,
             error_of_white: reached.flatten().map(|it| it.error),
             scene: planned.scene,
+            in_photograph: in_photograph.transpose()?,
             image,
             drops,
         };

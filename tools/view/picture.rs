@@ -3,7 +3,10 @@
 use std::time::Duration;
 
 use ndarray::Axis;
+use niji_exchange::Provenance;
 use niji_exchange::SpectralImage;
+use niji_photo::LinearPicture;
+use niji_photo::write_png;
 use niji_picture::Lines;
 use niji_picture::Scene;
 use niji_picture::SeenDrops;
@@ -12,6 +15,8 @@ use niji_radiometry::Colorimetry;
 use niji_radiometry::Radians;
 use serde_json::Value;
 use serde_json::json;
+
+use crate::failure::Failure;
 
 /// A picture.
 pub(super) struct Picture {
@@ -28,6 +33,8 @@ pub(super) struct Picture {
     /// What a finished picture errs by, over display white, as `niji run` tells it.
     pub(super) error_of_white: Option<f64>,
     pub(super) image: SpectralImage,
+    /// Its bow in the photograph of its scene, linear as a display shows it.
+    pub(super) in_photograph: Option<LinearPicture>,
     pub(super) drops: SeenDrops,
 }
 
@@ -40,10 +47,18 @@ impl Picture {
             "level": self.level,
             "is_finished": self.is_finished,
             "seconds": self.time.as_secs_f64(),
-            "size": [self.scene.camera.width_px, self.scene.camera.height_px],
+            "size": self.shown_size(),
+            "is_photograph": self.in_photograph.is_some(),
             "error_of_white": self.error_of_white,
             "drops": self.box_lines(),
         })
+    }
+
+    /// Columns and rows of what is shown.
+    fn shown_size(&self) -> [usize; 2] {
+        let camera = &self.scene.camera;
+        let own = [camera.width_px, camera.height_px].map(|n| n as usize);
+        (self.in_photograph.as_ref()).map_or(own, |it| [it.ncols(), it.nrows()])
     }
 
     /// Edges of the boxes that the drops are in, in parts of the frame.
@@ -64,17 +79,28 @@ impl Picture {
     }
 
     /// Red, green and blue of each pixel of the frame by rows, linear, 1 is a white card in the sun: as in the
-    /// program's PNG before exposure and tone curve.
+    /// program's PNG before exposure and tone curve. Of a photograph 1 is its own white.
     pub(super) fn pixels(&self) -> Vec<u8> {
+        if let Some(photograph) = &self.in_photograph {
+            let light = photograph.iter().flatten();
+            return light.flat_map(|light| light.to_le_bytes()).collect();
+        }
         let by_pixel = self.image.shown().permuted_axes([1, 2, 0]);
         let bytes = by_pixel.iter().flat_map(|light| light.to_le_bytes());
         bytes.collect()
     }
 
     /// The picture as the program writes it.
-    pub(super) fn png(&self, exposure_ev: f64) -> Result<Vec<u8>, niji_exchange::Error> {
+    pub(super) fn png(&self, exposure_ev: f64) -> Result<Vec<u8>, Failure> {
+        let failed = |error: &dyn std::error::Error| Failure::Failed(error.to_string());
         let mut bytes = Vec::new();
-        self.image.write_png(&mut bytes, exposure_ev)?;
+        match &self.in_photograph {
+            Some(photograph) => write_png(photograph, &Provenance::default(), &mut bytes)
+                .map_err(|error| failed(&error))?,
+            None => {
+                (self.image.write_png(&mut bytes, exposure_ev)).map_err(|error| failed(&error))?
+            }
+        }
         Ok(bytes)
     }
 

@@ -11,6 +11,7 @@ use serde_json::json;
 use super::address::Address;
 use super::desk::Desk;
 use super::document::Document;
+use super::document::PicksDrag;
 use super::document::Refused;
 use super::http::Answer;
 use super::http::Method;
@@ -26,9 +27,8 @@ const WAIT: Duration = Duration::from_secs(8);
 /// Changes of values.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Change {
-    /// By their keys.
-    values: Map<String, Value>,
+struct Change<T> {
+    values: T,
     /// The movement of a hand that it belongs to.
     gesture: Option<String>,
 }
@@ -102,9 +102,14 @@ impl Routes<'_> {
 
     fn done(&self, path: &str, body: &[u8]) -> Answer {
         let outcome = match path {
-            "set" => read(body).and_then(|change: Change| {
+            "set" => read(body).and_then(|change: Change<Map<String, Value>>| {
                 let gesture = change.gesture.as_deref();
+                // By their keys.
                 self.desk.work(|it| it.set(&change.values, gesture))
+            }),
+            "drag-picks" => read(body).and_then(|change: Change<PicksDrag>| {
+                let gesture = change.gesture.as_deref();
+                self.desk.work(|it| it.drag_picks(&change.values, gesture))
             }),
             "text" => read(body).and_then(|new: NewText| {
                 if self.desk.look(|_, revision| revision) != new.of {
@@ -140,6 +145,7 @@ impl Routes<'_> {
                 "text": document.text(),
                 "values": toml_values::values(document.text()),
                 "size": [scene.camera.width_px, scene.camera.height_px],
+                "photograph_size": document.photograph_size(),
                 "exposure_ev": scene.picture.exposure_ev,
                 "sun": { "elevation_deg": scene.sun.elevation_deg, "azimuth_deg": scene.sun.azimuth_deg },
                 "degrees_per_pixel": degrees_per_pixel(&scene),

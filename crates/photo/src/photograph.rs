@@ -75,10 +75,7 @@ impl Photograph {
     /// more pixels than the file can hold.
     pub fn read(path: &Path) -> Result<Self, Error> {
         let (mut file, file_bytes) = opened(path)?;
-        let mut magic = [0; 4];
-        let n_bytes = file.read(&mut magic)?;
-        file.seek(SeekFrom::Start(0))?;
-        if n_bytes == 4 && magic == EXR_MAGIC {
+        if is_exr(&mut file)? {
             return Ok(Self {
                 light: plate::read_colors(path)?,
                 encoding: Encoding::Linear,
@@ -87,6 +84,35 @@ impl Photograph {
             });
         }
         read_coded(file, file_bytes)
+    }
+
+    /// Width and height in pixels of one in a file, of a PNG or JPEG without decoding it.
+    ///
+    /// # Errors
+    /// As [`Self::read`], but for damage of the pixels.
+    pub fn size_in(path: &Path) -> Result<[usize; 2], Error> {
+        let (mut file, file_bytes) = opened(path)?;
+        if is_exr(&mut file)? {
+            let (height, width) = plate::read_colors(path)?.dim();
+            return Ok([width, height]);
+        }
+        guarded(Error::Damaged, || {
+            let mut decoder = decoder(BufReader::new(file), file_bytes)?;
+            let (width, height) = decoder.dimensions();
+            let [width, height] = [width, height].map(|n| n as usize);
+            let is_turned = [
+                Orientation::Rotate90,
+                Orientation::Rotate270,
+                Orientation::Rotate90FlipH,
+                Orientation::Rotate270FlipH,
+            ]
+            .contains(&decoder.orientation().map_err(damaged)?);
+            Ok(if is_turned {
+                [height, width]
+            } else {
+                [width, height]
+            })
+        })
     }
 
     /// Width in pixels.
@@ -123,6 +149,14 @@ pub(crate) fn opened(path: &Path) -> Result<(File, u64), Error> {
         return Err(Error::Empty);
     }
     Ok((file, file_bytes))
+}
+
+/// Whether a file begins as EXR; it is at its start again.
+fn is_exr(file: &mut File) -> Result<bool, Error> {
+    let mut magic = [0; 4];
+    let n_bytes = file.read(&mut magic)?;
+    file.seek(SeekFrom::Start(0))?;
+    Ok(n_bytes == 4 && magic == EXR_MAGIC)
 }
 
 fn read_coded(mut file: File, file_bytes: u64) -> Result<Photograph, Error> {
@@ -164,36 +198,45 @@ pub(crate) struct Stored {
     profile: Option<Vec<u8>>,
 }
 
-impl Stored {
-    fn decode(mut source: impl BufRead + Seek, n_bytes: u64) -> Result<Self, Error> {
-        let format = ImageReader::new(&mut source)
-            .with_guessed_format()?
-            .format();
-        if format == Some(ImageFormat::Jpeg) {
-            source.seek(SeekFrom::Start(0))?;
-            if !has_end_of_image(&mut source)? {
-                return Err(Error::Damaged(
-                    "found no end of the JPEG picture".to_owned(),
-                ));
-            }
-        }
+/// What decodes a PNG or JPEG of so many bytes, which could hold as many pixels as it promises.
+fn decoder<'a>(
+    mut source: impl BufRead + Seek + 'a,
+    n_bytes: u64,
+) -> Result<impl ImageDecoder + 'a, Error> {
+    let format = ImageReader::new(&mut source)
+        .with_guessed_format()?
+        .format();
+    if format == Some(ImageFormat::Jpeg) {
         source.seek(SeekFrom::Start(0))?;
-        let mut reader = ImageReader::new(source);
-        match format {
-            Some(format) if [ImageFormat::Jpeg, ImageFormat::Png].contains(&format) => {
-                reader.set_format(format);
-            }
-            Some(_) | None => return Err(Error::UnknownFormat),
+        if !has_end_of_image(&mut source)? {
+            return Err(Error::Damaged(
+                "found no end of the JPEG picture".to_owned(),
+            ));
         }
-        let mut limits = Limits::default();
-        limits.max_alloc = Some(MOST_DECODER_BYTES);
-        reader.limits(limits);
-        let mut decoder = reader.into_decoder().map_err(damaged)?;
-        let (width, height) = decoder.dimensions();
-        // A pixel of a PNG may be one bit.
-        check_size([width, height].map(u64::from), 1, n_bytes)?;
-        let n_pixels = u128::from(width) * u128::from(height);
-        check_memory(2 * u128::from(decoder.total_bytes()) + LIGHT_BYTES * n_pixels)?;
+    }
+    source.seek(SeekFrom::Start(0))?;
+    let mut reader = ImageReader::new(source);
+    match format {
+        Some(format) if [ImageFormat::Jpeg, ImageFormat::Png].contains(&format) => {
+            reader.set_format(format);
+        }
+        Some(_) | None => return Err(Error::UnknownFormat),
+    }
+    let mut limits = Limits::default();
+    limits.max_alloc = Some(MOST_DECODER_BYTES);
+    reader.limits(limits);
+    let decoder = reader.into_decoder().map_err(damaged)?;
+    let (width, height) = decoder.dimensions();
+    // A pixel of a PNG may be one bit.
+    check_size([width, height].map(u64::from), 1, n_bytes)?;
+    let n_pixels = u128::from(width) * u128::from(height);
+    check_memory(2 * u128::from(decoder.total_bytes()) + LIGHT_BYTES * n_pixels)?;
+    Ok(decoder)
+}
+
+impl Stored {
+    fn decode(source: impl BufRead + Seek, n_bytes: u64) -> Result<Self, Error> {
+        let mut decoder = decoder(source, n_bytes)?;
         Ok(Self {
             orientation: decoder.orientation().map_err(damaged)?,
             exif: decoder.exif_metadata().map_err(damaged)?,

@@ -77,6 +77,7 @@ fn orientation_is_respected_and_notes_are_read() {
         fs::write(&path, jpeg_with(&exif(orientation), &corners())).unwrap();
         let photo = Photograph::read(&path).unwrap();
         assert_eq!((photo.width(), photo.height()), size, "{orientation}");
+        assert_eq!(Photograph::size_in(&path).unwrap(), [size.0, size.1]);
         let [r, g, b] = photo.light[red];
         assert!(r > 0.8 && g < 0.1 && b < 0.1, "{orientation}: {r} {g} {b}");
         assert_eq!(photo.notes.focal_length_35mm, Some(28.0));

@@ -1,8 +1,10 @@
 //! What a bow is set into, and the light of a rendered image on its pixels.
 
 use std::path::Path;
+use std::path::PathBuf;
 
 use ndarray::Array2;
+use ndarray::s;
 use niji_exchange::ImageWindows;
 use niji_exchange::SpectralImage;
 use niji_exchange::tone_curve;
@@ -40,6 +42,8 @@ pub struct Background {
     /// What the camera noted.
     pub notes: ExifNotes,
     encoding: Encoding,
+    /// Its file.
+    pub(crate) path: PathBuf,
 }
 
 impl Background {
@@ -69,6 +73,7 @@ impl Background {
                 },
                 notes: ExifNotes::default(),
                 encoding: Encoding::Linear,
+                path: path.to_owned(),
             }
         } else {
             let photo = Photograph::read(path).map_err(bad)?;
@@ -83,12 +88,51 @@ impl Background {
                 },
                 notes: photo.notes,
                 encoding: photo.encoding,
+                path: path.to_owned(),
             }
         };
         let wanted = wanted.unwrap_or(own.frame.primaries);
         own.light = converted(own.light, own.frame.primaries, wanted);
         own.frame.primaries = wanted;
         Ok(own)
+    }
+
+    /// The same with fewer pixels, means of squares of `n` x `n`; a plate of part of a frame as it is.
+    #[must_use]
+    pub(crate) fn in_squares(self, n: usize) -> Self {
+        let (height, width) = self.light.dim();
+        let whole = ImageWindows::whole(width, height);
+        if n < 2 || self.frame.windows != whole || n > width.min(height) {
+            return self;
+        }
+        // What is left over at the right and below is no square.
+        let size = (height / n, width / n);
+        let share = 1.0 / (n * n) as f32;
+        let square = |(row, column)| s![n * row..n * (row + 1), n * column..n * (column + 1)];
+        let mean = |values: &Array2<f32>| {
+            Array2::from_shape_fn(size, |place| share * values.slice(square(place)).sum())
+        };
+        Self {
+            light: Array2::from_shape_fn(size, |place| {
+                let square = self.light.slice(square(place));
+                let sum = square.iter().fold([0.0; 3], |sum, rgb| {
+                    [sum[0] + rgb[0], sum[1] + rgb[1], sum[2] + rgb[2]]
+                });
+                sum.map(|channel| share * channel)
+            }),
+            alpha: self.alpha.as_ref().map(mean),
+            // Surfaces are not mixed.
+            surface_m: (self.surface_m.as_ref()).map(|surface_m| {
+                Array2::from_shape_fn(size, |(row, column)| {
+                    surface_m[[n * row + n / 2, n * column + n / 2]]
+                })
+            }),
+            frame: Frame {
+                windows: ImageWindows::whole(size.1, size.0),
+                ..self.frame
+            },
+            ..self
+        }
     }
 
     /// Takes the distances of its surfaces from elsewhere.
@@ -209,4 +253,48 @@ fn converted(mut picture: LinearPicture, from: RgbPrimaries, to: RgbPrimaries) -
         });
     }
     picture
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn squares_have_the_mean_of_their_light_and_the_distance_in_their_middle() {
+        let own = Background {
+            light: Array2::from_shape_fn((7, 9), |(row, column)| [row as f32, column as f32, 1.0]),
+            alpha: Some(Array2::from_shape_fn((7, 9), |(row, _)| row as f32 / 8.0)),
+            surface_m: Some(Array2::from_shape_fn((7, 9), |(row, column)| {
+                if row == column {
+                    f32::INFINITY
+                } else {
+                    (10 * row + column) as f32
+                }
+            })),
+            frame: Frame {
+                primaries: RgbPrimaries::Rec709,
+                windows: ImageWindows::whole(9, 7),
+            },
+            notes: ExifNotes::default(),
+            encoding: Encoding::Linear,
+            path: PathBuf::new(),
+        };
+        let half = own.clone().in_squares(2);
+        assert_eq!(half.frame.windows, ImageWindows::whole(4, 3));
+        assert_eq!(half.light.dim(), (3, 4));
+        assert_eq!(half.light[[1, 3]], [2.5, 6.5, 1.0]);
+        assert_eq!(half.alpha.unwrap()[[1, 3]], 2.5 / 8.0);
+        let surface_m = half.surface_m.unwrap();
+        assert_eq!(
+            (surface_m[[1, 3]], surface_m[[1, 1]]),
+            (37.0, f32::INFINITY)
+        );
+        for n in [0, 1, 8] {
+            assert_eq!(own.clone().in_squares(n).light, own.light, "{n}");
+        }
+        // A plate of part of a frame.
+        let mut part = own.clone();
+        part.frame.windows.display.width_px = 20;
+        assert_eq!(part.clone().in_squares(3).light, part.light);
+    }
 }

@@ -60,6 +60,12 @@ pub struct CompositeRequest<'a> {
 pub struct Composite {
     /// What the bow was set into.
     pub background: Background,
+    /// The bow in it.
+    pub bow: SetBow,
+}
+
+/// A bow in its background.
+pub struct SetBow {
     /// Both together, in the primaries of the result.
     pub picture: LinearPicture,
     /// What is added to it in its values, and the transmittance.
@@ -79,25 +85,35 @@ impl CompositeRequest<'_> {
         if let Some(surface_m) = self.depth_m {
             background.set_surfaces(surface_m)?;
         }
-        let added = background.added(image)?;
-        let exposure = match self.exposure {
+        let mut bow = background.with_bow(image, self.exposure)?;
+        if self.scales_to_white {
+            scale_to_white(&mut bow.picture);
+        }
+        Ok(Composite { background, bow })
+    }
+}
+
+impl Background {
+    /// Sets the bow of an image into it.
+    ///
+    /// # Errors
+    /// An image of another shape, an exposure that cannot be told.
+    pub fn with_bow(&self, image: &SpectralImage, exposure: CardExposure) -> Result<SetBow, Error> {
+        let added = self.added(image)?;
+        let exposure = match exposure {
             CardExposure::Match => Exposure::GreyWorld,
             CardExposure::Camera => Exposure::Camera {
                 card_cd_m2: image.white_luminance_cd_m2,
             },
             CardExposure::Value(value) => Exposure::Card(value),
         };
-        let of_photo = |error: niji_photo::Error| Error::file(self.photo, error);
-        let rec709 = background.rec709(&background.light);
-        let gain = card_value(exposure, &rec709, &background.notes).map_err(of_photo)?;
-        let own = photographed_light(&background, (image, &added))?;
+        let of_photo = |error: niji_photo::Error| Error::file(&self.path, error);
+        let rec709 = self.rec709(&self.light);
+        let gain = card_value(exposure, &rec709, &self.notes).map_err(of_photo)?;
+        let own = photographed_light(self, (image, &added))?;
         let added = added.in_photograph(gain, &own).map_err(of_photo)?;
-        let mut picture = composite(&background.light, &added).map_err(of_photo)?;
-        if self.scales_to_white {
-            scale_to_white(&mut picture);
-        }
-        Ok(Composite {
-            background,
+        let picture = composite(&self.light, &added).map_err(of_photo)?;
+        Ok(SetBow {
             picture,
             added,
             gain,

@@ -14,6 +14,7 @@ use niji_scene::Switch;
 use niji_scene::canonical_json;
 
 use crate::error::Error;
+use crate::kept_parts::photograph_of;
 use crate::planned_scene::PlanRequest;
 use crate::planned_scene::PlannedScene;
 
@@ -80,6 +81,8 @@ impl Look {
         looked.effects.set(Effect::MultipleScattering, Switch::Off);
         // What another view shows may not be in this one.
         let of_air = scene.air.iter().flat_map(|_| OF_AIR);
+        // A photograph holds the light of its air.
+        let of_air = of_air.filter(|it| scene.photo.is_none() || !it.is_in_photographs());
         for effect in OF_DROPS.into_iter().chain(of_air) {
             if scene.effects.of(effect) == Switch::Auto {
                 looked.effects.set(effect, Switch::On);
@@ -148,7 +151,7 @@ fn decided_by(scene: &Scene) -> String {
         terrain,
         ..
     } = scene;
-    let surfaces = (occluders, terrain);
+    let surfaces = (occluders, terrain, photograph_of(scene));
     let of_drops = (drops, water, drop_motion, water_surface);
     canonical_json(&(
         light, spectrum, of_drops, air, ground, effects, accuracy, surfaces,
@@ -190,7 +193,7 @@ mod tests {
     fn light(scene: &Scene, (looks, kept): (&mut Looks, &mut KeptParts)) -> f64 {
         let planned = looks.planned(scene, Look::First, PlanRequest::default());
         let planned = planned.unwrap();
-        let parts = kept.parts(&planned, "", &unwatched).unwrap();
+        let parts = kept.parts(&planned, ("", None), &unwatched).unwrap();
         let settings = PictureSettings::of(&planned);
         let whole = settings.whole().unwrap();
         let work = PictureWork::new(settings, parts, &unwatched).unwrap();
@@ -227,7 +230,8 @@ mod tests {
         let stopped = |_, _| ControlFlow::Break(());
         let mut parts = |scene: &Scene| {
             let planned = looks.planned(scene, Look::First, PlanRequest::default());
-            kept.parts(&planned.unwrap(), "", &stopped).map(|_| ())
+            kept.parts(&planned.unwrap(), ("", None), &stopped)
+                .map(|_| ())
         };
         scene.sun.elevation_deg = 35.0;
         scene.camera.azimuth_deg = 40.0;

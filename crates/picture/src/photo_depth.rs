@@ -197,8 +197,8 @@ pub(crate) fn read_photo(path: &Path) -> Result<Photograph, Error> {
     Photograph::read(path).map_err(|error| Error::file(path, error))
 }
 
-/// The camera of a scene as the one that took its photograph, its eye at the origin.
-pub(crate) fn photo_camera(camera: &Camera, photo: &Photograph) -> PinholeRequest {
+/// The camera of a scene as the one that took its photograph of a width and height, its eye at the origin.
+pub(crate) fn photo_camera(camera: &Camera, [width, height]: [usize; 2]) -> PinholeRequest {
     PinholeRequest {
         position: DVec3::ZERO,
         azimuth: Radians::from_degrees(camera.azimuth_deg),
@@ -206,8 +206,8 @@ pub(crate) fn photo_camera(camera: &Camera, photo: &Photograph) -> PinholeReques
         roll: Radians::from_degrees(camera.roll_deg),
         // A scene with a photograph has a pinhole camera, hence a field of view.
         horizontal_fov: Radians::from_degrees(camera.horizontal_fov_deg.unwrap_or_default()),
-        width_px: photo.width() as u32,
-        height_px: photo.height() as u32,
+        width_px: width as u32,
+        height_px: height as u32,
     }
 }
 

@@ -2,14 +2,17 @@
 
 use std::path::Path;
 
+use glam::DQuat;
 use niji_geometry::PinholeCamera;
 use niji_photo::Finding;
 use niji_photo::FitRequest;
+use niji_photo::Photograph;
 use niji_photo::PickedEdge;
 use niji_photo::SunSolution;
 use niji_photo::Verdict;
 use niji_photo::diagnose_picks;
 use niji_photo::sun_from_picks;
+use niji_scene::Photo;
 use niji_scene::Scene;
 use niji_scene::SunPosition;
 
@@ -18,7 +21,6 @@ use crate::bow_edge::EDGE_ERROR;
 use crate::error::Error;
 use crate::photo_depth::photo_camera;
 use crate::photo_depth::pinhole;
-use crate::photo_depth::read_photo;
 use crate::sandbox::Sandbox;
 
 /// Standard error of a pick, pixels.
@@ -102,22 +104,98 @@ pub fn scene_from_toml(text: &str, folder: &Path) -> Result<Scene, Error> {
     Sandbox::default().scene_from_toml(text, folder)
 }
 
-/// The sun by picks in the photograph of a scene.
-pub(crate) fn picked_sun(scene: &Scene, folder: &Path) -> Result<SunPosition, Error> {
-    let section = scene.photo.as_ref();
-    let section = section.ok_or_else(|| Error::NoSun("no photograph to pick in".to_owned()))?;
-    let photo = read_photo(&folder.join(&section.picture))?;
+/// Picks in the photograph of a scene turned together, as the bow through them goes where a hand drags it: from one
+/// place to another, both in parts of the frame from its top left corner. They stay on a circle of their angle.
+///
+/// # Errors
+/// A scene without a photograph, or whose photograph cannot be read; a place that the camera does not see from then on.
+pub fn turned_picks(
+    (scene, folder): (&Scene, &Path),
+    picks_px: &[[f64; 2]],
+    [from, to]: [[f64; 2]; 2],
+) -> Result<Vec<[f64; 2]>, Error> {
+    let (camera, size) = photograph_camera(scene, folder)?;
+    let ray = |[right, down]: [f64; 2]| {
+        let [width, height] = size.map(|n| n as f64);
+        camera.ray(right * width, down * height).direction
+    };
+    let turn = DQuat::from_rotation_arc(ray(from), ray(to));
+    let turned = picks_px.iter().map(|[x_px, y_px]| {
+        let place = camera.project(turn * camera.ray(*x_px, *y_px).direction);
+        let place = place.filter(|it| it.0.is_finite() && it.1.is_finite());
+        let gone = || Error::NoSun("a pick would lie behind the camera".to_owned());
+        place.map(|(x, y)| [x, y]).ok_or_else(gone)
+    });
+    turned.collect()
+}
+
+fn section_of(scene: &Scene) -> Result<&Photo, Error> {
+    let none = || Error::NoSun("no photograph to pick in".to_owned());
+    scene.photo.as_ref().ok_or_else(none)
+}
+
+/// What took the photograph of a scene, and its width and height.
+fn photograph_camera(scene: &Scene, folder: &Path) -> Result<(PinholeCamera, [usize; 2]), Error> {
+    let path = folder.join(&section_of(scene)?.picture);
+    let size = Photograph::size_in(&path).map_err(|error| Error::file(&path, error))?;
+    Ok((pinhole(photo_camera(&scene.camera, size))?, size))
+}
+
+/// The sun by picks in the photograph of a scene, which lies in `folder`.
+///
+/// # Errors
+/// A scene without a photograph, or whose photograph cannot be read; picks that no sun explains.
+pub fn picked_sun(scene: &Scene, folder: &Path) -> Result<SunPosition, Error> {
+    let (camera, _) = photograph_camera(scene, folder)?;
+    let section = section_of(scene)?;
     let edge = BowEdge {
         bow: section.bow,
         color: section.edge,
         water: scene.water(),
     };
     let request = PicksRequest {
-        camera: &pinhole(photo_camera(&scene.camera, &photo))?,
+        camera: &camera,
         picks_px: &section.picks_px,
         noise_px: PICK_ERROR_PX,
         edge: edge.picked(edge.angle(), EDGE_ERROR),
         is_angle_known: true,
     };
     request.suns()?.best()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pavilion() -> (Scene, &'static Path) {
+        let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/scenes"));
+        let text = include_str!("../../../data/scenes/photo-pavilion-rain.toml");
+        (scene_from_toml(text, folder).unwrap(), folder)
+    }
+
+    #[test]
+    fn a_bow_that_is_dragged_stays_one_and_its_sun_goes_with_it() {
+        let (mut scene, folder) = pavilion();
+        let picks_px = scene.photo.as_ref().unwrap().picks_px.clone();
+        let sun = scene.sun;
+        let turned = |ends| turned_picks((&scene, folder), &picks_px, ends).unwrap();
+        let stays = turned([[0.3, 0.4]; 2]);
+        for (stays, was) in stays.iter().zip(&picks_px) {
+            assert!((stays[0] - was[0]).hypot(stays[1] - was[1]) < 1e-9);
+        }
+        // A pick that is taken goes where the hand goes: 640 x 427 pixels.
+        let part = |[x, y]: [f64; 2]| [x / 640.0, y / 427.0];
+        let wanted = [picks_px[1][0] + 20.0, picks_px[1][1] - 25.0];
+        let moved = turned([part(picks_px[1]), part(wanted)]);
+        assert!((moved[1][0] - wanted[0]).hypot(moved[1][1] - wanted[1]) < 1e-9);
+        // Up by 25 pixels of 60/640 degrees: the sun sinks by as much.
+        scene.photo.as_mut().unwrap().picks_px = moved;
+        let sunk = sun.elevation_deg - picked_sun(&scene, folder).unwrap().elevation_deg;
+        assert!((sunk - 2.4).abs() < 0.3, "{sunk}");
+        let behind = turned_picks((&scene, folder), &[[0.0, 213.0]], [[0.9, 0.5], [-1e9, 0.5]]);
+        assert!(matches!(behind, Err(Error::NoSun(_))));
+        scene.photo = None;
+        let none = turned_picks((&scene, folder), &[], [[0.0; 2]; 2]);
+        assert!(matches!(none, Err(Error::NoSun(_))));
+    }
 }

@@ -479,7 +479,7 @@ impl PlannedScene {
         let photo = read_photo(&self.folder.join(&section.picture))?;
         let request = PhotoDepthRequest {
             photo: &photo,
-            camera: photo_camera(&self.scene.camera, &photo),
+            camera: photo_camera(&self.scene.camera, [photo.width(), photo.height()]),
             distances,
         };
         Ok(Some(request.depth()?.depth_m))

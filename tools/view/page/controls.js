@@ -7,7 +7,7 @@ const panel = document.getElementById('controls');
 
 // What is opened at first, and what is not shown: format, name and sections of other pictures.
 const OPEN = ['sun', 'drops'];
-const ORDER = ['sun', 'drops', 'camera', 'air', 'ground', 'water', 'drop_motion', 'water_surface', 'spectrum', 'accuracy', 'picture'];
+const ORDER = ['sun', 'drops', 'camera', 'air', 'ground', 'water', 'drop_motion', 'water_surface', 'spectrum', 'accuracy', 'photo', 'picture'];
 // Sliders of keys whose range in the schema is far wider than what people set.
 const USUAL = { azimuth_deg: [0, 360], elevation_deg: [-10, 90], roll_deg: [-45, 45], exposure_ev: [-8, 12], horizontal_fov_deg: [5, 175], visibility_km: [0.05, 100] };
 // From where on a range is gone through by factors.
@@ -63,7 +63,8 @@ export class Controls {
     const opened = new Set([...panel.querySelectorAll('details[open]')].map((it) => it.dataset.path));
     const isFirst = panel.childElementCount === 0;
     this.fields.clear();
-    const sections = ORDER.filter((key) => key in this.schema.properties).map((key) => {
+    const isShown = (key) => key in this.schema.properties && (key !== 'photo' || 'photo' in scene.values);
+    const sections = ORDER.filter(isShown).map((key) => {
       const fields = this.fieldsOf(this.schema.properties[key], key, scene.values[key]);
       if (key === 'sun') fields.unshift(sunField(this));
       const section = make('details', {}, make('summary', { textContent: words(key)[0] }), ...fields);

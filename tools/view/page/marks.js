@@ -12,9 +12,16 @@ function element(kind, attributes, title) {
 
 const points = (line) => line.map(([x, y]) => `${x.toFixed(2)},${y.toFixed(2)}`).join(' ');
 
-const groups = Object.fromEntries(['lines', 'drops'].map((name) => [name, svg.appendChild(element('g', { class: name }))]));
+const groups = Object.fromEntries(['lines', 'drops', 'picks'].map((name) => [name, svg.appendChild(element('g', { class: name }))]));
 
-export function mark({ size, marks }) {
+// Where the bow was picked in a photograph, in pixels of the picture.
+export function picks({ size, photograph_size: own, values }) {
+  const found = own ? values.photo?.picks_px ?? [] : [];
+  return found.map(([x, y]) => [x * (size[0] / own[0]), y * (size[1] / own[1])]);
+}
+
+export function mark(scene) {
+  const { size, marks } = scene;
   svg.setAttribute('viewBox', `0 0 ${size[0]} ${size[1]}`);
   svg.setAttribute('preserveAspectRatio', 'none');
   const lines = marks.bows.flatMap(({ bow, color, lines }) => lines.map((line) => element('polyline', { class: `${bow} ${color}`, points: points(line) })));
@@ -24,6 +31,7 @@ export function mark({ size, marks }) {
     .filter(([, place]) => place)
     .map(([name, [cx, cy]]) => element('circle', { class: name, cx, cy, r: radius }));
   groups.lines.replaceChildren(...horizon, ...lines, ...spots);
+  groups.picks.replaceChildren(...picks(scene).map(([cx, cy]) => element('circle', { class: 'pick', cx, cy, r: radius })));
 }
 
 // The boxes that the drops of a picture are in, whose edges are given in parts of the frame.

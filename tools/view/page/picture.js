@@ -28,9 +28,9 @@ export function keep() {
   return Boolean(shown.kept);
 }
 
-function image({ rgb, width, height }) {
-  const developed = new ImageData(width, height);
-  develop(rgb, developed.data, shown.exposureEv, shown.gains);
+function image(picture) {
+  const developed = new ImageData(picture.width, picture.height);
+  develop(picture, developed.data, shown.exposureEv, shown.gains);
   return developed;
 }
 

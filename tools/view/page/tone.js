@@ -6,33 +6,41 @@ const SHOULDER = 0.8;
 const decoded = (code) => (code <= 0.04045 ? code / 12.92 : ((code + 0.055) / 1.055) ** 2.4);
 const untoned = (w) => (w <= SHOULDER ? w : SHOULDER - (1 - SHOULDER) * Math.log(1 - (w - SHOULDER) / (1 - SHOULDER)));
 
-// The light from which on a pixel has each code, and the code from which to look on by the upper bits of a number.
-const FROM = Float64Array.from({ length: 257 }, (_, code) => (code === 0 ? -Infinity : code > 255 ? Infinity : untoned(decoded((code - 0.5) / 255))));
 const bits = new Uint32Array(1);
 const number = new Float32Array(bits.buffer);
-const FIRST = new Uint8Array(1 << 15);
-for (let upper = 0, code = 0; upper < FIRST.length; upper += 1) {
-  bits[0] = upper << 16;
-  while (code < 255 && number[0] >= FROM[code + 1]) code += 1;
-  FIRST[upper] = code;
+
+// The light from which on a pixel has each code, and the code from which to look on by the upper bits of a number.
+function curve(inverse) {
+  const from = Float64Array.from({ length: 257 }, (_, code) => (code === 0 ? -Infinity : code > 255 ? Infinity : inverse(decoded((code - 0.5) / 255))));
+  const first = new Uint8Array(1 << 15);
+  for (let upper = 0, code = 0; upper < first.length; upper += 1) {
+    bits[0] = upper << 16;
+    while (code < 255 && number[0] >= from[code + 1]) code += 1;
+    first[upper] = code;
+  }
+  return { from, first };
 }
 
+// A photograph is shown as it is, without a shoulder.
+const CURVES = { light: curve(untoned), photograph: curve((w) => w) };
+
 // The code of a light that is shown `gain` times as bright.
-function coder(gain) {
+function coder({ from, first }, gain) {
   return (light) => {
     const shown = gain * light;
     if (!(shown > 0)) return 0;
     number[0] = shown;
-    let code = FIRST[bits[0] >>> 16];
-    while (shown >= FROM[code + 1]) code += 1;
-    while (shown < FROM[code]) code -= 1;
+    let code = first[bits[0] >>> 16];
+    while (shown >= from[code + 1]) code += 1;
+    while (shown < from[code]) code -= 1;
     return code;
   };
 }
 
-// Fills the bytes of a canvas with a picture.
-export function develop(rgb, bytes, exposureEv, gains) {
-  const code = gains.map((gain) => coder(gain * 2 ** exposureEv));
+// Fills the bytes of a canvas with a picture, which a photograph exposed for itself.
+export function develop({ rgb, is_photograph: isPhotograph }, bytes, exposureEv, gains) {
+  const [by, scale] = isPhotograph ? [CURVES.photograph, 1] : [CURVES.light, 2 ** exposureEv];
+  const code = gains.map((gain) => coder(by, gain * scale));
   for (let from = 0, to = 0; from < rgb.length; from += 3, to += 4) {
     bytes[to] = code[0](rgb[from]);
     bytes[to + 1] = code[1](rgb[from + 1]);

@@ -3,7 +3,7 @@
 import { ask, pixels } from './server.js';
 import { whiteGains } from './tone.js';
 import * as picture from './picture.js';
-import { mark, markDrops, showMarks } from './marks.js';
+import { mark, markDrops, picks, showMarks } from './marks.js';
 import { Controls } from './controls.js';
 import { place, read } from './pointer.js';
 
@@ -21,6 +21,7 @@ function take(told) {
   by('redo').disabled = !scene.can_redo;
   by('save').disabled = !scene.is_edited;
   by('command').textContent = scene.command;
+  by('exposure').disabled = 'photo' in scene.values;
   if (document.activeElement !== by('exposure')) by('exposure').value = scene.exposure_ev;
   expose(by('exposure').valueAsNumber);
   picture.fit(scene.size);
@@ -36,16 +37,16 @@ function expose(exposureEv) {
 // Changes are sent one after the other; those of one movement that wait become one.
 let queue = Promise.resolve();
 let waiting = null;
-function set(values, gesture) {
-  if (waiting && gesture && waiting.gesture === gesture) {
+function set(values, gesture, path = 'set') {
+  if (waiting && gesture && waiting.gesture === gesture && waiting.path === path) {
     Object.assign(waiting.values, values);
     return waiting.done;
   }
-  const change = { values, gesture };
+  const change = { values, gesture, path };
   waiting = change;
   change.done = inTurn(async () => {
     if (waiting === change) waiting = null;
-    take(await ask('set', { values, gesture }));
+    take(await ask(path, { values, gesture }));
   });
   return change.done;
 }
@@ -85,11 +86,24 @@ async function save() {
   else await act('save');
 }
 
+// A bow through picks in a photograph follows the hand, and its picks with it.
+function dragPicks([dx, dy], gesture) {
+  const { clientWidth, clientHeight } = by('canvas');
+  const from = drag?.place ?? [0.5, 0.5];
+  const to = [from[0] + dx / clientWidth, from[1] + dy / clientHeight];
+  const picks_px = drag?.picks ?? scene.values.photo.picks_px;
+  set({ picks_px, from, to }, gesture, 'drag-picks').then(() => say(''), (error) => say(error.message));
+}
+
 // The sun follows the hand: the point opposite to it moves with the pointer.
 let drag = null;
 function moveSun([dx, dy], gesture) {
   const sun = scene.values.sun ?? {};
   if (!scene.degrees_per_pixel) return;
+  if (picks(scene).length > 0) {
+    dragPicks([dx, dy], gesture);
+    return;
+  }
   if (sun.elevation_deg === undefined) {
     say('the sun stands where date and place say: choose "elevation and azimuth" to move it by hand');
     return;
@@ -136,7 +150,11 @@ function listen() {
   canvas.addEventListener('pointerdown', (event) => {
     const sun = scene.values.sun ?? {};
     canvas.setPointerCapture(event.pointerId);
-    drag = { x: event.clientX, y: event.clientY, elevation: sun.elevation_deg, azimuth: sun.azimuth_deg, gesture: `drag ${Math.random()}` };
+    const { clientX: x, clientY: y } = event;
+    drag = {
+      x, y, elevation: sun.elevation_deg, azimuth: sun.azimuth_deg, gesture: `drag ${Math.random()}`,
+      picks: scene.values.photo?.picks_px, place: place(event),
+    };
   });
   for (const end of ['pointerup', 'pointercancel']) canvas.addEventListener(end, () => { drag = null; });
   canvas.addEventListener('keydown', (event) => {

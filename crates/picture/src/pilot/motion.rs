@@ -112,7 +112,11 @@ fn change_and_error(
     kept: &mut KeptParts,
 ) -> Result<[SmallPicture; 2], Error> {
     let watch = request.watch;
-    let parts = kept.parts(planned, &canonical_json(&planned.scene.drops), watch)?;
+    let parts = kept.parts(
+        planned,
+        (&canonical_json(&planned.scene.drops), None),
+        watch,
+    )?;
     let settings = PictureSettings::of(planned);
     let n_instants = settings.shutter.as_ref().map_or(1, OpenShutter::n_instants);
     let white_cd_m2 = planned.plan.display_white_cd_m2;
