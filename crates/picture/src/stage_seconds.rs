@@ -1,7 +1,7 @@
 //! How long the stages of a scene will take on this machine, by parts of them.
 //!
-//! s = (s_1 + (n - 1) (s_2 - s_1))/n_threads
-//! `n` wavelengths, `s_1` and `s_2` seconds of one thread for one wavelength of a table and for two, tables being made
+//! s = (s_1 + (n - 1) (s_3 - s_1)/2)/n_threads
+//! `n` wavelengths, `s_1` and `s_3` seconds of one thread for one wavelength of a table and for three, tables being made
 //! wavelength by wavelength: that of the drops, and that of the air where only both are asked for. Drops, the whole air
 //! and their light are made; a few strips of pixels are followed, through a table of one wavelength that stands for
 //! all ([`niji_render::foretold_seconds`]).
@@ -27,6 +27,9 @@ use crate::watch::unwatched;
 
 /// Bytes of a stage's file that are written in a second.
 pub const WRITTEN_BYTES_PER_S: f64 = 1e8;
+
+/// Wavelengths beside one whose table is made to see what each takes.
+const SOME: usize = 3;
 
 /// Seconds that both tables of a planned scene take.
 ///
@@ -104,9 +107,11 @@ fn seconds_of_all<T: Send>(
         of_one_thread(clock, || make(few))
     };
     let n = spectrum.len();
-    let ((one_s, table), (two_s, _)) = (of(1)?, of(n.min(2))?);
-    let seconds = one_s + (n as f64 - 1.0) * (two_s - one_s).max(0.0);
-    Ok((seconds, table))
+    // Of two a clock that is off by a tenth would tell half of a wavelength's time, where most is shared.
+    let n_more = SOME.min(n);
+    let ((one_s, table), (more_s, _)) = (of(1)?, of(n_more)?);
+    let each_s = (more_s - one_s).max(0.0) / (n_more - 1).max(1) as f64;
+    Ok((one_s + (n as f64 - 1.0) * each_s, table))
 }
 
 /// Wavelengths in the middle of others.
@@ -202,7 +207,7 @@ mod tests {
         let clock = || now.load(Relaxed) as f64;
         let make = |few: WavelengthGrid| Ok(now.fetch_add(10 + 2 * few.len() as u64, Relaxed));
         let n_threads = rayon::current_num_threads() as f64;
-        for n in [1, 2, 41] {
+        for n in [1, 2, 3, 41] {
             let spectrum = WavelengthGrid::new(400.0, 5.0, n).unwrap();
             let (seconds, _) = seconds_of_all((spectrum, &clock), make).unwrap();
             let expected = (10.0 + 2.0 * n as f64) / n_threads;
