@@ -85,7 +85,7 @@ fn seen(text: &str, folder: &Path) -> (Array3<f32>, AtmosphereTable) {
     let settings = PictureSettings::of(&planned);
     let whole = settings.whole().unwrap();
     let parts = KeptParts::default()
-        .parts(&planned, "", &unwatched)
+        .parts(&planned, ("", None), &unwatched)
         .unwrap();
     let air = parts.air.clone().unwrap();
     let work = PictureWork::new(settings, parts, &unwatched).unwrap();

@@ -96,11 +96,11 @@ impl Picture {
         let mut bytes = Vec::new();
         match &self.in_photograph {
             Some(photograph) => write_png(photograph, &Provenance::default(), &mut bytes)
-                .map_err(|error| failed(&error))?,
-            None => {
-                (self.image.write_png(&mut bytes, exposure_ev)).map_err(|error| failed(&error))?
-            }
-        }
+                .map_err(|error| failed(&error)),
+            None => (self.image)
+                .write_png(&mut bytes, exposure_ev)
+                .map_err(|error| failed(&error)),
+        }?;
         Ok(bytes)
     }
 
