@@ -57,8 +57,6 @@ pub struct Photographed {
     depth_m: Option<Array2<f32>>,
     /// With about as many pixels as its scene's picture.
     background: Background,
-    /// Width and height of its own.
-    pub size_px: [usize; 2],
 }
 
 impl Photographed {
@@ -71,11 +69,10 @@ impl Photographed {
         if let Some(depth_m) = &depth_m {
             background.set_surfaces(depth_m.clone())?;
         }
-        let (height, width) = background.light.dim();
+        let n = background.light.ncols() / (width_px as usize).max(1);
         Ok(Some(Self {
             depth_m,
-            background: background.in_squares(width / (width_px as usize).max(1)),
-            size_px: [width, height],
+            background: background.in_squares(n),
         }))
     }
 
