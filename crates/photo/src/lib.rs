@@ -127,6 +127,7 @@ pub use layers_file::write_labels;
 pub use lens::Lens;
 pub use lens::is_cropped;
 pub use linear_picture::LinearPicture;
+pub use linear_picture::square_means;
 pub use photograph::Encoding;
 pub use photograph::Photograph;
 pub use photograph::read_texture;

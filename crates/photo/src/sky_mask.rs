@@ -18,6 +18,7 @@ use rayon::prelude::*;
 use crate::error::Error;
 use crate::joint_bilateral::upsample_labels;
 use crate::linear_picture::LinearPicture;
+use crate::linear_picture::square_means;
 use crate::perceptual::oklab;
 use crate::perceptual::square_apart;
 use crate::sky_border::mean_of_nine;
@@ -249,21 +250,7 @@ fn step(photo: &LinearPicture, longest: usize) -> usize {
 
 /// The means of squares of pixels, white at 1.
 fn reduced(photo: &LinearPicture, longest: usize) -> LinearPicture {
-    let (height, width) = photo.dim();
-    let step = step(photo, longest);
-    let mut picture = Array2::from_elem((height.div_ceil(step), width.div_ceil(step)), [0.0; 3]);
-    Zip::indexed(&mut picture).par_for_each(|(y, x), pixel: &mut [f32; 3]| {
-        let (mut sum, mut n) = ([0.0_f32; 3], 0.0);
-        for row in y * step..((y + 1) * step).min(height) {
-            for column in x * step..((x + 1) * step).min(width) {
-                n += 1.0;
-                for (sum, channel) in sum.iter_mut().zip(photo[[row, column]]) {
-                    *sum += channel;
-                }
-            }
-        }
-        *pixel = sum.map(|sum| sum / n);
-    });
+    let mut picture = square_means(&photo.view(), step(photo, longest));
     let greens = picture.iter().map(|pixel| pixel[1]).collect();
     let white = quantile(greens, BELOW_WHITE).max(1e-6);
     picture.mapv_inplace(|pixel| pixel.map(|channel| channel / white));

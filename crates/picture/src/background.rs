@@ -18,6 +18,7 @@ use niji_photo::Photograph;
 use niji_photo::Plate;
 use niji_photo::distance_of_light;
 use niji_photo::on_region;
+use niji_photo::square_means;
 use niji_photo::surface_of_light;
 use niji_radiometry::GamutPolicy;
 use niji_radiometry::RgbPrimaries;
@@ -107,19 +108,13 @@ impl Background {
         }
         // What is left over at the right and below is no square.
         let size = (height / n, width / n);
-        let share = 1.0 / (n * n) as f32;
-        let square = |(row, column)| s![n * row..n * (row + 1), n * column..n * (column + 1)];
+        let squares = s![..n * size.0, ..n * size.1];
         let mean = |values: &Array2<f32>| {
-            Array2::from_shape_fn(size, |place| share * values.slice(square(place)).sum())
+            let each = values.slice(squares).mapv(|value| [value; 1]);
+            square_means(&each.view(), n).mapv(|[mean]| mean)
         };
         Self {
-            light: Array2::from_shape_fn(size, |place| {
-                let square = self.light.slice(square(place));
-                let sum = square.iter().fold([0.0; 3], |sum, rgb| {
-                    [sum[0] + rgb[0], sum[1] + rgb[1], sum[2] + rgb[2]]
-                });
-                sum.map(|channel| share * channel)
-            }),
+            light: square_means(&self.light.slice(squares), n),
             alpha: self.alpha.as_ref().map(mean),
             // Surfaces are not mixed.
             surface_m: (self.surface_m.as_ref()).map(|surface_m| {
