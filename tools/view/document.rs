@@ -137,10 +137,11 @@ impl Document {
         self.goal.of(self.scene.clone())
     }
 
-    /// Width and height of its photograph, whose pixels its picks are in; none of one that cannot be read.
+    /// Width and height of its photograph, whose pixels its picks are in; none without picks, or of one that cannot be
+    /// read.
     pub(super) fn photograph_size(&self) -> Option<[usize; 2]> {
-        let picture = &self.scene.photo.as_ref()?.picture;
-        Photograph::size_in(&scene_file::beside(&self.path).folder.join(picture)).ok()
+        let photo = (self.scene.photo.as_ref()).filter(|it| !it.picks_px.is_empty())?;
+        Photograph::size_in(&scene_file::beside(&self.path).folder.join(&photo.picture)).ok()
     }
 
     /// Whether a step can be taken back, whether one can be made again, whether the file holds something else.

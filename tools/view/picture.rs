@@ -1,5 +1,6 @@
 //! A picture as a page takes it, and what is known of a place in it.
 
+use std::error::Error;
 use std::time::Duration;
 
 use ndarray::Axis;
@@ -15,8 +16,6 @@ use niji_radiometry::Colorimetry;
 use niji_radiometry::Radians;
 use serde_json::Value;
 use serde_json::json;
-
-use crate::failure::Failure;
 
 /// A picture.
 pub(super) struct Picture {
@@ -91,16 +90,12 @@ impl Picture {
     }
 
     /// The picture as the program writes it.
-    pub(super) fn png(&self, exposure_ev: f64) -> Result<Vec<u8>, Failure> {
-        let failed = |error: &dyn std::error::Error| Failure::Failed(error.to_string());
+    pub(super) fn png(&self, exposure_ev: f64) -> Result<Vec<u8>, Box<dyn Error>> {
         let mut bytes = Vec::new();
         match &self.in_photograph {
-            Some(photograph) => write_png(photograph, &Provenance::default(), &mut bytes)
-                .map_err(|error| failed(&error)),
-            None => (self.image)
-                .write_png(&mut bytes, exposure_ev)
-                .map_err(|error| failed(&error)),
-        }?;
+            Some(photograph) => write_png(photograph, &Provenance::default(), &mut bytes)?,
+            None => self.image.write_png(&mut bytes, exposure_ev)?,
+        }
         Ok(bytes)
     }
 

@@ -207,7 +207,9 @@ impl<'a> SurfaceLight<'a> {
         let of_sun = Self::of_sun(request);
         let has_shadow = request.effects.drop_shadow.is_on();
         let bounds = request.drops.bounds().filter(|_| has_shadow);
+        let terrains = request.surfaces.into_iter().flat_map(Surfaces::terrains);
         Self {
+            terrains: terrains.map(|it| it.map(TerrainView::new)).collect(),
             sky: bounds.map(|bounds| SkyUnderDrops::new(of_sun.bricks, bounds, GROUND_M)),
             ..of_sun
         }
@@ -229,12 +231,11 @@ impl<'a> SurfaceLight<'a> {
             }
         }
         let colors = colors().map(|color| Reflected::of(color, &request.wavelengths));
-        let terrains = request.surfaces.into_iter().flat_map(Surfaces::terrains);
         let has_shadow = request.effects.drop_shadow.is_on();
         Self {
             surfaces: request.surfaces,
             colors: colors.collect(),
-            terrains: terrains.map(|it| it.map(TerrainView::new)).collect(),
+            terrains: Vec::new(),
             pixel_rad: request.camera.pixel_angle().0,
             wavelengths: request.wavelengths.centers().collect(),
             brightest,
