@@ -112,13 +112,18 @@ pub(crate) fn length_by_rule(
     let Some(ends_m) = chord(air, planet, start) else {
         return 0.0;
     };
-    // The middle node of a plain exponential profile is no kink.
-    let kinks = scale_height_m(air).map_or(air.height_m.as_slice(), |_| &[]);
+    // The middle node of a plain exponential profile is no kink, and nobody has to look between which nodes he is.
+    let scale_m = scale_height_m(air);
+    let kinks = scale_m.map_or(air.height_m.as_slice(), |_| &[]);
+    let density = |height_m: f64| match scale_m {
+        Some(scale_m) => air.density[0] * ((air.height_m[0] - height_m).min(0.0) / scale_m).exp(),
+        None => air.density_at(height_m),
+    };
     let breaks_m = crossings(planet, start, kinks);
     let leg_length = |leg: crate::leg::Leg| {
         rule.integrate(0.0, 1.0, |u| {
             let height_m = planet.height_along_ray(start.height_m, start.mu, leg.distance_m(u));
-            leg.stretch_m(u) * air.density_at(height_m)
+            leg.stretch_m(u) * density(height_m)
         })
     };
     legs(planet, start, ends_m, &breaks_m)

@@ -17,13 +17,14 @@ use rayon::iter::ParallelIterator;
 use crate::gauss_legendre::Rule;
 use crate::leg::RayPoint;
 use crate::optical_length::length_by_rule;
+use crate::optical_length::scale_height_m;
 
 /// Heights of the table.
 const N_HEIGHTS: usize = 108;
 /// Cosines of the table.
 const N_MU: usize = 144;
-/// Nodes of the quadrature: twice what a single exponential needs for 1e-14.
-const N_NODES: usize = 48;
+/// Nodes of the quadrature: what a single exponential needs for 1e-14, and twice as many for others.
+const N_NODES: usize = 24;
 
 /// Fills the table of reaches of a constituent with an exponential profile; others need none.
 pub(crate) fn fill_reaches(air: &mut AirConstituent, planet_radius_m: f64) {
@@ -39,8 +40,11 @@ pub(crate) fn fill_reaches(air: &mut AirConstituent, planet_radius_m: f64) {
     let planet = Planet {
         radius_m: planet_radius_m,
     };
-    let rule = Rule::new(N_NODES);
     let profile = &*air;
+    let rule = Rule::new(match scale_height_m(profile) {
+        Some(_) => N_NODES,
+        None => 2 * N_NODES,
+    });
     let row = |i: usize| -> Vec<f64> {
         let height_m = heights_m[i];
         let reach = |&mu: &f64| {
