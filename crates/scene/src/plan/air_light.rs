@@ -8,6 +8,7 @@
 //! corners and in the middle of every block of the picture: they are smooth but at the horizon, on
 //! both sides of which blocks that hold it are solved as well. [`MARGIN`] covers what lies between.
 
+use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 use glam::DVec3;
@@ -18,8 +19,8 @@ use niji_atmosphere::ViewRay;
 use niji_exchange::AtmosphereTable;
 use niji_geometry::Aabb;
 use niji_geometry::Planet;
+use rayon::prelude::*;
 
-use super::cache::Cache;
 use super::luminance::Line;
 use super::view::Block;
 
@@ -70,14 +71,12 @@ pub(super) struct AirRequest<'a> {
 impl AirLight {
     pub(super) fn new(request: &AirRequest<'_>) -> Self {
         let sky = Sky::new(request);
-        let block_light = |block: &Block| (sky.front(block), sky.whole(block));
-        let (front, whole) = request.blocks.iter().map(block_light).unzip();
         let (sun_depth, extinction_m1) = depths(request, sky.planet);
         Self {
             sun_depth,
             extinction_m1,
-            front,
-            whole,
+            front: request.blocks.par_iter().map(|it| sky.front(it)).collect(),
+            whole: sky.whole(),
             surround: sky.surround(),
         }
     }
@@ -127,8 +126,6 @@ struct Sky<'a> {
     /// Where the level of the sky asks for it.
     diffuse: Option<DiffuseSky<'a>>,
     planet: Planet,
-    /// Its luminance by the bits of a direction from the eye: blocks share their corners.
-    of_direction: Cache<[u64; 3], f64>,
 }
 
 impl<'a> Sky<'a> {
@@ -142,7 +139,6 @@ impl<'a> Sky<'a> {
             solver: SingleScattering::new(request.table, method),
             diffuse: DiffuseSky::new(request.table).ok(),
             planet,
-            of_direction: Cache::new(),
         }
     }
 
@@ -189,15 +185,34 @@ impl<'a> Sky<'a> {
         MARGIN * block.samples.iter().map(light).fold(0.0, f64::max)
     }
 
-    fn whole(&self, block: &Block) -> f64 {
+    /// Of the whole ray, the ground included, by block.
+    fn whole(&self) -> Vec<f64> {
         let eye = self.request.eye;
-        let light = |direction: DVec3| {
-            let bits = direction.to_array().map(f64::to_bits);
-            *self.of_direction.of(&bits, || {
-                let ray = self.ray(eye, direction, f64::INFINITY);
-                self.luminance(&self.solver.sky_radiance(&ray)) + self.diffuse_luminance(&ray)
-            })
+        let bits = |direction: &DVec3| direction.to_array().map(f64::to_bits);
+        let blocks = self.request.blocks.iter();
+        let samples: Vec<Vec<DVec3>> = blocks.map(|block| self.samples(block)).collect();
+        // Blocks share their corners.
+        let directions: BTreeMap<[u64; 3], DVec3> = samples
+            .iter()
+            .flatten()
+            .map(|direction| (bits(direction), *direction))
+            .collect();
+        let light = |direction| {
+            let ray = self.ray(eye, direction, f64::INFINITY);
+            self.luminance(&self.solver.sky_radiance(&ray)) + self.diffuse_luminance(&ray)
         };
+        let lights = directions.into_par_iter();
+        let lights: BTreeMap<[u64; 3], f64> = lights.map(|(bits, it)| (bits, light(it))).collect();
+        let largest = |samples: &Vec<DVec3>| {
+            let lights = samples.iter().map(|direction| lights[&bits(direction)]);
+            MARGIN * lights.fold(0.0, f64::max)
+        };
+        samples.iter().map(largest).collect()
+    }
+
+    /// Directions in which a block is solved.
+    fn samples(&self, block: &Block) -> Vec<DVec3> {
+        let eye = self.request.eye;
         let horizon = -self.planet.horizon_dip(self.planet.height_m(eye)).0.sin();
         let zenith = self.planet.zenith(eye);
         let mut samples = block.samples.to_vec();
@@ -212,26 +227,25 @@ impl<'a> Sky<'a> {
                 }
             }
         }
-        MARGIN * samples.into_iter().map(light).fold(0.0, f64::max)
+        samples
     }
 
     /// Mean over all directions around the middle of the drops.
     fn surround(&self) -> f64 {
         let middle = 0.5 * (self.request.drops.min + self.request.drops.max);
         let (n_cosines, n_azimuths) = SPHERE_SAMPLES;
-        let mut sum = 0.0;
-        for row in 0..n_cosines {
+        let light = |sample: usize| {
+            let (row, column) = (sample / n_azimuths, sample % n_azimuths);
             let cosine = -1.0 + 2.0 * (row as f64 + 0.5) / n_cosines as f64;
             let sine = (1.0 - cosine * cosine).sqrt();
-            for column in 0..n_azimuths {
-                let (sin, cos) = (TAU * column as f64 / n_azimuths as f64).sin_cos();
-                let direction = DVec3::new(sine * cos, cosine, sine * sin);
-                let ray = self.ray(middle, direction, f64::INFINITY);
-                sum += self.luminance(&self.solver.sky_radiance(&ray));
-                sum += self.diffuse_luminance(&ray);
-            }
-        }
-        MARGIN * sum / (n_cosines * n_azimuths) as f64
+            let (sin, cos) = (TAU * column as f64 / n_azimuths as f64).sin_cos();
+            let direction = DVec3::new(sine * cos, cosine, sine * sin);
+            let ray = self.ray(middle, direction, f64::INFINITY);
+            self.luminance(&self.solver.sky_radiance(&ray)) + self.diffuse_luminance(&ray)
+        };
+        let n_samples = n_cosines * n_azimuths;
+        let lights: Vec<f64> = (0..n_samples).into_par_iter().map(light).collect();
+        MARGIN * lights.iter().sum::<f64>() / n_samples as f64
     }
 }
 

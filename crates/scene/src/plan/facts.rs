@@ -67,6 +67,8 @@ pub(super) struct Situation {
     lit_albedo: f64,
     /// Whether rays of the camera may meet water.
     sees_water: bool,
+    /// The spectrum of bounds.
+    bins: WavelengthGrid,
     lines: Vec<Line>,
     blocks: Vec<Block>,
 }
@@ -122,7 +124,7 @@ impl Situation {
         let sun_depth = sun_depth(&drops, sun);
         // By moonlight everything is as much weaker, but the white of the picture stays the sun's.
         let line_albedo = white_albedo(scene) / scene.sun.irradiance_scale();
-        let (lines, _) = lines(&grid, line_albedo);
+        let bins = grid.in_wider_bins(MAX_LINES);
         let view = seen(&blocks, sun_depth);
         let mirrored = scene.water_surface.as_ref().and_then(|water| {
             let surface = water.surface();
@@ -162,7 +164,8 @@ impl Situation {
             mirrored,
             sees_water,
             lit_albedo: scene.albedos().fold(0.0, f64::max),
-            lines,
+            lines: lines(&bins, line_albedo),
+            bins,
             grid,
             blocks,
         })
@@ -183,12 +186,12 @@ impl Situation {
         levels(scene, (&self.drops, &self.view), bright_drops)
     }
 
-    /// The air; `None` is a vacuum.
+    /// The air at the wavelengths of bounds; `None` is a vacuum.
     pub(super) fn air_table(&self, scene: &Scene) -> Result<Option<AtmosphereTable>, PlanError> {
         let Some(air) = &scene.air else {
             return Ok(None);
         };
-        let model = air.model(self.grid, scene.ground.albedo, &scene.sun)?;
+        let model = air.model(self.bins, scene.ground.albedo, &scene.sun)?;
         let table = model.tabulate()?;
         // The plan has no time for more than a glance; bounds are widened for it.
         Ok(Some(match scene.sky_level_where_seen() {
@@ -201,7 +204,7 @@ impl Situation {
     }
 
     pub(super) fn air_light(&self, table: Option<&AtmosphereTable>) -> Option<AirLight> {
-        let observer = Colorimetry::new(&self.grid);
+        let observer = Colorimetry::new(&self.bins);
         let weights = observer.weights().iter();
         let luminance: Vec<f64> = weights
             .map(|[_, y, _]| y / self.display_white_cd_m2)
@@ -376,7 +379,7 @@ fn white_albedo(scene: &Scene) -> f64 {
 
 /// What a preview of a scene shows as white (cd/m²).
 pub(super) fn display_white_cd_m2(scene: &Scene) -> f64 {
-    let (_, sun_luminance) = lines(&scene.spectrum, 1.0);
+    let sun_luminance: f64 = luminance_of_sun(&scene.spectrum).iter().sum();
     white_albedo(scene) * sun_luminance / std::f64::consts::PI
 }
 
@@ -407,36 +410,31 @@ fn summary(scene: &Scene, known: Option<DropSummary>) -> Result<DropSummary, Pla
     })
 }
 
-/// Representative wavelengths with their weights, and the sun's illuminance (lx).
-fn lines(grid: &WavelengthGrid, white_albedo: f64) -> (Vec<Line>, f64) {
-    let irradiance = solar_irradiance(grid);
+/// What each bin has of the sun's illuminance (lx).
+fn luminance_of_sun(grid: &WavelengthGrid) -> Vec<f64> {
+    let irradiance = solar_irradiance(grid).into_iter();
     let observer = Colorimetry::new(grid);
-    let luminance: Vec<f64> = observer
-        .weights()
-        .iter()
-        .zip(&irradiance)
+    let weights = observer.weights().iter();
+    weights
+        .zip(irradiance)
         .map(|([_, y, _], e)| y * e)
-        .collect();
+        .collect()
+}
+
+/// The bins of bounds with their weights.
+fn lines(bins: &WavelengthGrid, white_albedo: f64) -> Vec<Line> {
+    let luminance = luminance_of_sun(bins);
     let total: f64 = luminance.iter().sum();
-    let group = grid.len().div_ceil(MAX_LINES);
     let scale = std::f64::consts::PI / white_albedo / total.max(f64::MIN_POSITIVE);
-    let line = |(number, bins): (usize, &[f64])| {
-        let first = number * group;
-        let index = first + (bins.len() - 1) / 2;
-        let weight = bins.iter().sum::<f64>() * scale;
-        Line {
-            index,
-            band: Band {
-                center: grid.center(index),
-                width: Nanometers(grid.step_nm() * bins.len() as f64),
-            },
-            weight,
-        }
+    let line = |(index, luminance): (usize, f64)| Line {
+        index,
+        band: Band {
+            center: bins.center(index),
+            width: Nanometers(bins.step_nm()),
+        },
+        weight: luminance * scale,
     };
-    (
-        luminance.chunks(group).enumerate().map(line).collect(),
-        total,
-    )
+    luminance.into_iter().enumerate().map(line).collect()
 }
 
 /// Smallest and largest rise of the blocks that may meet drops.

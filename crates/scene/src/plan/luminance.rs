@@ -18,9 +18,9 @@ use super::curve::Curve;
 /// A wavelength with its weight: what one unit of t at it adds to the relative luminance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Line {
-    /// Index of the bin in the scene's spectrum.
+    /// Index of the bin in the spectrum of bounds.
     pub(super) index: usize,
-    /// The center of the bin and the width of those that it stands for.
+    /// The bin.
     pub(super) band: Band,
     /// Share of the sun's luminance times pi 2^ev.
     pub(super) weight: f64,

@@ -17,7 +17,6 @@ use niji_exchange::DensityLaw;
 use niji_exchange::DiffuseLight;
 use niji_exchange::STRIP_BYTES;
 use niji_exchange::n_moments;
-use niji_radiometry::WavelengthGrid;
 use niji_render::LEAST_STEPS;
 use niji_scatter::N_PHASE_ANGLES;
 use niji_scatter::NumberOfAngles;
@@ -29,6 +28,7 @@ use crate::sections::Spectral;
 
 use super::drop_summary::DropSummary;
 use super::facts::Situation;
+use super::flat_drops::BOWS;
 use super::scattering_need::ScatteringNeed;
 
 const MIB: f64 = 1_048_576.0;
@@ -36,11 +36,11 @@ const MIB: f64 = 1_048_576.0;
 /// Memory of the program before it does anything.
 const PROGRAM_BYTES: f64 = 13.5 * MIB;
 
-/// Wavelengths that are asked which angles a table needs, at most.
-const N_JUDGED: usize = 3;
-
 /// Bytes of a number in a file.
 const NUMBER_BYTES: f64 = 4.0;
+
+/// Wavelengths that are asked which angles a table needs, at most.
+const N_JUDGED: usize = 8;
 
 /// A header with its provenance.
 const HEADER_BYTES: f64 = 1500.0;
@@ -147,39 +147,49 @@ pub(super) fn table(
 }
 
 /// Of the air's table; `orders` is how finely light of higher orders will be solved, which the table at
-/// hand holds coarsely.
-pub(super) fn atmosphere(table: &AtmosphereTable, orders: Option<ScatteringOrders>) -> Resources {
-    let n_wavelengths = table.wavelengths.len() as f64;
+/// hand holds coarsely, and of fewer wavelengths.
+pub(super) fn atmosphere(
+    (table, orders): (&AtmosphereTable, Option<ScatteringOrders>),
+    situation: &Situation,
+) -> Resources {
+    let n_wavelengths = situation.grid.len() as f64;
+    let more = n_wavelengths / table.wavelengths.len() as f64;
     let of_constituent = |air: &AirConstituent| {
         let reach = match air.law {
             DensityLaw::Exponential => air.reach_m.len() as f64,
             DensityLaw::Linear => 0.0,
         };
         let axes = air.reach_m.nrows() + air.reach_m.ncols() + air.phase_angle_rad.len();
-        let numbers = reach + air.phase_sr1.len() as f64 + 2.0 * n_wavelengths;
+        let numbers = reach + more * air.phase_sr1.len() as f64 + 2.0 * n_wavelengths;
         NUMBER_BYTES * numbers + 20.0 * (axes as f64 + n_wavelengths) + 3.0 * HEADER_BYTES
     };
     let constituents: f64 = table.constituents.iter().map(of_constituent).sum();
     let finer = |(light, orders): (&DiffuseLight, ScatteringOrders)| {
         let heights = (orders.n_layers + 1) as f64 / light.height_m.len() as f64;
         let degrees = n_moments(orders.max_degree) as f64 / n_moments(light.max_degree) as f64;
-        NUMBER_BYTES * light.moments.len() as f64 * heights * degrees
+        NUMBER_BYTES * more * light.moments.len() as f64 * heights * degrees
     };
     let diffuse = table.diffuse.as_ref().zip(orders).map_or(0.0, finer);
     let file = constituents + 2.0 * NUMBER_BYTES * n_wavelengths + HEADER_BYTES + diffuse;
     Resources::new(PROGRAM_BYTES + 2.0 * file, file)
 }
 
-/// Angles of a scattering table, chosen as the stage chooses them, by fewer wavelengths with the same
-/// ends. Where rows between those of the plan turn out to be needed, it gets larger.
+/// Angles of a scattering table, chosen as the stage chooses them, by fewer wavelengths and, where it holds them, by the
+/// orders of the two bows alone. Where rows between those of the plan turn out to be needed, it gets larger.
 pub(super) fn angles(need: &ScatteringNeed, situation: &Situation) -> NumberOfAngles {
-    let grid = situation.grid;
-    let n_judged = grid.len().min(N_JUDGED);
-    let n_steps = [grid.len(), n_judged].map(|n| (n as f64 - 1.0).max(1.0));
-    let step_nm = grid.step_nm() * n_steps[0] / n_steps[1];
-    let judged = WavelengthGrid::new(grid.first_nm(), step_nm, n_judged).unwrap_or(grid);
+    let judged = situation.grid.in_wider_bins(N_JUDGED);
+    let mut request = need.request(judged, None);
+    let of_bows: Vec<u32> = request
+        .orders
+        .iter()
+        .copied()
+        .filter(|it| BOWS.contains(it))
+        .collect();
+    if !of_bows.is_empty() {
+        request.orders = of_bows;
+    }
     // What is wrong with a need without angles is said by its refusal.
-    number_of_angles(&need.request(judged, None)).unwrap_or_default()
+    number_of_angles(&request).unwrap_or_default()
 }
 
 /// What the stage would say of the table before it computes any light; `None` if it makes it.

@@ -156,7 +156,7 @@ pub(super) fn stages(scene: &Scene, situation: &Situation, chosen: &Chosen) -> V
         let constituents = scene.air.iter().flat_map(|air| &air.constituents);
         let names: Vec<&str> = constituents.map(|constituent| constituent.name()).collect();
         let orders = sky_level(scene, on).map(SkyLevel::orders);
-        let resources = air.map(|table| resources::atmosphere(table, orders));
+        let resources = air.map(|table| resources::atmosphere((table, orders), situation));
         add(Stage::Atmosphere, names.join(", "), resources);
     }
     add(
