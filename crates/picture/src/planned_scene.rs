@@ -26,6 +26,7 @@ use niji_scene::Plan;
 use niji_scene::Scene;
 use niji_scene::Stage;
 use niji_scene::plan_looking;
+use niji_scene::plan_of_switches;
 
 use crate::air;
 use crate::choice;
@@ -125,7 +126,6 @@ impl Default for PlanRequest<'_> {
 
 /// What is measured for a plan.
 enum Measured {
-    Never,
     /// For a choice of this request.
     Now(String),
     /// It was, and is kept with what was decided from it.
@@ -301,8 +301,8 @@ impl PlannedScene {
         }
     }
 
-    /// The same without measuring anything, for its own drops and where `others` are and how large.
-    pub(crate) fn unmeasured<'a>(
+    /// A scene every effect of which is switched on or off, for its own drops and where `others` are and how large.
+    pub(crate) fn of_switches<'a>(
         scene: Scene,
         folder: &Path,
         (own, others): (
@@ -310,20 +310,20 @@ impl PlannedScene {
             impl Iterator<Item = &'a DropSummary>,
         ),
     ) -> Result<Self, Error> {
-        let request = PlanRequest {
-            folder,
-            ..PlanRequest::default()
-        };
         let drops = DropSummary::joined(own.into_iter().chain(others).cloned());
         let summary = drops.map(|drops| DropSummary {
             voxel_m: own.map_or(drops.voxel_m, |own| own.voxel_m),
             ..drops
         });
-        let drops = summary.map(|summary| LaidOut {
-            summary,
-            volume: None,
-        });
-        Self::with_drops(scene, request, (drops, Measured::Never))
+        let choice = Choice {
+            version: String::new(),
+            request: String::new(),
+            picture: scene.picture,
+            afforded: None,
+            plan: plan_of_switches(&scene, summary)?,
+            seen: Seen::default(),
+        };
+        Ok(Self::decided(scene, folder, choice))
     }
 
     fn with_drops(
@@ -333,7 +333,6 @@ impl PlannedScene {
     ) -> Result<Self, Error> {
         let (mut seen, key, afforded, measures) = match measured {
             Measured::Before(choice) => (choice.seen, choice.request, choice.afforded, false),
-            Measured::Never => (Seen::default(), String::new(), None, false),
             Measured::Now(key) => (Seen::default(), key, None, true),
         };
         let summary = drops.as_ref().map(|drops| drops.summary.clone());

@@ -123,6 +123,7 @@ pub use plan::StagePlan;
 pub use plan::View;
 pub use plan::plan;
 pub use plan::plan_looking;
+pub use plan::plan_of_switches;
 pub use scene::FORMAT;
 pub use scene::Scene;
 pub use schema::ice_scene_schema;

@@ -101,10 +101,9 @@ pub fn plan_looking<E: From<PlanError>>(
     drops: Option<DropSummary>,
     look: impl FnOnce(&Foretold) -> Result<DropsSeen, E>,
 ) -> Result<Plan, E> {
-    let lines = BTreeMap::new();
-    scene_check::values(scene, &Check { lines: &lines }).map_err(PlanError::from)?;
-    let mut situation = Situation::new(scene, drops)?;
-    let (seen, plan) = Known::of(scene, &situation, |known| {
+    let mut situation = checked(scene, drops)?;
+    let air = LitAir::new(scene, &situation)?;
+    let (seen, plan) = Known::of(scene, &situation, Some(&air), |known| {
         let decisions = known.decisions(None);
         let seen = look(&Foretold {
             on: &decisions.on,
@@ -120,15 +119,34 @@ pub fn plan_looking<E: From<PlanError>>(
         let further_orders = seen.further_orders;
         let decisions = further_orders.map_or(decisions, |it| known.decisions(Some(it)));
         Ok((seen, Some(known.plan(decisions)?)))
-    })??;
+    })?;
     if let Some(plan) = plan {
         return Ok(plan);
     }
     situation.levels = situation.levels_by(scene, seen.bright_drops);
-    let plan = Known::of(scene, &situation, |known| {
+    let plan = Known::of(scene, &situation, Some(&air), |known| {
         known.plan(known.decisions(seen.further_orders))
     });
-    Ok(plan??)
+    Ok(plan?)
+}
+
+/// As [`plan`] for a scene every effect of which is switched on or off, in a fraction of the time: nothing is bounded,
+/// and no sizes are told.
+///
+/// # Errors
+/// As [`plan`].
+pub fn plan_of_switches(scene: &Scene, drops: Option<DropSummary>) -> Result<Plan, PlanError> {
+    let situation = checked(scene, drops)?;
+    Known::of(scene, &situation, None, |known| {
+        known.plan(known.decisions(None))
+    })
+}
+
+/// A scene that is one, measured.
+fn checked(scene: &Scene, drops: Option<DropSummary>) -> Result<Situation, PlanError> {
+    let lines = BTreeMap::new();
+    scene_check::values(scene, &Check { lines: &lines })?;
+    Situation::new(scene, drops)
 }
 
 /// What small pictures show of the drops of a scene, where somebody made them.
@@ -166,36 +184,55 @@ impl Decisions {
     }
 }
 
+/// The air of a scene with what it adds and takes; none in a vacuum.
+struct LitAir {
+    table: Option<AtmosphereTable>,
+    light: Option<AirLight>,
+}
+
+impl LitAir {
+    fn new(scene: &Scene, situation: &Situation) -> Result<Self, PlanError> {
+        let table = situation.air_table(scene)?;
+        let light = situation.air_light(table.as_ref());
+        Ok(Self { table, light })
+    }
+}
+
+/// A bound where nothing is bounded.
+const UNBOUNDED: Bound = Bound {
+    value: f64::INFINITY,
+    rms: f64::INFINITY,
+    kind: BoundKind::Estimated,
+};
+
 /// What decisions are made from.
 struct Known<'a> {
     scene: &'a Scene,
     situation: &'a Situation,
-    table: Option<&'a AtmosphereTable>,
-    air: Option<&'a AirLight>,
+    /// `None` where nothing is bounded.
+    air: Option<&'a LitAir>,
     curves: &'a LightCurves<'a>,
-    bounds: BoundScene<'a>,
+    bounds: Option<BoundScene<'a>>,
 }
 
 impl Known<'_> {
-    /// What `then` makes of all that is known of a scene.
+    /// What `then` makes of all that is known of a scene in its air; without that nothing is bounded.
     fn of<T>(
         scene: &Scene,
         situation: &Situation,
+        air: Option<&LitAir>,
         then: impl FnOnce(&Known) -> T,
-    ) -> Result<T, PlanError> {
-        let table = situation.air_table(scene)?;
-        let air = situation.air_light(table.as_ref());
+    ) -> T {
         let curves = situation.curves(scene);
         let mirrored_curves = situation.mirrored_curves(scene);
-        let curves_of_suns = (&curves, mirrored_curves.as_ref());
-        Ok(then(&Known {
+        let of_suns = (&curves, mirrored_curves.as_ref());
+        then(&Known {
             scene,
             situation,
-            table: table.as_ref(),
-            air: air.as_ref(),
+            air,
             curves: &curves,
-            bounds: situation.bound_scene(curves_of_suns, air.as_ref()),
-        }))
+            bounds: air.map(|air| situation.bound_scene(of_suns, air.light.as_ref())),
+        })
     }
 
     /// Decides, where `further_orders` is what light of these changes.
@@ -210,7 +247,8 @@ impl Known<'_> {
         let measured =
             |effect: Effect| further_orders.filter(|_| effect == Effect::MultipleScattering);
         let bound = |effect: Effect, assumed: &Assumed| {
-            measured(effect).unwrap_or_else(|| bounds.bound(effect, assumed))
+            let foretold = || bounds.as_ref().map(|it| it.bound(effect, assumed));
+            measured(effect).or_else(foretold).unwrap_or(UNBOUNDED)
         };
         // Those of the scene, without what it cannot have.
         let switches = decide::settled(&scene.effects, &scene.accuracy, scene.photo.is_some());
@@ -220,11 +258,14 @@ impl Known<'_> {
         let rings: Vec<Effect> = rings.filter(seen).collect();
         on.extend(rings);
 
-        let facts = situation.facts(scene, (air, &on));
+        let light = air.and_then(|air| air.light.as_ref());
+        let facts = situation.facts(scene, (light, &on));
         let decision = |effect: Effect| {
             let (asked, is_on) = (scene.effects.of(effect), on.contains(&effect));
             let assumed = decide::forced(&on, effect);
-            let (foretold, terms) = bounds.bound_with_terms(effect, &assumed);
+            let foretold = bounds.as_ref();
+            let foretold = foretold.map(|it| it.bound_with_terms(effect, &assumed));
+            let (foretold, terms) = foretold.unwrap_or((UNBOUNDED, None));
             let bound = measured(effect).unwrap_or(foretold);
             let decided = Decided {
                 effect,
@@ -254,7 +295,7 @@ impl Known<'_> {
         let Self {
             scene,
             situation,
-            table,
+            air,
             curves,
             ..
         } = *self;
@@ -262,8 +303,10 @@ impl Known<'_> {
         let left_out = effects.iter().filter(|decision| decision.is_left_out);
         let left_out = left_out.map(EffectDecision::counted).sum();
         let scattering = scattering_need::scattering_need(scene, (situation, curves), &on)?;
-        let angles = |need| resources::angles(need, situation);
-        let angles = scattering.as_ref().map(angles);
+        let angles = |need| air.map(|_| resources::angles(need, situation));
+        let angles = scattering
+            .as_ref()
+            .map(|need| angles(need).unwrap_or_default());
         let table_need = scattering.as_ref().zip(angles.as_ref());
         let table_refused = table_need.and_then(|need| resources::refusal(need, situation));
         let levels = levels_used(situation.levels, &on, scattering.as_ref());
@@ -273,7 +316,7 @@ impl Known<'_> {
             &Chosen {
                 on: &on,
                 scattering: table_need,
-                air: table,
+                air: air.and_then(|air| air.table.as_ref()),
             },
         );
         Ok(Plan {

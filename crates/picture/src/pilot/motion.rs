@@ -81,7 +81,7 @@ pub(crate) fn blur(
     let at_ends = at_ends.collect::<Result<Vec<_>, Error>>()?;
     let drops = summary(&own)?;
     let drops = (drops.as_ref(), at_ends.iter().flatten());
-    let mut planned = PlannedScene::unmeasured(own, request.folder, drops)?;
+    let mut planned = PlannedScene::of_switches(own, request.folder, drops)?;
     if let Some(need) = &mut planned.plan.scattering {
         need.theta_range_rad = (0.0, PI);
     }

@@ -152,7 +152,7 @@ impl<'a> SmallScene<'a> {
         );
         let mut summaries = drops.iter().map(|it| &it.summary);
         let drops = (summaries.next(), summaries);
-        let planned = PlannedScene::unmeasured(scene, request.folder, drops)?;
+        let planned = PlannedScene::of_switches(scene, request.folder, drops)?;
         let watch = request.watch;
         Ok(Self {
             table: planned.scattering(planned.airy()?.as_ref(), watch)?,

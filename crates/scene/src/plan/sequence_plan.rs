@@ -8,6 +8,7 @@ use std::collections::BTreeSet;
 
 use super::Decisions;
 use super::Known;
+use super::LitAir;
 use super::decide::counted;
 use super::decided::EffectDecision;
 use super::decided::Plan;
@@ -59,7 +60,14 @@ impl Plan {
             on,
             effects: effects.collect(),
         };
-        let plan = Known::of(&first.scene, &situation, |known| known.plan(decisions))??;
+        let air = LitAir {
+            table: situation.air_table(&first.scene)?,
+            // All was decided.
+            light: None,
+        };
+        let plan = Known::of(&first.scene, &situation, Some(&air), |known: &Known| {
+            known.plan(decisions)
+        })?;
         Ok(Self {
             scattering: plan.scattering.map(ScatteringNeed::with_rounded_directions),
             warnings: warnings(frames()),
