@@ -115,9 +115,9 @@ fn drops_of_fog_are_round() {
     assert!(plan["scattering"]["motion"].is_null());
 }
 
-/// Largest relative error of a size that is counted; measured 14 % (a table's angles, by 9 of 41
-/// wavelengths), of the others 1.5 % (the air's header).
-const SIZE_TOLERANCE: f64 = 0.2;
+/// Largest relative error of a size that is counted; measured 21 % (a small table's angles, by bins that are as wide as
+/// four of its 41), of the others 1.5 % (the air's header).
+const SIZE_TOLERANCE: f64 = 0.25;
 
 #[test]
 fn the_plan_says_where_the_bow_stands_and_that_drops_are_beside_it() {

@@ -112,7 +112,7 @@ pub(crate) fn length_by_rule(
     let Some(ends_m) = chord(air, planet, start) else {
         return 0.0;
     };
-    // The middle node of a plain exponential profile is no kink, and nobody has to look between which nodes he is.
+    // The middle node of a plain exponential profile is no kink, and its density needs no search among nodes.
     let scale_m = scale_height_m(air);
     let kinks = scale_m.map_or(air.height_m.as_slice(), |_| &[]);
     let density = |height_m: f64| match scale_m {

@@ -185,7 +185,13 @@ impl<'a> Sky<'a> {
         MARGIN * block.samples.iter().map(light).fold(0.0, f64::max)
     }
 
-    /// Of the whole ray, the ground included, by block.
+    /// All that a ray meets, the ground included.
+    fn beyond(&self, position: DVec3, direction: DVec3) -> f64 {
+        let ray = self.ray(position, direction, f64::INFINITY);
+        self.luminance(&self.solver.sky_radiance(&ray)) + self.diffuse_luminance(&ray)
+    }
+
+    /// Of the whole ray, by block.
     fn whole(&self) -> Vec<f64> {
         let eye = self.request.eye;
         let bits = |direction: &DVec3| direction.to_array().map(f64::to_bits);
@@ -197,12 +203,10 @@ impl<'a> Sky<'a> {
             .flatten()
             .map(|direction| (bits(direction), *direction))
             .collect();
-        let light = |direction| {
-            let ray = self.ray(eye, direction, f64::INFINITY);
-            self.luminance(&self.solver.sky_radiance(&ray)) + self.diffuse_luminance(&ray)
-        };
         let lights = directions.into_par_iter();
-        let lights: BTreeMap<[u64; 3], f64> = lights.map(|(bits, it)| (bits, light(it))).collect();
+        let lights: BTreeMap<[u64; 3], f64> = lights
+            .map(|(bits, direction)| (bits, self.beyond(eye, direction)))
+            .collect();
         let largest = |samples: &Vec<DVec3>| {
             let lights = samples.iter().map(|direction| lights[&bits(direction)]);
             MARGIN * lights.fold(0.0, f64::max)
@@ -239,9 +243,7 @@ impl<'a> Sky<'a> {
             let cosine = -1.0 + 2.0 * (row as f64 + 0.5) / n_cosines as f64;
             let sine = (1.0 - cosine * cosine).sqrt();
             let (sin, cos) = (TAU * column as f64 / n_azimuths as f64).sin_cos();
-            let direction = DVec3::new(sine * cos, cosine, sine * sin);
-            let ray = self.ray(middle, direction, f64::INFINITY);
-            self.luminance(&self.solver.sky_radiance(&ray)) + self.diffuse_luminance(&ray)
+            self.beyond(middle, DVec3::new(sine * cos, cosine, sine * sin))
         };
         let n_samples = n_cosines * n_azimuths;
         let lights: Vec<f64> = (0..n_samples).into_par_iter().map(light).collect();

@@ -68,7 +68,7 @@ pub(super) struct Situation {
     /// Whether rays of the camera may meet water.
     sees_water: bool,
     /// The spectrum of bounds.
-    bins: WavelengthGrid,
+    pub(super) bins: WavelengthGrid,
     lines: Vec<Line>,
     blocks: Vec<Block>,
 }

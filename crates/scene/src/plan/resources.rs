@@ -28,7 +28,6 @@ use crate::sections::Spectral;
 
 use super::drop_summary::DropSummary;
 use super::facts::Situation;
-use super::flat_drops::BOWS;
 use super::scattering_need::ScatteringNeed;
 
 const MIB: f64 = 1_048_576.0;
@@ -38,9 +37,6 @@ const PROGRAM_BYTES: f64 = 13.5 * MIB;
 
 /// Bytes of a number in a file.
 const NUMBER_BYTES: f64 = 4.0;
-
-/// Wavelengths that are asked which angles a table needs, at most.
-const N_JUDGED: usize = 8;
 
 /// A header with its provenance.
 const HEADER_BYTES: f64 = 1500.0;
@@ -174,22 +170,11 @@ pub(super) fn atmosphere(
     Resources::new(PROGRAM_BYTES + 2.0 * file, file)
 }
 
-/// Angles of a scattering table, chosen as the stage chooses them, by fewer wavelengths and, where it holds them, by the
-/// orders of the two bows alone. Where rows between those of the plan turn out to be needed, it gets larger.
+/// Angles of a scattering table, chosen as the stage chooses them, by the wavelengths of bounds. Where rows between those
+/// of the plan turn out to be needed, it gets larger.
 pub(super) fn angles(need: &ScatteringNeed, situation: &Situation) -> NumberOfAngles {
-    let judged = situation.grid.in_wider_bins(N_JUDGED);
-    let mut request = need.request(judged, None);
-    let of_bows: Vec<u32> = request
-        .orders
-        .iter()
-        .copied()
-        .filter(|it| BOWS.contains(it))
-        .collect();
-    if !of_bows.is_empty() {
-        request.orders = of_bows;
-    }
     // What is wrong with a need without angles is said by its refusal.
-    number_of_angles(&request).unwrap_or_default()
+    number_of_angles(&need.request(situation.bins, None)).unwrap_or_default()
 }
 
 /// What the stage would say of the table before it computes any light; `None` if it makes it.
