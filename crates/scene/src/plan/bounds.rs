@@ -123,6 +123,8 @@ pub(super) struct BoundScene<'a> {
     pub(super) sees_water: bool,
     /// Largest albedo of a surface that is lit.
     pub(super) lit_albedo: f64,
+    /// Whether the field of the drops goes on below the ground.
+    pub(super) reaches_ground: bool,
     pub(super) air: Option<&'a AirLight>,
     /// Extinction efficiency of the level.
     pub(super) efficiency: f64,
@@ -391,6 +393,10 @@ impl BoundScene<'_> {
                 (proved, whole(bows(&factor)))
             }
             Effect::AirInscatter => (BoundKind::Proved, Change::Inscatter),
+            // The ground, which comes with it, hides drops below it and keeps those that stand on it from fading.
+            Effect::Sky if self.reaches_ground && self.air.is_some() => {
+                (BoundKind::Estimated, Change::Sky)
+            }
             Effect::Sky => (BoundKind::Proved, Change::Sky),
             Effect::LitSurfaces => {
                 let light = self.lit(assumed);

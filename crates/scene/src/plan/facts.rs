@@ -294,6 +294,7 @@ impl Situation {
             lines: &self.lines,
             sees_water: self.sees_water,
             lit_albedo: self.lit_albedo,
+            reaches_ground: self.drops.min_m.y < 0.0,
             air,
             efficiency: self.levels.drop_extinction.efficiency(),
             table_error: self.levels.table_relative_error,
