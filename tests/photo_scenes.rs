@@ -70,6 +70,20 @@ const HALF: [(&str, &str); 2] = [("camera.width_px", "320"), ("camera.height_px"
 const RAIN_M: f32 = 500.0;
 
 #[test]
+fn a_scene_with_picks_that_are_off_is_planned_by_the_nearest_bow_and_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let picks = (
+        "photo.picks_px",
+        "[[200.0, 109.6], [440.0, 88.7], [620.0, 76.7]]",
+    );
+    let scene = photo_scene("photo-pavilion-rain.toml", folder.path(), &[picks]);
+    let output = niji_ends_with(0, &["plan", text(&scene)]);
+    let plan = String::from_utf8(output.stdout).unwrap();
+    let told = plan.matches("no bow goes through photo.picks_px, the nearest misses them by 1.");
+    assert_eq!(told.count(), 1, "{plan}");
+}
+
+#[test]
 fn a_photo_scene_runs_from_picks_to_composite_and_keeps_what_fits() {
     let folder = tempfile::tempdir().unwrap();
     let scene = photo_scene("photo-pavilion-rain.toml", folder.path(), &[]);

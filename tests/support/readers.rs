@@ -184,7 +184,7 @@ fn scene(path: &Path) -> bool {
         elevation_deg: 20.0,
         azimuth_deg: 180.0,
     };
-    let Ok(scene) = Scene::from_toml_with_picks(&text, |_| Ok::<_, SceneError>(sun)) else {
+    let Ok(scene) = Scene::from_toml_with_picks(&text, |_| Ok::<_, SceneError>(sun.into())) else {
         return false;
     };
     let json = scene.canonical_json();

@@ -9,6 +9,7 @@ import base64
 import contextlib
 import http.server
 import math
+import re
 import signal
 import subprocess
 import sys
@@ -388,6 +389,7 @@ def drive_photograph(page, niji, address, scene, folder):
             .click_and_hold().move_by_offset(*by).release().perform())
         return scale
 
+    assert page.value("sun by") == "points of the bow"
     before, line = picks(), red_line()
     scale = drag(before[1], (0, -12))
     page.until("the bow follows", lambda: red_line() != line)
@@ -415,6 +417,13 @@ def drive_photograph(page, niji, address, scene, folder):
     check_same(page, niji, scene, folder / "dragged", "composite.png")
     ActionChains(page.driver).move_to_element(page.one("#canvas")).perform()
     page.driver.save_screenshot(str(folder / "view-photograph.png"))
+
+    assert not page.one("#warnings").text
+    scene.write_text(re.sub(r"(?m)^picks_px = .*", "picks_px = [[200, 110], [440, 89], [620, 77]]", scene.read_text()))
+    page.one("#again").click()
+    page.until("the nearest bow", lambda: "the nearest misses them" in page.one("#warnings").text)
+    page.finished()
+    print(f"  picks that are off: {page.one('#warnings').text}")
 
 
 def photograph(folder):

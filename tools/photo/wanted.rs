@@ -1,7 +1,5 @@
 //! Where the sun has to stand for the bow that is wanted.
 
-use niji_photo::SunSolution;
-use niji_photo::Verdict;
 use niji_photo::sun_below_apex;
 use niji_picture::BowEdge;
 use niji_picture::EDGE_ERROR;
@@ -108,22 +106,12 @@ impl WantedBow {
         };
         let suns = request.suns();
         let suns = suns.map_err(|error| Failure::Usage(error.to_string()))?;
-        let is_near =
-            |it: &&SunSolution| [Verdict::Possible, Verdict::Misfit].contains(&it.verdict);
-        let Some(nearest) = suns.solutions.iter().find(is_near) else {
-            suns.best()?;
-            let message = "no sun above the horizon makes a bow near these points";
-            return Err(Failure::Impossible(message.to_owned()));
-        };
-        let position = SunPosition {
-            elevation_deg: nearest.elevation.to_degrees(),
-            azimuth_deg: nearest.azimuth.to_degrees(),
-        };
+        let nearest = suns.nearest()?;
         let why = format!(
             "the nearest possible one misses the points by {:.2} degrees (root mean square)",
-            nearest.fit.residual.to_degrees()
+            nearest.missed_deg
         );
-        Ok(Self::by(position, &why))
+        Ok(Self::by(nearest.position, &why))
     }
 }
 

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use glam::DQuat;
 use niji_geometry::PinholeCamera;
+use niji_photo::BowAnglePrior;
 use niji_photo::Finding;
 use niji_photo::FitRequest;
 use niji_photo::Photograph;
@@ -12,7 +13,9 @@ use niji_photo::SunSolution;
 use niji_photo::Verdict;
 use niji_photo::diagnose_picks;
 use niji_photo::sun_from_picks;
+use niji_radiometry::Radians;
 use niji_scene::Photo;
+use niji_scene::PickedSun;
 use niji_scene::Scene;
 use niji_scene::SunPosition;
 
@@ -25,6 +28,9 @@ use crate::sandbox::Sandbox;
 
 /// Standard error of a pick, pixels.
 pub const PICK_ERROR_PX: f64 = 1.0;
+
+/// Standard error of the angle of a bow that picks do not widen, however much they miss it.
+const HELD: Radians = Radians(1e-5);
 
 /// Picks of one color edge of a bow.
 #[derive(Clone, Copy, Debug)]
@@ -48,6 +54,8 @@ pub struct PickedSuns {
     pub solutions: Vec<SunSolution>,
     /// What speaks against the picks, the worst first.
     pub findings: Vec<Finding>,
+    /// That of the bow of the known angle which comes nearest to the picks; `None` where the sun would have set.
+    nearest: Option<SunSolution>,
 }
 
 impl PicksRequest<'_> {
@@ -66,9 +74,16 @@ impl PicksRequest<'_> {
         };
         let solutions = sun_from_picks(&request)?;
         let findings = diagnose_picks(&request, self.edge, &solutions);
+        let prior = request.prior.map(|prior| BowAnglePrior {
+            standard_error: HELD,
+            ..prior
+        });
+        let held = sun_from_picks(&FitRequest { prior, ..request })?;
+        let is_near = |it: &SunSolution| [Verdict::Possible, Verdict::Misfit].contains(&it.verdict);
         Ok(PickedSuns {
             solutions,
             findings,
+            nearest: held.into_iter().find(is_near),
         })
     }
 }
@@ -78,20 +93,41 @@ impl PickedSuns {
     ///
     /// # Errors
     /// [`Error::NoSun`] if there is none.
-    pub fn best(&self) -> Result<SunPosition, Error> {
-        let possible = |solution: &&SunSolution| solution.verdict == Verdict::Possible;
-        let Some(best) = self.solutions.iter().find(possible) else {
-            let first = self.findings.first();
-            let reason = first.map_or(
-                "no place of the sun gives a bow through these picks",
-                |finding| &finding.reason,
-            );
-            return Err(Error::NoSun(reason.to_owned()));
-        };
-        Ok(SunPosition {
-            elevation_deg: best.elevation.to_degrees(),
-            azimuth_deg: best.azimuth.to_degrees(),
-        })
+    pub fn best(&self) -> Result<PickedSun, Error> {
+        let mut solutions = self.solutions.iter();
+        let possible = solutions.find(|it| it.verdict == Verdict::Possible);
+        possible.map_or_else(
+            || Err(Error::NoSun(self.reason())),
+            |best| Ok(picked(best, None)),
+        )
+    }
+
+    /// The same, or that of the bow which comes nearest to the picks.
+    ///
+    /// # Errors
+    /// [`Error::NoSun`] where that has set, or the picks are too close together to tell.
+    pub fn nearest(&self) -> Result<PickedSun, Error> {
+        let best = self.best();
+        let nearest = self.nearest.filter(|_| best.is_err());
+        nearest.map_or(best, |it| Ok(picked(&it, Some(self.reason()))))
+    }
+
+    /// What speaks most against the picks.
+    fn reason(&self) -> String {
+        let first = self.findings.first();
+        let none = "no place of the sun gives a bow through these picks";
+        first.map_or(none, |finding| &finding.reason).to_owned()
+    }
+}
+
+fn picked(sun: &SunSolution, reason: Option<String>) -> PickedSun {
+    PickedSun {
+        position: SunPosition {
+            elevation_deg: sun.elevation.to_degrees(),
+            azimuth_deg: sun.azimuth.to_degrees(),
+        },
+        missed_deg: sun.fit.residual.to_degrees(),
+        reason,
     }
 }
 
@@ -99,7 +135,7 @@ impl PickedSuns {
 /// in `folder`.
 ///
 /// # Errors
-/// The first thing that is wrong with the scene; a photograph that cannot be read; picks that no sun explains.
+/// The first thing that is wrong with the scene; a photograph that cannot be read; picks that no bow is near.
 pub fn scene_from_toml(text: &str, folder: &Path) -> Result<Scene, Error> {
     Sandbox::default().scene_from_toml(text, folder)
 }
@@ -141,11 +177,11 @@ fn photograph_camera(scene: &Scene, folder: &Path) -> Result<(PinholeCamera, [us
     Ok((pinhole(photo_camera(&scene.camera, size))?, size))
 }
 
-/// The sun by picks in the photograph of a scene, which lies in `folder`.
+/// The sun of the possible bow that is nearest to picks in the photograph of a scene, which lies in `folder`.
 ///
 /// # Errors
-/// A scene without a photograph, or whose photograph cannot be read; picks that no sun explains.
-pub fn picked_sun(scene: &Scene, folder: &Path) -> Result<SunPosition, Error> {
+/// A scene without a photograph, or whose photograph cannot be read; picks that no bow is near.
+pub fn picked_sun(scene: &Scene, folder: &Path) -> Result<PickedSun, Error> {
     let (camera, _) = photograph_camera(scene, folder)?;
     let section = section_of(scene)?;
     let edge = BowEdge {
@@ -160,7 +196,7 @@ pub fn picked_sun(scene: &Scene, folder: &Path) -> Result<SunPosition, Error> {
         edge: edge.picked(edge.angle(), EDGE_ERROR),
         is_angle_known: true,
     };
-    request.suns()?.best()
+    request.suns()?.nearest()
 }
 
 #[cfg(test)]
@@ -190,12 +226,46 @@ mod tests {
         assert!((moved[1][0] - wanted[0]).hypot(moved[1][1] - wanted[1]) < 1e-9);
         // Up by 25 pixels of 60/640 degrees: the sun sinks by as much.
         scene.photo.as_mut().unwrap().picks_px = moved;
-        let sunk = sun.elevation_deg - picked_sun(&scene, folder).unwrap().elevation_deg;
+        let sunk = sun.elevation_deg - picked_sun(&scene, folder).unwrap().position.elevation_deg;
         assert!((sunk - 2.4).abs() < 0.3, "{sunk}");
         let behind = turned_picks((&scene, folder), &[[0.0, 213.0]], [[0.9, 0.5], [-1e9, 0.5]]);
         assert!(matches!(behind, Err(Error::NoSun(_))));
         scene.photo = None;
         let none = turned_picks((&scene, folder), &[], [[0.0; 2]; 2]);
         assert!(matches!(none, Err(Error::NoSun(_))));
+    }
+
+    #[test]
+    fn picks_that_are_off_give_the_nearest_bow_and_by_how_much_it_misses_them() {
+        let (mut scene, folder) = pavilion();
+        assert_eq!(scene.photo.as_ref().unwrap().misfit, None);
+        let text = include_str!("../../../data/scenes/photo-pavilion-rain.toml");
+        let off = text.replace("[440.0, 48.7]", "[440.0, 88.7]");
+        assert_ne!(off, text);
+        scene = scene_from_toml(&off, folder).unwrap();
+        let misfit = scene.photo.as_ref().unwrap().misfit.as_ref().unwrap();
+        assert!(
+            misfit.contains("misses them by") && misfit.contains("straight line"),
+            "{misfit}"
+        );
+        // A search over all places in steps of a twentieth of a degree finds 1.69 degrees with the sun 28.45 high.
+        let nearest = picked_sun(&scene, folder).unwrap();
+        assert!(
+            (nearest.missed_deg - 1.69).abs() < 0.05,
+            "{}",
+            nearest.missed_deg
+        );
+        let elevation_deg = nearest.position.elevation_deg;
+        assert!((elevation_deg - 28.45).abs() < 0.3, "{elevation_deg}");
+        assert!((scene.sun.elevation_deg - elevation_deg).abs() < 1e-12);
+        // Picks on one another tell nothing.
+        let one = text.replace(
+            "[440.0, 48.7], [620.0, 76.7]",
+            "[200.0, 109.6], [200.0, 109.6]",
+        );
+        assert!(matches!(
+            scene_from_toml(&one, folder),
+            Err(Error::NoSun(_))
+        ));
     }
 }

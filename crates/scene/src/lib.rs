@@ -100,6 +100,7 @@ pub use photo::Photo;
 pub use photo::PhotoExposure;
 pub use photo::PickedBow;
 pub use photo::PickedColor;
+pub use photo::PickedSun;
 pub use plan::Blur;
 pub use plan::Bound;
 pub use plan::BoundKind;

@@ -4,6 +4,8 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
 
+use crate::moment::SunPosition;
+
 /// The section `[photo]`: the camera of the scene is the one that took the picture.
 ///
 /// The picture may be larger than the camera's, in the same shape: the bow is smooth, its edges are
@@ -26,6 +28,9 @@ pub struct Photo {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[schemars(length(max = 1000))]
     pub picks_px: Vec<[f64; 2]>,
+    /// What a person should know of the sun that followed from them, where no bow goes through them.
+    #[serde(skip)]
+    pub misfit: Option<String>,
     /// Which bow was picked.
     #[serde(default)]
     pub bow: PickedBow,
@@ -43,6 +48,39 @@ pub struct Photo {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0, max = 1.0))]
     pub cloud_cover: Option<f64>,
+}
+
+/// The sun of the possible bow that is nearest to picks.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PickedSun {
+    /// Where it stands.
+    pub position: SunPosition,
+    /// By how much the picks miss its bow in the root mean square, degrees.
+    pub missed_deg: f64,
+    /// Why they miss it, where their own errors do not explain that.
+    pub reason: Option<String>,
+}
+
+impl From<SunPosition> for PickedSun {
+    /// That of a bow which goes through the picks.
+    fn from(position: SunPosition) -> Self {
+        Self {
+            position,
+            missed_deg: 0.0,
+            reason: None,
+        }
+    }
+}
+
+impl PickedSun {
+    /// What a person should know of it.
+    pub(crate) fn misfit(&self) -> Option<String> {
+        let reason = self.reason.as_ref()?;
+        Some(format!(
+            "no bow goes through photo.picks_px, the nearest misses them by {:.1} degrees (root mean square): {reason}",
+            self.missed_deg
+        ))
+    }
 }
 
 /// Which bow.
@@ -82,8 +120,8 @@ pub enum PhotoExposure {
 
 #[cfg(test)]
 mod tests {
+    use super::*;
     use crate::error::SceneError;
-    use crate::moment::SunPosition;
     use crate::occluders::Along;
     use crate::scene::Scene;
 
@@ -112,19 +150,32 @@ picks_px = [[10.0, 20.0], [32.0, 8.0], [54, 20]]
     fn picked(text: &str) -> Result<Scene, SceneError> {
         Scene::from_toml_with_picks(text, |scene| {
             assert!(scene.photo.is_some());
-            Ok(SunPosition {
+            Ok(near(None))
+        })
+    }
+
+    fn near(reason: Option<&str>) -> PickedSun {
+        PickedSun {
+            position: SunPosition {
                 elevation_deg: 20.0,
                 azimuth_deg: 180.0,
-            })
-        })
+            },
+            missed_deg: 2.04,
+            reason: reason.map(str::to_owned),
+        }
     }
 
     #[test]
     fn a_sun_by_picks_is_that_of_a_section() {
         let written = Scene::from_toml(&with_sun(SCENE));
         assert_eq!(picked(SCENE), written);
+        let missed = Scene::from_toml_with_picks(SCENE, |_| -> Result<_, SceneError> {
+            Ok(near(Some("a halo")))
+        });
+        let misfit = missed.unwrap().photo.unwrap().misfit.unwrap();
+        assert!(misfit.contains("misses them by 2.0 degrees") && misfit.ends_with(": a halo"));
         // With a sun there is nothing to pick.
-        let never = |_: &Scene| -> Result<SunPosition, SceneError> { panic!("picked") };
+        let never = |_: &Scene| -> Result<PickedSun, SceneError> { panic!("picked") };
         assert_eq!(
             Scene::from_toml_with_picks(&with_sun(SCENE), never),
             written
@@ -136,7 +187,7 @@ picks_px = [[10.0, 20.0], [32.0, 8.0], [54, 20]]
         assert_eq!(refusal(picked(&unpicked)), lacking);
         // What else is wrong is told before anything is solved.
         let two = SCENE.replace(", [54, 20]", "");
-        let never = |_: &Scene| -> Result<SunPosition, SceneError> { panic!("picked") };
+        let never = |_: &Scene| -> Result<PickedSun, SceneError> { panic!("picked") };
         assert!(refusal(Scene::from_toml_with_picks(&two, never)).contains("picks_px"));
     }
 

@@ -6,6 +6,7 @@ use crate::check::Check;
 use crate::document;
 use crate::error::SceneError;
 use crate::moment::SunPosition;
+use crate::photo::PickedSun;
 use crate::scene::Scene;
 use crate::scene_check;
 use crate::sections::Body;
@@ -37,7 +38,7 @@ impl Scene {
     /// As [`Scene::from_toml`], and what `solve` reports.
     pub fn from_toml_with_picks<E: From<SceneError>>(
         text: &str,
-        solve: impl FnOnce(&Self) -> Result<SunPosition, E>,
+        solve: impl FnOnce(&Self) -> Result<PickedSun, E>,
     ) -> Result<Self, E> {
         let document = document::parse::<Scene<Option<SunSection>>>(text)?;
         Sequence::from_toml(text)?;
@@ -53,12 +54,16 @@ impl Scene {
         }
         scene_check::check(&scene, &document.lines)?;
         if sun.is_none() {
+            let sun = solve(&scene)?;
             let SunPosition {
                 elevation_deg,
                 azimuth_deg,
-            } = solve(&scene)?;
+            } = sun.position;
             scene.sun.elevation_deg = elevation_deg;
             scene.sun.azimuth_deg = azimuth_deg;
+            if let Some(photo) = &mut scene.photo {
+                photo.misfit = sun.misfit();
+            }
             scene_check::check(&scene, &document.lines)?;
         }
         Ok(scene)

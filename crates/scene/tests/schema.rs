@@ -32,7 +32,7 @@ fn read(document: &Value) -> Result<(), SceneError> {
         elevation_deg: 30.0,
         azimuth_deg: 180.0,
     };
-    Scene::from_toml_with_picks(&text, |_| Ok(picked)).map(|_| ())
+    Scene::from_toml_with_picks(&text, |_| Ok(picked.into())).map(|_| ())
 }
 
 fn schema_of(document: &Value) -> Value {

@@ -7,6 +7,7 @@ use std::path::Path;
 use std::path::PathBuf;
 
 use niji_scene::IceScene;
+use niji_scene::PickedSun;
 use niji_scene::Scene;
 use niji_scene::SceneError;
 use niji_scene::SunPosition;
@@ -39,11 +40,12 @@ fn is_ice(text: &str) -> bool {
 fn shipped() -> Vec<(PathBuf, Scene)> {
     let read = |(path, text): (PathBuf, String)| {
         // Where picks in a photograph tell the sun, here it stands about where they put it.
-        let picked = |_: &Scene| -> Result<SunPosition, SceneError> {
-            Ok(SunPosition {
+        let picked = |_: &Scene| -> Result<PickedSun, SceneError> {
+            let position = SunPosition {
                 elevation_deg: 27.0,
                 azimuth_deg: 190.0,
-            })
+            };
+            Ok(position.into())
         };
         let scene = Scene::from_toml_with_picks(&text, picked);
         let scene = scene.unwrap_or_else(|error| panic!("{}: {error}", path.display()));

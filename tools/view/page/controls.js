@@ -4,6 +4,7 @@ import { fill, make } from './elements.js';
 import { momentField, sunField } from './sun.js';
 
 const panel = document.getElementById('controls');
+const warnings = document.getElementById('warnings');
 
 // What is opened at first, and what is not shown: format, name and sections of other pictures.
 const OPEN = ['sun', 'drops'];
@@ -272,11 +273,12 @@ export class Controls {
     row.append(make('div', { className: 'wrong', role: 'alert', textContent: message }));
   }
 
-  // What the plan decided: on, off or by itself, with what each effect changes at most.
+  // What the plan warns of, and what it decided: on, off or by itself, with what each effect changes at most.
   showPlan(plan) {
     const shown = JSON.stringify([plan, this.asked]);
     if (!plan?.effects || this.shownPlan === shown) return;
     this.shownPlan = shown;
+    warnings.replaceChildren(...plan.warnings.map((text) => make('li', { textContent: text })));
     const asked = (it) => this.asked[it.effect] ?? 'auto';
     const told = plan.effects.filter((it) => it.on || it.most_of_white > 0 || asked(it) !== 'auto');
     told.sort((a, b) => Number(b.is_left_out) - Number(a.is_left_out));

@@ -1,8 +1,9 @@
-// Where the sun stands: by elevation and azimuth, or by date and place.
+// Where the sun stands: by elevation and azimuth, by date and place, or by points of its bow in a photograph.
 
 import { fill, make } from './elements.js';
 
 const WAYS = ['elevation and azimuth', 'date and place'];
+const PICKED = 'points of the bow';
 // When and where, for a scene that has not been asked for it yet: a summer evening in Munich.
 let moment = { date_time: '2026-06-21T18:30:00+02:00', latitude_deg: 48.1, longitude_deg: 11.6 };
 
@@ -12,7 +13,9 @@ const none = (keys) => Object.fromEntries(Object.keys(keys).map((key) => [key, n
 // The way; by elevation and azimuth the sun stays where it was, by date and place it goes to where those were last.
 export function sunField(controls) {
   const path = 'sun by';
-  const choice = make('select', { id: path, className: 'wide' }, ...WAYS.map((name) => make('option', { value: name, textContent: name })));
+  const isPicked = () => !controls.scene.values.sun;
+  const ways = isPicked() ? [PICKED, ...WAYS] : WAYS;
+  const choice = make('select', { id: path, className: 'wide' }, ...ways.map((name) => make('option', { value: name, textContent: name })));
   choice.addEventListener('change', () => {
     const { sun } = controls.scene;
     const stands = { elevation_deg: Number(sun.elevation_deg.toFixed(3)), azimuth_deg: Number(sun.azimuth_deg.toFixed(3)) };
@@ -21,7 +24,7 @@ export function sunField(controls) {
   });
   const row = controls.frame(path, 'Where the sun stands, or when and where it is looked at', choice);
   const show = () => {
-    choice.value = WAYS[Number(isTimed(controls.scene))];
+    choice.value = isPicked() ? PICKED : WAYS[Number(isTimed(controls.scene))];
     if (!isTimed(controls.scene)) return;
     const { date_time, latitude_deg, longitude_deg } = controls.scene.values.sun;
     moment = { date_time, latitude_deg, longitude_deg };

@@ -15,7 +15,9 @@ use super::facts::Situation;
 
 /// The warnings of a plan.
 pub(super) fn warnings(scene: &Scene, situation: &Situation, on: &BTreeSet<Effect>) -> Vec<String> {
-    let mut warnings = doubts(scene, situation);
+    let misfit = scene.photo.iter().filter_map(|it| it.misfit.clone());
+    let mut warnings: Vec<String> = misfit.collect();
+    warnings.extend(doubts(scene, situation));
     warnings.extend(of_view(scene, situation));
     let is_on = |effect: Effect| on.contains(&effect);
     if scene.photo.is_some() && is_on(Effect::AirInscatter) {
