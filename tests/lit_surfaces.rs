@@ -347,7 +347,8 @@ fn what_is_no_albedo_or_height_is_told_with_its_line() {
 }
 
 #[test]
-fn the_effect_is_on_where_something_has_an_albedo_and_the_terrain_counts_as_an_input() {
+fn the_effect_is_on_where_something_is_lit_or_shades_the_ground_and_the_terrain_counts_as_an_input()
+{
     let folder = tempfile::tempdir().unwrap();
     gray_png(&folder.path().join("a.png"), [3, 3], (0..9).map(|_| 0));
     let terrain = "[terrain]\nfile = \"a.png\"\nspacing_m = 9\nheight_m = [0, 90]\n";
@@ -355,8 +356,10 @@ fn the_effect_is_on_where_something_has_an_albedo_and_the_terrain_counts_as_an_i
         let planned = planned(&format!("{SCENE}{keys}"), folder.path());
         planned.plan.is_on(Effect::LitSurfaces)
     };
-    assert!(!is_lit("") && !is_lit(terrain));
-    assert!(is_lit(&format!("{terrain}albedo = [0.2, 0.3, 0.1]\n")));
+    assert!(!is_lit("") && is_lit(terrain));
+    // Where no ground is shown, black terrain shades nothing.
+    let dark = format!("sky = \"off\"\n{terrain}");
+    assert!(!is_lit(&dark) && is_lit(&format!("{dark}albedo = [0.2, 0.3, 0.1]\n")));
     let scene = Scene::from_toml(&format!("{SCENE}{terrain}albedo = 1\n")).unwrap();
     assert_eq!(scene.files(), ["a.png"]);
     let path = folder.path().join("a.png");

@@ -10,6 +10,7 @@
 
 use crate::frame::Frame;
 use crate::surface_light::Spot;
+use crate::surface_light::SurfaceLight;
 use crate::surfaces::Sight;
 
 /// Cells along a side of the lattice on which edges are looked for.
@@ -71,10 +72,12 @@ impl Met {
         }
     }
 
-    /// What a sight meets that ends where light is as smooth as in the sky: at no surface, no water and no ground on which
-    /// shadows may lie, whose depth a grazing sight sees closer together than pixels.
+    /// What a sight meets that ends where light is as smooth as in the sky or in drops: at no surface, no water and no
+    /// ground on which the shadows of surfaces may lie.
     pub(crate) fn in_the_open(sight: &Sight, frame: &Frame) -> Option<Self> {
-        let may_be_shaded = || frame.lit.is_some() && frame.ground_m(&sight.ray).is_some();
+        let lit = frame.lit.as_ref();
+        let has_shadows = lit.is_some_and(SurfaceLight::has_shadows_of_surfaces);
+        let may_be_shaded = || has_shadows && frame.ground_m(&sight.ray).is_some();
         let is_open = sight.surface_m.is_infinite() && sight.foot.is_none() && !may_be_shaded();
         is_open.then(|| Self::without_water(sight, frame))
     }

@@ -217,6 +217,7 @@ pub use request::ask_for_memory;
 pub use surfaces::Solid;
 pub use surfaces::SolidShape;
 pub use surfaces::Surfaces;
+pub use under_drops::shade_under_drops;
 pub use water_surface::MirroredLight;
 pub use water_surface::WaterSurface;
 pub use water_surface::wave_slope;

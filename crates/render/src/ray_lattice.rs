@@ -9,9 +9,10 @@
 //! wider than the lattice, which is what is told.
 //!
 //! A sum stands for a ray
-//! * where its nodes and the ray meet the same open place, sky or level ground without shadows, through drops or through
-//!   none, and all on one side of the angle between the bows;
-//! * where nodes lie no farther apart than the sun is wide, and than the finest voxel looks where the drops end;
+//! * where its nodes and the ray meet the same open place, sky or level ground without shadows of surfaces, through drops
+//!   or through none, and all on one side of the angle between the bows;
+//! * where nodes lie no farther apart than the sun is wide, and than the finest voxel looks where the drops end and, as a
+//!   shadow, on the ground, whose depth a grazing sight sees closer together;
 //! * where what is told is at most a quarter of what a pixel may err by before it gets more rays: of errors that add up
 //!   by their squares next to nothing.
 //!
@@ -354,12 +355,15 @@ impl RayTracer<'_> {
         }
     }
 
-    /// How large the finest voxel looks where drops end on a sight, pixels; infinite where there are none.
+    /// How large the finest voxel looks where drops end on a sight, and its shadow on the ground, pixels; infinite where
+    /// there are none.
     fn voxel_px(&self, sight: &Sight) -> f64 {
-        let range_m = self.frame.range_m(sight);
-        range_m.map_or(f64::INFINITY, |(_, leave_m)| {
-            self.voxel_m / (leave_m * self.pixel_rad)
-        })
+        let looks_px = |distance_m: f64| self.voxel_m / (distance_m * self.pixel_rad);
+        let among_drops = self.frame.range_m(sight);
+        let among_drops = among_drops.map_or(f64::INFINITY, |(_, leave_m)| looks_px(leave_m));
+        let shadow = self.frame.shadow_of_drops(&sight.ray);
+        let shadow = shadow.map_or(f64::INFINITY, |it| looks_px(it.distance_m) * it.sine);
+        among_drops.min(shadow)
     }
 }
 

@@ -221,6 +221,14 @@ impl RayLight {
     }
 }
 
+/// Where a ray meets the ground, and how steeply.
+#[derive(Clone, Copy)]
+pub(crate) struct OnGround {
+    pub(crate) distance_m: f64,
+    /// Of the angle between the ray and the ground.
+    pub(crate) sine: f64,
+}
+
 impl Frame<'_> {
     /// Distance along a ray to the ground (m).
     pub(crate) fn ground_m(&self, ray: &Ray) -> Option<f64> {
@@ -228,6 +236,17 @@ impl Frame<'_> {
         let air_ray = air.ray(ray.origin, ray.direction);
         air.planet()
             .distance_to_ground(air_ray.height_m, air_ray.cos_zenith)
+    }
+
+    /// Where a ray meets ground on which the shadow of drops may lie.
+    pub(crate) fn shadow_of_drops(&self, ray: &Ray) -> Option<OnGround> {
+        self.lit.as_ref()?;
+        let distance_m = self.ground_m(ray)?;
+        let planet = self.air.as_ref()?.planet();
+        Some(OnGround {
+            distance_m,
+            sine: -planet.cos_zenith(ray.at(distance_m), ray.direction),
+        })
     }
 
     /// Where on its way to the surface a ray may meet drops.

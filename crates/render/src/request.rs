@@ -210,11 +210,17 @@ impl<'a> RenderRequest<'a> {
             PictureLayer::Skylit => self.wants_skylit_drops(),
             PictureLayer::BowReflected => self.drops.mirrored().is_some(),
             PictureLayer::Sky => self.wants_sky(),
-            PictureLayer::LitSurface => self.effects.lit_surfaces.is_on(),
+            PictureLayer::LitSurface => self.has_lit_surfaces(),
             PictureLayer::Surface => self.has_ends(),
             PictureLayer::Water => self.water.is_some(),
             _ => true,
         })
+    }
+
+    /// Whether a surface sends light, not the ground alone.
+    fn has_lit_surfaces(&self) -> bool {
+        let mut colors = self.surfaces.into_iter().flat_map(Surfaces::albedos);
+        self.effects.lit_surfaces.is_on() && colors.any(|it| it.is_some())
     }
 
     /// What all arrays of the picture, and the light of neighbors that its error is estimated from, take.

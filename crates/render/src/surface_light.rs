@@ -249,6 +249,11 @@ impl<'a> SurfaceLight<'a> {
         }
     }
 
+    /// Whether the ground may have shadows of surfaces, beside that of drops.
+    pub(crate) fn has_shadows_of_surfaces(&self) -> bool {
+        !self.colors.is_empty()
+    }
+
     /// Whether a surface stands between a place and the sun, or the place turns away from it.
     pub(crate) fn is_shaded(&self, spot: &Spot) -> bool {
         let sun = self.sun_direction;

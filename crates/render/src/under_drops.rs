@@ -44,6 +44,17 @@ fn sky_under(depth: f64, sine: f64) -> f64 {
     4.0 / 3.0 / (4.0 / 3.0 + TURNED_BACK * sine * depth)
 }
 
+/// Share of sun- and skylight that drops take from level ground, at most: their optical depth (Q = 1) towards a sun of so
+/// high a sine is no larger.
+#[must_use]
+pub fn shade_under_drops(depth: f64, sine: f64) -> f64 {
+    if sine > 0.0 {
+        1.0 - sun_under(depth, sine).min(sky_under(depth, sine))
+    } else {
+        0.0
+    }
+}
+
 /// Shares of the sky's light on a lattice.
 pub(crate) struct SkyUnderDrops {
     min: DVec3,

@@ -56,6 +56,8 @@ struct World {
     /// None where rays of pictures with a tolerance are to be those of pictures without: these have more nodes in the air.
     air: Option<AtmosphereTable>,
     surfaces: Option<Surfaces>,
+    /// Whether surfaces and ground have shadows.
+    is_shaded: bool,
 }
 
 impl World {
@@ -73,6 +75,7 @@ impl World {
             drops: LitDrops::new(vec![bricks(&grid, extinction_m1)], sun, path).unwrap(),
             air: None,
             surfaces: None,
+            is_shaded: false,
         }
     }
 
@@ -107,7 +110,7 @@ impl World {
                 air_inscatter: on(self.air.is_some()),
                 skylit_drops: on(self.air.is_some()),
                 sky: on(self.air.is_some()),
-                lit_surfaces: on(self.surfaces.is_some()),
+                lit_surfaces: on(self.is_shaded),
                 ..with_shadow()
             },
             air: self.air.as_ref(),
@@ -200,6 +203,7 @@ fn pixels_of_hills_and_at_their_edge_have_their_own_rays() {
             shape: SolidShape::Heights(hills.unwrap()),
             albedo: Some(Reflectance::of_rgb([0.3, 0.5, 0.1]).into()),
         })),
+        is_shaded: true,
         ..World::of(20.0, eddies)
     };
     let [picture, rays] = world.pictures(1e3);
@@ -218,6 +222,39 @@ fn pixels_of_hills_and_at_their_edge_have_their_own_rays() {
         }
     }
     assert!(n_hills > 300);
+}
+
+/// Over the shadow of drops, which lies 100 to 250 m north of them.
+#[test]
+fn the_shadow_of_drops_on_the_ground_is_held_to_the_same() {
+    let over = |is_shaded| World {
+        camera: camera(DVec3::new(0.0, 300.0, -100.0), (0.0, -60.0), 3.0, SIZE),
+        air: Some(air([1e-6, 2e-6, 3e-6], [1e-6, 1e-6, 2e-6])),
+        is_shaded,
+        ..World::of(8.0, eddies)
+    };
+    let world = over(true);
+    let [lit, dark] = [false, true].map(|is_shaded| luminance(&over(is_shaded).pictures(1e9)[1]));
+    let brightest = brightest(&lit.view());
+    let shadow = (&lit - &dark).iter().fold(0.0_f64, |a, b| a.max(*b));
+    assert!(shadow > 0.02 * brightest, "{}", shadow / brightest);
+    let tolerance_cd_m2 = 0.3 * shadow;
+    let [picture, rays] = world.pictures(tolerance_cd_m2);
+    let mut layers = picture.layers().map(|(layer, _)| layer);
+    assert!(
+        layers.all(|it| it != niji_render::PictureLayer::LitSurface),
+        "no surface is lit"
+    );
+    let n_pixels = f64::from(SIZE.0 * SIZE.1);
+    let part = n_changed(&picture, &rays) as f64 / n_pixels;
+    assert!(part > 0.3, "{part} are sums");
+    let change = luminance(&picture) - luminance(&rays);
+    let largest = change.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
+    assert!(
+        largest <= 0.25 * tolerance_cd_m2,
+        "{} of the tolerance",
+        largest / tolerance_cd_m2
+    );
 }
 
 #[test]

@@ -164,9 +164,10 @@ impl Effect {
         self.row().role == Role::OfTheory
     }
 
-    /// Whether it smooths what a table holds, so that leaving it out takes more angles and saves nothing.
-    pub(crate) fn smooths_bows(self) -> bool {
-        matches!(self, Self::SunDisc | Self::SizeSpread)
+    /// Whether leaving it out saves nothing: what smooths a table, which takes more angles without, and shadows on the
+    /// ground, of which bounds say too much to be worth the other levels' part of the error.
+    pub(crate) fn is_free(self) -> bool {
+        matches!(self, Self::SunDisc | Self::SizeSpread | Self::LitSurfaces)
     }
 
     /// What it cannot do without.

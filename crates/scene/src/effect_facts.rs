@@ -24,6 +24,8 @@ pub(crate) struct Facts {
     /// Largest optical depth of the drops in view and towards the sun, Q = 1.
     pub(crate) depth: f64,
     pub(crate) sun_depth: f64,
+    /// May anything shade ground in view?
+    pub(crate) is_ground_shaded: bool,
     /// Largest share of the sun's light that the air takes at any wavelength.
     pub(crate) sunlight_lost: f64,
     pub(crate) effective_variance: f64,

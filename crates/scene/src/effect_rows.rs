@@ -332,12 +332,14 @@ pub(crate) static ROWS: [Row; 22] = [
         name: "lit_surfaces",
         what: "surfaces with an albedo send light of sun and sky, and they, terrain and drops shade each other and \
                the ground; what surfaces take of the sky is an estimate, what they send each other is told as error",
-        formula: "1.2 A E/pi; A the largest albedo",
+        formula: "1.2 A E/pi, A the largest albedo; for the ground, under a sun at elevation e, (sin e + 0.2) A E/pi times \
+                  the share that drops take",
         source: "Lambert, Photometria, Augsburg (1760); Ramamoorthi and Hanrahan, J. Opt. Soc. Am. A 18, 2448-2459 \
                (2001)",
         toggle: Some(|it| &mut it.lit_surfaces),
         layer: Some(PictureLayer::LitSurface),
         fact: |facts| match facts.n_lit {
+            0 if facts.is_ground_shaded => "ground in view may have a shadow".to_string(),
             0 => "no surface has an albedo".to_string(),
             1 => "one surface has an albedo".to_string(),
             n => format!("{n} surfaces have an albedo"),

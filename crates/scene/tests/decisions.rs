@@ -447,6 +447,28 @@ fn the_other_orders_fill_the_band_and_what_is_seen_decides_which() {
 }
 
 #[test]
+fn ground_that_is_seen_has_the_shadow_of_drops_where_that_may_be_seen() {
+    let lit = |text: &str| planned(&scene(text)).is_on(Effect::LitSurfaces);
+    let from_above = shipped!("full-circle-bow");
+    assert!(lit(from_above));
+    assert_eq!(
+        reason(&planned(&scene(from_above)), Effect::LitSurfaces),
+        "kept; ground in view may have a shadow"
+    );
+    // Black ground, none, and none in the sun.
+    assert!(!lit(&format!("{from_above}[ground]\nalbedo = 0.0\n")));
+    let without = |effect: &str| {
+        let switches = "drop_flattening = \"off\"";
+        assert!(from_above.contains(switches));
+        from_above.replace(switches, &format!("{switches}\n{effect} = \"off\""))
+    };
+    assert!(!lit(&without("sky")) && !lit(&without("drop_shadow")));
+    // Surfaces shade it whatever the drops do.
+    let mesh = "[[occluders.meshes]]\nfile = \"a.obj\"\n";
+    assert!(lit(&format!("{}{mesh}", without("drop_shadow"))));
+}
+
+#[test]
 fn light_of_other_orders_shows_without_any_bow() {
     let mut scene = scene(RAIN_CELL);
     for effect in [Effect::PrimaryBow, Effect::SecondaryBow] {

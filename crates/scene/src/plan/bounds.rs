@@ -24,7 +24,9 @@
 //! * water adds no more than R_s P(theta') c, theta' from the sun in the water, R_s the reflectance of light
 //!   polarized along it, for no polarization is mirrored better (waves: at the largest P within their
 //!   streak); and what else changes the bow of the sun changes the water's by as much, R_s times;
-//! * a lit surface is no brighter than one that faces the sun above the air, and a fifth for the sky;
+//! * a lit surface is no brighter than one that faces the sun above the air, and a fifth for the sky; of as much light
+//!   of level ground drops take no more than by their largest optical depth between the sun and the ground that is seen,
+//!   surfaces all;
 //! * water that is seen is no brighter than white in sun and sky, and mirrors no more than all: rays that may meet it add
 //!   blocks of the rays that go on from it;
 //! * flat drops change P by what moving the bow of every size does (see `flat_drops`).
@@ -39,6 +41,8 @@
 
 use std::collections::BTreeSet;
 use std::f64::consts::PI;
+
+use niji_render::shade_under_drops;
 
 use crate::effect::Effect;
 
@@ -113,6 +117,41 @@ pub(super) struct Waves {
     pub(super) sine: f64,
 }
 
+/// Level ground in sun and sky.
+#[derive(Clone, Copy)]
+pub(super) struct Ground {
+    /// Its light over white that faces the sun, at most; 0 where none is seen.
+    pub(super) light: f64,
+    /// Of the sun's elevation.
+    pub(super) sine: f64,
+    /// Largest optical depth of the drops towards the sun at Q = 1.
+    pub(super) sun_depth: f64,
+    /// Whether meshes or terrain may shade it.
+    pub(super) has_surfaces: bool,
+}
+
+impl Ground {
+    /// Whether it is shaded in any of these blocks by effects that are on.
+    pub(super) fn is_shaded(&self, blocks: &[Block], on: &BTreeSet<Effect>) -> bool {
+        let is_dark = |block: &Block| self.taken(block) > 0.0;
+        self.light > 0.0 && self.may_be_shaded(on) && blocks.iter().any(is_dark)
+    }
+
+    /// Whether it is shown, and anything is there that may shade it.
+    fn may_be_shaded(&self, on: &BTreeSet<Effect>) -> bool {
+        on.contains(&Effect::Sky) && (self.has_surfaces || on.contains(&Effect::DropShadow))
+    }
+
+    /// Share of its light that drops and surfaces take in a block, at most.
+    pub(super) fn taken(&self, block: &Block) -> f64 {
+        match block.ground_sun_depth {
+            Some(_) if self.has_surfaces => 1.0,
+            Some(depth) => shade_under_drops(depth.min(self.sun_depth), self.sine),
+            None => 0.0,
+        }
+    }
+}
+
 /// A scene as bounds see it.
 pub(super) struct BoundScene<'a> {
     pub(super) sun: LitBy<'a>,
@@ -123,6 +162,7 @@ pub(super) struct BoundScene<'a> {
     pub(super) sees_water: bool,
     /// Largest albedo of a surface that is lit.
     pub(super) lit_albedo: f64,
+    pub(super) ground: Ground,
     /// Whether the field of the drops goes on below the ground.
     pub(super) reaches_ground: bool,
     pub(super) air: Option<&'a AirLight>,
@@ -147,7 +187,9 @@ fn taken(depth: f64) -> f64 {
 const MEAN_COSINE: f64 = 0.74;
 
 /// Light of sun and sky on a surface over sunlight above the air, at most: air takes from the sun what it gives.
-const LIT: f64 = 1.2;
+const LIT: f64 = 1.0 + SKYLIT;
+/// The sky's part of it.
+pub(super) const SKYLIT: f64 = 0.2;
 
 /// Share of further orders that is even over all directions.
 fn returned(depth: f64) -> f64 {
@@ -170,8 +212,8 @@ enum Change {
     Inscatter,
     /// Light of the whole ray beyond.
     Sky,
-    /// Light of a surface.
-    Lit { light: f64 },
+    /// Light of a surface, or what is taken from this light of the ground.
+    Lit { light: f64, ground: f64 },
     /// None.
     Nothing,
 }
@@ -205,8 +247,9 @@ impl BoundScene<'_> {
         let mut changes = self.by_block(change, assumed, self.own_sun(effect));
         if effect == Effect::DropShadow {
             let on_surfaces = self.lit(assumed) * taken(self.sun.sun_depth);
-            for change in &mut changes {
-                *change += on_surfaces;
+            let ground = self.light_of_ground(assumed);
+            for (change, block) in changes.iter_mut().zip(self.sun.blocks) {
+                *change += on_surfaces.max(ground * self.ground.taken(block));
             }
         }
         let water = self.mirrored.as_ref().filter(|_| {
@@ -324,7 +367,8 @@ impl BoundScene<'_> {
         // Where drops pass their light on to others, that light changes too, and of it there is an
         // estimate only, as of the light of surfaces behind them.
         let is_estimate = assumed.may_be_on.contains(&Effect::MultipleScattering);
-        let proved = if is_estimate || self.lit(assumed) > 0.0 || self.sees_water {
+        let is_shaded = effect == Effect::DropShadow && self.light_of_ground(assumed) > 0.0;
+        let proved = if is_estimate || self.lit(assumed) > 0.0 || self.sees_water || is_shaded {
             BoundKind::Estimated
         } else {
             BoundKind::Proved
@@ -399,13 +443,13 @@ impl BoundScene<'_> {
             }
             Effect::Sky => (BoundKind::Proved, Change::Sky),
             Effect::LitSurfaces => {
-                let light = self.lit(assumed);
-                (BoundKind::Estimated, Change::Lit { light })
+                let (light, ground) = (self.lit(assumed), self.light_of_ground(assumed));
+                (BoundKind::Estimated, Change::Lit { light, ground })
             }
             Effect::SeenWater if !self.sees_water => (BoundKind::Proved, Change::Nothing),
             Effect::SeenWater => {
                 let light = LIT * self.sunlight_on_white();
-                (BoundKind::Estimated, Change::Lit { light })
+                (BoundKind::Estimated, Change::Lit { light, ground: 0.0 })
             }
             Effect::Occluders | Effect::MotionBlur => (BoundKind::Proved, Change::Nothing),
         }
@@ -451,7 +495,9 @@ impl BoundScene<'_> {
             }
             Change::Inscatter => self.inscatter(index),
             Change::Sky => self.sky(index),
-            Change::Lit { light } => *light,
+            Change::Lit { light, ground } => {
+                light.max(ground * self.ground.taken(&self.sun.blocks[index]))
+            }
             Change::Nothing => 0.0,
         }
     }
@@ -493,6 +539,16 @@ impl BoundScene<'_> {
     fn lit(&self, assumed: &Assumed) -> f64 {
         if assumed.may_be_on.contains(&Effect::LitSurfaces) {
             LIT * self.lit_albedo * self.sunlight_on_white()
+        } else {
+            0.0
+        }
+    }
+
+    /// Light of the ground that may be shaded, at most.
+    fn light_of_ground(&self, assumed: &Assumed) -> f64 {
+        let on = &assumed.may_be_on;
+        if on.contains(&Effect::LitSurfaces) && self.ground.may_be_shaded(on) {
+            self.ground.light * self.sunlight_on_white()
         } else {
             0.0
         }

@@ -6,7 +6,7 @@
 //! effect that may shape them. Where one of those is left out itself, the bows change a little, so
 //! the sum is checked again with the final bounds, and the largest comes back until it fits.
 //!
-//! What makes the bows smoother is on wherever it is seen at all: a table without it needs more angles.
+//! What costs nothing is on wherever it is seen at all: a table without that which makes bows smoother needs more angles.
 //!
 //! Light that drops scatter more than once is smooth, and its bound an estimate: the RMS of it counts. An effect
 //! that is on brings those that it cannot do without.
@@ -89,7 +89,7 @@ pub(super) fn decide(
         .into_iter()
         .map(|effect| (counted(effect, bound(effect, &assumed)), effect))
         .collect();
-    let is_free = |(value, effect): &(f64, Effect)| effect.smooths_bows() && *value > 0.0;
+    let is_free = |(value, effect): &(f64, Effect)| effect.is_free() && *value > 0.0;
     on.extend(sized.extract_if(.., |it| is_free(it)).map(|(_, it)| it));
     sized.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let budget = SHARE_FOR_EFFECTS * tolerance;

@@ -12,6 +12,7 @@ use niji_radiometry::Colorimetry;
 use niji_radiometry::Nanometers;
 use niji_radiometry::WavelengthGrid;
 use niji_radiometry::solar_irradiance;
+use niji_render::SkyModel;
 use niji_scatter::Band;
 use niji_scatter::dark_band_rad;
 
@@ -25,7 +26,9 @@ use crate::scene::Scene;
 use super::air_light::AirLight;
 use super::air_light::AirRequest;
 use super::bounds::BoundScene;
+use super::bounds::Ground;
 use super::bounds::LitBy;
+use super::bounds::SKYLIT;
 use super::bounds::Waves;
 use super::bounds::Way;
 use super::decide::weighs_further_orders;
@@ -65,6 +68,7 @@ pub(super) struct Situation {
     pub(super) mirrored: Option<MirroredSun>,
     /// Largest albedo of a surface; 0 where none is lit.
     lit_albedo: f64,
+    ground: Ground,
     /// Whether rays of the camera may meet water.
     sees_water: bool,
     /// The spectrum of bounds.
@@ -164,6 +168,7 @@ impl Situation {
             mirrored,
             sees_water,
             lit_albedo: scene.albedos().fold(0.0, f64::max),
+            ground: ground(scene, sun, sun_depth),
             lines: lines(&bins, line_albedo),
             bins,
             grid,
@@ -294,6 +299,7 @@ impl Situation {
             lines: &self.lines,
             sees_water: self.sees_water,
             lit_albedo: self.lit_albedo,
+            ground: self.ground,
             reaches_ground: self.drops.min_m.y < 0.0,
             air,
             efficiency: self.levels.drop_extinction.efficiency(),
@@ -329,6 +335,7 @@ impl Situation {
             has_air: scene.air.is_some(),
             has_surfaces: scene.has_surfaces(),
             n_lit: scene.albedos().count(),
+            is_ground_shaded: self.ground.is_shaded(&self.blocks, on),
             sun_elevation_deg: scene.sun.elevation_deg,
             theta_deg: self.view.theta_deg,
             distance_m: self.view.distance_m,
@@ -382,6 +389,19 @@ fn white_albedo(scene: &Scene) -> f64 {
 pub(super) fn display_white_cd_m2(scene: &Scene) -> f64 {
     let sun_luminance: f64 = luminance_of_sun(&scene.spectrum).iter().sum();
     white_albedo(scene) * sun_luminance / std::f64::consts::PI
+}
+
+/// The ground of a scene, which its air shows.
+fn ground(scene: &Scene, sun: DVec3, sun_depth: f64) -> Ground {
+    let is_shown = scene.air.is_some() && scene.accuracy.sky != Some(SkyModel::None);
+    let light = scene.ground.albedo * (sun.y.max(0.0) + SKYLIT);
+    let mut occluders = scene.occluders.iter();
+    Ground {
+        light: if is_shown { light } else { 0.0 },
+        sine: sun.y,
+        sun_depth,
+        has_surfaces: scene.terrain.is_some() || occluders.any(|it| !it.meshes.is_empty()),
+    }
 }
 
 fn wider(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {

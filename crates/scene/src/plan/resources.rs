@@ -18,6 +18,7 @@ use niji_exchange::DiffuseLight;
 use niji_exchange::STRIP_BYTES;
 use niji_exchange::n_moments;
 use niji_render::LEAST_STEPS;
+use niji_render::PictureLayer;
 use niji_scatter::N_PHASE_ANGLES;
 use niji_scatter::NumberOfAngles;
 use niji_scatter::number_of_angles;
@@ -203,7 +204,9 @@ pub(super) fn picture(
     let size_px = [situation.camera.width_px(), situation.camera.height_px()];
     let [width, height] = size_px.map(|size| f64::from(size + overscan_px));
     // Light of the surroundings and of further orders in XYZ, distances of surfaces.
+    let is_lit = scene.albedos().next().is_some();
     let layers = on.iter().filter_map(|effect| effect.row().layer);
+    let layers = layers.filter(|it| is_lit || *it != PictureLayer::LitSurface);
     let n_more: usize = layers.map(|layer| layer.channels().len()).sum();
     let surface = f64::from(u8::from(scene.has_surfaces()));
     let planes = situation.grid.len() as f64 + PLANES + n_more as f64 + surface;

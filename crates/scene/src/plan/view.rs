@@ -24,6 +24,7 @@ use glam::DVec2;
 use glam::DVec3;
 use niji_geometry::Aabb;
 use niji_geometry::Camera;
+use niji_geometry::EARTH;
 use niji_geometry::PinholeCamera;
 use niji_geometry::PixelRegion;
 use niji_render::WaterSurface;
@@ -60,6 +61,8 @@ pub(super) struct Block {
     pub(super) drops: Option<Chord>,
     /// Largest optical depth of the drops on any ray, Q = 1.
     pub(super) depth: f64,
+    /// The same between the sun and the ground that rays meet from above it; `None` where none does.
+    pub(super) ground_sun_depth: Option<f64>,
 }
 
 /// Bounds on the way of rays through the drops' box.
@@ -221,7 +224,7 @@ impl Rays {
         }
     }
 
-    /// Bounds of the rays from an eye; as a share of the picture, nothing yet.
+    /// Bounds of the rays from an eye; of the picture nothing yet.
     fn block(&self, eye: DVec3, sun: DVec3, drops: &Extent<'_>) -> Block {
         let theta_rad = angle_rad(self.middle, sun);
         let theta_range_rad = (
@@ -241,7 +244,39 @@ impl Rays {
             samples: self.samples,
             drops: whole_chord,
             depth,
+            ground_sun_depth: self.ground(eye).filter(|_| sun.y > 0.0).map(|ground| {
+                let towards_sun = Bundle {
+                    origin: ground,
+                    components: sun.to_array().map(|it| (it, it)),
+                    longest: 1.0,
+                };
+                towards_sun.largest_depth(drops.parts)
+            }),
         }
+    }
+
+    /// A box of the ground that rays from an eye above it meet: from where they cross y = 0, below which it falls away, to
+    /// its horizon.
+    fn ground(&self, eye: DVec3) -> Option<Aabb> {
+        let [x, (lowest, highest), z] = self.components;
+        if eye.y < 0.0 || lowest >= 0.0 {
+            return None;
+        }
+        let height_m = EARTH.height_m(eye).max(0.0);
+        // No ray is shorter than its parameter, and the flattest goes farthest.
+        let met_m = EARTH.distance_to_ground(height_m, highest / self.longest);
+        let horizon_m = (height_m * (2.0 * EARTH.radius_m + height_m)).sqrt();
+        let (nearest, farthest) = (eye.y / -lowest, met_m.unwrap_or(horizon_m));
+        if nearest > farthest {
+            return None;
+        }
+        let (low, high) = (DVec3::new(x.0, 0.0, z.0), DVec3::new(x.1, 0.0, z.1));
+        let fall_m = EARTH.height_m(DVec3::X * (eye.x.hypot(eye.z) + farthest));
+        let over = eye.with_y(0.0);
+        Some(Aabb {
+            min: over - DVec3::Y * fall_m + (low * nearest).min(low * farthest),
+            max: over + (high * nearest).max(high * farthest),
+        })
     }
 }
 

@@ -234,6 +234,67 @@ fn optical_depth_is_bounded_by_the_parts_that_a_ray_crosses() {
 }
 
 #[test]
+fn shadows_are_bounded_on_all_ground_that_a_ray_meets() {
+    let bounds = Aabb {
+        min: DVec3::new(-600.0, 0.0, -900.0),
+        max: DVec3::new(300.0, 400.0, -200.0),
+    };
+    let extinction_m1 = 1e-3;
+    let parts = [DropPart {
+        bounds,
+        max_extinction_m1_q1: extinction_m1,
+        mode: 0,
+        within: Vec::new(),
+    }];
+    let drops = Extent {
+        whole: bounds,
+        extinction_m1,
+        parts: &parts,
+    };
+    let sun = direction_from_azimuth_elevation(Radians(3.0), Radians(0.4));
+    let (mut n_shaded, mut n_without) = (0, 0);
+    for (position, elevation_deg) in [
+        (DVec3::new(0.0, 1.6, 0.0), 5.0),
+        (DVec3::new(50.0, 800.0, 300.0), -40.0),
+    ] {
+        for camera in cameras(position, 20.0, elevation_deg) {
+            for (rectangle, block) in placed_blocks(&camera, sun, &drops) {
+                for ray in rays_of(&camera, &rectangle) {
+                    let block = block.as_ref().unwrap();
+                    let cos_zenith = EARTH.cos_zenith(ray.origin, ray.direction);
+                    let height_m = EARTH.height_m(ray.origin);
+                    let Some(ground_m) = EARTH.distance_to_ground(height_m, cos_zenith) else {
+                        n_without += usize::from(block.ground_sun_depth.is_none());
+                        continue;
+                    };
+                    let origin = ray.at(ground_m);
+                    let towards_sun = Ray {
+                        origin,
+                        direction: sun,
+                    };
+                    let way_m = bounds.intersect(&towards_sun);
+                    let depth = way_m.map_or(0.0, |(enter, leave)| extinction_m1 * (leave - enter));
+                    let most = block.ground_sun_depth.expect("the ray meets the ground");
+                    assert!(depth <= most + 1e-9, "{depth} {most}");
+                    n_shaded += usize::from(depth > 0.1);
+                }
+            }
+        }
+    }
+    assert!(
+        n_shaded > 1000 && n_without > 1000,
+        "{n_shaded} {n_without}"
+    );
+    // A set sun shades nothing, and from below the ground none is seen.
+    let under = camera(DVec3::new(0.0, -9.0, 0.0), 0.0, -40.0);
+    let over = camera(DVec3::new(0.0, 800.0, 0.0), 0.0, -40.0);
+    for (camera, sun) in [(under, sun), (over, sun.with_y(-0.1))] {
+        let mut blocks = blocks(&camera, sun, &drops).into_iter();
+        assert!(blocks.all(|block| block.ground_sun_depth.is_none()));
+    }
+}
+
+#[test]
 fn the_longest_chord_of_a_cube_is_its_diagonal() {
     let cube = Aabb {
         min: DVec3::ZERO,
