@@ -49,6 +49,9 @@ pub(crate) struct Seen {
     /// Luminance of which errors of the scattering table are parts, RMS over the picture over display white.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) bright_drops: Option<f64>,
+    /// What bounds say of the effects that the plan left out; `None` where there are none, and for a sequence.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) left_out: Option<SmallPicture>,
 }
 
 impl Seen {
@@ -89,6 +92,8 @@ impl Seen {
                 }),
                 (one, other) => one.or(other.clone()),
             },
+            // What one frame leaves out another shows.
+            left_out: None,
         }
     }
 }
@@ -109,6 +114,7 @@ pub(crate) fn seen_of_drops(
         drop_spacing: before.drop_spacing.filter(|it| it.holds_for(scene)),
         bright_drops: before.bright_drops,
         sky: None,
+        left_out: None,
     };
     let Some(open) = open.but_for(&seen).filter(|_| !request.is_hasty) else {
         return Ok(seen);

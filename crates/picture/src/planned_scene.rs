@@ -51,6 +51,7 @@ use crate::picture::PictureSettings;
 use crate::picture::PictureWork;
 use crate::pilot;
 use crate::pilot::Seen;
+use crate::pilot::SmallPicture;
 use crate::scattering;
 use crate::scene_checks::check_files;
 use crate::sequence_choice::SequenceChoice;
@@ -352,6 +353,8 @@ impl PlannedScene {
         if let Some(sky) = &seen.sky {
             plan.sky_level = Some(sky.level);
         }
+        let by_place = std::mem::take(&mut plan.left_out_by_place);
+        seen.left_out = SmallPicture::of_parts(&scene.camera, by_place);
         let choice = Choice {
             version: request.version.to_owned(),
             request: key,

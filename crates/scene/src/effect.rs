@@ -159,6 +159,12 @@ impl Effect {
         self.row().role == Role::AirLight || self == Self::SkylitDrops
     }
 
+    /// Whether bounds alone say what it would add where: small pictures do of light of further orders, and of a shutter.
+    #[must_use]
+    pub fn is_bounded_by_place(self) -> bool {
+        ![Self::MultipleScattering, Self::MotionBlur].contains(&self)
+    }
+
     /// Whether the theory of scattering has or lacks it, whatever a scene wants.
     pub fn comes_with_theory(self) -> bool {
         self.row().role == Role::OfTheory

@@ -175,6 +175,8 @@ pub struct Foretold<'a> {
 struct Decisions {
     on: BTreeSet<Effect>,
     effects: Vec<EffectDecision>,
+    /// See [`Plan::left_out_by_place`].
+    left_out_by_place: Vec<Vec<f32>>,
 }
 
 impl Decisions {
@@ -286,8 +288,19 @@ impl Known<'_> {
                 terms,
             }
         };
-        let effects = Effect::ALL.into_iter().map(decision).collect();
-        Decisions { on, effects }
+        let effects: Vec<EffectDecision> = Effect::ALL.into_iter().map(decision).collect();
+        let left_out = effects.iter().filter(|it| it.is_left_out);
+        let left_out: Vec<(Effect, Assumed)> = left_out
+            .filter(|it| it.effect.is_bounded_by_place() && it.bound.value > 0.0)
+            .map(|it| (it.effect, decide::forced(&on, it.effect)))
+            .collect();
+        let of_left_out = || left_out.iter().map(|(effect, assumed)| (*effect, assumed));
+        let bounds = bounds.as_ref().filter(|_| !left_out.is_empty());
+        Decisions {
+            left_out_by_place: bounds.map_or_else(Vec::new, |it| it.by_place(of_left_out())),
+            on,
+            effects,
+        }
     }
 
     /// The plan of what was decided.
@@ -299,7 +312,11 @@ impl Known<'_> {
             curves,
             ..
         } = *self;
-        let Decisions { on, effects } = decisions;
+        let Decisions {
+            on,
+            effects,
+            left_out_by_place,
+        } = decisions;
         let left_out = effects.iter().filter(|decision| decision.is_left_out);
         let left_out = left_out.map(EffectDecision::counted).sum();
         let scattering = scattering_need::scattering_need(scene, (situation, curves), &on)?;
@@ -328,6 +345,7 @@ impl Known<'_> {
             warnings: warnings::warnings(scene, situation, &on),
             effects,
             left_out,
+            left_out_by_place,
             levels,
             sky_level: stages::sky_level(scene, &on),
             scattering,

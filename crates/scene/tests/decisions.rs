@@ -123,6 +123,46 @@ fn what_is_left_out_sums_to_half_of_the_tolerance_at_most() {
 }
 
 #[test]
+fn what_is_left_out_is_told_by_place() {
+    let mut n_told = 0;
+    for text in [RAIN_CELL, RAIN_SHAFT, FOUNTAIN, FLAT_RAIN] {
+        let mut scene = all_auto(text);
+        scene.accuracy.tolerance = Some(0.1);
+        let plan = planned(&scene);
+        let left_out = plan.effects.iter().filter(|it| it.is_left_out);
+        let bounds: Vec<_> = left_out
+            .filter(|it| it.effect.is_bounded_by_place() && it.bound.value > 0.0)
+            .map(|it| it.bound)
+            .collect();
+        let parts: Vec<f64> = plan
+            .left_out_by_place
+            .iter()
+            .flatten()
+            .map(|it| f64::from(*it))
+            .collect();
+        assert_eq!(parts.is_empty(), bounds.is_empty(), "{}", plan.scene);
+        if bounds.is_empty() {
+            continue;
+        }
+        n_told += 1;
+        let largest = parts.iter().copied().fold(0.0, f64::max);
+        let rms = (parts.iter().map(|it| it * it).sum::<f64>() / parts.len() as f64).sqrt();
+        let sums = bounds
+            .iter()
+            .fold((0.0, 0.0), |sums, it| (sums.0 + it.value, sums.1 + it.rms));
+        // Parts differ in size by a pixel.
+        assert!(
+            largest <= 1.0001 * sums.0 && rms <= 1.02 * sums.1,
+            "{}",
+            plan.scene
+        );
+        let most = bounds.iter().map(|it| it.rms).fold(0.0, f64::max);
+        assert!(rms >= 0.98 * most, "{rms} {most}");
+    }
+    assert!(n_told > 1, "{n_told}");
+}
+
+#[test]
 fn an_effect_that_is_off_is_absent_from_stages_and_tables() {
     let mut scene = scene(RAIN_CELL);
     for effect in Effect::ALL.into_iter().filter(|effect| effect.needs_air()) {
@@ -404,6 +444,28 @@ fn what_is_off_although_large_is_missed() {
 }
 
 #[test]
+fn ground_that_is_seen_has_the_shadow_of_drops_where_that_may_be_seen() {
+    let lit = |text: &str| planned(&scene(text)).is_on(Effect::LitSurfaces);
+    let from_above = shipped!("full-circle-bow");
+    assert!(lit(from_above));
+    assert_eq!(
+        reason(&planned(&scene(from_above)), Effect::LitSurfaces),
+        "kept; ground in view may have a shadow"
+    );
+    // Black ground, none, and none in the sun.
+    assert!(!lit(&format!("{from_above}[ground]\nalbedo = 0.0\n")));
+    let without = |effect: &str| {
+        let switches = "drop_flattening = \"off\"";
+        assert!(from_above.contains(switches));
+        from_above.replace(switches, &format!("{switches}\n{effect} = \"off\""))
+    };
+    assert!(!lit(&without("sky")) && !lit(&without("drop_shadow")));
+    // Surfaces shade it whatever the drops do.
+    let mesh = "[[occluders.meshes]]\nfile = \"a.obj\"\n";
+    assert!(lit(&format!("{}{mesh}", without("drop_shadow"))));
+}
+
+#[test]
 fn a_photograph_takes_the_place_of_sky_and_air() {
     let in_photo = format!("{RAIN_CELL}\n[photo]\npicture = \"p.jpg\"\n");
     let mut scene = scene(&in_photo);
@@ -444,28 +506,6 @@ fn the_other_orders_fill_the_band_and_what_is_seen_decides_which() {
     towards_the_sun.camera.azimuth_deg = 180.0;
     let orders = planned(&towards_the_sun).scattering.unwrap().orders;
     assert!(orders.contains(&0) && orders.contains(&1), "{orders:?}");
-}
-
-#[test]
-fn ground_that_is_seen_has_the_shadow_of_drops_where_that_may_be_seen() {
-    let lit = |text: &str| planned(&scene(text)).is_on(Effect::LitSurfaces);
-    let from_above = shipped!("full-circle-bow");
-    assert!(lit(from_above));
-    assert_eq!(
-        reason(&planned(&scene(from_above)), Effect::LitSurfaces),
-        "kept; ground in view may have a shadow"
-    );
-    // Black ground, none, and none in the sun.
-    assert!(!lit(&format!("{from_above}[ground]\nalbedo = 0.0\n")));
-    let without = |effect: &str| {
-        let switches = "drop_flattening = \"off\"";
-        assert!(from_above.contains(switches));
-        from_above.replace(switches, &format!("{switches}\n{effect} = \"off\""))
-    };
-    assert!(!lit(&without("sky")) && !lit(&without("drop_shadow")));
-    // Surfaces shade it whatever the drops do.
-    let mesh = "[[occluders.meshes]]\nfile = \"a.obj\"\n";
-    assert!(lit(&format!("{}{mesh}", without("drop_shadow"))));
 }
 
 #[test]

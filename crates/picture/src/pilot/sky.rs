@@ -179,8 +179,8 @@ mod tests {
         let fine = SkySeen {
             level: SkyLevel::Fine,
             error: SmallPicture {
-                first_px: [0; 2],
-                frame_px: [2; 2],
+                first_px: [0.0; 2],
+                frame_px: [2.0; 2],
                 luminance,
             },
         };

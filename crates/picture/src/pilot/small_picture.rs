@@ -27,10 +27,10 @@ pub(crate) fn smaller(scene: &Scene) -> Scene {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct SmallPicture {
-    /// Column and row of its first pixel, counted from the first of the frame.
-    pub(crate) first_px: [i32; 2],
+    /// Column and row where its first pixel begins, counted from the corner of the frame.
+    pub(crate) first_px: [f64; 2],
     /// Those of the frame.
-    pub(crate) frame_px: [u32; 2],
+    pub(crate) frame_px: [f64; 2],
     /// By row and column; there is a pixel, and rows are equally long.
     #[serde(deserialize_with = "rows")]
     pub(crate) luminance: Vec<Vec<f32>>,
@@ -39,13 +39,29 @@ pub(crate) struct SmallPicture {
 impl SmallPicture {
     /// Luminance over display white of all pixels of a camera.
     pub(crate) fn new(camera: &Camera, luminance: &Array2<f64>) -> Self {
-        let overscan_px = i32::try_from(camera.overscan_px).unwrap_or(i32::MAX);
         let row = |row: ArrayView1<f64>| row.iter().map(|it| *it as f32).collect();
         Self {
-            first_px: [-overscan_px; 2],
-            frame_px: [camera.width_px, camera.height_px],
+            first_px: [-f64::from(camera.overscan_px); 2],
+            frame_px: [camera.width_px, camera.height_px].map(f64::from),
             luminance: luminance.rows().into_iter().map(row).collect(),
         }
+    }
+
+    /// Luminance over display white of equal parts of the picture of a camera, by row and column; `None` of none.
+    pub(crate) fn of_parts(camera: &Camera, luminance: Vec<Vec<f32>>) -> Option<Self> {
+        let n_columns = luminance.first()?.len();
+        let overscan_px = f64::from(camera.overscan_px);
+        let sides = [
+            (camera.width_px, n_columns),
+            (camera.height_px, luminance.len()),
+        ];
+        let of_picture = sides
+            .map(|(size_px, n_parts)| n_parts as f64 / (f64::from(size_px) + 2.0 * overscan_px));
+        Some(Self {
+            first_px: of_picture.map(|it| -overscan_px * it),
+            frame_px: [0, 1].map(|side| f64::from(sides[side].0) * of_picture[side]),
+            luminance,
+        })
     }
 
     /// What it shows at most and in the RMS.
@@ -69,8 +85,7 @@ impl SmallPicture {
 
     /// The same with the light of another frame wherever that has more.
     pub(crate) fn or_more(mut self, other: &Self) -> Self {
-        let [width, height] = self.frame_px.map(f64::from);
-        let [first_x, first_y] = self.first_px.map(f64::from);
+        let ([width, height], [first_x, first_y]) = (self.frame_px, self.first_px);
         for (row, lights) in self.luminance.iter_mut().enumerate() {
             let down = (row as f64 + 0.5 + first_y) / height;
             for (column, light) in lights.iter_mut().enumerate() {
@@ -103,8 +118,7 @@ impl SmallPicture {
 
     /// Its light at a place in parts of the frame, linear between pixels; the nearest ones hold outside.
     pub(crate) fn at(&self, right: f64, down: f64) -> f64 {
-        let [width, height] = self.frame_px.map(f64::from);
-        let [first_x, first_y] = self.first_px.map(f64::from);
+        let ([width, height], [first_x, first_y]) = (self.frame_px, self.first_px);
         let n_columns = self.luminance.first().map_or(0, Vec::len);
         let x = between(right * width - 0.5 - first_x, n_columns);
         let y = between(down * height - 0.5 - first_y, self.luminance.len());
@@ -144,12 +158,12 @@ mod tests {
     #[test]
     fn of_two_frames_the_brighter_place_is_kept_whatever_their_sizes() {
         let camera = |width_px, luminance: Vec<Vec<f32>>| SmallPicture {
-            first_px: [0, 0],
-            frame_px: [width_px, 1],
+            first_px: [0.0; 2],
+            frame_px: [width_px, 1.0],
             luminance,
         };
-        let one = camera(2, vec![vec![1.0, 4.0]]);
-        let other = camera(4, vec![vec![3.0, 3.0, 2.0, 2.0]]);
+        let one = camera(2.0, vec![vec![1.0, 4.0]]);
+        let other = camera(4.0, vec![vec![3.0, 3.0, 2.0, 2.0]]);
         assert_eq!(one.clone().or_more(&other).luminance, [[3.0, 4.0]]);
         let back = other.or_more(&one).luminance;
         assert_eq!(back, [[3.0, 3.0, 3.25, 4.0]]);

@@ -157,6 +157,8 @@ pub(super) struct BoundScene<'a> {
     pub(super) sun: LitBy<'a>,
     /// The sun in the water; `None` where there is none.
     pub(super) mirrored: Option<LitBy<'a>>,
+    /// Rows and columns of the blocks of the picture.
+    pub(super) n_blocks: (usize, usize),
     pub(super) lines: &'a [Line],
     /// Whether rays meet water.
     pub(super) sees_water: bool,
@@ -287,6 +289,26 @@ impl BoundScene<'_> {
             self.terms(effect, assumed, &worst)
         });
         (self.largest(kind, &values), terms)
+    }
+
+    /// Sum of bounds on effects by row and column of the blocks of the picture.
+    pub(super) fn by_place<'b>(
+        &self,
+        effects: impl Iterator<Item = (Effect, &'b Assumed)>,
+    ) -> Vec<Vec<f32>> {
+        let (n_rows, n_columns) = self.n_blocks;
+        let mut sums = vec![vec![0.0; n_columns]; n_rows];
+        for (effect, assumed) in effects {
+            let (_, change) = self.change(effect, assumed, self.own_sun(effect));
+            let changes = self.of_both_suns(effect, assumed, &change);
+            let blocks = self.sun.blocks.iter().zip(changes);
+            // Rays that go on from water are no part of the picture by themselves.
+            for (block, change) in blocks.filter(|(block, _)| block.share > 0.0) {
+                let (row, column) = block.place;
+                sums[row][column] += change as f32;
+            }
+        }
+        sums
     }
 
     fn by_block(&self, change: &Change, assumed: &Assumed, sun: &LitBy<'_>) -> Vec<f64> {

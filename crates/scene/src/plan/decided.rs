@@ -81,6 +81,10 @@ pub struct Plan {
     pub effects: Vec<EffectDecision>,
     /// Sum of the bounds of the effects that the plan left out by itself.
     pub left_out: f64,
+    /// What of it may be where, by row and column of equal parts of the picture, overscan included, over display white: of
+    /// effects that are [bounded by place](Effect::is_bounded_by_place). Empty where there is none, and for a sequence.
+    #[serde(skip)]
+    pub left_out_by_place: Vec<Vec<f32>>,
     /// The level of every stage.
     pub levels: Levels,
     /// How finely light that the air scattered before is solved; `None` where the model of the sky does not ask

@@ -75,6 +75,8 @@ pub(super) struct Situation {
     pub(super) bins: WavelengthGrid,
     lines: Vec<Line>,
     blocks: Vec<Block>,
+    /// Rows and columns of those of the picture.
+    n_blocks: (usize, usize),
 }
 
 /// The sun that water mirrors, as a plan sees it.
@@ -123,7 +125,9 @@ impl Situation {
             }
             (blocks, n_straight)
         };
-        let (blocks, n_straight) = all_blocks(scene.camera.region()?, sun);
+        let region = scene.camera.region()?;
+        let n_blocks = view::n_blocks(&camera, region);
+        let (blocks, n_straight) = all_blocks(region, sun);
         let sees_water = blocks.len() > n_straight;
         let sun_depth = sun_depth(&drops, sun);
         // By moonlight everything is as much weaker, but the white of the picture stays the sun's.
@@ -134,7 +138,7 @@ impl Situation {
             let surface = water.surface();
             let share = surface.largest_share(sun, &grid)?;
             let towards = DVec3::new(sun.x, -sun.y, sun.z);
-            let (blocks, _) = all_blocks(scene.camera.region().ok()?, towards);
+            let (blocks, _) = all_blocks(region, towards);
             let reach_rad = surface.streak_reach().0;
             let seen = seen(&blocks, 0.0).theta_deg;
             Some(MirroredSun {
@@ -173,6 +177,7 @@ impl Situation {
             bins,
             grid,
             blocks,
+            n_blocks,
         })
     }
 
@@ -296,6 +301,7 @@ impl Situation {
                     reach_rad: sun.reach_rad,
                     waves: sun.waves,
                 }),
+            n_blocks: self.n_blocks,
             lines: &self.lines,
             sees_water: self.sees_water,
             lit_albedo: self.lit_albedo,

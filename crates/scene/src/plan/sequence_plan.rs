@@ -59,6 +59,8 @@ impl Plan {
         let decisions = Decisions {
             on,
             effects: effects.collect(),
+            // It moves from frame to frame.
+            left_out_by_place: Vec::new(),
         };
         let air = LitAir {
             table: situation.air_table(&first.scene)?,

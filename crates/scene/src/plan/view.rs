@@ -51,6 +51,8 @@ const CURVED_RAD: f64 = 0.002;
 pub(super) struct Block {
     /// Share of the picture's pixels, 0..1.
     pub(super) share: f64,
+    /// Its row and column in the picture; of rays that go on from water, none that counts.
+    pub(super) place: (usize, usize),
     /// Smallest and largest scattering angle, rad.
     pub(super) theta_rad: (f64, f64),
     /// Smallest and largest rise, by which flat drops move the bow.
@@ -103,6 +105,7 @@ pub(super) fn blocks(
         let share = (x1 - x0) * (y1 - y0) / pixels;
         Some(Block {
             share,
+            place: rectangle.place,
             ..rectangle.rays(camera)?.block(camera.position(), sun, drops)
         })
     };
@@ -171,6 +174,16 @@ fn cone(middle: DVec3, radius_rad: f64) -> [(f64, f64); 3] {
     })
 }
 
+/// Rows and columns of the blocks of a region of a picture.
+pub(super) fn n_blocks(camera: &Camera, region: PixelRegion) -> (usize, usize) {
+    let (n_x, n_y) = n_rectangles(region, most_blocks(camera));
+    (n_y as usize, n_x as usize)
+}
+
+fn n_rectangles(region: PixelRegion, most: (u32, u32)) -> (u32, u32) {
+    (region.width_px.min(most.0), region.height_px.min(most.1))
+}
+
 /// Most blocks along the width and the height of a picture.
 fn most_blocks(camera: &Camera) -> (u32, u32) {
     match camera {
@@ -182,7 +195,7 @@ fn most_blocks(camera: &Camera) -> (u32, u32) {
 fn rectangles(region: PixelRegion, most: (u32, u32)) -> Vec<Rectangle> {
     let (width, height) = (region.width_px, region.height_px);
     let corner = (f64::from(region.x_px), f64::from(region.y_px));
-    let (n_x, n_y) = (width.min(most.0), height.min(most.1));
+    let (n_x, n_y) = n_rectangles(region, most);
     let edge = |index: u32, n: u32, size: u32| {
         f64::from((u64::from(index) * u64::from(size) / u64::from(n)) as u32)
     };
@@ -193,13 +206,19 @@ fn rectangles(region: PixelRegion, most: (u32, u32)) -> Vec<Rectangle> {
         for column in 0..n_x {
             let x_px = [column, column + 1].map(|index| corner.0 + edge(index, n_x, width));
             let x_px = x_px.into();
-            rectangles.push(Rectangle { x_px, y_px });
+            rectangles.push(Rectangle {
+                place: (row as usize, column as usize),
+                x_px,
+                y_px,
+            });
         }
     }
     rectangles
 }
 
 struct Rectangle {
+    /// Row and column.
+    place: (usize, usize),
     x_px: (f64, f64),
     y_px: (f64, f64),
 }
@@ -239,6 +258,7 @@ impl Rays {
         });
         Block {
             share: 0.0,
+            place: (0, 0),
             theta_rad: theta_range_rad,
             rise: rises(self, sun, theta_range_rad),
             samples: self.samples,
