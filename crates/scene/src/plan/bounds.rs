@@ -231,8 +231,7 @@ struct Worst<'a> {
 impl BoundScene<'_> {
     /// Bound on an effect.
     pub(super) fn bound(&self, effect: Effect, assumed: &Assumed) -> Bound {
-        let (kind, change) = self.change(effect, assumed, self.own_sun(effect));
-        let changes = self.of_both_suns(effect, assumed, &change);
+        let (kind, _, changes) = self.changes(effect, assumed);
         self.largest(kind, &changes)
     }
 
@@ -242,6 +241,13 @@ impl BoundScene<'_> {
             Some(mirrored) if effect == Effect::ReflectionBow => mirrored,
             Some(_) | None => &self.sun,
         }
+    }
+
+    /// How an effect changes the picture, how sure that is, and by how much by block.
+    fn changes(&self, effect: Effect, assumed: &Assumed) -> (BoundKind, Change, Vec<f64>) {
+        let (kind, change) = self.change(effect, assumed, self.own_sun(effect));
+        let by_block = self.of_both_suns(effect, assumed, &change);
+        (kind, change, by_block)
     }
 
     /// Changes by block: of the light of the own sun, and of what water may mirror besides.
@@ -276,8 +282,7 @@ impl BoundScene<'_> {
         effect: Effect,
         assumed: &Assumed,
     ) -> (Bound, Option<BoundTerms>) {
-        let (kind, change) = self.change(effect, assumed, self.own_sun(effect));
-        let values = self.of_both_suns(effect, assumed, &change);
+        let (kind, change, values) = self.changes(effect, assumed);
         let worst = (0..values.len()).max_by(|a, b| values[*a].total_cmp(&values[*b]));
         let worst = worst.filter(|index| values[*index] > 0.0);
         let terms = worst.map(|index| {
@@ -299,8 +304,7 @@ impl BoundScene<'_> {
         let (n_rows, n_columns) = self.n_blocks;
         let mut sums = vec![vec![0.0; n_columns]; n_rows];
         for (effect, assumed) in effects {
-            let (_, change) = self.change(effect, assumed, self.own_sun(effect));
-            let changes = self.of_both_suns(effect, assumed, &change);
+            let (_, _, changes) = self.changes(effect, assumed);
             let blocks = self.sun.blocks.iter().zip(changes);
             // Rays that go on from water are no part of the picture by themselves.
             for (block, change) in blocks.filter(|(block, _)| block.share > 0.0) {

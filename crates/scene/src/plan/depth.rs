@@ -61,6 +61,15 @@ impl Bundle {
         low.max(high).length()
     }
 
+    /// Rays in one direction, a unit vector.
+    pub(super) fn parallel(origin: Aabb, direction: DVec3) -> Self {
+        Self {
+            origin,
+            components: direction.to_array().map(|it| (it, it)),
+            longest: 1.0,
+        }
+    }
+
     /// Largest optical depth of the drops in boxes on any of the rays.
     pub(super) fn largest_depth(&self, parts: &[DropPart]) -> f64 {
         let mut crossed = Vec::new();
@@ -201,16 +210,12 @@ pub(super) fn largest_sun_depth(parts: &[DropPart], whole: &Aabb, sun: DVec3) ->
     let square = |place: [f64; 2], half_m: f64| {
         let center = middle + place[0] * across + place[1] * up;
         let reach = half_m * (across.abs() + up.abs());
-        let rays = Bundle {
-            origin: Aabb {
-                min: center - reach,
-                max: center + reach,
-            },
-            components: [0, 1, 2].map(|axis| (sun[axis], sun[axis])),
-            longest: 1.0,
+        let origin = Aabb {
+            min: center - reach,
+            max: center + reach,
         };
         Square {
-            depth: rays.largest_depth(parts),
+            depth: Bundle::parallel(origin, sun).largest_depth(parts),
             place,
             half_m,
         }

@@ -264,14 +264,10 @@ impl Rays {
             samples: self.samples,
             drops: whole_chord,
             depth,
-            ground_sun_depth: self.ground(eye).filter(|_| sun.y > 0.0).map(|ground| {
-                let towards_sun = Bundle {
-                    origin: ground,
-                    components: sun.to_array().map(|it| (it, it)),
-                    longest: 1.0,
-                };
-                towards_sun.largest_depth(drops.parts)
-            }),
+            ground_sun_depth: self
+                .ground(eye)
+                .filter(|_| sun.y > 0.0)
+                .map(|ground| Bundle::parallel(ground, sun).largest_depth(drops.parts)),
         }
     }
 
