@@ -34,9 +34,9 @@ use crate::table_rows::add;
 use crate::theory::SingleDrops;
 use niji_radiometry::size_parameter;
 
-/// Largest size parameter that the exact theories take; drops beyond it, in the tails of laws of the
-/// largest raindrops, scatter per area as one of this size.
-const LARGEST_SIZE_PARAMETER: f64 = 1e5;
+/// Largest size parameter that the exact theories take, but for what the radius of such a drop rounds it up by; drops
+/// beyond it, in the tails of laws of the largest raindrops, scatter per area as one of this size.
+const LARGEST_SIZE_PARAMETER: f64 = 1e5 * (1.0 - 8.0 * f64::EPSILON);
 /// Sizes in a bin, and in the cell of a single size, at least.
 const LEAST_IN_BIN: usize = 2;
 const LEAST_IN_CELL: usize = 8;
@@ -253,5 +253,28 @@ fn size_sampling(task: Task, solution: Solution) -> SizeSampling {
             least_in_cell: if is_bin { LEAST_IN_BIN } else { LEAST_IN_CELL },
         },
         Solution::Debye => SizeSampling::Smooth,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use niji_radiometry::Nanometers;
+
+    use super::*;
+
+    #[test]
+    fn drops_of_any_size_are_no_larger_than_the_theories_take() {
+        for step in 0..1000 {
+            let bin = Bin {
+                center: Nanometers(380.0 + 0.4 * f64::from(step)),
+                width: Nanometers(10.0),
+                index: 1.33,
+            };
+            for radius_um in [6100.0, 7000.0 + 3.7 * f64::from(step), 20_000.0] {
+                let radius = computed(Micrometers(radius_um), bin);
+                let found = size_parameter(radius, bin.center);
+                assert!(found <= 1e5, "{radius_um} um at {:?}: {found}", bin.center);
+            }
+        }
     }
 }
