@@ -14,6 +14,12 @@
 //! The corner of a surface that hides a diagonal neighbor and none beside the pixel covers up to a quarter of it: half
 //! of the sum along a diagonal stands for it where that is more.
 //!
+//! Of a horizon within a pixel n rays along a side show most, and its neighbors little: it looks like any slope from one
+//! to the other. In the mean over the rows and over the columns of rays
+//! [s - |L_+1 - L_-1| / (2n)] / (2n - 1)
+//! is added, `s` the largest difference between neighboring rays: that of a slope is what is taken away, that of a step
+//! along a row of rays makes them err by s/(2n) at most.
+//!
 //! Where distances are those of whole pixels, a pixel beside an edge of surfaces has the light of its own: on
 //! another surface the last pixel before it stands for the next.
 //!
@@ -58,6 +64,22 @@ pub(crate) struct PixelLight {
     pub(crate) light: f32,
     /// Distance of the surface that all of it has (m); 0 where there may be several in it.
     pub(crate) surface_m: f32,
+    /// As of [`ray_steps`]; 0 of a single ray.
+    pub(crate) ray_steps: [f32; 2],
+}
+
+/// Largest difference between neighbors among n x n rays of a pixel, row by row, along a row and along a column [cd/m²]: means
+/// over the rows and the columns.
+pub(crate) fn ray_steps(luminances: &[f64], n: usize) -> [f32; 2] {
+    let mean = |at: &dyn Fn(usize, usize) -> f64| {
+        let step = |line, place| (at(line, place) - at(line, place - 1)).abs();
+        let largest = |line| (1..n).map(|place| step(line, place)).fold(0.0, f64::max);
+        ((0..n).map(largest).sum::<f64>() / n as f64) as f32
+    };
+    [
+        mean(&|row, column| luminances[row * n + column]),
+        mean(&|column, row| luminances[row * n + column]),
+    ]
 }
 
 /// A pixel, two before it and two behind it.
@@ -150,7 +172,23 @@ pub(crate) fn footprint_error(lines: &Lines, footprint: PixelFootprint, width_ra
         PixelFootprint::Prefiltered => prefiltered(five, width_rad),
     };
     let [across, down, falling, rising] = lines.each_ref().map(of_line);
-    (across + down).max(CORNER * falling.max(rising))
+    let both = (across + down).max(CORNER * falling.max(rising));
+    match footprint {
+        PixelFootprint::Grid { n } => both + between_rays(lines, n),
+        PixelFootprint::Center | PixelFootprint::Prefiltered => both,
+    }
+}
+
+/// What an edge between n rays along a side of a pixel makes them err by.
+fn between_rays(lines: &Lines, n: u32) -> f64 {
+    let n_halves = 2.0 * f64::from(n);
+    let along = |axis: usize| {
+        let five = &lines[axis];
+        let [before, behind] = [1, 3].map(|at| f64::from(five[at].bow + five[at].beside));
+        let of_slope = (behind - before).abs() / n_halves;
+        (f64::from(five[2].ray_steps[axis]) - of_slope).max(0.0) / (n_halves - 1.0)
+    };
+    along(0) + along(1)
 }
 
 /// Half of the largest difference of luminance between a pixel and its eight neighbors [cd/m²].
@@ -226,6 +264,43 @@ mod tests {
     }
 
     #[test]
+    fn an_edge_between_the_rays_of_a_pixel_is_told_and_a_slope_is_not() {
+        // A pixel a side wide about the origin, and its neighbors.
+        let told = |n: usize, luminance: &dyn Fn(f64) -> f64| {
+            let rays = |middle: f64| {
+                let place = move |index: usize| middle + (index as f64 + 0.5) / n as f64 - 0.5;
+                (0..n).flat_map(move |row| (0..n).map(move |_| place(row)))
+            };
+            let light = |middle: f64| {
+                let luminances: Vec<f64> = rays(middle).map(luminance).collect();
+                PixelLight {
+                    beside: (luminances.iter().sum::<f64>() / (n * n) as f64) as f32,
+                    ray_steps: ray_steps(&luminances, n),
+                    ..PixelLight::default()
+                }
+            };
+            let down = [-2.0, -1.0, 0.0, 1.0, 2.0].map(light);
+            let lines = [[down[2]; 5], down, down, down];
+            let n = n as u32;
+            let error = footprint_error(&lines, PixelFootprint::Grid { n }, 1e-3);
+            (f64::from(down[2].beside), error)
+        };
+        for n in [2, 4, 8] {
+            // Beyond the outermost rays only the neighbors show it.
+            for edge in [-0.24, -0.1, -0.07, 0.0, 0.2, 0.249] {
+                let (found, error) = told(n, &|y| if y < edge { 1.0 } else { 0.2 });
+                let off = (found - (0.2 + 0.8 * (edge + 0.5))).abs();
+                assert!(
+                    off <= 1.01 * error && error < 0.6 / n as f64,
+                    "{n} {edge}: {off} {error}"
+                );
+            }
+            let (_, of_slope) = told(n, &|y| 1.0 + 0.3 * y);
+            assert!(of_slope < 1e-6, "{n}: {of_slope}");
+        }
+    }
+
+    #[test]
     fn what_lies_beyond_an_edge_beside_a_pixel_is_none_of_its_errors() {
         // Sky above the third row of five, twice as bright ground that gets brighter downwards below it.
         let lights = Array2::from_shape_fn((5, 5), |(y, _)| PixelLight {
@@ -267,6 +342,7 @@ mod tests {
                 surface_m: 0.0,
                 beside: 0.0,
                 light: 1.0,
+                ..PixelLight::default()
             };
             let (mut n, mut n_covered) = (0, 0);
             for (x, y) in (2..48).flat_map(|y| (2..78).map(move |x| (x, y))) {

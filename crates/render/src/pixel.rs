@@ -34,6 +34,8 @@ pub(crate) struct Pixel {
     pub(crate) light_tau_sun: f64,
     /// Luminance of all light that is not a bow's [cd/m²].
     pub(crate) beside_cd_m2: f32,
+    /// What its rays differ by, as of `footprint_error::ray_steps`.
+    pub(crate) ray_steps: [f32; 2],
     pub(crate) errors: RayErrors,
 }
 
@@ -55,6 +57,7 @@ impl Pixel {
             light_m: 0.0,
             light_tau_sun: 0.0,
             beside_cd_m2: 0.0,
+            ray_steps: [0.0; 2],
             errors: RayErrors::default(),
         }
     }
@@ -170,6 +173,7 @@ impl Pixel {
     pub(crate) fn seen_light(&self, surface_m: f32) -> PixelLight {
         PixelLight {
             surface_m,
+            ray_steps: self.ray_steps,
             bow: self.bows_cd_m2(),
             beside: self.beside_cd_m2,
             light: self.light as f32,

@@ -18,6 +18,7 @@ use crate::footprint::rays_along;
 use crate::footprint_error::Lines;
 use crate::footprint_error::PixelLight;
 use crate::footprint_error::footprint_error;
+use crate::footprint_error::ray_steps;
 use crate::frame::Frame;
 use crate::levels::PixelFootprint;
 use crate::picture_tiles::TileMut;
@@ -53,6 +54,8 @@ pub(crate) struct Room {
     pub(crate) between: Pixel,
     /// Where the last ray of the pixel ends (m).
     pub(crate) surface_m: f64,
+    /// Of the rays of a pixel on a lattice, row by row [cd/m²].
+    pub(crate) luminances: Vec<f64>,
     /// Radiance of a tile's row, pixel by pixel: written plane by plane at its end.
     pub(crate) row: Vec<f32>,
 }
@@ -66,6 +69,7 @@ impl Room {
             pixel: Pixel::dark(n_wavelengths),
             between: Pixel::dark(n_wavelengths),
             surface_m: f64::INFINITY,
+            luminances: Vec::new(),
             row: Vec::new(),
         }
     }
@@ -166,11 +170,16 @@ impl RayTracer<'_> {
         let n = rays_along(self.footprint);
         let share = 1.0 / f64::from(n * n);
         room.begin_pixel();
+        room.luminances.clear();
         let mut any_light = false;
         for (dx, dy) in offsets(n) {
+            let before = room.pixel.luminance();
             let sight = self.eye.sight(x + dx, y + dy);
             any_light |= self.add_sight(sight, (x, y), share, room);
+            let added = room.pixel.luminance() - before;
+            room.luminances.push(added / share);
         }
+        room.pixel.ray_steps = ray_steps(&room.luminances, n as usize);
         any_light
     }
 
