@@ -52,6 +52,7 @@ use niji_picture::PlannedScene;
 use niji_picture::Scene;
 use niji_picture::scene_from_toml;
 use niji_picture::unwatched;
+use niji_render::DropOrders;
 use niji_render::Integration;
 use niji_render::SunPath;
 use niji_scatter::Theory;
@@ -66,7 +67,13 @@ use draw::Dice;
 /// Pixels of a truth along each side of a pixel.
 const FINER: usize = 4;
 /// Tolerance of the truth; pixels of it get more rays at a third of that.
-const FINEST: f64 = 5e-4;
+const FINEST: f64 = 2e-4;
+/// Light of further orders, whose noise would else be as much as the tolerance has room for: told 0.01 % of display
+/// white on fog of 20 um, where errors are counted from as much on.
+const ORDERS: DropOrders = DropOrders::MultipleScattering {
+    nodes_across: 24,
+    paths_per_node: 1 << 17,
+};
 /// Largest error of the scattering table, relative to its peak.
 const TABLE_ERROR: f64 = 1e-3;
 /// Errors below are not counted against the layer `error`.
@@ -197,6 +204,7 @@ fn truth(name: &str) -> Result<PlannedScene> {
     scene.accuracy.sun_path = Some(SunPath::March {
         step_m: first.plan.voxel_m,
     });
+    scene.accuracy.drop_orders = Some(ORDERS);
     let seen = first.plan.effects.iter().filter(|it| {
         it.asked == Switch::Auto && !it.effect.comes_with_theory() && it.bound.value > 0.0
     });
