@@ -4,10 +4,9 @@
 //! of what was looked at in small pictures of the same view, what was seen there. That is what is expected, the part of
 //! each cause. To the error of a pixel, which few shall exceed, it adds
 //!
-//! M max(e(x + d), E)   over d of a pixel of the small picture in every direction
+//! M max(e(x + d))   over d of a pixel of the small picture in every direction
 //! `e` what was seen or is bounded, `M` a margin, 1 of a bound: what is narrower than these pixels is brighter than they
-//! show, and a difference of two levels that changes its sign is 0 where both err. Of the sky, which errs as smoothly as
-//! it shines, that is wider than such pixels: `E` is half of the RMS of e over the picture there, else 0.
+//! show, and a difference of two levels that changes its sign is 0 where both err.
 
 use ndarray::Array2;
 use ndarray::Zip;
@@ -27,41 +26,14 @@ pub const SKY: &str = "sky";
 /// What they call that which lies between the nodes of the drops.
 pub const DROP_SPACING: &str = "drop_spacing";
 
-/// What a pixel errs by at most.
-#[derive(Clone, Copy, Debug)]
-struct Margin {
-    /// M.
-    times: f64,
-    /// E over the RMS of e.
-    of_rms: f64,
-}
+/// M of a difference of two levels or spacings, which is part of what the finer one errs by.
+const OF_DIFFERENCE: f64 = 1.5;
 
-impl Margin {
-    /// Of what is seen in a place.
-    const fn times(times: f64) -> Self {
-        Self { times, of_rms: 0.0 }
-    }
+/// M of light of further orders, by few paths, sizes and wavelengths and a coarse table.
+const OF_LIGHT: f64 = 2.0;
 
-    /// e with it but for M.
-    fn widened(self, seen: &SmallPicture) -> SmallPicture {
-        let least = self.of_rms * seen.bound().rms;
-        seen.widened().no_darker_than(least as f32)
-    }
-}
-
-/// Of a difference of two spacings, which is part of what the finer one errs by.
-const OF_SPACINGS: Margin = Margin::times(1.5);
-
-/// Of a difference of two levels of the sky, too.
-const OF_SKY: Margin = Margin {
-    of_rms: 0.5,
-    ..OF_SPACINGS
-};
-
-/// Of light of further orders, by few paths, sizes and wavelengths and a coarse table.
-const OF_LIGHT: Margin = Margin::times(2.0);
-
-const OF_BOUND: Margin = Margin::times(1.0);
+/// M of a bound.
+const OF_BOUND: f64 = 1.0;
 
 /// What is known before a picture is rendered, over display white.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -112,11 +84,11 @@ impl ForeseenErrors {
         ];
         let causes = [
             (LEFT_OUT, self.everywhere, &left_out[..]),
-            (SKY, 0.0, &[(self.sky.as_ref(), OF_SKY)]),
+            (SKY, 0.0, &[(self.sky.as_ref(), OF_DIFFERENCE)]),
             (
                 DROP_SPACING,
                 0.0,
-                &[(self.drop_spacing.as_ref(), OF_SPACINGS)],
+                &[(self.drop_spacing.as_ref(), OF_DIFFERENCE)],
             ),
         ];
         let causes = causes.map(|(name, everywhere, parts)| Cause {
@@ -154,7 +126,7 @@ impl ForeseenErrors {
             };
             let parts = parts.into_iter();
             let (expected, widened): (Vec<_>, Vec<_>) = parts
-                .map(|(part, margin)| ((part.clone(), 1.0), (margin.widened(part), margin.times)))
+                .map(|(part, margin)| ((part.clone(), 1.0), (part.widened(), margin)))
                 .unzip();
             let (values, at_most) = (plane(&expected), plane(&widened));
             for (all, at_most) in all.iter_mut().zip(&at_most) {
@@ -171,8 +143,8 @@ struct Cause<'a> {
     name: &'static str,
     /// The same in every pixel.
     everywhere: f64,
-    /// What is added to that in places.
-    parts: Vec<(&'a SmallPicture, Margin)>,
+    /// What is added to that in places, and its M.
+    parts: Vec<(&'a SmallPicture, f64)>,
 }
 
 /// Where pixels lie, and what is white there.
@@ -246,23 +218,6 @@ mod tests {
     }
 
     #[test]
-    fn where_two_levels_of_the_sky_agree_they_err_all_the_same() {
-        let seen = SmallPicture {
-            first_px: [0.0; 2],
-            frame_px: [6.0, 1.0],
-            luminance: vec![vec![0.4, 0.0, 0.0, 0.0, 0.0, 0.3]],
-        };
-        let of_sky = OF_SKY.widened(&seen);
-        for (column, expected) in [0.4, 0.4, 0.102, 0.102, 0.3, 0.3].into_iter().enumerate() {
-            assert!(
-                (of_sky.luminance[0][column] - expected).abs() < 1e-3,
-                "{column}"
-            );
-        }
-        assert_eq!(OF_SPACINGS.widened(&seen), seen.widened());
-    }
-
-    #[test]
     fn a_small_picture_is_linear_over_the_frame_whatever_region_of_it_is_asked_for() {
         // Twice as many pixels along each side, with overscan of two; linear in both directions.
         let (frame_px, small_px) = ([16_u32, 8_u32], [8_u32, 4_u32]);
@@ -313,7 +268,7 @@ mod tests {
             );
             // One small pixel further to the right and down it is brightest.
             let most = at(place(x as u32, 5, 16), place(y as u32, 4, 8));
-            let at_most = 2.0 * (OF_LIGHT.times * most + 0.25) as f32;
+            let at_most = 2.0 * (OF_LIGHT * most + 0.25) as f32;
             assert!((error.channels[0].1[[y, x]] - at_most.hypot(3.0)).abs() < 1e-5);
         }
     }

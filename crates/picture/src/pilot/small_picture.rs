@@ -96,14 +96,6 @@ impl SmallPicture {
         self
     }
 
-    /// The same with so much light at least.
-    pub(crate) fn no_darker_than(mut self, least: f32) -> Self {
-        for light in self.luminance.iter_mut().flatten() {
-            *light = light.max(least);
-        }
-        self
-    }
-
     /// The same with the brightest of each pixel and those around it.
     pub(crate) fn widened(&self) -> Self {
         let n_columns = self.luminance.first().map_or(0, Vec::len);
