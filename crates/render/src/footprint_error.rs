@@ -68,6 +68,13 @@ pub(crate) struct PixelLight {
     pub(crate) ray_steps: [f32; 2],
 }
 
+impl PixelLight {
+    /// Of all light [cd/m²].
+    fn luminance(&self) -> f64 {
+        f64::from(self.bow + self.beside)
+    }
+}
+
 /// Largest difference between neighbors among n x n rays of a pixel, row by row, along a row and along a column [cd/m²]: means
 /// over the rows and the columns.
 pub(crate) fn ray_steps(luminances: &[f64], n: usize) -> [f32; 2] {
@@ -184,7 +191,7 @@ fn between_rays(lines: &Lines, n: u32) -> f64 {
     let n_halves = 2.0 * f64::from(n);
     let along = |axis: usize| {
         let five = &lines[axis];
-        let [before, behind] = [1, 3].map(|at| f64::from(five[at].bow + five[at].beside));
+        let [before, behind] = [1, 3].map(|at| five[at].luminance());
         let of_slope = (behind - before).abs() / n_halves;
         (f64::from(five[2].ray_steps[axis]) - of_slope).max(0.0) / (n_halves - 1.0)
     };
@@ -194,7 +201,7 @@ fn between_rays(lines: &Lines, n: u32) -> f64 {
 /// Half of the largest difference of luminance between a pixel and its eight neighbors [cd/m²].
 pub(crate) fn half_step(lines: &Lines) -> f64 {
     let near = lines.iter().flat_map(|five| &five[1..4]);
-    let luminances = near.map(|pixel| f64::from(pixel.bow + pixel.beside));
+    let luminances = near.map(PixelLight::luminance);
     let (darkest, brightest) = luminances.fold((f64::INFINITY, 0.0_f64), |(low, high), value| {
         (low.min(value), high.max(value))
     });
@@ -202,7 +209,7 @@ pub(crate) fn half_step(lines: &Lines) -> f64 {
 }
 
 fn all(five: &[PixelLight; 5]) -> Bend {
-    Bend::of(&five.map(|pixel| f64::from(pixel.bow + pixel.beside)))
+    Bend::of(&five.each_ref().map(PixelLight::luminance))
 }
 
 fn prefiltered(five: &[PixelLight; 5], width_rad: f64) -> f64 {
@@ -339,8 +346,6 @@ mod tests {
                 |x, y| scattering_angle_rad(camera.ray(x, y).unwrap().direction, sun_direction);
             let seen_light = |x: u32, y: u32| PixelLight {
                 bow: angle(f64::from(x) + 0.5, f64::from(y) + 0.5) as f32,
-                surface_m: 0.0,
-                beside: 0.0,
                 light: 1.0,
                 ..PixelLight::default()
             };

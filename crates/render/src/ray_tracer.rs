@@ -55,7 +55,7 @@ pub(crate) struct Room {
     /// Where the last ray of the pixel ends (m).
     pub(crate) surface_m: f64,
     /// Of the rays of a pixel on a lattice, row by row [cd/m²].
-    pub(crate) luminances: Vec<f64>,
+    luminances: Vec<f64>,
     /// Radiance of a tile's row, pixel by pixel: written plane by plane at its end.
     pub(crate) row: Vec<f32>,
 }
