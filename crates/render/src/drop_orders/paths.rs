@@ -4,6 +4,11 @@
 //! little. On the face of a cloud it does not: between the last node and the edge the depth grows with the square of
 //! the way, and linear interpolation takes 7 % of the light of a cloud with a depth of 1.6 a voxel, 19 % with 3.1.
 //! There the way to the sun is followed itself.
+//!
+//! Deep in a cloud a path meets hundreds of drops. Drops that scatter evenly, 1 - g times as many, would stand for them
+//! with a third of the collisions; but of 10 um (g = 0.72), after twelve drops of their own, clouds are then 3 to 6 % too
+//! dark where they are lit, and 1 to 7 % too bright there if that begins only at depth 4 to 16. Paths that end by chance, with
+//! more weight for the others, save a third of the time at best, at depth 340, and lose from depth 20 down.
 
 use std::f64::consts::TAU;
 use std::ops::Range;

@@ -15,7 +15,6 @@
 
 use crate::error::Error;
 
-use super::STANDARD_ERRORS;
 use super::column::N_STRATA;
 use super::lattice::Lattice;
 use super::paths::Mean;
@@ -42,6 +41,9 @@ const UNSURE: f64 = 2.0;
 
 /// Below that, the noise of paths is not known well enough to be left out.
 const LEAST_PATHS: usize = 32;
+
+/// What interpolation errs by in the mean over what neighbors tell of it.
+const OF_TOLD: f32 = 0.37;
 
 /// Paths that are followed on both lattices, for each stratum.
 pub(crate) fn n_paths(nodes_across: usize, paths_per_node: usize) -> usize {
@@ -181,8 +183,8 @@ impl Followed {
         let left_out = left_out_cd_m2(&differences, coarse.grid.n_nodes());
         let between = interpolation_errors(&fine.grid, &means);
         let both = between.iter().zip(&left_out);
-        let interpolation_cd_m2: Vec<f32> = both.map(|(a, b)| a.hypot(*b)).collect();
-        let between_cd_m2 = fine.rms_of_errors(&interpolation_cd_m2) / STANDARD_ERRORS;
+        let interpolation_cd_m2: Vec<f32> = both.map(|(a, b)| OF_TOLD * a.hypot(*b)).collect();
+        let between_cd_m2 = fine.rms_of_errors(&interpolation_cd_m2);
         FineMeans {
             error_cd_m2: fine.noise_cd_m2(&means).hypot(between_cd_m2),
             means,
@@ -243,7 +245,7 @@ pub(super) struct FineMeans {
     /// What they err by, RMS over the directions [cd/m²].
     pub(super) error_cd_m2: f64,
     pub(super) means: Vec<Mean>,
-    /// What interpolation errs by, between them and where it is kept of the coarse lattice [cd/m²].
+    /// What interpolation errs by, between them and where it is kept of the coarse lattice, as a standard error [cd/m²].
     pub(super) interpolation_cd_m2: Vec<f32>,
     /// Paths of each node of the coarse lattice.
     pub(super) n_paths: usize,
