@@ -146,6 +146,40 @@ fn a_level_surface_sends_the_irradiance_of_sun_and_sky_over_pi() {
 }
 
 #[test]
+fn ground_mesh_and_terrain_of_a_name_have_the_spectrum_that_was_measured() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("floor.obj"), FLOOR).unwrap();
+    gray_png(&folder.path().join("flat.png"), [9, 9], (0..81).map(|_| 0));
+    // Sand, the fifth column of its table, by the trapezoid rule from 400 to 500 nm and so on.
+    let sand: Vec<f64> = include_str!("../data/ground_reflectances.csv")
+        .lines()
+        .filter_map(|line| line.split(',').nth(5)?.parse().ok())
+        .collect();
+    let measured = [5, 15, 25].map(|from| {
+        let inner: f64 = sand[from + 1..from + 10].iter().sum();
+        0.1 * (0.5 * (sand[from] + sand[from + 10]) + inner)
+    });
+    let ground = SCENE.replace("albedo = 0.25", "albedo = \"sand\"");
+    let mesh = "[[occluders.meshes]]\nfile = \"floor.obj\"\nalbedo = \"sand\"\n";
+    let terrain =
+        "[terrain]\nfile = \"flat.png\"\nspacing_m = 500\nheight_m = [0, 800]\nalbedo = \"sand\"\n";
+    for surfaces in ["", mesh, terrain] {
+        let (lit, air) = seen(&format!("{ground}{surfaces}"), folder.path());
+        let cos_sun = sun().y;
+        let diffuse = air.diffuse.as_ref().unwrap().ground_irradiance(cos_sun);
+        for ((index, _, _), found) in lit.indexed_iter() {
+            let direct = cos_sun * (-air.optical_depth_at(index, 0.0, cos_sun)).exp();
+            let irradiance = air.sun_irradiance[index] * (direct + f64::from(diffuse[index]));
+            let expected = measured[index] * FRAC_1_PI * irradiance;
+            assert!(
+                (f64::from(*found) / expected - 1.0).abs() < 5e-4,
+                "{surfaces}: {found} {expected}"
+            );
+        }
+    }
+}
+
+#[test]
 fn a_surface_has_the_light_of_the_sky_where_that_itself_is_not_seen() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("floor.obj"), FLOOR).unwrap();
@@ -330,8 +364,8 @@ fn what_is_no_albedo_or_height_is_told_with_its_line() {
         ("[0.1, 0.2, -0.1]", "0 to 1"),
         ("[0.1, 0.2]", "red, green and blue"),
         (
-            "\"grass\"",
-            "a number, a list of red, green and blue, or \"materials\"",
+            "\"gras\"",
+            "a number, a list of red, green and blue, \"materials\", or one of \"grass\", \"dry-grass\"",
         ),
     ] {
         let message = refused(&format!("{mesh}{albedo}\n"));

@@ -32,6 +32,7 @@ use niji_atmosphere::with_diffuse_light;
 use niji_exchange::AtmosphereTable;
 use niji_geometry::EARTH;
 use niji_radiometry::Radians;
+use niji_radiometry::Reflectance;
 use niji_radiometry::WavelengthGrid;
 use serde::Serialize;
 
@@ -118,7 +119,7 @@ fn air(is_hazy: bool) -> Result<AtmosphereTable, Failure> {
         top_height_m: USUAL_TOP_M,
         wavelengths,
         sun_scale: 1.0,
-        ground_albedo: 0.2,
+        ground: Reflectance::Even(0.2),
         constituents: constituents
             .into_iter()
             .collect::<Result<_, _>>()

@@ -169,7 +169,7 @@ fn light(scene: &IceScene, wavelengths: WavelengthGrid) -> Result<Light, Failure
         let request = AirRequest {
             air,
             wavelengths,
-            ground_albedo: scene.ground_albedo(),
+            ground: scene.ground_reflectance(),
             sun: &scene.sun,
             orders,
             suns: Suns::All,

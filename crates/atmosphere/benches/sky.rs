@@ -21,6 +21,7 @@ use niji_atmosphere::spread_directions;
 use niji_exchange::AtmosphereTable;
 use niji_geometry::EARTH;
 use niji_radiometry::Radians;
+use niji_radiometry::Reflectance;
 use niji_radiometry::WavelengthGrid;
 
 const N_DIRECTIONS: usize = 640 * 480;
@@ -54,7 +55,7 @@ fn air() -> AtmosphereTable {
         top_height_m: USUAL_TOP_M,
         wavelengths,
         sun_scale: 1.0,
-        ground_albedo: 0.2,
+        ground: Reflectance::Even(0.2),
         constituents: constituents
             .map(|constituent| constituent.expect("usual air"))
             .to_vec(),

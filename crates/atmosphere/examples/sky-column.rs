@@ -23,6 +23,7 @@ use niji_atmosphere::ViewRay;
 use niji_atmosphere::king_factor;
 use niji_atmosphere::with_diffuse_light;
 use niji_geometry::Planet;
+use niji_radiometry::Reflectance;
 use niji_radiometry::WavelengthGrid;
 
 const ALBEDOS: [f64; 3] = [0.0, 0.3, 0.8];
@@ -78,7 +79,7 @@ fn write_skies(
         top_height_m: USUAL_TOP_M,
         wavelengths,
         sun_scale: 1.0,
-        ground_albedo,
+        ground: Reflectance::Even(ground_albedo),
         constituents,
     };
     let mut air = model.tabulate()?;

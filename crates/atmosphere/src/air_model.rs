@@ -2,6 +2,7 @@
 
 use niji_exchange::AtmosphereTable;
 use niji_geometry::Planet;
+use niji_radiometry::Reflectance;
 use niji_radiometry::WavelengthGrid;
 use niji_radiometry::solar_irradiance;
 
@@ -26,8 +27,8 @@ pub struct AirModel {
     pub wavelengths: WavelengthGrid,
     /// Brightness of the sun over that at one astronomical unit; the moon is 2.5e-6 or less.
     pub sun_scale: f64,
-    /// Share of the light that the ground gives back, 0 to 1.
-    pub ground_albedo: f64,
+    /// Share of the light that the ground gives back, 0 to 1 at every wavelength.
+    pub ground: Reflectance,
     /// What the air is made of; none of it is a vacuum.
     pub constituents: Vec<Constituent>,
 }
@@ -41,7 +42,10 @@ impl AirModel {
         let planet_radius_m = positive("planet radius", self.planet.radius_m, "m")?;
         let top_height_m = positive("top of the air", self.top_height_m, "m")?;
         let sun_scale = within("brightness of the sun", self.sun_scale, [0.0, 1e6])?;
-        let albedo = within("ground albedo", self.ground_albedo, [0.0, 1.0])?;
+        let ground_albedo = self.ground.on(&self.wavelengths);
+        for albedo in &ground_albedo {
+            within("ground albedo", *albedo, [0.0, 1.0])?;
+        }
         let mut constituents = Vec::with_capacity(self.constituents.len());
         for constituent in &self.constituents {
             self.check(constituent)?;
@@ -63,7 +67,7 @@ impl AirModel {
                 .into_iter()
                 .map(|irradiance| sun_scale * irradiance)
                 .collect(),
-            ground_albedo: vec![albedo; self.wavelengths.len()],
+            ground_albedo,
             constituents,
             diffuse: None,
         })
@@ -120,7 +124,7 @@ mod tests {
             top_height_m: USUAL_TOP_M,
             wavelengths: WavelengthGrid::visible(),
             sun_scale: 1.0,
-            ground_albedo: 0.2,
+            ground: Reflectance::Even(0.2),
             constituents,
         }
     }
@@ -178,7 +182,7 @@ mod tests {
         }));
         assert!(
             AirModel {
-                ground_albedo: 1.1,
+                ground: Reflectance::Even(1.1),
                 ..model(Vec::new())
             }
             .tabulate()

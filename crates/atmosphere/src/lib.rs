@@ -9,7 +9,7 @@
 //! ```
 //! use niji_atmosphere::{AirModel, NishitaAir, USUAL_TOP_M, sun_transmittance};
 //! use niji_geometry::EARTH;
-//! use niji_radiometry::{Radians, WavelengthGrid};
+//! use niji_radiometry::{Radians, Reflectance, WavelengthGrid};
 //!
 //! let wavelengths = WavelengthGrid::new(450.0, 200.0, 2)?;
 //! let model = AirModel {
@@ -17,7 +17,7 @@
 //!     top_height_m: USUAL_TOP_M,
 //!     wavelengths,
 //!     sun_scale: 1.0,
-//!     ground_albedo: 0.2,
+//!     ground: Reflectance::Even(0.2),
 //!     constituents: vec![NishitaAir::PUBLISHED.constituent(&wavelengths)?],
 //! };
 //! let air = model.tabulate()?;

@@ -32,6 +32,7 @@ use niji_exchange::AtmosphereTable;
 use niji_geometry::EARTH;
 use niji_geometry::Planet;
 use niji_radiometry::Radians;
+use niji_radiometry::Reflectance;
 use niji_radiometry::WavelengthGrid;
 
 /// A planet on which the air is plane.
@@ -72,7 +73,7 @@ fn air(
         top_height_m: USUAL_TOP_M,
         wavelengths,
         sun_scale: 1.0,
-        ground_albedo,
+        ground: Reflectance::Even(ground_albedo),
         constituents,
     };
     model.tabulate().expect("air that can exist")

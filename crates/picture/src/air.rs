@@ -4,6 +4,7 @@ use niji_atmosphere::ScatteringOrders;
 use niji_atmosphere::Suns;
 use niji_atmosphere::diffuse_light_while;
 use niji_exchange::AtmosphereTable;
+use niji_radiometry::Reflectance;
 use niji_radiometry::WavelengthGrid;
 use niji_scene::Air;
 use niji_scene::Scene;
@@ -22,8 +23,8 @@ pub struct AirRequest<'a> {
     pub air: &'a Air,
     /// For which wavelengths.
     pub wavelengths: WavelengthGrid,
-    /// Of the ground.
-    pub ground_albedo: f64,
+    /// What the ground gives back.
+    pub ground: Reflectance,
     /// What shines on it.
     pub sun: &'a Sun,
     /// How finely light that the air scatters more than once is solved; `None` for one order.
@@ -39,7 +40,7 @@ impl<'a> AirRequest<'a> {
         Some(Self {
             air,
             wavelengths: scene.spectrum,
-            ground_albedo: scene.ground.albedo,
+            ground: scene.ground.albedo.reflectance(),
             sun: &scene.sun,
             orders,
             suns: Suns::All,
@@ -51,7 +52,7 @@ impl<'a> AirRequest<'a> {
     /// # Errors
     /// Parameters out of their range; [`Error::Stopped`].
     pub fn table(&self, watch: Watch) -> Result<AtmosphereTable, Error> {
-        let model = (self.air).model(self.wavelengths, self.ground_albedo, self.sun)?;
+        let model = (self.air).model(self.wavelengths, self.ground, self.sun)?;
         let table = model.tabulate()?;
         let go_on = |part| go_on(watch, Stage::Atmosphere, part);
         let solve = |orders| diffuse_light_while(go_on, &table, orders, self.suns);

@@ -1,4 +1,4 @@
-//! How much light a surface gives back, by wavelength: as much of all, or a smooth spectrum of a color.
+//! How much light a surface gives back, by wavelength: as much of all, a smooth spectrum of a color, or as measured.
 //!
 //! R(lambda) = 1/2 + x/(2 sqrt(1 + x^2)),   x = c0 + c1 t + c2 t^2,   t = (lambda - 595 nm)/235 nm
 //! is between 0 and 1 for any c. The three follow from a linear Rec.709 color, by Gauss-Newton with damping, so that
@@ -11,6 +11,7 @@ use std::sync::LazyLock;
 
 use crate::color_space::xyz_to_linear_rec709;
 use crate::colorimetry::Colorimetry;
+use crate::ground_reflectance::GroundCover;
 use crate::solar_irradiance::solar_irradiance;
 use crate::units::Nanometers;
 use crate::wavelength_grid::WavelengthGrid;
@@ -30,6 +31,8 @@ pub enum Reflectance {
     Even(f64),
     /// c0, c1, c2.
     Smooth([f64; 3]),
+    /// That of a ground, as measured.
+    Measured(GroundCover),
 }
 
 impl Reflectance {
@@ -74,12 +77,31 @@ impl Reflectance {
         match self {
             Self::Even(value) => value,
             Self::Smooth(c) => sigmoid(polynomial(c, wavelength)).0,
+            Self::Measured(cover) => cover.spectrum().at(wavelength),
         }
     }
 
-    /// Its value in the middle of every bin.
+    /// Its value in the middle of every bin, or the mean over it of what was measured.
     pub fn on(self, grid: &WavelengthGrid) -> Vec<f64> {
-        grid.centers().map(|center| self.at(center)).collect()
+        match self {
+            Self::Measured(cover) => {
+                let edges = (0..grid.len()).map(|bin| grid.edges(bin));
+                let spectrum = cover.spectrum();
+                edges.map(|(lo, hi)| spectrum.bin_mean(lo, hi)).collect()
+            }
+            Self::Even(_) | Self::Smooth(_) => {
+                grid.centers().map(|center| self.at(center)).collect()
+            }
+        }
+    }
+
+    /// Its color in the sun beside a white surface, red, green and blue of linear Rec.709.
+    pub fn rgb(self) -> [f64; 3] {
+        let lit = |k: usize| {
+            let weights = WEIGHTS.iter();
+            weights.map(|(nm, weight)| weight[k] * self.at(*nm)).sum()
+        };
+        [0, 1, 2].map(lit)
     }
 }
 
@@ -217,6 +239,26 @@ mod tests {
         for rgb in [[0.05, 0.12, 0.03], [0.45, 0.3, 0.2], [0.1, 0.3, 0.7]] {
             assert!(error(rgb) < 3e-4, "{rgb:?}: {}", error(rgb));
         }
+    }
+
+    #[test]
+    fn the_color_of_what_was_measured_is_that_of_its_spectrum_in_the_sun() {
+        for cover in GroundCover::ALL {
+            let measured = Reflectance::Measured(cover);
+            let (told, found) = (measured.rgb(), color(measured));
+            for k in 0..3 {
+                assert!(
+                    (told[k] - found[k]).abs() < 1e-3,
+                    "{cover:?}: {told:?} {found:?}"
+                );
+            }
+        }
+        // A bin has the mean over it, which at the edge of red leaves is not the value in its middle.
+        let grass = Reflectance::Measured(GroundCover::Grass);
+        let wide = grass.on(&WavelengthGrid::new(700.0, 40.0, 1).unwrap())[0];
+        let fine = grass.on(&WavelengthGrid::new(680.5, 1.0, 40).unwrap());
+        assert!((wide - fine.iter().sum::<f64>() / 40.0).abs() < 1e-12);
+        assert!(wide > 1.1 * grass.at(Nanometers(700.0)));
     }
 
     #[test]

@@ -12,6 +12,7 @@ use niji_atmosphere::STANDARD_PRESSURE_PA;
 use niji_atmosphere::USUAL_TOP_M;
 use niji_exchange::DensityLaw;
 use niji_geometry::EARTH;
+use niji_radiometry::Reflectance;
 use niji_radiometry::WavelengthGrid;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -223,7 +224,7 @@ impl Air {
     pub fn model(
         &self,
         wavelengths: WavelengthGrid,
-        ground_albedo: f64,
+        ground: Reflectance,
         sun: &Sun,
     ) -> Result<AirModel, niji_atmosphere::Error> {
         let constituents = self.constituents.iter();
@@ -234,7 +235,7 @@ impl Air {
             top_height_m: USUAL_TOP_M,
             wavelengths,
             sun_scale: sun.irradiance_scale(),
-            ground_albedo,
+            ground,
             constituents: constituents.collect::<Result<_, _>>()?,
         })
     }

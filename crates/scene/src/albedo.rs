@@ -1,21 +1,24 @@
-//! What a surface gives back: as much of all light, a color, or what its file says.
+//! What a surface gives back: as much of all light, a color, what was measured, or what its file says.
 
 use std::fmt;
 
+use niji_radiometry::GroundCover;
 use niji_radiometry::Reflectance;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Deserializer;
 use serde::Serialize;
+use serde::de::IntoDeserializer;
 use serde::de::SeqAccess;
 use serde::de::Unexpected;
 use serde::de::Visitor;
+use serde::de::value::StrDeserializer;
 
 use crate::check::Check;
 use crate::error::SceneError;
 
 /// Share of the light that a surface gives back, as much in all directions: a number, 0..1, or red, green and blue of
-/// linear Rec.709, for which a smooth spectrum is taken.
+/// linear Rec.709, for which a smooth spectrum is taken, or the name of a ground whose spectrum was measured.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Albedo {
@@ -23,6 +26,8 @@ pub enum Albedo {
     Even(#[schemars(range(min = 0.0, max = 1.0))] f64),
     /// Red, green, blue.
     Rgb(#[schemars(inner(range(min = 0.0, max = 1.0)))] [f64; 3]),
+    /// As measured.
+    Measured(GroundCover),
 }
 
 impl Albedo {
@@ -31,24 +36,27 @@ impl Albedo {
         match self {
             Self::Even(value) => Reflectance::Even(value),
             Self::Rgb(rgb) => Reflectance::of_rgb(rgb),
+            Self::Measured(cover) => Reflectance::Measured(cover),
         }
     }
 
-    /// The largest of its numbers.
-    pub(crate) fn largest(self) -> f64 {
+    /// Red, green and blue.
+    fn rgb(self) -> [f64; 3] {
         match self {
-            Self::Even(value) => value,
-            Self::Rgb(rgb) => rgb.into_iter().fold(0.0, f64::max),
+            Self::Even(value) => [value; 3],
+            Self::Rgb(rgb) => rgb,
+            Self::Measured(_) => self.reflectance().rgb(),
         }
+    }
+
+    /// The largest of its colors.
+    pub(crate) fn largest(self) -> f64 {
+        self.rgb().into_iter().fold(0.0, f64::max)
     }
 
     /// Checks that all are shares.
     pub(crate) fn check(self, key: &str, check: &Check<'_>) -> Result<(), SceneError> {
-        let numbers = match self {
-            Self::Even(value) => [value; 3],
-            Self::Rgb(rgb) => rgb,
-        };
-        numbers
+        self.rgb()
             .into_iter()
             .try_for_each(|it| check.number(key, it, (0.0, 1.0)))
     }
@@ -103,7 +111,12 @@ impl<'de> Visitor<'de> for OrMaterials {
     type Value = MeshAlbedo;
 
     fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str("a number, a list of red, green and blue, or \"materials\"")
+        let names = GroundCover::ALL.map(|cover| format!("\"{}\"", cover.name()));
+        let names = names.join(", ");
+        write!(
+            formatter,
+            "a number, a list of red, green and blue, \"materials\", or one of {names}"
+        )
     }
 
     fn visit_f64<E: serde::de::Error>(self, value: f64) -> Result<MeshAlbedo, E> {
@@ -122,7 +135,10 @@ impl<'de> Visitor<'de> for OrMaterials {
         if word == "materials" {
             return Ok(MeshAlbedo::OfFile(OfFile::Materials));
         }
-        Err(E::invalid_value(Unexpected::Str(word), &self))
+        let albedo = Either
+            .visit_str(word)
+            .map_err(|_: E| E::invalid_value(Unexpected::Str(word), &self))?;
+        Ok(MeshAlbedo::Plain(albedo))
     }
 
     fn visit_seq<A: SeqAccess<'de>>(self, items: A) -> Result<MeshAlbedo, A::Error> {
@@ -143,7 +159,7 @@ impl<'de> Visitor<'de> for Either {
     type Value = Albedo;
 
     fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str("a number or a list of red, green and blue")
+        formatter.write_str("a number, a list of red, green and blue, or the name of a ground")
     }
 
     fn visit_f64<E>(self, value: f64) -> Result<Albedo, E> {
@@ -156,6 +172,11 @@ impl<'de> Visitor<'de> for Either {
 
     fn visit_u64<E>(self, value: u64) -> Result<Albedo, E> {
         Ok(Albedo::Even(value as f64))
+    }
+
+    fn visit_str<E: serde::de::Error>(self, word: &str) -> Result<Albedo, E> {
+        let word: StrDeserializer<'_, E> = word.into_deserializer();
+        GroundCover::deserialize(word).map(Albedo::Measured)
     }
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<Albedo, A::Error> {

@@ -14,6 +14,7 @@ use niji_ice::IceTransport;
 use niji_ice::Iceberg;
 use niji_ice::PathWavelengths;
 use niji_ice::Snow;
+use niji_radiometry::Reflectance;
 use niji_radiometry::WavelengthGrid;
 use niji_render::SkyModel;
 use schemars::JsonSchema;
@@ -238,7 +239,7 @@ impl IceScene {
             .pinhole()
             .map_err(|error| check.refused("camera", &error))?;
         if let Some(air) = &self.air {
-            air.model(self.spectrum, self.ground_albedo(), &self.sun)
+            air.model(self.spectrum, self.ground_reflectance(), &self.sun)
                 .map_err(|error| check.refused("air", &error))?;
         }
         self.check_ice().map_err(|error| match error {
@@ -332,9 +333,9 @@ impl IceScene {
     }
 
     /// Share of the light that the ground gives back diffusely, as the air sees it.
-    pub fn ground_albedo(&self) -> f64 {
+    pub fn ground_reflectance(&self) -> Reflectance {
         match self.ground {
-            IceGround::Land { albedo } | IceGround::Sea { albedo, .. } => albedo,
+            IceGround::Land { albedo } | IceGround::Sea { albedo, .. } => Reflectance::Even(albedo),
         }
     }
 }

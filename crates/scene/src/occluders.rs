@@ -53,8 +53,8 @@ pub struct OccluderMesh {
     #[serde(default)]
     #[schemars(inner(range(min = -1e7, max = 1e7)))]
     pub position_m: [f64; 3],
-    /// Share of the light that it gives back, 0..1, or red, green and blue, or "materials" for those of its file; black
-    /// where it is left out.
+    /// Share of the light that it gives back, 0..1, or red, green and blue, or the name of a ground, or "materials" for
+    /// those of its file; black where it is left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub albedo: Option<MeshAlbedo>,
 }

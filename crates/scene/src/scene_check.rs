@@ -71,7 +71,7 @@ pub(crate) fn values(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError>
     surface.map_or(Ok(()), |surface| surface.check(check))?;
     let motion = scene.drop_motion.validate();
     motion.map_err(|error| check.refused("drop_motion", &error))?;
-    check.number("ground.albedo", scene.ground.albedo, (0.0, 1.0))?;
+    scene.ground.albedo.check("ground.albedo", check)?;
     check.number(
         "picture.exposure_ev",
         scene.picture.exposure_ev,
@@ -389,9 +389,13 @@ fn air(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {
     ] {
         found.map_or(Ok(()), |found| check.number(key, found, range))?;
     }
-    air.model(scene.spectrum, scene.ground.albedo, &scene.sun)
-        .map(|_| ())
-        .map_err(|error| check.refused("air", &error))
+    air.model(
+        scene.spectrum,
+        scene.ground.albedo.reflectance(),
+        &scene.sun,
+    )
+    .map(|_| ())
+    .map_err(|error| check.refused("air", &error))
 }
 
 /// Checks ranges and contradictions.

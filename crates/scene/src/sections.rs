@@ -13,6 +13,8 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
 
+use crate::albedo::Albedo;
+
 /// Name of the shape that is made of the sea's water, [`niji_droplets::SeaSpray`].
 const SEA_SPRAY: &str = "sea-spray";
 
@@ -128,14 +130,16 @@ impl Water {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Ground {
-    /// Share of the light that it gives back, 0..1: 0.2, grass, where the section is left out.
-    #[schemars(range(min = 0.0, max = 1.0))]
-    pub albedo: f64,
+    /// Share of the light that it gives back, 0..1, or red, green and blue, or the name of a ground whose spectrum was
+    /// measured: 0.2, between dry grass and sand, where the section is left out.
+    pub albedo: Albedo,
 }
 
 impl Default for Ground {
     fn default() -> Self {
-        Self { albedo: 0.2 }
+        Self {
+            albedo: Albedo::Even(0.2),
+        }
     }
 }
 

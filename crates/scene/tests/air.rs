@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "tests stop at what they did not expect")]
 
 use niji_atmosphere::AirModel;
+use niji_radiometry::Reflectance;
 use niji_scene::Scene;
 
 const SCENE: &str = r#"
@@ -39,7 +40,7 @@ fn model(sun: &str, air: &str) -> AirModel {
     let scene = scene(sun, air).unwrap();
     let grid = scene.spectrum;
     let air = scene.air.unwrap();
-    air.model(grid, 0.2, &scene.sun).unwrap()
+    air.model(grid, Reflectance::Even(0.2), &scene.sun).unwrap()
 }
 
 /// Vertical optical depths of the only constituent.

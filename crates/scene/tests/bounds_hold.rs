@@ -157,7 +157,7 @@ impl Studio {
             .air
             .as_ref()
             .unwrap()
-            .model(grid, scene.ground.albedo, &scene.sun)
+            .model(grid, scene.ground.albedo.reflectance(), &scene.sun)
             .unwrap();
         let air = air.tabulate().unwrap();
         let air = match plan.scattering_orders() {

@@ -174,7 +174,7 @@ fn wrong_scenes_are_refused_by_schema_and_reader() {
         (
             rain,
             "/terrain",
-            json!({ "file": "a.png", "spacing_m": 30.0, "height_m": [0.0, 900.0], "albedo": "grass" }),
+            json!({ "file": "a.png", "spacing_m": 30.0, "height_m": [0.0, 900.0], "albedo": "gras" }),
         ),
         (rain, "/accuracy", json!({ "sun_path": "march" })),
         (rain, "/accuracy", json!({ "theory": { "level": "debye" } })),

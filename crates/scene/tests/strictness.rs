@@ -3,6 +3,9 @@
 #![allow(clippy::unwrap_used, reason = "tests stop at what they did not expect")]
 
 use niji_droplets::Shape;
+use niji_radiometry::GroundCover;
+use niji_radiometry::Reflectance;
+use niji_scene::Albedo;
 use niji_scene::Effect;
 use niji_scene::Preset;
 use niji_scene::Scene;
@@ -438,7 +441,7 @@ fn air_has_settings_for_its_constituents_and_for_no_other() {
     let model = scene
         .air
         .unwrap()
-        .model(scene.spectrum, 0.2, &scene.sun)
+        .model(scene.spectrum, Reflectance::Even(0.2), &scene.sun)
         .unwrap();
     assert_eq!(model.tabulate().unwrap().constituents.len(), 3);
     for (right, wrong) in [
@@ -508,6 +511,29 @@ fn json_reads_back_as_the_same_scene() {
     assert_eq!(Scene::from_json(&json).unwrap().canonical_json(), json);
     assert!(Scene::from_json(&json.replace("\"albedo\":0.2", "\"albedo\":2.0")).is_err());
     assert!(Scene::from_json("{}").is_err());
+}
+
+#[test]
+fn a_ground_that_was_measured_is_written_by_its_name() {
+    for cover in GroundCover::ALL {
+        let ground = format!("[ground]\nalbedo = \"{}\"\n", cover.name());
+        let scene = Scene::from_toml(&format!("{SCENE}{ground}")).unwrap();
+        assert_eq!(scene.ground.albedo, Albedo::Measured(cover));
+        let json = scene.canonical_json();
+        assert!(json.contains(&format!("\"albedo\":\"{}\"", cover.name())));
+        assert_eq!(Scene::from_json(&json).unwrap(), scene);
+    }
+    let error = Scene::from_toml(&format!("{SCENE}[ground]\nalbedo = \"gras\"\n")).unwrap_err();
+    let SceneError::UnknownName {
+        key, suggestion, ..
+    } = &error
+    else {
+        panic!("{error}")
+    };
+    assert_eq!(
+        (key.as_str(), suggestion.as_deref()),
+        ("ground.albedo", Some("grass"))
+    );
 }
 
 #[test]

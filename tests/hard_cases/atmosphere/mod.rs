@@ -9,6 +9,7 @@ use niji_atmosphere::NishitaAir;
 use niji_atmosphere::USUAL_TOP_M;
 use niji_exchange::AtmosphereTable;
 use niji_geometry::EARTH;
+use niji_radiometry::Reflectance;
 use niji_radiometry::WavelengthGrid;
 
 pub(crate) fn grid() -> WavelengthGrid {
@@ -28,7 +29,7 @@ pub(crate) fn table(constituents: Vec<Constituent>, top_height_m: f64) -> Atmosp
         top_height_m,
         wavelengths: grid(),
         sun_scale: 1.0,
-        ground_albedo: 0.0,
+        ground: Reflectance::Even(0.0),
         constituents,
     };
     model.tabulate().expect("air like the Earth's")

@@ -7,6 +7,7 @@ use niji_atmosphere::KingFactor;
 use niji_atmosphere::NishitaAir;
 use niji_atmosphere::USUAL_TOP_M;
 use niji_geometry::EARTH;
+use niji_radiometry::Reflectance;
 use niji_radiometry::WavelengthGrid;
 use niji_scene::Air;
 use niji_scene::Constituent;
@@ -109,8 +110,8 @@ impl AirFlags {
                 constituent.name()
             )));
         }
-        let albedo = self.planet.ground_albedo;
-        let mut model = air.model(wavelengths, albedo, sun).map_err(usage)?;
+        let ground = Reflectance::Even(self.planet.ground_albedo);
+        let mut model = air.model(wavelengths, ground, sun).map_err(usage)?;
         model.planet.radius_m = self.planet.planet_radius_m;
         model.top_height_m = self.planet.top_height_m;
         if let Some(nishita) = self.nishita {

@@ -235,7 +235,8 @@ impl<'a> Request<'a> {
                 let vacuum =
                     || Failure::Usage("the scene has no section [air]: a vacuum".to_owned());
                 let air = scene.air.as_ref().ok_or_else(vacuum)?;
-                air.model(grid, scene.ground.albedo, &sun).map_err(usage)?
+                air.model(grid, scene.ground.albedo.reflectance(), &sun)
+                    .map_err(usage)?
             }
         };
         let mut table = model.tabulate().map_err(usage)?;

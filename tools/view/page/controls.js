@@ -130,7 +130,10 @@ export class Controls {
   field(schema, path, value) {
     const part = this.resolved(schema);
     const key = path.split('.').pop();
-    const names = part.enum ?? (part.oneOf ?? []).map((it) => it.const ?? it.enum).flat().filter((it) => typeof it === 'string');
+    // Of several kinds of value that of the one it has.
+    const ways = (part.anyOf ?? []).map((it) => this.resolved(it));
+    const namesOf = (way) => way.enum ?? (way.oneOf ?? []).map((it) => it.const ?? it.enum).flat().filter((it) => typeof it === 'string');
+    const names = typeof value === 'string' ? [part, ...ways].flatMap(namesOf) : namesOf(part);
     const what = part.description ?? schema.description ?? '';
     if (part.type === 'number' || part.type === 'integer') return this.numberField(part, path, what);
     if (part.type === 'array' && part.items && this.resolved(part.items).type === 'number' && part.maxItems <= 3) return this.placeField(part, path, what);
@@ -144,7 +147,7 @@ export class Controls {
       group.dataset.path = path;
       return group;
     }
-    if (typeof value === 'number') return this.numberField({ type: 'number' }, path, what);
+    if (typeof value === 'number') return this.numberField(ways.find((way) => way.type === 'number') ?? { type: 'number' }, path, what);
     return null;
   }
 

@@ -52,6 +52,7 @@ pub(crate) fn shells_m(air: &AtmosphereTable, n_layers: usize) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use niji_geometry::EARTH;
+    use niji_radiometry::Reflectance;
     use niji_radiometry::WavelengthGrid;
 
     use super::*;
@@ -75,7 +76,7 @@ mod tests {
             top_height_m: 1e5,
             wavelengths: grid(),
             sun_scale: 1.0,
-            ground_albedo: 0.0,
+            ground: Reflectance::Even(0.0),
             constituents,
         };
         model.tabulate().unwrap()

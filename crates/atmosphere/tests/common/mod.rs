@@ -14,6 +14,7 @@ use niji_atmosphere::STANDARD_PRESSURE_PA;
 use niji_atmosphere::USUAL_TOP_M;
 use niji_exchange::AtmosphereTable;
 use niji_geometry::EARTH;
+use niji_radiometry::Reflectance;
 use niji_radiometry::WavelengthGrid;
 
 /// Radius of the planet in all tests, m.
@@ -54,7 +55,7 @@ pub(crate) fn unit_sun_air(constituents: Vec<Constituent>) -> AtmosphereTable {
         top_height_m: USUAL_TOP_M,
         wavelengths: grid(),
         sun_scale: 1.0,
-        ground_albedo: 0.0,
+        ground: Reflectance::Even(0.0),
         constituents,
     };
     let mut air = model.tabulate().expect("usual air");

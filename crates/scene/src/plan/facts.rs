@@ -201,7 +201,7 @@ impl Situation {
         let Some(air) = &scene.air else {
             return Ok(None);
         };
-        let model = air.model(self.bins, scene.ground.albedo, &scene.sun)?;
+        let model = air.model(self.bins, scene.ground.albedo.reflectance(), &scene.sun)?;
         let table = model.tabulate()?;
         // The plan has no time for more than a glance; bounds are widened for it.
         Ok(Some(match scene.sky_level_where_seen() {
@@ -400,7 +400,7 @@ pub(super) fn display_white_cd_m2(scene: &Scene) -> f64 {
 /// The ground of a scene, which its air shows.
 fn ground(scene: &Scene, sun: DVec3, sun_depth: f64) -> Ground {
     let is_shown = scene.air.is_some() && scene.accuracy.sky != Some(SkyModel::None);
-    let light = scene.ground.albedo * (sun.y.max(0.0) + SKYLIT);
+    let light = scene.ground.albedo.largest() * (sun.y.max(0.0) + SKYLIT);
     let mut occluders = scene.occluders.iter();
     Ground {
         light: if is_shown { light } else { 0.0 },
