@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Light of lit surfaces against Mitsuba 3: the same mesh, albedo, sun and sky.
 
-    python mitsuba_lit.py path/to/niji [--spp 512] [--variant scalar_rgb]
+    python mitsuba_lit.py path/to/niji [--spp 512] [--variant scalar_rgb] [--curves]
 
 Needs NumPy, OpenEXR and mitsuba 3.9. One wavelength (560 nm), clear air of molecules over black ground, the
 sun 35 degrees high; meshes of albedo 0.5, metres large, seen from 15 m. Mitsuba gets the panorama of the same
@@ -11,6 +11,11 @@ light, and paths of two lengths: `max_depth` 2 is direct light, 64 all light fro
 A convex mesh (a ball of flat faces) must have the direct light of Mitsuba to 1 % in the mean. Of all light on
 the meshes the script prints how far ours is from the full paths, and fails where the AOV `error` does not
 cover it in the mean of a mesh.
+
+`--curves` prints what direct light costs: seconds and error of pictures four times as wide, by samples a pixel and by
+tolerance. Both errors are RMS differences from Mitsuba's picture of `--spp` samples, over its mean, on the mesh; that
+picture's own noise is printed. Seconds of Mitsuba are those of its renders of sun and of sky, without reading the scene; ours
+are those of the whole command.
 """
 
 import argparse
@@ -20,6 +25,7 @@ import re
 import subprocess
 import sys
 import tempfile
+import time
 
 import mitsuba as mi
 import numpy as np
@@ -27,7 +33,8 @@ import OpenEXR
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
-WIDTH, HEIGHT, FOV_DEG, LOOK_DEG = 96, 64, 40.0, -21.0
+FOV_DEG, LOOK_DEG = 40.0, -21.0
+SIZE, LARGE = (96, 64), (384, 256)
 EYE = np.array([0.0, 6.0, 14.0])
 SUN_DEG, SUN_AZIMUTH_DEG = 35.0, 150.0
 WAVELENGTH_NM = 560
@@ -35,6 +42,9 @@ ALBEDO = 0.5
 PANORAMA_PX = 720
 # Of the mean light of a convex mesh.
 MOST_BIAS = 0.01
+# Of the curves.
+SAMPLES = (1, 4, 16, 64)
+TOLERANCES = (0.1, 0.03, 0.01, 0.003, 0.001)
 
 SCENE = f"""
 format = 1
@@ -47,8 +57,8 @@ position_m = {EYE.tolist()}
 azimuth_deg = 0.0
 elevation_deg = {LOOK_DEG}
 horizontal_fov_deg = {FOV_DEG}
-width_px = {WIDTH}
-height_px = {HEIGHT}
+width_px = WIDTH
+height_px = HEIGHT
 [spectrum]
 first_nm = {WAVELENGTH_NM}.0
 step_nm = 10.0
@@ -71,7 +81,7 @@ lit_surfaces = "on"
 sky = "on"
 drop_shadow = "off"
 [accuracy]
-preset = "standard"
+ACCURACY
 """
 
 
@@ -137,13 +147,15 @@ def spectral(found):
     return next(values for name, values in found.items() if re.fullmatch(r"S0\.[0-9,]+nm", name))
 
 
-def ours(niji, folder, mesh):
+def ours(niji, folder, mesh, size=SIZE, accuracy='preset = "standard"'):
     """The layers of a picture of a mesh."""
     corners, faces = mesh
     lines = [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in corners]
     lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in faces]
     (folder / "mesh.obj").write_text("\n".join(lines) + "\n")
-    (folder / "scene.toml").write_text(SCENE)
+    words = {"WIDTH": size[0], "HEIGHT": size[1], "ACCURACY": accuracy}
+    scene = re.sub("|".join(words), lambda word: str(words[word[0]]), SCENE)
+    (folder / "scene.toml").write_text(scene)
     run(niji, "run", folder / "scene.toml", "-o", folder / "out", "--force", "-q")
     return layers(folder / "out/image.exr")
 
@@ -152,7 +164,7 @@ def gray(value):
     return {"type": "rgb", "value": [value] * 3}
 
 
-def mitsuba_scene(mesh_file, panorama, sun):
+def mitsuba_scene(mesh_file, panorama, sun, size=SIZE):
     elevation, look = math.radians(SUN_DEG), math.radians(LOOK_DEG)
     azimuth = math.radians(SUN_AZIMUTH_DEG)
     level = math.cos(elevation)
@@ -170,8 +182,8 @@ def mitsuba_scene(mesh_file, panorama, sun):
             "to_world": mi.ScalarTransform4f().look_at(EYE.tolist(), towards.tolist(), [0, 1, 0]),
             "film": {
                 "type": "hdrfilm",
-                "width": WIDTH,
-                "height": HEIGHT,
+                "width": size[0],
+                "height": size[1],
                 "rfilter": {"type": "box"},
                 "pixel_format": "luminance",
                 "component_format": "float32",
@@ -200,28 +212,63 @@ def sun_irradiance(niji):
     return above * float(dict(zip(head.split(","), row.split(",")))["sun_transmittance"])
 
 
-def theirs(scene, max_depth, arguments):
+def theirs(scene, max_depth, spp, seed=0):
     """Radiance of paths up to a length; sun and sky one by one, because a path samples one light a step."""
     path = {"type": "path", "max_depth": max_depth, "rr_depth": 100, "hide_emitters": True}
     scene = scene | {"integrator": path}
     radiance = 0.0
     for other in ("sun", "sky"):
         lights = mi.load_dict({key: part for key, part in scene.items() if key != other})
-        radiance = radiance + np.float64(mi.render(lights, spp=arguments.spp))[..., 0]
+        radiance = radiance + np.float64(mi.render(lights, spp=spp, seed=seed))[..., 0]
     return radiance
+
+
+def same_place(niji, folder, size=SIZE):
+    """The scene of the picture that was made last in a folder, for Mitsuba."""
+    sky = folder / "sky.exr"
+    run(niji, "atmosphere", "--scene", folder / "scene.toml", "--sky", sky, "--width-px", PANORAMA_PX)
+    panorama = spectral(layers(sky)[0])
+    return mitsuba_scene(folder / "mesh.obj", panorama, sun_irradiance(niji), size)
+
+
+def timed(make):
+    started = time.perf_counter()
+    made = make()
+    return made, time.perf_counter() - started
+
+
+def curves(name, mesh, arguments):
+    """What direct light on a mesh costs."""
+    with tempfile.TemporaryDirectory() as folder:
+        folder = pathlib.Path(folder)
+        ours(arguments.niji, folder, mesh, LARGE)
+        scene = same_place(arguments.niji, folder, LARGE)
+        truth = theirs(scene, 2, arguments.spp)
+        lit = truth > 0
+
+        def error(picture, of=truth):
+            return math.sqrt(np.mean((picture - of)[lit] ** 2)) / truth[lit].mean()
+
+        noise = error(theirs(scene, 2, SAMPLES[-1], 1), theirs(scene, 2, SAMPLES[-1], 2))
+        noise *= math.sqrt(SAMPLES[-1] / arguments.spp / 2)
+        print(f"{name}: {lit.sum()} pixels, the truth's own noise {noise:.2%}")
+        for spp in SAMPLES:
+            picture, seconds = timed(lambda: theirs(scene, 2, spp, 3))
+            print(f"  mitsuba  {spp:>5} samples {seconds:8.2f} s, error {error(picture):.2%}")
+        for tolerance in TOLERANCES:
+            accuracy = f"tolerance = {tolerance}"
+            parts, seconds = timed(lambda: ours(arguments.niji, folder, mesh, LARGE, accuracy))
+            is_lit = parts["lit_surfaces"]["Y"] > 0
+            picture = np.where(is_lit, spectral(parts["spectral"]), 0.0)
+            print(f"  niji     within {tolerance:5.1%} {seconds:8.2f} s, error {error(picture):.2%}")
 
 
 def compare(name, mesh, is_convex, arguments):
     with tempfile.TemporaryDirectory() as folder:
         folder = pathlib.Path(folder)
         parts = ours(arguments.niji, folder, mesh)
-        sky = folder / "sky.exr"
-        scene_file = folder / "scene.toml"
-        of_sky = ("--sky", sky, "--width-px", PANORAMA_PX)
-        run(arguments.niji, "atmosphere", "--scene", scene_file, *of_sky)
-        panorama = spectral(layers(sky)[0])
-        scene = mitsuba_scene(folder / "mesh.obj", panorama, sun_irradiance(arguments.niji))
-        direct, full = (theirs(scene, depth, arguments) for depth in (2, 64))
+        scene = same_place(arguments.niji, folder)
+        direct, full = (theirs(scene, depth, arguments.spp) for depth in (2, 64))
     lit = parts["lit_surfaces"]["Y"] > 0
     # Radiance of a luminance, alike for all pixels of one wavelength.
     found = spectral(parts["spectral"])[lit]
@@ -247,9 +294,14 @@ def main():
     parser.add_argument("niji", type=pathlib.Path)
     parser.add_argument("--spp", type=int, default=512)
     parser.add_argument("--variant", default="scalar_rgb")
+    parser.add_argument("--curves", action="store_true")
     arguments = parser.parse_args()
     arguments.niji = arguments.niji.resolve()
     mi.set_variant(arguments.variant)
+    if arguments.curves:
+        curves("ball", ball(), arguments)
+        curves("floor", floor(), arguments)
+        return
     compare("ball", ball(), True, arguments)
     compare("floor", floor(), True, arguments)
     compare("corner", corner(), False, arguments)
