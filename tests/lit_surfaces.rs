@@ -110,18 +110,24 @@ fn sun() -> DVec3 {
     DVec3::new(0.0, sin, cos)
 }
 
+/// Irradiance of sun and sky on the ground by wavelength [W m⁻² nm⁻¹].
+fn irradiance_of_ground(air: &AtmosphereTable) -> Vec<f64> {
+    let cos_sun = sun().y;
+    let diffuse = air.diffuse.as_ref().unwrap().ground_irradiance(cos_sun);
+    let irradiance = |(index, diffuse): (usize, &f32)| {
+        let direct = cos_sun * (-air.optical_depth_at(index, 0.0, cos_sun)).exp();
+        air.sun_irradiance[index] * (direct + f64::from(*diffuse))
+    };
+    diffuse.iter().enumerate().map(irradiance).collect()
+}
+
 #[test]
 fn a_level_surface_sends_the_irradiance_of_sun_and_sky_over_pi() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("floor.obj"), FLOOR).unwrap();
     gray_png(&folder.path().join("flat.png"), [9, 9], (0..81).map(|_| 0));
     let (ground, air) = seen(SCENE, folder.path());
-    let cos_sun = sun().y;
-    let diffuse = air.diffuse.as_ref().unwrap().ground_irradiance(cos_sun);
-    let irradiance = |index: usize| {
-        let direct = cos_sun * (-air.optical_depth_at(index, 0.0, cos_sun)).exp();
-        air.sun_irradiance[index] * (direct + f64::from(diffuse[index]))
-    };
+    let irradiance = irradiance_of_ground(&air);
     let mesh = "[[occluders.meshes]]\nfile = \"floor.obj\"\nalbedo = 0.25\n";
     let painted = mesh.replace("0.25", "[0.25, 0.25, 0.25]");
     let terrain =
@@ -130,7 +136,7 @@ fn a_level_surface_sends_the_irradiance_of_sun_and_sky_over_pi() {
         let (lit, _) = seen(&format!("{SCENE}{surfaces}"), folder.path());
         for ((index, y, x), found) in lit.indexed_iter() {
             let found = f64::from(*found);
-            let expected = ALBEDO * FRAC_1_PI * irradiance(index);
+            let expected = ALBEDO * FRAC_1_PI * irradiance[index];
             // Measured 3e-5: a meter of air, and the level of the ways through the air.
             assert!(
                 (found / expected - 1.0).abs() < 5e-4,
@@ -165,12 +171,9 @@ fn ground_mesh_and_terrain_of_a_name_have_the_spectrum_that_was_measured() {
         "[terrain]\nfile = \"flat.png\"\nspacing_m = 500\nheight_m = [0, 800]\nalbedo = \"sand\"\n";
     for surfaces in ["", mesh, terrain] {
         let (lit, air) = seen(&format!("{ground}{surfaces}"), folder.path());
-        let cos_sun = sun().y;
-        let diffuse = air.diffuse.as_ref().unwrap().ground_irradiance(cos_sun);
+        let irradiance = irradiance_of_ground(&air);
         for ((index, _, _), found) in lit.indexed_iter() {
-            let direct = cos_sun * (-air.optical_depth_at(index, 0.0, cos_sun)).exp();
-            let irradiance = air.sun_irradiance[index] * (direct + f64::from(diffuse[index]));
-            let expected = measured[index] * FRAC_1_PI * irradiance;
+            let expected = measured[index] * FRAC_1_PI * irradiance[index];
             assert!(
                 (f64::from(*found) / expected - 1.0).abs() < 5e-4,
                 "{surfaces}: {found} {expected}"

@@ -84,11 +84,7 @@ impl Reflectance {
     /// Its value in the middle of every bin, or the mean over it of what was measured.
     pub fn on(self, grid: &WavelengthGrid) -> Vec<f64> {
         match self {
-            Self::Measured(cover) => {
-                let edges = (0..grid.len()).map(|bin| grid.edges(bin));
-                let spectrum = cover.spectrum();
-                edges.map(|(lo, hi)| spectrum.bin_mean(lo, hi)).collect()
-            }
+            Self::Measured(cover) => cover.spectrum().on(grid),
             Self::Even(_) | Self::Smooth(_) => {
                 grid.centers().map(|center| self.at(center)).collect()
             }

@@ -27,11 +27,7 @@ static SUN: LazyLock<TabulatedSpectrum> = LazyLock::new(|| {
 /// # Ok::<(), niji_radiometry::Error>(())
 /// ```
 pub fn solar_irradiance(grid: &WavelengthGrid) -> Vec<f64> {
-    let bin_mean = |index| {
-        let (lo, hi) = grid.edges(index);
-        SUN.bin_mean(lo, hi)
-    };
-    (0..grid.len()).map(bin_mean).collect()
+    SUN.on(grid)
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@
 use crate::error::Error;
 use crate::piecewise_linear::PiecewiseLinear;
 use crate::units::Nanometers;
+use crate::wavelength_grid::WavelengthGrid;
 
 /// A broken line over wavelength.
 ///
@@ -83,6 +84,12 @@ impl TabulatedSpectrum {
     /// The mean between two wavelengths, exact for the broken line.
     pub fn bin_mean(&self, lo: Nanometers, hi: Nanometers) -> f64 {
         self.line.mean(lo.0, hi.0)
+    }
+
+    /// The means over the bins of a grid.
+    pub fn on(&self, grid: &WavelengthGrid) -> Vec<f64> {
+        let edges = (0..grid.len()).map(|index| grid.edges(index));
+        edges.map(|(lo, hi)| self.bin_mean(lo, hi)).collect()
     }
 
     /// The points of the broken line: (wavelength in nm, value), at least two.
