@@ -46,7 +46,9 @@ MOST_BIAS = 0.01
 SAMPLES = (1, 4, 16, 64)
 TOLERANCES = (0.1, 0.03, 0.01, 0.003, 0.001)
 
-SCENE = f"""
+
+def scene_text(size, accuracy):
+    return f"""
 format = 1
 name = "peer"
 [sun]
@@ -57,8 +59,8 @@ position_m = {EYE.tolist()}
 azimuth_deg = 0.0
 elevation_deg = {LOOK_DEG}
 horizontal_fov_deg = {FOV_DEG}
-width_px = WIDTH
-height_px = HEIGHT
+width_px = {size[0]}
+height_px = {size[1]}
 [spectrum]
 first_nm = {WAVELENGTH_NM}.0
 step_nm = 10.0
@@ -81,7 +83,7 @@ lit_surfaces = "on"
 sky = "on"
 drop_shadow = "off"
 [accuracy]
-ACCURACY
+{accuracy}
 """
 
 
@@ -91,6 +93,12 @@ def run(*command):
     if done.returncode not in (0, 5):
         sys.exit(f"{' '.join(map(str, command))}\n{done.stderr}")
     return done.stdout
+
+
+def timed(make):
+    started = time.perf_counter()
+    made = make()
+    return made, time.perf_counter() - started
 
 
 def ball():
@@ -148,16 +156,15 @@ def spectral(found):
 
 
 def ours(niji, folder, mesh, size=SIZE, accuracy='preset = "standard"'):
-    """The layers of a picture of a mesh."""
+    """The layers of a picture of a mesh, and seconds of the command that made it."""
     corners, faces = mesh
     lines = [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in corners]
     lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in faces]
     (folder / "mesh.obj").write_text("\n".join(lines) + "\n")
-    words = {"WIDTH": size[0], "HEIGHT": size[1], "ACCURACY": accuracy}
-    scene = re.sub("|".join(words), lambda word: str(words[word[0]]), SCENE)
-    (folder / "scene.toml").write_text(scene)
-    run(niji, "run", folder / "scene.toml", "-o", folder / "out", "--force", "-q")
-    return layers(folder / "out/image.exr")
+    (folder / "scene.toml").write_text(scene_text(size, accuracy))
+    command = (niji, "run", folder / "scene.toml", "-o", folder / "out", "--force", "-q")
+    _, seconds = timed(lambda: run(*command))
+    return layers(folder / "out/image.exr"), seconds
 
 
 def gray(value):
@@ -231,12 +238,6 @@ def same_place(niji, folder, size=SIZE):
     return mitsuba_scene(folder / "mesh.obj", panorama, sun_irradiance(niji), size)
 
 
-def timed(make):
-    started = time.perf_counter()
-    made = make()
-    return made, time.perf_counter() - started
-
-
 def curves(name, mesh, arguments):
     """What direct light on a mesh costs."""
     with tempfile.TemporaryDirectory() as folder:
@@ -249,6 +250,7 @@ def curves(name, mesh, arguments):
         def error(picture, of=truth):
             return math.sqrt(np.mean((picture - of)[lit] ** 2)) / truth[lit].mean()
 
+        # Two pictures of few samples differ by sqrt(2) times the noise of one, which falls with the root of their number.
         noise = error(theirs(scene, 2, SAMPLES[-1], 1), theirs(scene, 2, SAMPLES[-1], 2))
         noise *= math.sqrt(SAMPLES[-1] / arguments.spp / 2)
         print(f"{name}: {lit.sum()} pixels, the truth's own noise {noise:.2%}")
@@ -257,7 +259,7 @@ def curves(name, mesh, arguments):
             print(f"  mitsuba  {spp:>5} samples {seconds:8.2f} s, error {error(picture):.2%}")
         for tolerance in TOLERANCES:
             accuracy = f"tolerance = {tolerance}"
-            parts, seconds = timed(lambda: ours(arguments.niji, folder, mesh, LARGE, accuracy))
+            parts, seconds = ours(arguments.niji, folder, mesh, LARGE, accuracy)
             is_lit = parts["lit_surfaces"]["Y"] > 0
             picture = np.where(is_lit, spectral(parts["spectral"]), 0.0)
             print(f"  niji     within {tolerance:5.1%} {seconds:8.2f} s, error {error(picture):.2%}")
@@ -266,7 +268,7 @@ def curves(name, mesh, arguments):
 def compare(name, mesh, is_convex, arguments):
     with tempfile.TemporaryDirectory() as folder:
         folder = pathlib.Path(folder)
-        parts = ours(arguments.niji, folder, mesh)
+        parts, _ = ours(arguments.niji, folder, mesh)
         scene = same_place(arguments.niji, folder)
         direct, full = (theirs(scene, depth, arguments.spp) for depth in (2, 64))
     lit = parts["lit_surfaces"]["Y"] > 0
