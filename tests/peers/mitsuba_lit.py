@@ -141,6 +141,32 @@ def corner():
     )
 
 
+def yard():
+    """A floor within four walls, the nearest of them low."""
+    return quads(
+        [(-4, 0.01, -4), (-4, 0.01, 4), (4, 0.01, 4), (4, 0.01, -4)],
+        [(-4, 0.01, -4), (4, 0.01, -4), (4, 5, -4), (-4, 5, -4)],
+        [(-4, 0.01, 4), (-4, 0.01, -4), (-4, 3, -4), (-4, 3, 4)],
+        [(4, 0.01, -4), (4, 0.01, 4), (4, 3, 4), (4, 3, -4)],
+        [(4, 0.01, 4), (-4, 0.01, 4), (-4, 1, 4), (4, 1, 4)],
+    )
+
+
+def table():
+    """A board that hovers over a floor."""
+    return quads(
+        [(-6, 0.01, -6), (-6, 0.01, 6), (6, 0.01, 6), (6, 0.01, -6)],
+        [(-3, 2, -3), (-3, 2, 3), (3, 2, 3), (3, 2, -3)],
+    )
+
+
+def still_life():
+    """The ball over a floor."""
+    (corners, faces), (more, others) = ball(), floor()
+    others = [tuple(index + len(corners) for index in face) for face in others]
+    return np.concatenate([corners, more]), faces + others
+
+
 def layers(path):
     """Channels of every part, by name or by number where it has none."""
     with OpenEXR.File(str(path), separate_channels=True) as file:
@@ -306,7 +332,8 @@ def main():
         return
     compare("ball", ball(), True, arguments)
     compare("floor", floor(), True, arguments)
-    compare("corner", corner(), False, arguments)
+    for mesh in (corner, yard, table, still_life):
+        compare(mesh.__name__, mesh(), False, arguments)
 
 
 if __name__ == "__main__":
