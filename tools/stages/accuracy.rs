@@ -50,8 +50,8 @@ const REMEDIES: [(&str, &str); 11] = [
     ),
     (
         "surfaces",
-        "light that lit surfaces send each other, which is not followed: this is an estimate of all of it, which a darker \
-         albedo or a more open place makes less",
+        "light that lit surfaces send each other, of which two reflections are followed by a few rays: a darker albedo \
+         or a more open place makes this less",
     ),
     (
         "angles",

@@ -148,8 +148,12 @@ impl<'a> DiffuseAir<'a> {
         self.light.ground_irradiance(cos_sun)
     }
 
-    /// Irradiance on a face, by wavelength, of which surfaces leave a share of the sky above ground with an albedo.
-    pub(crate) fn on_face(&self, face: &FaceOfAir, (sky, albedo): (f64, &[f64])) -> Vec<f32> {
+    /// Irradiance on a face, by wavelength, to which surfaces leave shares of the sky and of the ground with an albedo.
+    pub(crate) fn on_face(
+        &self,
+        face: &FaceOfAir,
+        ([sky, ground], albedo): ([f64; 2], &[f64]),
+    ) -> Vec<f32> {
         let zenith = self.planet.zenith(face.point);
         let cos_sun = self.planet.cos_zenith(face.point, self.sun_direction);
         let level = self.light.ground_irradiance(cos_sun);
@@ -167,7 +171,7 @@ impl<'a> DiffuseAir<'a> {
             } else {
                 0.0
             };
-            *light = sky as f32 * (all - of_ground).max(0.0) + of_ground;
+            *light = sky as f32 * (all - of_ground).max(0.0) + ground as f32 * of_ground;
         }
         light
     }

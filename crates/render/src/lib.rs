@@ -158,6 +158,7 @@ mod request;
 mod scattering_angle;
 mod scattering_rows;
 mod seen_water;
+mod sent_light;
 mod shadow_error;
 mod size_axes;
 mod size_nodes;

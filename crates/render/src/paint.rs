@@ -118,14 +118,15 @@ impl Paint {
         }
     }
 
-    /// About the most that a place which is not small gives back: of a texture its brighter texels together.
-    pub(crate) fn brightest(&self) -> Vec<Reflectance> {
-        let even = self.materials.iter().filter_map(|material| match material {
-            Material::Even(reflectance) => Some(*reflectance),
-            Material::Texture(_) => None,
-        });
-        even.chain(self.textures.iter().map(Texture::brightest))
-            .collect()
+    /// What each of its materials gives back in the mean.
+    pub(crate) fn means(&self) -> Vec<Reflectance> {
+        let mean = |material: &Material| match material {
+            Material::Even(reflectance) => *reflectance,
+            Material::Texture(index) => {
+                (self.textures.get(*index)).map_or(Reflectance::Even(0.0), Texture::mean)
+            }
+        };
+        self.materials.iter().map(mean).collect()
     }
 }
 
@@ -190,22 +191,13 @@ impl Texture {
         }
     }
 
-    /// The mean of the texels that are as bright as the mean of all.
-    fn brightest(&self) -> Reflectance {
-        let mean_from = |least: f64| {
-            let (mut sum, mut n) = ([0.0; 3], 0.0_f64);
-            for texel in &self.texels {
-                let rgb = self.colors[*texel as usize].rgb;
-                if rgb.iter().sum::<f64>() >= least {
-                    sum = [0, 1, 2].map(|channel| sum[channel] + rgb[channel]);
-                    n += 1.0;
-                }
-            }
-            sum.map(|sum| sum / n.max(1.0))
-        };
-        let mean = mean_from(0.0).iter().sum::<f64>();
-        // A sum of many numbers is a little more or less than as many times one of them.
-        Reflectance::of_rgb(mean_from(mean * (1.0 - 1e-9)))
+    fn mean(&self) -> Reflectance {
+        let mut sum = [0.0; 3];
+        for texel in &self.texels {
+            let rgb = self.colors[*texel as usize].rgb;
+            sum = [0, 1, 2].map(|channel| sum[channel] + rgb[channel]);
+        }
+        Reflectance::of_rgb(sum.map(|sum| sum / self.texels.len() as f64))
     }
 }
 

@@ -397,9 +397,9 @@ impl Frame<'_> {
         {
             *surface = irradiance * through as f32 * *light;
         }
-        let unfollowed = self.luminance_weights.iter().zip(&room.unfollowed);
-        let unfollowed: f64 = unfollowed.map(|(y, light)| y * f64::from(*light)).sum();
-        out.errors.surfaces = through * unfollowed;
+        let lacking = self.luminance_weights.iter().zip(&room.lacking);
+        let lacking: f64 = lacking.map(|(y, light)| y * f64::from(*light)).sum();
+        out.errors.surfaces = through * lacking;
     }
 
     /// The lit place at the end of a sight; `None` where it ends on the ground, or nothing is lit.

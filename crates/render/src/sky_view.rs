@@ -16,6 +16,15 @@ use niji_geometry::CoveredSlopes;
 /// Azimuths in which the horizon is looked for.
 pub(crate) const N_AZIMUTHS: usize = 12;
 
+/// How often an azimuth is looked along above the horizon, at most, and below.
+const MOST_LOOKS: u32 = 3;
+
+/// Nobody looks for less than this of all light.
+const LEAST_SHARE: f64 = 1e-4;
+
+/// Halvings of a right angle in which a direction is looked for.
+const N_HALVINGS: u32 = 6;
+
 /// One of the azimuths.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Azimuth {
@@ -23,6 +32,14 @@ pub(crate) struct Azimuth {
     pub(crate) index: usize,
     /// Horizontal unit vector along it.
     pub(crate) along: DVec3,
+}
+
+impl Azimuth {
+    /// Past which part of the light from a range of elevations it looks, 0 to 1: each elsewhere, lest they all see an edge
+    /// at once.
+    fn place(&self) -> f64 {
+        ((5 * self.index) % N_AZIMUTHS) as f64 / N_AZIMUTHS as f64 + 0.5 / N_AZIMUTHS as f64
+    }
 }
 
 /// The azimuths in which the horizon is looked for.
@@ -34,50 +51,120 @@ pub(crate) fn azimuths() -> impl Iterator<Item = Azimuth> {
     })
 }
 
+/// A direction in which a face looks at a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Look {
+    /// Index of its azimuth.
+    pub(crate) azimuth: usize,
+    /// A number of its own among all looks of a place.
+    pub(crate) number: u32,
+    /// Unit vector.
+    pub(crate) towards: DVec3,
+    /// Share of an even sphere's light on the face that comes from about there.
+    pub(crate) share: f64,
+}
+
 /// Share of the light of an even sky on a face with a normal that surfaces leave; 1 for a face that sees no sky.
 ///
 /// `side` is the normal of the flat triangle there, behind which nothing is seen; `cover` covers the slopes of sights
-/// along an azimuth in which surfaces stand.
+/// along an azimuth in which surfaces stand, `look` is told of these.
 pub(crate) fn free_share(
     (side, normal): (DVec3, DVec3),
     cover: impl Fn(Azimuth, &mut CoveredSlopes),
+    mut look: impl FnMut(Look),
 ) -> f64 {
-    let (mut free, mut all) = (0.0, 0.0);
+    let seen = |azimuth: &Azimuth| Seen::new(normal.dot(azimuth.along), normal.y);
+    let all: f64 = azimuths().map(|azimuth| seen(&azimuth).above(0.0)).sum();
+    if all <= 0.0 {
+        return 1.0;
+    }
+    let of_sphere = 0.5 * (1.0 + normal.y) / all;
+    let mut free = 0.0;
     for azimuth in azimuths() {
+        let seen = seen(&azimuth);
         let along = azimuth.along;
-        let seen = Seen {
-            a: normal.dot(along),
-            b: normal.y,
-        };
-        let whole = seen.above(0.0);
-        all += whole;
-        let in_front = slopes_in_front(side, along).filter(|_| whole > 0.0);
+        let in_front = slopes_in_front(side, along).filter(|_| seen.above(0.0) > 0.0);
         let Some(slopes) = in_front else { continue };
+        let in_front = [slopes.start, slopes.end].map(f64::atan);
         let mut covered = CoveredSlopes::all_but(slopes);
         cover(azimuth, &mut covered);
-        for gap in covered.gaps() {
-            free += seen.above(gap.start.atan()) - seen.above(gap.end.atan());
+        let gaps = covered
+            .gaps()
+            .map(|gap| [gap.start, gap.end].map(f64::atan));
+        let open: f64 = gaps.map(|gap| seen.within(gap)).sum();
+        free += open;
+        let hidden = seen.within(in_front) - open;
+        if hidden <= LEAST_SHARE * all {
+            continue;
+        }
+        let n_looks = n_looks(hidden);
+        for part in 0..n_looks {
+            // Up to where that part of the hidden lies.
+            let mut left = hidden * (f64::from(part) + azimuth.place()) / f64::from(n_looks);
+            let [mut low, mut high] = in_front;
+            for gap in covered.gaps() {
+                let [start, end] = [gap.start, gap.end].map(f64::atan);
+                let piece = seen.within([low, start]);
+                if left < piece {
+                    high = start;
+                    break;
+                }
+                left -= piece;
+                low = end;
+            }
+            let (sin, cos) = seen.elevation([low, high], left).sin_cos();
+            look(Look {
+                azimuth: azimuth.index,
+                number: MOST_LOOKS * azimuth.index as u32 + part,
+                towards: cos * along + sin * DVec3::Y,
+                share: hidden * of_sphere / f64::from(n_looks),
+            });
         }
     }
-    if all > 0.0 { free / all } else { 1.0 }
+    free / all
 }
 
-/// Share of what lies below the horizon that surfaces are, weighed by the cosine to a normal; 0 for a level face.
+/// Share of what lies below the horizon of a face with a normal that surfaces are; 0 for a level face.
 ///
-/// `is_met` tells of a unit vector whether a surface stands there. An estimate by three rays an azimuth.
-pub(crate) fn share_met_below(normal: DVec3, is_met: impl Fn(DVec3) -> bool) -> f64 {
-    let (mut met, mut all) = (0.0, 0.0);
-    for Azimuth { along, .. } in azimuths() {
-        for down_rad in [1.0, 3.0, 5.0].map(|sixths| sixths / 6.0 * FRAC_PI_2) {
-            let towards = down_rad.cos() * along - down_rad.sin() * DVec3::Y;
-            let weight = normal.dot(towards) * down_rad.cos();
-            if weight > 0.0 {
-                all += weight;
-                met += if is_met(towards) { weight } else { 0.0 };
+/// `is_met` tells whether a surface stands in a direction. An estimate by a few rays an azimuth.
+pub(crate) fn share_met_below(normal: DVec3, mut is_met: impl FnMut(Look) -> bool) -> f64 {
+    let sides = || {
+        azimuths().map(|azimuth| {
+            // Upside down.
+            let seen = Seen::new(normal.dot(azimuth.along), -normal.y);
+            let share = seen.above(0.0);
+            (azimuth, seen, share)
+        })
+    };
+    let all: f64 = sides().map(|(_, _, share)| share).sum();
+    if all <= 0.0 {
+        return 0.0;
+    }
+    let of_sphere = 0.5 * (1.0 - normal.y) / all;
+    let mut met = 0.0;
+    for (azimuth, seen, share) in sides().filter(|(_, _, share)| *share > LEAST_SHARE * all) {
+        let n_looks = n_looks(share);
+        for part in 0..n_looks {
+            let [place, of_look] = [f64::from(part) + azimuth.place(), 1.0]
+                .map(|parts| share * parts / f64::from(n_looks));
+            let (sin, cos) = seen.elevation([0.0, FRAC_PI_2], place).sin_cos();
+            let look = Look {
+                azimuth: azimuth.index,
+                number: MOST_LOOKS * (N_AZIMUTHS + azimuth.index) as u32 + part,
+                towards: cos * azimuth.along - sin * DVec3::Y,
+                share: of_look * of_sphere,
+            };
+            if is_met(look) {
+                met += of_look;
             }
         }
     }
-    if all > 0.0 { met / all } else { 0.0 }
+    met / all
+}
+
+/// How often an azimuth is looked along for so much light, of which a level face has 1/2 from all of it.
+fn n_looks(share: f64) -> u32 {
+    ((f64::from(2 * MOST_LOOKS) * share).ceil() as u32).min(MOST_LOOKS)
 }
 
 /// Tangents of the elevations, from 0 on, between which a flat face sees along a horizontal unit vector: above its plane
@@ -95,26 +182,59 @@ fn slopes_in_front(side: DVec3, along: DVec3) -> Option<Range<f64>> {
 struct Seen {
     a: f64,
     b: f64,
+    /// Elevations that lie in front of it; none of a face that turns away.
+    in_front: [f64; 2],
 }
 
 impl Seen {
+    /// A face whose normal has these components along the azimuth and upwards.
+    fn new(a: f64, b: f64) -> Self {
+        // n.s = 0 at this elevation, if it is one; above it light comes from in front of the face, or behind.
+        let own = (a / b).abs().atan();
+        let in_front = match (a > 0.0, b > 0.0) {
+            (true, true) => [0.0, FRAC_PI_2],
+            (false, true) => [own, FRAC_PI_2],
+            (true, false) => [0.0, own],
+            (false, false) => [0.0, 0.0],
+        };
+        Self { a, b, in_front }
+    }
+
     /// Light of an even sky above an elevation.
     fn above(&self, horizon: f64) -> f64 {
-        let Self { a, b } = *self;
-        // n.s = 0 at this elevation, if it is one; above it light comes from in front of the face, or behind.
-        let own = -(a / b).atan();
-        let (from, to) = match (a > 0.0, b > 0.0) {
-            (true, true) => (horizon, FRAC_PI_2),
-            (false, true) => (horizon.max(own), FRAC_PI_2),
-            (true, false) => (horizon, own.clamp(0.0, FRAC_PI_2)),
-            (false, false) => return 0.0,
-        };
-        let up_to = |e: f64| a * (0.5 * e + 0.25 * (2.0 * e).sin()) + 0.5 * b * e.sin().powi(2);
-        if from < to {
-            up_to(to) - up_to(from)
+        self.within([horizon, FRAC_PI_2])
+    }
+
+    /// Light of an even sky between two elevations.
+    fn within(&self, [low, high]: [f64; 2]) -> f64 {
+        let [from, to] = self.in_front;
+        let [low, high] = [low.max(from), high.min(to)];
+        if low < high {
+            self.up_to(high) - self.up_to(low)
         } else {
             0.0
         }
+    }
+
+    fn up_to(&self, elevation: f64) -> f64 {
+        let (sin, cos) = elevation.sin_cos();
+        0.5 * (self.a * (elevation + sin * cos) + self.b * sin * sin)
+    }
+
+    /// Up to which elevation of two so much light comes, from the first on.
+    fn elevation(&self, [low, high]: [f64; 2], share: f64) -> f64 {
+        let [from, to] = self.in_front;
+        let (mut from, mut to) = (low.max(from), high.min(to));
+        let light = self.up_to(from) + share;
+        for _ in 0..N_HALVINGS {
+            let middle = 0.5 * (from + to);
+            if self.up_to(middle) < light {
+                from = middle;
+            } else {
+                to = middle;
+            }
+        }
+        0.5 * (from + to)
     }
 }
 
@@ -125,7 +245,11 @@ mod tests {
     #[test]
     fn nothing_in_the_way_leaves_all_of_the_sky() {
         for normal in [DVec3::Y, DVec3::X, DVec3::new(0.6, 0.8, 0.0), -DVec3::Y] {
-            assert_eq!(free_share((normal, normal), |_, _| {}), 1.0, "{normal}");
+            assert_eq!(
+                free_share((normal, normal), |_, _| {}, |_| {}),
+                1.0,
+                "{normal}"
+            );
         }
     }
 
@@ -134,7 +258,7 @@ mod tests {
         for rim_deg in [10.0_f64, 30.0, 60.0] {
             let rim = rim_deg.to_radians();
             let up_to_rim = [0.0, rim.tan()];
-            let found = free_share((DVec3::Y, DVec3::Y), |_, covered| covered.add(up_to_rim));
+            let found = free_share((DVec3::Y, DVec3::Y), |_, it| it.add(up_to_rim), |_| {});
             assert!(
                 (found - rim.cos().powi(2)).abs() < 1e-12,
                 "{rim_deg}: {found}"
@@ -149,8 +273,39 @@ mod tests {
                 covered.add([0.0, f64::INFINITY]);
             }
         };
-        assert!((free_share((DVec3::Y, DVec3::Y), wall) - 0.5).abs() < 0.01);
-        assert_eq!(free_share((DVec3::NEG_X, DVec3::NEG_X), wall), 1.0);
+        assert!((free_share((DVec3::Y, DVec3::Y), wall, |_| {}) - 0.5).abs() < 0.01);
+        assert_eq!(free_share((DVec3::NEG_X, DVec3::NEG_X), wall, |_| {}), 1.0);
+        // A face across such a wall has half of its sky; what is upright may have a y of either zero.
+        for normal in [DVec3::Z, DVec3::new(0.0, -0.0, 1.0)] {
+            let free = free_share((normal, normal), wall, |_| {});
+            assert!((free - 0.5).abs() < 0.01, "{normal}: {free}");
+        }
+    }
+
+    #[test]
+    fn looks_share_what_is_hidden_among_them() {
+        // A bowl whose rim stands 30 degrees high around a tilted face, on ground that is all surface.
+        let (sin, cos) = 0.6_f64.sin_cos();
+        let normal = DVec3::new(sin, cos, 0.0);
+        let (mut above, mut below) = (0.0, 0.0);
+        let rim = |_, covered: &mut CoveredSlopes| covered.add([0.0, 30_f64.to_radians().tan()]);
+        let free = free_share((normal, normal), rim, |look| {
+            assert!((0.0..=0.5).contains(&look.towards.y), "{look:?}");
+            above += look.share;
+        });
+        let met = share_met_below(normal, |look| {
+            assert!(look.towards.y < 0.0 && look.share > 0.0, "{look:?}");
+            below += look.share;
+            true
+        });
+        assert!(
+            (above - (1.0 - free) * 0.5 * (1.0 + cos)).abs() < 1e-12,
+            "{above} {free}"
+        );
+        assert!(
+            (below - 0.5 * (1.0 - cos)).abs() < 1e-12 && met == 1.0,
+            "{below} {met}"
+        );
     }
 
     #[test]
@@ -158,7 +313,7 @@ mod tests {
         for (low_deg, high_deg) in [(0.0_f64, 40.0_f64), (20.0, 50.0), (30.0, 90.0)] {
             let [low, high] = [low_deg, high_deg].map(f64::to_radians);
             let bridge = [low.tan(), high.tan()];
-            let found = free_share((DVec3::Y, DVec3::Y), |_, covered| covered.add(bridge));
+            let found = free_share((DVec3::Y, DVec3::Y), |_, it| it.add(bridge), |_| {});
             let expected = 1.0 - (high.sin().powi(2) - low.sin().powi(2));
             assert!((found - expected).abs() < 1e-12, "{low_deg} {found}");
         }
@@ -186,13 +341,8 @@ mod tests {
         for tilt_deg in [0.0_f64, 20.0, 50.0, 90.0, 120.0] {
             let (sin, cos) = tilt_deg.to_radians().sin_cos();
             let normal = DVec3::new(sin, cos, 0.0);
-            let all = azimuths().map(|Azimuth { along, .. }| {
-                let seen = Seen {
-                    a: normal.dot(along),
-                    b: normal.y,
-                };
-                seen.above(0.0)
-            });
+            let all = azimuths()
+                .map(|Azimuth { along, .. }| Seen::new(normal.dot(along), normal.y).above(0.0));
             let found = all.sum::<f64>() * TAU / N_AZIMUTHS as f64 / std::f64::consts::PI;
             // Twelve azimuths: worst found 0.006.
             assert!(

@@ -1,7 +1,7 @@
 //! Light of surfaces with an albedo, and what shades them and the ground.
 //!
 //! L = A/pi T_drops T_eye (E_sun T_sun [(n . w) S exp(-tau) + V w_y (1 + n_y)/2 (T(tau) - exp(-tau))]
-//!     + V U (E(n) - D(n)) + D(n))
+//!     + V U (E(n) - D(n)) + (1 - W) D(n) + E_s)
 //!
 //! `A` albedo (`paint` where it is by place), `n` normal of the smooth surface, of a flat triangle its own, `w` towards
 //! the sun, `T_eye` and `T_sun` what air lets pass, `S` 1 where no surface stands before the sun, `tau` of the drops before
@@ -9,16 +9,9 @@
 //! let pass with what they scatter downwards, `U` the same of skylight (`under_drops`),
 //! `E(n)` irradiance of all diffuse light on a tilted face, as sky and ground send it to an open place of this
 //! height (`air_diffuse`), `D(n) = A_g/2 (1 - n_y) E_g` what of it the ground sends, `E_g` light on the level ground,
+//! `W` share of what lies below the horizon that surfaces are, `E_s` what these send, told with its error (`sent_light`),
 //! `V` share of the sky that surfaces leave (`sky_view`), on terrain whose cells are wider than pixels as its nodes see
 //! it (`terrain_view`).
-//!
-//! What surfaces send to each other is not followed. It is told as error, as if all surfaces that the place sees were of
-//! the brightest albedo `B`, across the sun under an open sky, and saw as much of each other:
-//!
-//! dL = A/pi T_drops T_eye F B E/(1 - B F),   F = (1 - V) (1 + n_y)/2 + W (1 - n_y)/2
-//!
-//! `E` irradiance there, `W` share of what lies below the horizon that surfaces are; what the ground sends in
-//! place of these is part of the light.
 //!
 //! Where the smooth surface and its triangle disagree about the sun, S is 0: none lights a triangle that it stands behind
 //! (V97, section 5.3). So the edge of night follows triangles, and is that of the smooth surface to within the angle
@@ -32,6 +25,7 @@ use std::collections::VecDeque;
 
 use glam::DVec3;
 use niji_dropfield::Bricks;
+use niji_geometry::CoveredSlopes;
 use niji_geometry::HeightField;
 use niji_geometry::Ray;
 use niji_radiometry::Nanometers;
@@ -39,12 +33,17 @@ use niji_radiometry::WavelengthGrid;
 
 use crate::air::Air;
 use crate::air_diffuse::FaceOfAir;
-use crate::air_glow::both_ways;
 use crate::lit_drops::depth;
 use crate::paint::Paint;
 use crate::paint::SurfaceColor;
 use crate::request::RenderRequest;
+use crate::sent_light::LightAround;
+use crate::sent_light::Sender;
+use crate::sent_light::SenderColors;
+use crate::sent_light::Senders;
+use crate::sent_light::scattered;
 use crate::sky_view::Azimuth;
+use crate::sky_view::Look;
 use crate::sky_view::N_AZIMUTHS;
 use crate::sky_view::azimuths;
 use crate::sky_view::free_share;
@@ -68,6 +67,12 @@ const GROUND_M: f64 = 0.0;
 const N_KNOWN: usize = 8;
 const NEAR: f64 = 0.02;
 const ALIKE: f64 = 0.999;
+
+/// What lies no deeper under the ground is on it (m).
+const GROUND_LAYER_M: f64 = 0.01;
+
+/// Which solid is terrain, and tangents of the horizon that it makes, by azimuth.
+type Horizons = (usize, [f32; N_AZIMUTHS]);
 
 /// Cells of terrain that are as many pixels wide have what their nodes see.
 const PIXELS_OF_CELL: f64 = 2.0;
@@ -101,12 +106,14 @@ impl Spot {
 }
 
 /// What a face sees around it.
-#[derive(Clone, Copy, Debug)]
-struct SkyView {
+#[derive(Clone, Debug)]
+struct View {
     /// Share of the sky that surfaces leave.
     free: f64,
-    /// Of all that lights it, what surfaces are: their form factor.
-    hidden: f64,
+    /// Share of what lies below the horizon that surfaces are.
+    below: f64,
+    /// What they send.
+    senders: Senders,
 }
 
 /// Room to work in.
@@ -115,9 +122,10 @@ pub(crate) struct SurfaceRoom {
     /// What a place sends to the eye for unit sun irradiance, but for drops between [1/sr].
     pub(crate) light: Vec<f32>,
     /// The same of what surfaces may send to it and is not in its light.
-    pub(crate) unfollowed: Vec<f32>,
+    pub(crate) lacking: Vec<f32>,
+    around: LightAround,
     /// Places of the pixel whose view of the sky was looked at, the last one first, and what that was.
-    sky: VecDeque<(Spot, SkyView)>,
+    views: VecDeque<(Spot, View)>,
 }
 
 impl SurfaceRoom {
@@ -125,14 +133,15 @@ impl SurfaceRoom {
     pub(crate) fn new(n_wavelengths: usize) -> Self {
         Self {
             light: vec![0.0; n_wavelengths],
-            unfollowed: vec![0.0; n_wavelengths],
-            sky: VecDeque::new(),
+            lacking: vec![0.0; n_wavelengths],
+            around: LightAround::new(n_wavelengths),
+            views: VecDeque::new(),
         }
     }
 
     /// Forget the pixel before: no pixel depends on another.
     pub(crate) fn clear(&mut self) {
-        self.sky.clear();
+        self.views.clear();
     }
 }
 
@@ -146,8 +155,10 @@ pub(crate) struct SurfaceLight<'a> {
     terrains: Vec<Option<TerrainView<'a>>>,
     /// What a pixel is wide.
     pixel_rad: f64,
-    /// The largest albedo by wavelength.
-    brightest: Vec<f64>,
+    /// What they send each other.
+    sender_colors: SenderColors,
+    /// Whether level ground hides what lies below it.
+    has_ground: bool,
     sun_direction: DVec3,
     /// Drops that shade.
     bricks: &'a [Bricks],
@@ -189,18 +200,6 @@ struct SunThroughDrops {
     scattered: f64,
 }
 
-/// What surfaces send to a place, over what they get straight from the sun across them and from all of the sky, where
-/// they hide a share `h` of it from the place and from each other and give back `a`.
-///
-/// Between faces that are lit alike the reflections are the series of (a h)^n. But by reciprocity such surfaces, in the
-/// mean of their areas, have straight light of only 1 - h of what comes in to them; in a corner, where h is 1/2, both
-/// faces may have all of it: twice the mean.
-fn sent_each_other(h: f64, a: f64) -> f64 {
-    // Of white that hides all the limit, from surfaces that let a little out.
-    let leaving = (1.0 - h * a).max(1.0 - h).max(f64::MIN_POSITIVE);
-    h * a / leaving * (2.0 * (1.0 - h)).min(1.0)
-}
-
 impl<'a> SurfaceLight<'a> {
     /// The surfaces and drops of a picture, with what drops leave of the sky.
     pub(crate) fn new(request: &RenderRequest<'a>) -> Self {
@@ -218,18 +217,7 @@ impl<'a> SurfaceLight<'a> {
     /// The same for places where sunlight alone is asked for.
     pub(crate) fn of_sun(request: &RenderRequest<'a>) -> Self {
         let colors = || request.surfaces.into_iter().flat_map(Surfaces::albedos);
-        let mut brightest = vec![0.0; request.wavelengths.len()];
-        for color in colors().flatten() {
-            let most = match color {
-                SurfaceColor::Plain(reflectance) => vec![*reflectance],
-                SurfaceColor::Painted(paint) => paint.brightest(),
-            };
-            for most in most {
-                for (brightest, value) in brightest.iter_mut().zip(most.on(&request.wavelengths)) {
-                    *brightest = value.max(*brightest);
-                }
-            }
-        }
+        let sender_colors = SenderColors::of(colors(), &request.wavelengths);
         let colors = colors().map(|color| Reflected::of(color, &request.wavelengths));
         let has_shadow = request.effects.drop_shadow.is_on();
         Self {
@@ -238,7 +226,8 @@ impl<'a> SurfaceLight<'a> {
             terrains: Vec::new(),
             pixel_rad: request.camera.pixel_angle().0,
             wavelengths: request.wavelengths.centers().collect(),
-            brightest,
+            sender_colors,
+            has_ground: request.air.is_some(),
             sun_direction: request.sun_direction,
             bricks: if has_shadow {
                 request.drops.bricks()
@@ -277,106 +266,71 @@ impl<'a> SurfaceLight<'a> {
     /// What reaches the ground at a point.
     pub(crate) fn shade_of_ground(&self, point: DVec3) -> Shade {
         let sun = self.sun_through_drops(self.is_ground_shaded(point), point);
-        let free = self.sky_share((point, DVec3::Y), DVec3::Y, None);
+        let free = self.sky_share((point, DVec3::Y), (DVec3::Y, None), |_| {});
         Shade {
             sun: sun.straight + free * sun.scattered,
             sky: free * self.sky_through_drops(point),
         }
     }
 
-    /// Writes what a place at the end of a sight sends to the eye.
+    /// Writes what a place at the end of a sight sends to the eye, and what that may lack.
     pub(crate) fn radiance(
         &self,
         spot: &Spot,
         (sight, air): (&Sight, Option<&Air>),
         room: &mut SurfaceRoom,
     ) {
+        let SurfaceRoom {
+            light,
+            lacking,
+            around,
+            views,
+        } = room;
         let Face { normal, .. } = spot.face;
-        let view = self.sky_view_of_pixel(spot, sight.surface_m, &mut room.sky);
-        self.write_unfollowed((spot, view.hidden), (sight, air), &mut room.unfollowed);
-        let (share, out) = (view.free, &mut room.light);
-        let sunlit = {
-            let sun = self.sun_through_drops(self.is_shaded(spot), spot.point);
-            let cos_sun = normal.dot(self.sun_direction).max(0.0);
-            let on_face = share * self.sun_direction.y.max(0.0) * 0.5 * (1.0 + normal.y);
-            cos_sun * sun.straight + on_face * sun.scattered
-        };
-        let Some(air) = air else {
-            out.fill(sunlit as f32);
-            return self.reflect(&spot.face, out);
-        };
-        let to_eye = air.to_eye(
-            air.ray(sight.ray.origin, sight.ray.direction),
-            sight.surface_m,
-        );
-        let to_sun = air.to_sun(spot.point);
-        out.fill(0.0);
-        if let (Some(to_sun), true) = (&to_sun, sunlit > 0.0) {
-            air.transmit(&both_ways(to_sun, &to_eye), out);
-            for value in out.iter_mut() {
-                *value *= sunlit as f32;
-            }
+        let view = self.view_in_pixel(spot, sight.surface_m, views);
+        let through = self.sun_through_drops(false, spot.point);
+        let skylit = self.sky_through_drops(spot.point);
+        around.look((spot.point, skylit), air);
+        let LightAround { sun, sky, ground } = around;
+        // What the sun adds to the light of level ground.
+        let sine = self.sun_direction.y.max(0.0);
+        let cos_sun = self.cos_sun(spot);
+        let scattered = view.free * sine * 0.5 * (1.0 + normal.y) * through.scattered;
+        let of_sun = (cos_sun * through.straight + scattered) as f32;
+        for (light, sun) in light.iter_mut().zip(&*sun) {
+            *light = of_sun * sun;
         }
-        if let Some(diffuse) = air.diffuse() {
-            let mut transmitted = vec![0.0; out.len()];
-            // What the sun adds to the light of level ground.
-            if let Some(to_sun) = &to_sun {
-                air.transmit(to_sun, &mut transmitted);
-            }
+        if let Some((air, diffuse)) = air.and_then(|air| Some((air, air.diffuse()?))) {
             let face = FaceOfAir {
                 point: spot.point,
                 normal,
-                sunlight: &transmitted,
+                sunlight: sun,
             };
-            let share = share * self.sky_through_drops(spot.point);
-            let light = diffuse.on_face(&face, (share, air.ground_albedo()));
-            air.transmit(&to_eye, &mut transmitted);
-            for ((sum, light), transmitted) in out.iter_mut().zip(light).zip(&transmitted) {
-                *sum += light * transmitted;
+            let seen = [view.free * skylit, 1.0 - view.below];
+            let of_air = diffuse.on_face(&face, (seen, air.ground_albedo()));
+            for (light, of_air) in light.iter_mut().zip(of_air) {
+                *light += of_air;
             }
         }
-        self.reflect(&spot.face, out);
-    }
-
-    /// Writes what surfaces that hide a share of what lights a place may send to the eye by way of it.
-    fn write_unfollowed(
-        &self,
-        (spot, hidden): (&Spot, f64),
-        (sight, air): (&Sight, Option<&Air>),
-        out: &mut [f32],
-    ) {
-        out.fill(0.0);
-        if hidden <= 0.0 {
-            return;
+        for ((sun, sky), ground) in sun.iter_mut().zip(&mut *sky).zip(&mut *ground) {
+            let on_level = sine as f32 * *sun;
+            *ground *= *sky + (through.straight + through.scattered) as f32 * on_level;
+            *sky += through.scattered as f32 * on_level;
+            *sun *= through.straight as f32;
         }
-        let sun = self.sun_through_drops(false, spot.point);
-        let sunlit = (sun.straight + sun.scattered * self.sun_direction.y.max(0.0)) as f32;
-        if let Some(air) = air {
-            if let Some(to_sun) = air.to_sun(spot.point) {
-                air.transmit(&to_sun, out);
-            }
-            let skylit = self.sky_through_drops(spot.point) as f32;
-            let of_sky = air.diffuse().map(|diffuse| diffuse.on_level(spot.point));
-            for (index, irradiance) in out.iter_mut().enumerate() {
-                let of_sky = of_sky.as_ref().map_or(0.0, |light| skylit * light[index]);
-                *irradiance = sunlit * *irradiance + of_sky;
-            }
-        } else {
-            out.fill(sunlit);
-        }
-        for (light, brightest) in out.iter_mut().zip(&self.brightest) {
-            *light *= sent_each_other(hidden, *brightest) as f32;
-        }
+        around.add_sent((&view.senders, &self.sender_colors), light, lacking);
         if let Some(air) = air {
             let Ray { origin, direction } = sight.ray;
             let to_eye = air.to_eye(air.ray(origin, direction), sight.surface_m);
-            let mut transmitted = vec![0.0; out.len()];
-            air.transmit(&to_eye, &mut transmitted);
-            for (light, transmitted) in out.iter_mut().zip(transmitted) {
-                *light *= transmitted;
+            let transmitted = &mut around.sun;
+            air.transmit(&to_eye, transmitted);
+            for (values, transmitted) in light.iter_mut().zip(&mut *lacking).zip(transmitted) {
+                *values.0 *= *transmitted;
+                *values.1 *= *transmitted;
             }
         }
-        self.reflect(&spot.face, out);
+        self.reflect(&spot.face, light);
+        self.reflect(&spot.face, lacking);
     }
 
     fn reflect(&self, face: &Face, light: &mut [f32]) {
@@ -416,29 +370,29 @@ impl<'a> SurfaceLight<'a> {
     }
 
     /// What a place sees around it, which is that of a place before if one is near and alike.
-    fn sky_view_of_pixel(
+    fn view_in_pixel<'v>(
         &self,
         spot: &Spot,
         surface_m: f64,
-        known: &mut VecDeque<(Spot, SkyView)>,
-    ) -> SkyView {
+        known: &'v mut VecDeque<(Spot, View)>,
+    ) -> &'v View {
         let Face { normal, solid, .. } = spot.face;
-        let seen = known.iter().find(|(Spot { point, face }, _)| {
+        let seen = known.iter().position(|(Spot { point, face }, _)| {
             // Waves send the rays of a pixel to places that lie as far away and wide apart.
             let is_near = point.distance(spot.point) <= NEAR * surface_m;
             is_near && face.solid == solid && face.normal.dot(normal) >= ALIKE
         });
-        if let Some((_, view)) = seen {
-            return *view;
-        }
-        let view = self.sky_view(spot, surface_m);
-        known.truncate(N_KNOWN - 1);
-        known.push_front((*spot, view));
-        view
+        let index = seen.unwrap_or_else(|| {
+            let view = self.view(spot, surface_m);
+            known.truncate(N_KNOWN - 1);
+            known.push_front((*spot, view));
+            0
+        });
+        &known[index].1
     }
 
     /// What a place so far from the eye sees around it.
-    fn sky_view(&self, spot: &Spot, surface_m: f64) -> SkyView {
+    fn view(&self, spot: &Spot, surface_m: f64) -> View {
         let Face {
             side,
             normal,
@@ -451,60 +405,121 @@ impl<'a> SurfaceLight<'a> {
         let are_wide = |it: &&TerrainView| {
             it.field.spacing_m() > PIXELS_OF_CELL * self.pixel_rad * surface_m && side.y > 0.0
         };
-        let known = (terrain.filter(are_wide))
-            .map(|it| it.at(spot.point, |node| self.view_of_node(it.field, node)));
-        let horizons = known.map(|it| (solid, it.horizons));
-        let free = self.sky_share(place, normal, horizons);
-        let below = known.map_or_else(
-            || self.share_met_below(place, normal),
-            |it| f64::from(it.below),
-        );
-        let above = 0.5 * (1.0 + normal.y);
-        SkyView {
-            free,
-            hidden: (1.0 - free) * above + below * (1.0 - above),
+        let Some(terrain) = terrain.filter(are_wide) else {
+            return self.look_around(place, (normal, None));
+        };
+        let known = terrain.at(spot.point, |node| {
+            self.view_of_node((solid, terrain.field), node)
+        });
+        let horizons = Some((solid, known.horizons));
+        View {
+            free: self.sky_share(place, (normal, horizons), |_| {}),
+            below: f64::from(known.below),
+            senders: known.senders,
         }
     }
 
     /// What a node of a terrain sees around it.
-    fn view_of_node(&self, field: &HeightField, node: DVec3) -> PlaceView {
+    fn view_of_node(&self, (solid, field): (usize, &HeightField), node: DVec3) -> PlaceView {
         let origin = node + LIFT_M * DVec3::Y;
         let mut horizons = [0.0; N_AZIMUTHS];
         for Azimuth { index, along } in azimuths() {
             horizons[index] = field.horizon(origin, along, 0.0) as f32;
         }
         let normal = field.smooth_normal(node);
+        let view = self.look_around((node, normal), (normal, Some((solid, horizons))));
         PlaceView {
             horizons,
-            below: self.share_met_below((node, normal), normal) as f32,
+            below: view.below as f32,
+            senders: view.senders,
         }
     }
 
-    /// Share of what lies below the horizon of a place that surfaces are.
-    fn share_met_below(&self, place: (DVec3, DVec3), normal: DVec3) -> f64 {
+    /// What a face at a point with a side sees around it; the horizons that one solid makes may be known.
+    fn look_around(
+        &self,
+        place: (DVec3, DVec3),
+        (normal, known): (DVec3, Option<Horizons>),
+    ) -> View {
+        let mut senders = Senders::default();
+        let free = self.sky_share(place, (normal, known), |look| {
+            self.look_at(place, look, &mut senders);
+        });
         let (_, side) = place;
-        share_met_below(normal, |towards| {
-            side.dot(towards) > 0.0 && self.is_met(place, towards)
-        })
+        let below = share_met_below(normal, |look| {
+            side.dot(look.towards) > 0.0 && self.look_at(place, look, &mut senders)
+        });
+        View {
+            free,
+            below,
+            senders,
+        }
     }
 
-    /// Share of the sky that surfaces leave to a face at a point with a side; the horizons that one solid makes may
-    /// be known.
+    /// Whether a surface is met there, which sends light.
+    fn look_at(&self, place: (DVec3, DVec3), look: Look, senders: &mut Senders) -> bool {
+        let Some(sight) = self.sight(place, look.towards) else {
+            return false;
+        };
+        let Some(spot) = Spot::of(&sight) else {
+            return true;
+        };
+        let mut sender = Sender::of(&spot.face, look, self.cos_sun(&spot));
+        let Face { side, normal, .. } = spot.face;
+        let towards = scattered(normal, look.number);
+        let met = (side.dot(towards) > 0.0)
+            .then(|| self.sight((spot.point, side), towards))
+            .flatten();
+        if met.is_some() {
+            sender = sender.less(look, towards);
+        }
+        senders.add(&sender, 1.0);
+        if let Some(other) = met.as_ref().and_then(Spot::of) {
+            let sender = Sender::of(&other.face, look, self.cos_sun(&other));
+            senders.add(&sender.by(&spot.face), 1.0);
+        }
+        true
+    }
+
+    /// Where a ray from a side of a point ends at a surface.
+    fn sight(&self, (point, side): (DVec3, DVec3), direction: DVec3) -> Option<Sight> {
+        let origin = point + LIFT_M * side;
+        let sight = self.surfaces?.sight(Ray { origin, direction });
+        let end_m = sight.surface_m;
+        if end_m.is_infinite() {
+            return None;
+        }
+        let is_low = direction.y < 0.0 && sight.ray.at(end_m).y < GROUND_M - GROUND_LAYER_M;
+        (!(self.has_ground && is_low)).then_some(sight)
+    }
+
+    /// Cosine of the sunlight at a place; 0 in the shade of surfaces.
+    fn cos_sun(&self, spot: &Spot) -> f64 {
+        if self.is_shaded(spot) {
+            0.0
+        } else {
+            spot.face.normal.dot(self.sun_direction)
+        }
+    }
+
+    /// Share of the sky that surfaces leave to a face at a point with a side, where `look` is told of what they hide; the
+    /// horizons that one solid makes may be known.
     fn sky_share(
         &self,
         place: (DVec3, DVec3),
-        normal: DVec3,
-        known: Option<(usize, [f32; N_AZIMUTHS])>,
+        (normal, known): (DVec3, Option<Horizons>),
+        look: impl FnMut(Look),
     ) -> f64 {
         let Some(surfaces) = self.surfaces else {
             return 1.0;
         };
         let (point, side) = place;
         let origin = point + LIFT_M * side;
-        free_share((side, normal), |Azimuth { index, along }, covered| {
+        let cover = |Azimuth { index, along }, covered: &mut CoveredSlopes| {
             let known = known.map(|(solid, horizons)| (solid, f64::from(horizons[index])));
             surfaces.cover((origin, along), known, covered);
-        })
+        };
+        free_share((side, normal), cover, look)
     }
 
     /// Whether any surface is met from a side of a point in a direction.

@@ -1,7 +1,7 @@
 //! What terrain sees around it, looked for at its nodes.
 //!
 //! x(P) = sum_i w_i x(P_i)
-//! `x` tangents of the horizon that the terrain makes, and the share of surfaces below it; `P` point of the triangle of
+//! `x` tangents of the horizon that the terrain makes, the share of surfaces below it and what surfaces send; `P` point of the triangle of
 //! nodes `P_i`, `w_i` its barycentric weights. A triangle is flat, so what it sees changes over it no faster than from
 //! node to node. Each node looks once, when first asked; what it sees depends on no ray.
 
@@ -10,6 +10,7 @@ use std::sync::OnceLock;
 use glam::DVec3;
 use niji_geometry::HeightField;
 
+use crate::sent_light::Senders;
 use crate::sky_view::N_AZIMUTHS;
 
 /// Nodes along a side of what is kept together.
@@ -17,12 +18,14 @@ const TILE: usize = 8;
 
 /// What a place on terrain sees around it.
 // f32: a few bytes for each of millions of nodes.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct PlaceView {
     /// Tangents of the horizon that the terrain makes, by azimuth.
     pub(crate) horizons: [f32; N_AZIMUTHS],
     /// Share of what lies below the horizon that surfaces are.
     pub(crate) below: f32,
+    /// What surfaces send.
+    pub(crate) senders: Senders,
 }
 
 type Tile = [OnceLock<PlaceView>; TILE * TILE];
@@ -58,6 +61,7 @@ impl<'a> TerrainView<'a> {
                 *sum += weight as f32 * horizon;
             }
             mean.below += weight as f32 * seen.below;
+            mean.senders.add_all(&seen.senders, weight as f32);
         }
         mean
     }
@@ -101,6 +105,7 @@ mod tests {
         PlaceView {
             horizons: horizons.collect::<Vec<_>>().try_into().unwrap(),
             below: origin.x as f32,
+            senders: Senders::default(),
         }
     }
 
@@ -130,6 +135,7 @@ mod tests {
                     |Azimuth { index, .. }, covered: &mut CoveredSlopes| {
                         covered.add([f64::NEG_INFINITY, f64::from(it.horizons[index])]);
                     },
+                    |_| {},
                 )
             })
         };

@@ -331,7 +331,8 @@ pub(crate) static ROWS: [Row; 22] = [
         effect: Effect::LitSurfaces,
         name: "lit_surfaces",
         what: "surfaces with an albedo send light of sun and sky, and they, terrain and drops shade each other and \
-               the ground; what surfaces take of the sky is an estimate, what they send each other is told as error",
+               the ground; what surfaces take of the sky is an estimate, what they send each other one with an error that \
+               is told",
         formula: "1.2 A E/pi, A the largest albedo; for the ground, under a sun at elevation e, (sin e + 0.2) A E/pi times \
                   the share that drops take",
         source: "Lambert, Photometria, Augsburg (1760); Ramamoorthi and Hanrahan, J. Opt. Soc. Am. A 18, 2448-2459 \
