@@ -15,6 +15,7 @@
 use std::f64::consts::TAU;
 
 use glam::DVec3;
+use niji_radiometry::Reflectance;
 use niji_radiometry::WavelengthGrid;
 
 use crate::air::Air;
@@ -126,6 +127,7 @@ impl Senders {
 }
 
 /// Albedos of all materials by solid, material and wavelength; none of what is black.
+#[derive(Default)]
 pub(crate) struct SenderColors(Vec<Vec<Vec<f32>>>);
 
 impl SenderColors {
@@ -140,9 +142,8 @@ impl SenderColors {
                 Some(SurfaceColor::Plain(reflectance)) => vec![*reflectance],
                 Some(SurfaceColor::Painted(paint)) => paint.means(),
             };
-            let spectrum = |it: niji_radiometry::Reflectance| {
-                it.on(grid).into_iter().map(|value| value as f32).collect()
-            };
+            let spectrum =
+                |it: Reflectance| it.on(grid).into_iter().map(|value| value as f32).collect();
             means.into_iter().map(spectrum).collect()
         };
         Self(colors.map(spectra).collect())
@@ -208,11 +209,11 @@ impl LightAround {
     ) {
         let parts = |sender: &Sender| {
             let (last, other) = sender.colors;
-            let albedos = (colors.get(last)?, other.map(|it| colors.get(it)));
-            match albedos {
-                (last, None) => Some((*sender, last, None)),
-                (last, Some(other)) => Some((*sender, last, Some(other?))),
-            }
+            let other = match other {
+                Some(other) => Some(colors.get(other)?),
+                None => None,
+            };
+            Some((*sender, colors.get(last)?, other))
         };
         let sum = |weights: [f32; 3], shares: &[f32; 3]| -> f32 {
             weights.iter().zip(shares).map(|(a, b)| a * b).sum()

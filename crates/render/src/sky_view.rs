@@ -4,7 +4,8 @@
 //!                                                            = [a (e/2 + sin(2e)/4) + b sin^2(e)/2]
 //! over azimuths j and the gaps between surfaces there: `e_k` and `f_k` elevations from and up to which the sky is
 //! seen, `s` direction of elevation e, `a` and `b` components of the normal n along the azimuth and upwards. An
-//! estimate: 12 azimuths and an even sky.
+//! estimate: 12 azimuths and an even sky. What is hidden, and what lies below the horizon, has a few looks an azimuth, each
+//! for as much of the light.
 
 use std::f64::consts::FRAC_PI_2;
 use std::f64::consts::TAU;
@@ -67,57 +68,38 @@ pub(crate) struct Look {
 /// Share of the light of an even sky on a face with a normal that surfaces leave; 1 for a face that sees no sky.
 ///
 /// `side` is the normal of the flat triangle there, behind which nothing is seen; `cover` covers the slopes of sights
-/// along an azimuth in which surfaces stand, `look` is told of these.
+/// along an azimuth in which surfaces stand, `hide` is told of these.
 pub(crate) fn free_share(
     (side, normal): (DVec3, DVec3),
     cover: impl Fn(Azimuth, &mut CoveredSlopes),
-    mut look: impl FnMut(Look),
+    mut hide: impl FnMut(&Hidden),
 ) -> f64 {
-    let seen = |azimuth: &Azimuth| Seen::new(normal.dot(azimuth.along), normal.y);
-    let all: f64 = azimuths().map(|azimuth| seen(&azimuth).above(0.0)).sum();
+    let all: f64 = sides(normal).map(|(_, _, whole)| whole).sum();
     if all <= 0.0 {
         return 1.0;
     }
     let of_sphere = 0.5 * (1.0 + normal.y) / all;
     let mut free = 0.0;
-    for azimuth in azimuths() {
-        let seen = seen(&azimuth);
-        let along = azimuth.along;
-        let in_front = slopes_in_front(side, along).filter(|_| seen.above(0.0) > 0.0);
+    for (azimuth, seen, whole) in sides(normal) {
+        let in_front = slopes_in_front(side, azimuth.along).filter(|_| whole > 0.0);
         let Some(slopes) = in_front else { continue };
-        let in_front = [slopes.start, slopes.end].map(f64::atan);
+        let in_front = elevations(&slopes);
         let mut covered = CoveredSlopes::all_but(slopes);
         cover(azimuth, &mut covered);
-        let gaps = covered
+        let open: f64 = covered
             .gaps()
-            .map(|gap| [gap.start, gap.end].map(f64::atan));
-        let open: f64 = gaps.map(|gap| seen.within(gap)).sum();
+            .map(|gap| seen.within(elevations(&gap)))
+            .sum();
         free += open;
-        let hidden = seen.within(in_front) - open;
-        if hidden <= LEAST_SHARE * all {
-            continue;
-        }
-        let n_looks = n_looks(hidden);
-        for part in 0..n_looks {
-            // Up to where that part of the hidden lies.
-            let mut left = hidden * (f64::from(part) + azimuth.place()) / f64::from(n_looks);
-            let [mut low, mut high] = in_front;
-            for gap in covered.gaps() {
-                let [start, end] = [gap.start, gap.end].map(f64::atan);
-                let piece = seen.within([low, start]);
-                if left < piece {
-                    high = start;
-                    break;
-                }
-                left -= piece;
-                low = end;
-            }
-            let (sin, cos) = seen.elevation([low, high], left).sin_cos();
-            look(Look {
-                azimuth: azimuth.index,
-                number: MOST_LOOKS * azimuth.index as u32 + part,
-                towards: cos * along + sin * DVec3::Y,
-                share: hidden * of_sphere / f64::from(n_looks),
+        let light = seen.within(in_front) - open;
+        if light > LEAST_SHARE * all {
+            hide(&Hidden {
+                azimuth,
+                seen,
+                in_front,
+                covered,
+                light,
+                of_sphere,
             });
         }
     }
@@ -128,38 +110,97 @@ pub(crate) fn free_share(
 ///
 /// `is_met` tells whether a surface stands in a direction. An estimate by a few rays an azimuth.
 pub(crate) fn share_met_below(normal: DVec3, mut is_met: impl FnMut(Look) -> bool) -> f64 {
-    let sides = || {
-        azimuths().map(|azimuth| {
-            // Upside down.
-            let seen = Seen::new(normal.dot(azimuth.along), -normal.y);
-            let share = seen.above(0.0);
-            (azimuth, seen, share)
-        })
-    };
-    let all: f64 = sides().map(|(_, _, share)| share).sum();
+    let sides = || sides(normal * (DVec3::ONE - 2.0 * DVec3::Y));
+    let all: f64 = sides().map(|(_, _, whole)| whole).sum();
     if all <= 0.0 {
         return 0.0;
     }
     let of_sphere = 0.5 * (1.0 - normal.y) / all;
     let mut met = 0.0;
-    for (azimuth, seen, share) in sides().filter(|(_, _, share)| *share > LEAST_SHARE * all) {
-        let n_looks = n_looks(share);
-        for part in 0..n_looks {
-            let [place, of_look] = [f64::from(part) + azimuth.place(), 1.0]
-                .map(|parts| share * parts / f64::from(n_looks));
-            let (sin, cos) = seen.elevation([0.0, FRAC_PI_2], place).sin_cos();
-            let look = Look {
-                azimuth: azimuth.index,
-                number: MOST_LOOKS * (N_AZIMUTHS + azimuth.index) as u32 + part,
-                towards: cos * azimuth.along - sin * DVec3::Y,
-                share: of_look * of_sphere,
-            };
+    for (azimuth, seen, whole) in sides().filter(|(_, _, whole)| *whole > LEAST_SHARE * all) {
+        let n_looks = n_looks(whole);
+        for mut look in looks((azimuth, whole), |light| {
+            seen.elevation([0.0, FRAC_PI_2], light)
+        }) {
+            // Upside down.
+            look.number += MOST_LOOKS * N_AZIMUTHS as u32;
+            look.towards.y = -look.towards.y;
+            look.share *= of_sphere;
             if is_met(look) {
-                met += of_look;
+                met += whole / f64::from(n_looks);
             }
         }
     }
     met / all
+}
+
+/// A face along all azimuths, with the light that it has there of an even sky.
+fn sides(normal: DVec3) -> impl Iterator<Item = (Azimuth, Seen, f64)> {
+    azimuths().map(move |azimuth| {
+        let seen = Seen::new(normal.dot(azimuth.along), normal.y);
+        let whole = seen.within([0.0, FRAC_PI_2]);
+        (azimuth, seen, whole)
+    })
+}
+
+fn elevations(slopes: &Range<f64>) -> [f64; 2] {
+    [slopes.start, slopes.end].map(f64::atan)
+}
+
+/// What surfaces hide along an azimuth.
+pub(crate) struct Hidden {
+    azimuth: Azimuth,
+    seen: Seen,
+    /// Elevations that the face sees.
+    in_front: [f64; 2],
+    covered: CoveredSlopes,
+    /// Light of an even sky there, and the part of an even sphere's that a unit of it is.
+    light: f64,
+    of_sphere: f64,
+}
+
+impl Hidden {
+    /// Directions in which it is looked at.
+    pub(crate) fn looks(&self) -> impl Iterator<Item = Look> {
+        looks((self.azimuth, self.light), |light| self.elevation(light)).map(|look| Look {
+            share: look.share * self.of_sphere,
+            ..look
+        })
+    }
+
+    /// Up to where so much light is hidden.
+    fn elevation(&self, mut light: f64) -> f64 {
+        let [mut low, mut high] = self.in_front;
+        for gap in self.covered.gaps() {
+            let [start, end] = elevations(&gap);
+            let piece = self.seen.within([low, start]);
+            if light < piece {
+                high = start;
+                break;
+            }
+            light -= piece;
+            low = end;
+        }
+        self.seen.elevation([low, high], light)
+    }
+}
+
+/// Looks along an azimuth from where light comes, each for as much, where its parts come from up to elevations.
+fn looks(
+    (azimuth, light): (Azimuth, f64),
+    elevation: impl Fn(f64) -> f64,
+) -> impl Iterator<Item = Look> {
+    let n_looks = n_looks(light);
+    (0..n_looks).map(move |part| {
+        let up_to = light * (f64::from(part) + azimuth.place()) / f64::from(n_looks);
+        let (sin, cos) = elevation(up_to).sin_cos();
+        Look {
+            azimuth: azimuth.index,
+            number: MOST_LOOKS * azimuth.index as u32 + part,
+            towards: cos * azimuth.along + sin * DVec3::Y,
+            share: light / f64::from(n_looks),
+        }
+    })
 }
 
 /// How often an azimuth is looked along for so much light, of which a level face has 1/2 from all of it.
@@ -198,11 +239,6 @@ impl Seen {
             (false, false) => [0.0, 0.0],
         };
         Self { a, b, in_front }
-    }
-
-    /// Light of an even sky above an elevation.
-    fn above(&self, horizon: f64) -> f64 {
-        self.within([horizon, FRAC_PI_2])
     }
 
     /// Light of an even sky between two elevations.
@@ -289,9 +325,11 @@ mod tests {
         let normal = DVec3::new(sin, cos, 0.0);
         let (mut above, mut below) = (0.0, 0.0);
         let rim = |_, covered: &mut CoveredSlopes| covered.add([0.0, 30_f64.to_radians().tan()]);
-        let free = free_share((normal, normal), rim, |look| {
-            assert!((0.0..=0.5).contains(&look.towards.y), "{look:?}");
-            above += look.share;
+        let free = free_share((normal, normal), rim, |hidden| {
+            for look in hidden.looks() {
+                assert!((0.0..=0.5).contains(&look.towards.y), "{look:?}");
+                above += look.share;
+            }
         });
         let met = share_met_below(normal, |look| {
             assert!(look.towards.y < 0.0 && look.share > 0.0, "{look:?}");
@@ -341,8 +379,7 @@ mod tests {
         for tilt_deg in [0.0_f64, 20.0, 50.0, 90.0, 120.0] {
             let (sin, cos) = tilt_deg.to_radians().sin_cos();
             let normal = DVec3::new(sin, cos, 0.0);
-            let all = azimuths()
-                .map(|Azimuth { along, .. }| Seen::new(normal.dot(along), normal.y).above(0.0));
+            let all = sides(normal).map(|(_, _, whole)| whole);
             let found = all.sum::<f64>() * TAU / N_AZIMUTHS as f64 / std::f64::consts::PI;
             // Twelve azimuths: worst found 0.006.
             assert!(

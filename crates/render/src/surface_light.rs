@@ -43,6 +43,7 @@ use crate::sent_light::SenderColors;
 use crate::sent_light::Senders;
 use crate::sent_light::scattered;
 use crate::sky_view::Azimuth;
+use crate::sky_view::Hidden;
 use crate::sky_view::Look;
 use crate::sky_view::N_AZIMUTHS;
 use crate::sky_view::azimuths;
@@ -155,7 +156,7 @@ pub(crate) struct SurfaceLight<'a> {
     terrains: Vec<Option<TerrainView<'a>>>,
     /// What a pixel is wide.
     pixel_rad: f64,
-    /// What they send each other.
+    /// What of them gives back light that they send each other.
     sender_colors: SenderColors,
     /// Whether level ground hides what lies below it.
     has_ground: bool,
@@ -207,8 +208,10 @@ impl<'a> SurfaceLight<'a> {
         let has_shadow = request.effects.drop_shadow.is_on();
         let bounds = request.drops.bounds().filter(|_| has_shadow);
         let terrains = request.surfaces.into_iter().flat_map(Surfaces::terrains);
+        let colors = request.surfaces.into_iter().flat_map(Surfaces::albedos);
         Self {
             terrains: terrains.map(|it| it.map(TerrainView::new)).collect(),
+            sender_colors: SenderColors::of(colors, &request.wavelengths),
             sky: bounds.map(|bounds| SkyUnderDrops::new(of_sun.bricks, bounds, GROUND_M)),
             ..of_sun
         }
@@ -216,9 +219,8 @@ impl<'a> SurfaceLight<'a> {
 
     /// The same for places where sunlight alone is asked for.
     pub(crate) fn of_sun(request: &RenderRequest<'a>) -> Self {
-        let colors = || request.surfaces.into_iter().flat_map(Surfaces::albedos);
-        let sender_colors = SenderColors::of(colors(), &request.wavelengths);
-        let colors = colors().map(|color| Reflected::of(color, &request.wavelengths));
+        let colors = request.surfaces.into_iter().flat_map(Surfaces::albedos);
+        let colors = colors.map(|color| Reflected::of(color, &request.wavelengths));
         let has_shadow = request.effects.drop_shadow.is_on();
         Self {
             surfaces: request.surfaces,
@@ -226,7 +228,7 @@ impl<'a> SurfaceLight<'a> {
             terrains: Vec::new(),
             pixel_rad: request.camera.pixel_angle().0,
             wavelengths: request.wavelengths.centers().collect(),
-            sender_colors,
+            sender_colors: SenderColors::default(),
             has_ground: request.air.is_some(),
             sun_direction: request.sun_direction,
             bricks: if has_shadow {
@@ -265,10 +267,15 @@ impl<'a> SurfaceLight<'a> {
 
     /// What reaches the ground at a point.
     pub(crate) fn shade_of_ground(&self, point: DVec3) -> Shade {
-        let sun = self.sun_through_drops(self.is_ground_shaded(point), point);
+        let sun = self.sun_through_drops(point);
+        let straight = if self.is_ground_shaded(point) {
+            0.0
+        } else {
+            sun.straight
+        };
         let free = self.sky_share((point, DVec3::Y), (DVec3::Y, None), |_| {});
         Shade {
-            sun: sun.straight + free * sun.scattered,
+            sun: straight + free * sun.scattered,
             sky: free * self.sky_through_drops(point),
         }
     }
@@ -288,7 +295,7 @@ impl<'a> SurfaceLight<'a> {
         } = room;
         let Face { normal, .. } = spot.face;
         let view = self.view_in_pixel(spot, sight.surface_m, views);
-        let through = self.sun_through_drops(false, spot.point);
+        let through = self.sun_through_drops(spot.point);
         let skylit = self.sky_through_drops(spot.point);
         around.look((spot.point, skylit), air);
         let LightAround { sun, sky, ground } = around;
@@ -349,13 +356,13 @@ impl<'a> SurfaceLight<'a> {
         }
     }
 
-    /// Sunlight at a point that a surface shades or not.
-    fn sun_through_drops(&self, is_shaded: bool, point: DVec3) -> SunThroughDrops {
+    /// Sunlight at a point that no surface shades.
+    fn sun_through_drops(&self, point: DVec3) -> SunThroughDrops {
         let depth = depth(self.bricks, point, self.sun_direction);
         let straight = (-depth).exp();
         let sine = self.sun_direction.y;
         SunThroughDrops {
-            straight: if is_shaded { 0.0 } else { straight },
+            straight,
             scattered: if depth > 0.0 && sine > 0.0 {
                 sun_under(depth, sine) - straight
             } else {
@@ -442,8 +449,10 @@ impl<'a> SurfaceLight<'a> {
         (normal, known): (DVec3, Option<Horizons>),
     ) -> View {
         let mut senders = Senders::default();
-        let free = self.sky_share(place, (normal, known), |look| {
-            self.look_at(place, look, &mut senders);
+        let free = self.sky_share(place, (normal, known), |hidden| {
+            for look in hidden.looks() {
+                self.look_at(place, look, &mut senders);
+            }
         });
         let (_, side) = place;
         let below = share_met_below(normal, |look| {
@@ -502,13 +511,13 @@ impl<'a> SurfaceLight<'a> {
         }
     }
 
-    /// Share of the sky that surfaces leave to a face at a point with a side, where `look` is told of what they hide; the
+    /// Share of the sky that surfaces leave to a face at a point with a side, where `hide` is told of the rest; the
     /// horizons that one solid makes may be known.
     fn sky_share(
         &self,
         place: (DVec3, DVec3),
         (normal, known): (DVec3, Option<Horizons>),
-        look: impl FnMut(Look),
+        hide: impl FnMut(&Hidden),
     ) -> f64 {
         let Some(surfaces) = self.surfaces else {
             return 1.0;
@@ -519,7 +528,7 @@ impl<'a> SurfaceLight<'a> {
             let known = known.map(|(solid, horizons)| (solid, f64::from(horizons[index])));
             surfaces.cover((origin, along), known, covered);
         };
-        free_share((side, normal), cover, look)
+        free_share((side, normal), cover, hide)
     }
 
     /// Whether any surface is met from a side of a point in a direction.
