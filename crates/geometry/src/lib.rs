@@ -59,6 +59,7 @@ mod polygon;
 mod ray;
 mod slabs;
 mod sobol;
+mod triangle_nodes;
 
 pub use aabb::Aabb;
 pub use camera::Camera;
@@ -97,3 +98,5 @@ pub use ray::Ray;
 pub use ray::direction_from_azimuth_elevation;
 pub use sobol::N_SOBOL_DIMENSIONS;
 pub use sobol::SOBOL_DIRECTIONS;
+pub use triangle_nodes::TriangleNode;
+pub use triangle_nodes::TrianglePlace;

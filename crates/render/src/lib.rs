@@ -133,6 +133,7 @@ mod map_edge;
 mod march;
 mod measured_air;
 mod merged_cells;
+mod mesh_view;
 mod mirrored_drops;
 mod mirrored_table;
 mod moved_angles;

@@ -275,6 +275,7 @@ mod tests {
             side: DVec3::Y,
             normal: DVec3::Y,
             solid,
+            triangle: 0,
             painted: (material, glam::DVec2::ZERO),
         };
         let look = |azimuth| Look {

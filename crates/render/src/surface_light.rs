@@ -34,6 +34,8 @@ use niji_radiometry::WavelengthGrid;
 use crate::air::Air;
 use crate::air_diffuse::FaceOfAir;
 use crate::lit_drops::depth;
+use crate::mesh_view::MeshView;
+use crate::mesh_view::View;
 use crate::paint::Paint;
 use crate::paint::SurfaceColor;
 use crate::request::RenderRequest;
@@ -51,6 +53,7 @@ use crate::sky_view::free_share;
 use crate::sky_view::share_met_below;
 use crate::surfaces::Face;
 use crate::surfaces::Sight;
+use crate::surfaces::SolidShape;
 use crate::surfaces::Surfaces;
 use crate::terrain_view::PlaceView;
 use crate::terrain_view::TerrainView;
@@ -106,15 +109,19 @@ impl Spot {
     }
 }
 
-/// What a face sees around it.
-#[derive(Clone, Debug)]
-struct View {
-    /// Share of the sky that surfaces leave.
-    free: f64,
-    /// Share of what lies below the horizon that surfaces are.
-    below: f64,
-    /// What they send.
-    senders: Senders,
+/// What nodes of a solid know of what is around it.
+enum SolidView<'a> {
+    Mesh(MeshView<'a>),
+    Terrain(TerrainView<'a>),
+}
+
+impl<'a> SolidView<'a> {
+    fn new(shape: &'a SolidShape) -> Self {
+        match shape {
+            SolidShape::Mesh(mesh) => Self::Mesh(MeshView::new(mesh.mesh())),
+            SolidShape::Heights(field) => Self::Terrain(TerrainView::new(field)),
+        }
+    }
 }
 
 /// Room to work in.
@@ -152,8 +159,8 @@ pub(crate) struct SurfaceLight<'a> {
     /// What the solids give back.
     colors: Vec<Reflected<'a>>,
     wavelengths: Vec<Nanometers>,
-    /// What those of them that are terrain see around them.
-    terrains: Vec<Option<TerrainView<'a>>>,
+    /// What they see around them.
+    views: Vec<SolidView<'a>>,
     /// What a pixel is wide.
     pixel_rad: f64,
     /// What of them gives back light that they send each other.
@@ -207,10 +214,10 @@ impl<'a> SurfaceLight<'a> {
         let of_sun = Self::of_sun(request);
         let has_shadow = request.effects.drop_shadow.is_on();
         let bounds = request.drops.bounds().filter(|_| has_shadow);
-        let terrains = request.surfaces.into_iter().flat_map(Surfaces::terrains);
+        let shapes = request.surfaces.into_iter().flat_map(Surfaces::shapes);
         let colors = request.surfaces.into_iter().flat_map(Surfaces::albedos);
         Self {
-            terrains: terrains.map(|it| it.map(TerrainView::new)).collect(),
+            views: shapes.map(SolidView::new).collect(),
             sender_colors: SenderColors::of(colors, &request.wavelengths),
             sky: bounds.map(|bounds| SkyUnderDrops::new(of_sun.bricks, bounds, GROUND_M)),
             ..of_sun
@@ -225,7 +232,7 @@ impl<'a> SurfaceLight<'a> {
         Self {
             surfaces: request.surfaces,
             colors: colors.collect(),
-            terrains: Vec::new(),
+            views: Vec::new(),
             pixel_rad: request.camera.pixel_angle().0,
             wavelengths: request.wavelengths.centers().collect(),
             sender_colors: SenderColors::default(),
@@ -294,7 +301,7 @@ impl<'a> SurfaceLight<'a> {
             views,
         } = room;
         let Face { normal, .. } = spot.face;
-        let view = self.view_in_pixel(spot, sight.surface_m, views);
+        let view = self.view_in_pixel(spot, sight, views);
         let through = self.sun_through_drops(spot.point);
         let skylit = self.sky_through_drops(spot.point);
         around.look((spot.point, skylit), air);
@@ -380,17 +387,17 @@ impl<'a> SurfaceLight<'a> {
     fn view_in_pixel<'v>(
         &self,
         spot: &Spot,
-        surface_m: f64,
+        sight: &Sight,
         known: &'v mut VecDeque<(Spot, View)>,
     ) -> &'v View {
         let Face { normal, solid, .. } = spot.face;
         let seen = known.iter().position(|(Spot { point, face }, _)| {
             // Waves send the rays of a pixel to places that lie as far away and wide apart.
-            let is_near = point.distance(spot.point) <= NEAR * surface_m;
+            let is_near = point.distance(spot.point) <= NEAR * sight.surface_m;
             is_near && face.solid == solid && face.normal.dot(normal) >= ALIKE
         });
         let index = seen.unwrap_or_else(|| {
-            let view = self.view(spot, surface_m);
+            let view = self.view(spot, sight);
             known.truncate(N_KNOWN - 1);
             known.push_front((*spot, view));
             0
@@ -398,8 +405,8 @@ impl<'a> SurfaceLight<'a> {
         &known[index].1
     }
 
-    /// What a place so far from the eye sees around it.
-    fn view(&self, spot: &Spot, surface_m: f64) -> View {
+    /// What a place at the end of a sight sees around it.
+    fn view(&self, spot: &Spot, sight: &Sight) -> View {
         let Face {
             side,
             normal,
@@ -407,22 +414,31 @@ impl<'a> SurfaceLight<'a> {
             ..
         } = spot.face;
         let place = (spot.point, side);
-        // Where several pixels lie in a cell, its nodes look for them all.
-        let terrain = self.terrains[solid].as_ref();
-        let are_wide = |it: &&TerrainView| {
-            it.field.spacing_m() > PIXELS_OF_CELL * self.pixel_rad * surface_m && side.y > 0.0
-        };
-        let Some(terrain) = terrain.filter(are_wide) else {
-            return self.look_around(place, (normal, None));
-        };
-        let known = terrain.at(spot.point, |node| {
-            self.view_of_node((solid, terrain.field), node)
-        });
-        let horizons = Some((solid, known.horizons));
-        View {
-            free: self.sky_share(place, (normal, horizons), |_| {}),
-            below: f64::from(known.below),
-            senders: known.senders,
+        let own = || self.look_around(place, (normal, None));
+        let pixel_m = self.pixel_rad * sight.surface_m;
+        match &self.views[solid] {
+            SolidView::Mesh(mesh) => {
+                let cosine = side.dot(sight.ray.direction).abs();
+                let known = mesh.at((spot.point, &spot.face), (pixel_m, cosine), |node| {
+                    self.look_around((node.point, node.normal), (node.smooth_normal, None))
+                });
+                known.unwrap_or_else(own)
+            }
+            // Where several pixels lie in a cell, its nodes look for them all.
+            SolidView::Terrain(terrain)
+                if terrain.field.spacing_m() > PIXELS_OF_CELL * pixel_m && side.y > 0.0 =>
+            {
+                let known = terrain.at(spot.point, |node| {
+                    self.view_of_node((solid, terrain.field), node)
+                });
+                let horizons = Some((solid, known.horizons));
+                View {
+                    free: self.sky_share(place, (normal, horizons), |_| {}),
+                    below: f64::from(known.below),
+                    senders: known.senders,
+                }
+            }
+            SolidView::Terrain(_) => own(),
         }
     }
 

@@ -50,6 +50,8 @@ pub(crate) struct Face {
     pub(crate) normal: DVec3,
     /// Of which solid.
     pub(crate) solid: usize,
+    /// Which triangle of it, where it is a mesh.
+    pub(crate) triangle: u32,
     /// What of its paint, where it is painted.
     pub(crate) painted: Painted,
 }
@@ -59,6 +61,7 @@ struct Met {
     distance_m: f64,
     /// Of the triangle, and of the smooth surface.
     normals: [DVec3; 2],
+    triangle: u32,
     painted: Painted,
 }
 
@@ -72,6 +75,7 @@ impl SolidShape {
                 Some(Met {
                     distance_m: hit.distance_m,
                     normals: [hit.normal, hit.smooth_normal],
+                    triangle: hit.triangle_index as u32,
                     painted: hit.painted,
                 })
             }
@@ -80,6 +84,7 @@ impl SolidShape {
                 Some(Met {
                     distance_m: hit.distance_m,
                     normals: [hit.normal, hit.smooth_normal],
+                    triangle: 0,
                     painted: Painted::default(),
                 })
             }
@@ -172,12 +177,9 @@ impl Surfaces {
         self.solids.iter().any(|solid| solid.shape.is_met(ray))
     }
 
-    /// The solids that are terrain, by their index.
-    pub(crate) fn terrains(&self) -> impl Iterator<Item = Option<&HeightField>> {
-        self.solids.iter().map(|solid| match &solid.shape {
-            SolidShape::Mesh(_) => None,
-            SolidShape::Heights(field) => Some(field),
-        })
+    /// Where each of the solids is.
+    pub(crate) fn shapes(&self) -> impl Iterator<Item = &SolidShape> {
+        self.solids.iter().map(|solid| &solid.shape)
     }
 
     /// Cover the slopes of sights, from a point along a horizontal unit vector, in which solids stand; terrain from its
@@ -274,6 +276,7 @@ impl Surfaces {
                     side,
                     normal,
                     solid: index,
+                    triangle: met.triangle,
                     painted: met.painted,
                 };
                 end = (met.distance_m, solid.albedo.as_ref().map(|_| face));
