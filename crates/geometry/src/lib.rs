@@ -38,6 +38,7 @@ mod camera_pose;
 mod covered_slopes;
 mod error;
 mod fisheye;
+mod four_boxes;
 mod height_field;
 mod lens;
 mod level_look;
@@ -57,7 +58,6 @@ mod pixel_region;
 mod planet;
 mod polygon;
 mod ray;
-mod slabs;
 mod sobol;
 mod triangle_nodes;
 

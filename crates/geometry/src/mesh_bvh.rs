@@ -1,28 +1,37 @@
 //! The nearest triangle along a ray, through a tree of boxes.
 //!
-//! Nodes are split where  A_left n_left + A_right n_right  is smallest over 16 planes of the longest
-//! axis (`A` area of the box around, `n` number of triangles): the surface area heuristic.
+//! Triangles are parted where  A_left n_left + A_right n_right  is smallest over 16 planes of the longest
+//! axis (`A` area of the box around, `n` number of triangles): the surface area heuristic. Four parts that follow from each
+//! other, the largest parted first, are a node, whose boxes a ray meets at once (`four_boxes`).
 //! [W07] I. Wald, IEEE Symposium on Interactive Ray Tracing, 33-40 (2007).
+//! [DHK08] H. Dammertz, J. Hanika, A. Keller, Computer Graphics Forum 27, 1225-1233 (2008).
 
 mod horizon;
+
+use std::ops::Range;
 
 use glam::DVec2;
 use glam::DVec3;
 
 use crate::aabb::Aabb;
+use crate::four_boxes::FourBoxes;
+use crate::four_boxes::FourSlabs;
 use crate::mesh::TriangleMesh;
 use crate::mesh::box_around;
 use crate::mesh_normals::between;
 use crate::mesh_triangle::ShearedRay;
 use crate::ray::Ray;
-use crate::slabs::Slabs;
 
 /// Most triangles in a leaf that could be split.
 const LEAF_SIZE: usize = 4;
 /// Planes that are tried at every node.
 const N_BINS: usize = 16;
-/// Deeper nodes than this become leaves; balanced trees of 2^32 triangles are half as deep.
-const MAX_DEPTH: usize = 64;
+/// Triangles are parted no more often than this; balanced trees of 2^32 of them are two thirds as deep.
+const MAX_DEPTH: usize = 48;
+/// Children of a node.
+const WIDTH: usize = 4;
+/// Most children that wait: all but one of those of every node down to the deepest.
+const MOST_WAITING: usize = (WIDTH - 1) * MAX_DEPTH + 1;
 
 /// Where a ray meets a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,20 +63,26 @@ enum Wanted {
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshBvh {
     mesh: TriangleMesh,
+    bounds: Aabb,
+    /// The first one is the root.
     nodes: Vec<Node>,
     /// Triangles in the order of the leaves.
     order: Vec<u32>,
 }
 
+/// Up to four children in their boxes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Node {
-    bounds: Aabb,
-    /// First triangle of a leaf; right child of an inner node, whose left child is the next node.
+    boxes: FourBoxes,
+    children: [Child; WIDTH],
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Child {
+    /// First triangle of a leaf in the order; the node of another one.
     start: u32,
-    /// Triangles of a leaf; 0 for an inner node.
+    /// Triangles of a leaf; 0 for another one.
     n_triangles: u32,
-    /// Axis along which the left child of an inner node lies before the right one.
-    axis: u8,
 }
 
 impl MeshBvh {
@@ -78,13 +93,15 @@ impl MeshBvh {
         let boxes = (0..n_triangles).map(|index| box_around(mesh.corners(index)));
         let mut builder = Builder {
             boxes: boxes.collect(),
-            nodes: Vec::with_capacity(2 * n_triangles),
             order: (0..n_triangles as u32).collect(),
         };
-        builder.build(0, n_triangles, 0);
+        let root = builder.parts(0..n_triangles, 0);
+        let mut nodes = Vec::new();
+        gather(&root, &mut nodes);
         Self {
+            bounds: root.bounds,
             mesh,
-            nodes: builder.nodes,
+            nodes,
             order: builder.order,
         }
     }
@@ -98,7 +115,7 @@ impl MeshBvh {
     /// The smallest box around the mesh.
     #[must_use]
     pub fn bounds(&self) -> Aabb {
-        self.nodes[0].bounds
+        self.bounds
     }
 
     /// The nearest triangle farther along the ray than `after_m`; the lowest index of several.
@@ -144,15 +161,19 @@ impl MeshBvh {
     /// Distance, triangle, and whether it is met from inside.
     fn search(&self, ray: &Ray, after_m: f64, wanted: Wanted) -> Option<(f64, u32, bool)> {
         let sheared = ShearedRay::new(ray)?;
-        let slabs = Slabs::new(ray);
+        let slabs = FourSlabs::new(ray);
         let mut best: Option<(f64, u32, bool)> = None;
-        let mut waiting = Waiting::at_root();
-        while let Some(index) = waiting.next() {
-            let nearest_m = best.map_or(f64::INFINITY, |(distance_m, ..)| distance_m);
-            if !slabs.meets(&self.nodes[index].bounds, after_m, nearest_m) {
-                continue;
+        let mut before = f32::INFINITY;
+        let after = (after_m as f32).next_down();
+        let mut waiting = Waiting::new();
+        let mut child = Child::default();
+        loop {
+            if child.n_triangles == 0 {
+                let node = &self.nodes[child.start as usize];
+                let entered = slabs.enter(&node.boxes, (after, before));
+                waiting.push_nearest_last(child.start, entered);
             }
-            for &triangle in self.opened(index, ray.direction, &mut waiting) {
+            for &triangle in self.triangles_of(child) {
                 let corners = self.mesh.corners(triangle as usize);
                 let Some((distance_m, is_inside)) = sheared.meet(corners) else {
                     continue;
@@ -162,92 +183,161 @@ impl MeshBvh {
                 });
                 if distance_m > after_m && is_nearer {
                     best = Some((distance_m, triangle, is_inside));
+                    before = (distance_m as f32).next_up();
                     if wanted == Wanted::Any {
                         return best;
                     }
                 }
             }
+            child = loop {
+                let Some((entered, place)) = waiting.next() else {
+                    return best;
+                };
+                if entered <= before {
+                    break self.child(place);
+                }
+            };
         }
-        best
     }
 
-    /// The triangles of a leaf; of another node none, and its children wait, the nearer one next.
-    fn opened(&self, index: usize, towards: DVec3, waiting: &mut Waiting) -> &[u32] {
-        let node = &self.nodes[index];
-        if node.n_triangles == 0 {
-            let children = [index as u32 + 1, node.start];
-            let near_is_right = towards[usize::from(node.axis)] < 0.0;
-            waiting.push(children[usize::from(!near_is_right)]);
-            waiting.push(children[usize::from(near_is_right)]);
-            return &[];
-        }
-        &self.order[node.start as usize..(node.start + node.n_triangles) as usize]
+    /// Triangles of a leaf; none of another child.
+    fn triangles_of(&self, Child { start, n_triangles }: Child) -> &[u32] {
+        let start = start as usize;
+        // That of another one is a node, of which there may be more than triangles.
+        self.order
+            .get(start..start + n_triangles as usize)
+            .unwrap_or_default()
+    }
+
+    fn child(&self, place: u32) -> Child {
+        let place = place as usize;
+        self.nodes[place / WIDTH].children[place % WIDTH]
     }
 }
 
-/// Nodes that are still to be looked at, the last one next.
+/// Children that are still to be looked at by where a ray enters them and their place among those of all nodes, the last
+/// one next.
 struct Waiting {
-    nodes: [u32; MAX_DEPTH + 1],
+    children: [(f32, u32); MOST_WAITING],
     n: usize,
 }
 
 impl Waiting {
-    fn at_root() -> Self {
+    fn new() -> Self {
         Self {
-            nodes: [0; MAX_DEPTH + 1],
-            n: 1,
+            children: [(0.0, 0); MOST_WAITING],
+            n: 0,
         }
     }
 
-    fn next(&mut self) -> Option<usize> {
+    fn next(&mut self) -> Option<(f32, u32)> {
         self.n = self.n.checked_sub(1)?;
-        Some(self.nodes[self.n] as usize)
+        Some(self.children[self.n])
     }
 
-    fn push(&mut self, node: u32) {
-        self.nodes[self.n] = node;
-        self.n += 1;
+    /// Add the children of a node that are entered at finite distances.
+    #[inline]
+    fn push_nearest_last(&mut self, node: u32, entered: [f32; WIDTH]) {
+        let first = self.n;
+        for (index, entered) in entered.into_iter().enumerate() {
+            if entered == f32::INFINITY {
+                continue;
+            }
+            let mut place = self.n;
+            while place > first && self.children[place - 1].0 < entered {
+                self.children[place] = self.children[place - 1];
+                place -= 1;
+            }
+            self.children[place] = (entered, node * WIDTH as u32 + index as u32);
+            self.n += 1;
+        }
     }
+}
+
+/// A part of the triangles, with its halves.
+struct Part {
+    bounds: Aabb,
+    /// Of the order.
+    triangles: Range<usize>,
+    halves: Option<Box<[Part; 2]>>,
+}
+
+/// Adds the node of a part, and all below it; its index.
+fn gather(part: &Part, nodes: &mut Vec<Node>) -> u32 {
+    let mut parts = vec![part];
+    while parts.len() < WIDTH {
+        let halved = parts
+            .iter()
+            .enumerate()
+            .filter(|(_, it)| it.halves.is_some());
+        let largest =
+            halved.max_by(|(_, a), (_, b)| half_area(&a.bounds).total_cmp(&half_area(&b.bounds)));
+        let Some((
+            index,
+            Part {
+                halves: Some(halves),
+                ..
+            },
+        )) = largest
+        else {
+            break;
+        };
+        parts.splice(index..=index, halves.iter());
+    }
+    let index = nodes.len();
+    nodes.push(Node {
+        boxes: FourBoxes::NONE,
+        children: [Child::default(); WIDTH],
+    });
+    for (place, part) in parts.into_iter().enumerate() {
+        let child = if part.halves.is_some() {
+            Child {
+                start: gather(part, nodes),
+                n_triangles: 0,
+            }
+        } else {
+            Child {
+                start: part.triangles.start as u32,
+                n_triangles: part.triangles.len() as u32,
+            }
+        };
+        nodes[index].boxes.set(place, &part.bounds);
+        nodes[index].children[place] = child;
+    }
+    index as u32
 }
 
 struct Builder {
     boxes: Vec<Aabb>,
-    nodes: Vec<Node>,
     order: Vec<u32>,
 }
 
 impl Builder {
-    /// Builds the node of `order[first..last]` and all below it.
-    fn build(&mut self, first: usize, last: usize, depth: usize) {
-        let of_order = |order: &[u32], index: usize| order[index] as usize;
-        let bounds = (first..last)
-            .map(|index| self.boxes[of_order(&self.order, index)])
-            .reduce(united);
-        // Meshes are not empty, and neither are halves.
-        let Some(bounds) = bounds else { return };
-        let node_index = self.nodes.len();
-        self.nodes.push(Node {
-            bounds,
-            start: first as u32,
-            n_triangles: (last - first) as u32,
-            axis: 0,
+    /// A part of the order, in parts itself.
+    fn parts(&mut self, triangles: Range<usize>, depth: usize) -> Part {
+        let boxes = self.order[triangles.clone()].iter();
+        let boxes = boxes.map(|&index| self.boxes[index as usize]);
+        let bounds = boxes.reduce(united).unwrap_or(Aabb {
+            // Meshes are not empty, and neither are halves.
+            min: DVec3::ZERO,
+            max: DVec3::ZERO,
         });
-        if last - first <= LEAF_SIZE || depth + 1 >= MAX_DEPTH {
-            return;
+        let Range { start, end } = triangles;
+        let may_be_parted = triangles.len() > LEAF_SIZE && depth + 1 < MAX_DEPTH;
+        let middle = may_be_parted.then(|| self.split(start, end)).flatten();
+        let halves = middle.map(|middle| {
+            let halves = [start..middle, middle..end];
+            Box::new(halves.map(|half| self.parts(half, depth + 1)))
+        });
+        Part {
+            bounds,
+            triangles,
+            halves,
         }
-        let Some((axis, middle)) = self.split(first, last) else {
-            return;
-        };
-        self.build(first, middle, depth + 1);
-        let right = self.nodes.len() as u32;
-        let node = &mut self.nodes[node_index];
-        (node.start, node.n_triangles, node.axis) = (right, 0, axis as u8);
-        self.build(middle, last, depth + 1);
     }
 
-    /// Orders `order[first..last]` into two halves along an axis and says where the second begins; `None` where all
-    /// middles coincide.
-    fn split(&mut self, first: usize, last: usize) -> Option<(usize, usize)> {
+    /// Orders `order[first..last]` into two halves and says where the second begins; `None` where all middles coincide.
+    fn split(&mut self, first: usize, last: usize) -> Option<usize> {
         let middle_of = |triangle: u32| {
             let bounds = &self.boxes[triangle as usize];
             0.5 * (bounds.min + bounds.max)
@@ -282,7 +372,7 @@ impl Builder {
         // Stable, so that the tree depends on nothing but the mesh.
         part.sort_by_key(|&triangle| bin_of(triangle) >= plane);
         let n_left: usize = bins[..plane].iter().map(|(count, _)| count).sum();
-        Some((axis, first + n_left))
+        Some(first + n_left)
     }
 }
 
@@ -291,10 +381,7 @@ fn cheapest_plane(bins: &[(usize, Option<Aabb>); N_BINS]) -> usize {
     let cost = |part: &[(usize, Option<Aabb>)]| {
         let count: usize = part.iter().map(|(count, _)| count).sum();
         let bounds = part.iter().filter_map(|(_, bounds)| *bounds).reduce(united);
-        bounds.map_or(0.0, |bounds| {
-            let size = bounds.size();
-            count as f64 * (size.x * size.y + size.y * size.z + size.z * size.x)
-        })
+        bounds.map_or(0.0, |bounds| count as f64 * half_area(&bounds))
     };
     let mut best = (f64::INFINITY, N_BINS / 2);
     for plane in 1..N_BINS {
@@ -304,6 +391,11 @@ fn cheapest_plane(bins: &[(usize, Option<Aabb>); N_BINS]) -> usize {
         }
     }
     best.1
+}
+
+fn half_area(bounds: &Aabb) -> f64 {
+    let size = bounds.size();
+    size.x * size.y + size.y * size.z + size.z * size.x
 }
 
 fn united(a: Aabb, b: Aabb) -> Aabb {

@@ -91,7 +91,8 @@ impl ShearedRay {
     #[inline]
     fn sheared(&self, corner: DVec3) -> DVec3 {
         let [x, y, z] = self.axes;
-        let from = corner - self.origin;
+        // Of an array: a vector's component was a choice between three.
+        let from = (corner - self.origin).to_array();
         DVec3::new(
             from[x] - self.shear[0] * from[z],
             from[y] - self.shear[1] * from[z],

@@ -8,6 +8,7 @@
 use glam::DVec2;
 use glam::DVec3;
 
+use super::Child;
 use super::MeshBvh;
 use super::Waiting;
 use crate::aabb::Aabb;
@@ -18,21 +19,31 @@ impl MeshBvh {
     /// Cover the slopes of sights, from a point along a horizontal unit vector, in which triangles stand.
     pub fn cover(&self, from: DVec3, along: DVec3, covered: &mut CoveredSlopes) {
         let look = LevelLook::new(level(from), level(along));
-        let mut waiting = Waiting::at_root();
-        while let Some(index) = waiting.next() {
-            if covered.are_all() {
-                return;
+        let seen = |bounds: &Aabb| {
+            let (enter, slopes) = slopes_of_box(bounds, from.y, &look)?;
+            Some((enter as f32, slopes))
+        };
+        let mut waiting = Waiting::new();
+        let mut child = Child::default();
+        while !covered.are_all() {
+            if child.n_triangles == 0 {
+                let boxes = &self.nodes[child.start as usize].boxes;
+                let enter = |index| match boxes.get(index).as_ref().and_then(seen) {
+                    Some((enter, slopes)) if !covered.hold(slopes) => enter,
+                    _ => f32::INFINITY,
+                };
+                waiting.push_nearest_last(child.start, std::array::from_fn(enter));
             }
-            let slopes = slopes_of_box(&self.nodes[index].bounds, from.y, &look);
-            if slopes.is_none_or(|slopes| covered.hold(slopes)) {
-                continue;
-            }
-            for &triangle in self.opened(index, along, &mut waiting) {
+            for &triangle in self.triangles_of(child) {
                 let corners = self.mesh.corners(triangle as usize);
                 if let Some(slopes) = slopes_of_triangle(corners, from.y, &look) {
                     covered.add(slopes);
                 }
             }
+            let Some((_, place)) = waiting.next() else {
+                return;
+            };
+            child = self.child(place);
         }
     }
 }
@@ -41,14 +52,15 @@ fn level(vector: DVec3) -> DVec2 {
     DVec2::new(vector.x, vector.z)
 }
 
-/// Slopes between which a look from a height may meet what is in a box; `None` where it passes by.
-fn slopes_of_box(bounds: &Aabb, height: f64, look: &LevelLook) -> Option<[f64; 2]> {
+/// Where a look enters a box, and the slopes between which it may meet from a height what is there; `None` where it passes by.
+fn slopes_of_box(bounds: &Aabb, height: f64, look: &LevelLook) -> Option<(f64, [f64; 2])> {
     let (enter, leave) = look.within(level(bounds.min), level(bounds.max))?;
     let [low, high] = [bounds.min, bounds.max].map(|corner| corner.y - height);
-    Some([
+    let slopes = [
         low / if low < 0.0 { enter } else { leave },
         high / if high > 0.0 { enter } else { leave },
-    ])
+    ];
+    Some((enter, slopes))
 }
 
 /// Slopes of the sights to a triangle from a height in the half plane of a look; `None` where it is not there.
