@@ -1,57 +1,27 @@
 //! What a mesh sees around it, looked for at nodes of its triangles.
 //!
-//! x(P) = sum_i w_i x(P_i),   n = L/s to the nearest power of two,   s = 4 p d/sqrt(c)
-//! `x` shares of sky and ground that surfaces leave and what these send, as the face sees them; `P` a place on a triangle,
-//! `P_i` its nodes around it (`TriangleNode`), `w_i` their weights, `n` cells along a side, `L` the longest one, `p` what a pixel is
-//! wide, `d` distance from the eye, `c` cosine of the sight to the triangle's normal: a cell has about the area of sixteen pixels.
-//! Where nodes disagree, as where one lies inside of what stands on the triangle, the place looks for itself; so it does on
-//! triangles no wider than a few pixels, which nodes do not save a look.
-//!
-//! What a node sees depends on nothing but the mesh, so it does not matter which ray asks first, and whether it is forgotten
-//! and looked for again.
+//! n = L/s to the nearest power of two
+//! `n` cells along a side of a triangle, `L` the longest one, `s` width of a cell (`node_views`). Triangles no wider than a few
+//! pixels have no nodes: these would not save a look.
 
-use std::collections::HashMap;
 use std::sync::Arc;
-use std::sync::Mutex;
-use std::sync::PoisonError;
 
 use glam::DVec3;
 use niji_geometry::TriangleMesh;
 use niji_geometry::TriangleNode;
 use niji_geometry::TrianglePlace;
 
-use crate::sent_light::Senders;
+use crate::node_views::NodeViews;
+use crate::node_views::Seen;
+use crate::node_views::View;
+use crate::node_views::between;
 use crate::surfaces::Face;
-
-/// How many pixels a cell is wide.
-const PIXELS_OF_CELL: f64 = 4.0;
 
 /// Triangles that are not as wide everywhere, in cells, have no nodes.
 const LEAST_CELLS: f64 = 0.5;
 
 /// Cells along a side of a triangle are no more.
 const MOST_CELLS: f64 = (1 << 20) as f64;
-
-/// Least cosine at which a triangle is seen, for cells.
-const LEAST_COSINE: f64 = 1.0 / 16.0;
-
-/// By how much shares of nodes may differ for the places between them.
-const MOST_CHANGE: f64 = 0.2;
-
-/// Parts of what is kept, and of how many nodes each may be.
-const N_PARTS: usize = 64;
-const MOST_IN_PART: usize = 8192;
-
-/// What a face sees around it.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct View {
-    /// Share of the sky that surfaces leave.
-    pub(crate) free: f64,
-    /// Share of what lies below the horizon that surfaces are.
-    pub(crate) below: f64,
-    /// What they send.
-    pub(crate) senders: Senders,
-}
 
 /// A node of a side of a triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -65,47 +35,30 @@ struct Key {
 #[derive(Debug)]
 pub(crate) struct MeshView<'a> {
     mesh: &'a TriangleMesh,
-    known: Vec<Mutex<HashMap<Key, Arc<View>>>>,
+    known: NodeViews<Key>,
 }
 
 impl<'a> MeshView<'a> {
     /// One of which nobody has asked yet.
     pub(crate) fn new(mesh: &'a TriangleMesh) -> Self {
-        let known = (0..N_PARTS).map(|_| Mutex::default()).collect();
+        let known = NodeViews::new();
         Self { mesh, known }
     }
 
-    /// What a place on a face sees, of which a pixel is so wide (m) as it is seen with a cosine, where `look` tells it of a node;
-    /// `None` where nodes do not know.
+    /// What a place on a face sees, where `look` tells it of a node; `None` where nodes do not know.
     pub(crate) fn at(
         &self,
         (point, face): (DVec3, &Face),
-        (pixel_m, cosine): (f64, f64),
+        seen: Seen,
         look: impl Fn(TrianglePlace) -> View,
     ) -> Option<View> {
         let triangle = face.triangle as usize;
-        let cell_m = PIXELS_OF_CELL * pixel_m / cosine.max(LEAST_COSINE).sqrt();
-        let n_cells = cells(self.mesh.corners(triangle), cell_m)?;
+        let n_cells = cells(self.mesh.corners(triangle), seen.cell_m())?;
         let nodes = self.mesh.nodes_around(triangle, point, n_cells);
         let views = nodes.map(|(node, weight)| {
             (weight > 0.0).then(|| (self.of_node((node, face), &look), weight))
         });
-        let views = || views.iter().flatten();
-        let spread = |share: fn(&View) -> f64| {
-            let shares = || views().map(|(view, _)| share(view));
-            shares().fold(0.0, f64::max) - shares().fold(1.0, f64::min)
-        };
-        let are_dark = views().any(|(view, _)| view.free <= 0.0);
-        if are_dark || spread(|it| it.free).max(spread(|it| it.below)) > MOST_CHANGE {
-            return None;
-        }
-        let mut mean = View::default();
-        for (view, weight) in views() {
-            mean.free += weight * view.free;
-            mean.below += weight * view.below;
-            mean.senders.add_all(&view.senders, *weight as f32);
-        }
-        Some(mean)
+        between(&views)
     }
 
     fn of_node(
@@ -120,24 +73,11 @@ impl<'a> MeshView<'a> {
             is_inside,
             node,
         };
-        let [i, j] = node.steps.map(|step| step as usize);
-        let part = &self.known[(i + 7 * j + 13 * face.triangle as usize) % N_PARTS];
-        let known = || part.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(view) = known().get(&key) {
-            return Arc::clone(view);
-        }
         if is_inside {
             place.normal = -place.normal;
             place.smooth_normal = -place.smooth_normal;
         }
-        // Nobody waits for it: two may look at once, and see the same.
-        let view = Arc::new(look(place));
-        let mut known = known();
-        if known.len() >= MOST_IN_PART {
-            known.clear();
-        }
-        known.insert(key, Arc::clone(&view));
-        view
+        self.known.of(key, || look(place))
     }
 }
 
@@ -157,6 +97,11 @@ mod tests {
     use glam::DVec2;
 
     use super::*;
+
+    const PIXEL: Seen = Seen {
+        pixel_m: 1.0,
+        cosine: 1.0,
+    };
 
     /// A level square of two triangles, 64 m wide.
     fn square() -> TriangleMesh {
@@ -186,10 +131,7 @@ mod tests {
     }
 
     fn free(free: f64) -> View {
-        View {
-            free,
-            ..View::default()
-        }
+        View { free, ..View::OPEN }
     }
 
     #[test]
@@ -199,7 +141,7 @@ mod tests {
         let even = |point: DVec3| 0.3 + 0.002 * point.x + 0.005 * point.z;
         for (x, z) in [(1.0, 60.0), (33.3, 33.2), (63.9, 0.1), (20.0, 7.0)] {
             let (point, face) = place(x, z);
-            let seen = view.at((point, &face), (1.0, 1.0), |node| free(even(node.point)));
+            let seen = view.at((point, &face), PIXEL, |node| free(even(node.point)));
             let found = seen.unwrap().free;
             assert!((found - even(point)).abs() < 0.001, "{found}");
         }
@@ -212,7 +154,7 @@ mod tests {
         let n_looks = Cell::new(0);
         let point = DVec3::new(10.3, 0.0, 40.4);
         for (side, n_expected) in [(DVec3::Y, 3), (DVec3::NEG_Y, 6), (DVec3::Y, 6)] {
-            let seen = view.at((point, &face(0, side)), (1.0, 1.0), |node| {
+            let seen = view.at((point, &face(0, side)), PIXEL, |node| {
                 n_looks.set(n_looks.get() + 1);
                 assert_eq!((node.normal, node.smooth_normal), (side, side));
                 free(0.75 + 0.1 * side.y)
@@ -227,9 +169,13 @@ mod tests {
         let mesh = square();
         let view = MeshView::new(&mesh);
         let (point, face) = place(10.0, 31.0);
+        let closer = Seen {
+            pixel_m: 0.5,
+            ..PIXEL
+        };
         let wall = |node: TrianglePlace| free(if node.point.z > 31.0 { 1.0 } else { 0.5 });
-        assert!(view.at((point, &face), (1.0, 1.0), wall).is_none());
-        assert!(view.at((point, &face), (0.5, 1.0), |_| free(0.0)).is_none());
+        assert!(view.at((point, &face), PIXEL, wall).is_none());
+        assert!(view.at((point, &face), closer, |_| free(0.0)).is_none());
     }
 
     #[test]
@@ -248,27 +194,5 @@ mod tests {
         );
         assert_eq!(cells([DVec3::ZERO; 3], 1.0), None);
         assert_eq!(cells(wide, 1e-9), None);
-    }
-
-    #[test]
-    fn what_is_forgotten_is_seen_again() {
-        let mesh = square();
-        let view = MeshView::new(&mesh);
-        let look = |node: TrianglePlace| free(0.9 + 1e-5 * node.point.x);
-        let (point, face) = place(10.3, 40.4);
-        let at = |pixel_m| view.at((point, &face), (pixel_m, 1.0), look).unwrap().free;
-        let first = at(0.01);
-        for step in 0..700_000 {
-            let (x, z) = (f64::from(step % 1000), f64::from(step / 1000));
-            let (point, face) = place(0.06 * x, 0.06 * z);
-            let _ = view.at((point, &face), (0.01, 1.0), look);
-        }
-        let n_known: usize = view
-            .known
-            .iter()
-            .map(|part| part.lock().unwrap().len())
-            .sum();
-        assert!(n_known <= N_PARTS * MOST_IN_PART);
-        assert_eq!(at(0.01), first);
     }
 }

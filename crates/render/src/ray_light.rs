@@ -26,6 +26,7 @@ use crate::march::Walk;
 use crate::moved_rows::MovedLight;
 use crate::moved_rows::MovedPlace;
 use crate::moved_rows::MovedStencil;
+use crate::node_views::View;
 use crate::polarized_rows::PolarizedRoom;
 use crate::ray_settings::RaySettings;
 use crate::ray_settings::RayThroughDrops;
@@ -340,15 +341,27 @@ impl Frame<'_> {
             out.errors.orders = orders.hypot(out.errors.orders);
         }
         if let (Some(air), true) = (settings.air, glowing) {
+            let ground_m = out.scratch.nodes.ground_m();
+            let ground = self.lit.as_ref().zip(ground_m).map(|(lit, ground_m)| {
+                let view = lit.view_of_ground(ray, ground_m, air.planet());
+                (lit, ground_m, view)
+            });
             let glow_ray = GlowRay {
                 air,
                 rules: settings.glow,
                 ray,
                 theta_rad,
                 dimmed_by_drops: self.drops_dim.then_some(out.transmittance),
-                ground_shade: self.ground_shade(ray, out.scratch.nodes.ground_m()),
+                ground_shade: ground
+                    .as_ref()
+                    .map_or(Shade::NONE, |(lit, ground_m, view)| {
+                        lit.shade_of_ground(ray.at(*ground_m), view)
+                    }),
             };
             self.add_glow(&glow_ray, out);
+            if let Some((lit, ground_m, view)) = &ground {
+                self.add_sent_to_ground((lit, view), (ray, *ground_m, air), out);
+            }
         }
         if let (Some(surround), Some(way)) = (&self.surround, way) {
             self.add_surround(surround, way, out);
@@ -367,12 +380,32 @@ impl Frame<'_> {
         ground_m.map_or(sight.surface_m, |ground_m| ground_m.min(sight.surface_m))
     }
 
-    /// What of sun and sky reaches the ground at the end of a ray.
-    fn ground_shade(&self, ray: &Ray, ground_m: Option<f64>) -> Shade {
-        match (&self.lit, ground_m) {
-            (Some(lit), Some(ground_m)) => lit.shade_of_ground(ray.at(ground_m)),
-            _ => Shade::NONE,
+    /// Light that surfaces send to the ground at the end of a ray.
+    fn add_sent_to_ground(
+        &self,
+        (lit, view): (&SurfaceLight, &View),
+        (ray, ground_m, air): (&Ray, f64, &Air),
+        out: &mut RayLight,
+    ) {
+        if view.senders.are_none() {
+            return;
         }
+        let reflected = self.left_behind(out) * std::f64::consts::FRAC_1_PI;
+        let Scratch {
+            surface: room,
+            transmitted,
+            ..
+        } = &mut out.scratch;
+        lit.send_to_ground((ray.at(ground_m), view), air, room);
+        let to_eye = air.to_eye(air.ray(ray.origin, ray.direction), ground_m);
+        air.transmit(&to_eye, transmitted);
+        let mut lacking = 0.0;
+        for (index, albedo) in air.ground_albedo().iter().enumerate() {
+            let reflected = (reflected * albedo) as f32 * transmitted[index];
+            out.sky[index] += self.irradiance[index] * reflected * room.light[index];
+            lacking += self.luminance_weights[index] * f64::from(reflected * room.lacking[index]);
+        }
+        out.errors.surfaces = lacking;
     }
 
     /// Light of the surface that ends a ray.

@@ -99,6 +99,13 @@ pub(crate) fn scattered(normal: DVec3, number: u32) -> DVec3 {
 pub(crate) struct Senders(Vec<Sender>);
 
 impl Senders {
+    pub(crate) const NONE: Self = Self(Vec::new());
+
+    /// Whether nothing is sent.
+    pub(crate) fn are_none(&self) -> bool {
+        self.0.is_empty()
+    }
+
     /// One more, times a weight.
     pub(crate) fn add(&mut self, sender: &Sender, weight: f32) {
         let mut part = *sender;
@@ -197,6 +204,18 @@ impl LightAround {
         }
         for (ground, albedo) in self.ground.iter_mut().zip(air.ground_albedo()) {
             *ground = *albedo as f32;
+        }
+    }
+
+    /// Make it the light that others around have, where drops leave shares of sunlight straight and, of that on level ground,
+    /// scattered; `sine` of the sun's elevation.
+    pub(crate) fn spread(&mut self, [straight, scattered]: [f64; 2], sine: f64) {
+        let Self { sun, sky, ground } = self;
+        for ((sun, sky), ground) in sun.iter_mut().zip(sky).zip(ground) {
+            let on_level = sine as f32 * *sun;
+            *ground *= *sky + (straight + scattered) as f32 * on_level;
+            *sky += scattered as f32 * on_level;
+            *sun *= straight as f32;
         }
     }
 

@@ -23,19 +23,23 @@
 
 use std::collections::VecDeque;
 
+use glam::DVec2;
 use glam::DVec3;
 use niji_dropfield::Bricks;
 use niji_geometry::CoveredSlopes;
 use niji_geometry::HeightField;
+use niji_geometry::Planet;
 use niji_geometry::Ray;
 use niji_radiometry::Nanometers;
 use niji_radiometry::WavelengthGrid;
 
 use crate::air::Air;
 use crate::air_diffuse::FaceOfAir;
+use crate::ground_view::GroundView;
 use crate::lit_drops::depth;
 use crate::mesh_view::MeshView;
-use crate::mesh_view::View;
+use crate::node_views::Seen;
+use crate::node_views::View;
 use crate::paint::Paint;
 use crate::paint::SurfaceColor;
 use crate::request::RenderRequest;
@@ -159,8 +163,9 @@ pub(crate) struct SurfaceLight<'a> {
     /// What the solids give back.
     colors: Vec<Reflected<'a>>,
     wavelengths: Vec<Nanometers>,
-    /// What they see around them.
+    /// What they see around them, and the ground.
     views: Vec<SolidView<'a>>,
+    ground: GroundView,
     /// What a pixel is wide.
     pixel_rad: f64,
     /// What of them gives back light that they send each other.
@@ -233,6 +238,7 @@ impl<'a> SurfaceLight<'a> {
             surfaces: request.surfaces,
             colors: colors.collect(),
             views: Vec::new(),
+            ground: GroundView::new(),
             pixel_rad: request.camera.pixel_angle().0,
             wavelengths: request.wavelengths.centers().collect(),
             sender_colors: SenderColors::default(),
@@ -272,19 +278,59 @@ impl<'a> SurfaceLight<'a> {
         (-depth(self.bricks, point, self.sun_direction)).exp()
     }
 
-    /// What reaches the ground at a point.
-    pub(crate) fn shade_of_ground(&self, point: DVec3) -> Shade {
+    /// What the ground at the end of a ray sees around it.
+    pub(crate) fn view_of_ground(&self, ray: &Ray, ground_m: f64, planet: Planet) -> View {
+        if self.colors.is_empty() {
+            return View::OPEN;
+        }
+        let look = |point| self.look_around((point, DVec3::Y), (DVec3::Y, None));
+        let of_node = |DVec2 { x, y: z }| {
+            let above = DVec3::new(x, GROUND_M, z);
+            look(above - planet.height_m(above) * DVec3::Y)
+        };
+        let seen = Seen {
+            pixel_m: self.pixel_rad * ground_m,
+            cosine: ray.direction.y.abs(),
+        };
+        let point = ray.at(ground_m);
+        let known = self.ground.at(point, seen, of_node);
+        known.unwrap_or_else(|| look(point))
+    }
+
+    /// What of sun and sky reaches the ground at a point that has a view.
+    pub(crate) fn shade_of_ground(&self, point: DVec3, view: &View) -> Shade {
         let sun = self.sun_through_drops(point);
         let straight = if self.is_ground_shaded(point) {
             0.0
         } else {
             sun.straight
         };
-        let free = self.sky_share((point, DVec3::Y), (DVec3::Y, None), |_| {});
         Shade {
-            sun: straight + free * sun.scattered,
-            sky: free * self.sky_through_drops(point),
+            sun: straight + view.free * sun.scattered,
+            sky: view.free * self.sky_through_drops(point),
         }
+    }
+
+    /// Writes the irradiance that surfaces send to the ground at a point that has a view, for unit sun irradiance, and what
+    /// that may lack.
+    pub(crate) fn send_to_ground(
+        &self,
+        (point, view): (DVec3, &View),
+        air: &Air,
+        room: &mut SurfaceRoom,
+    ) {
+        let SurfaceRoom {
+            light,
+            lacking,
+            around,
+            ..
+        } = room;
+        light.fill(0.0);
+        around.look((point, self.sky_through_drops(point)), Some(air));
+        let through = self.sun_through_drops(point);
+        let sine = self.sun_direction.y.max(0.0);
+        around.spread([through.straight, through.scattered], sine);
+        around.add_sent((&view.senders, &self.sender_colors), light, lacking);
     }
 
     /// Writes what a place at the end of a sight sends to the eye, and what that may lack.
@@ -305,13 +351,13 @@ impl<'a> SurfaceLight<'a> {
         let through = self.sun_through_drops(spot.point);
         let skylit = self.sky_through_drops(spot.point);
         around.look((spot.point, skylit), air);
-        let LightAround { sun, sky, ground } = around;
+        let sun = &around.sun;
         // What the sun adds to the light of level ground.
         let sine = self.sun_direction.y.max(0.0);
         let cos_sun = self.cos_sun(spot);
         let scattered = view.free * sine * 0.5 * (1.0 + normal.y) * through.scattered;
         let of_sun = (cos_sun * through.straight + scattered) as f32;
-        for (light, sun) in light.iter_mut().zip(&*sun) {
+        for (light, sun) in light.iter_mut().zip(sun) {
             *light = of_sun * sun;
         }
         if let Some((air, diffuse)) = air.and_then(|air| Some((air, air.diffuse()?))) {
@@ -326,12 +372,7 @@ impl<'a> SurfaceLight<'a> {
                 *light += of_air;
             }
         }
-        for ((sun, sky), ground) in sun.iter_mut().zip(&mut *sky).zip(&mut *ground) {
-            let on_level = sine as f32 * *sun;
-            *ground *= *sky + (through.straight + through.scattered) as f32 * on_level;
-            *sky += through.scattered as f32 * on_level;
-            *sun *= through.straight as f32;
-        }
+        around.spread([through.straight, through.scattered], sine);
         around.add_sent((&view.senders, &self.sender_colors), light, lacking);
         if let Some(air) = air {
             let Ray { origin, direction } = sight.ray;
@@ -416,10 +457,13 @@ impl<'a> SurfaceLight<'a> {
         let place = (spot.point, side);
         let own = || self.look_around(place, (normal, None));
         let pixel_m = self.pixel_rad * sight.surface_m;
+        let seen = Seen {
+            pixel_m,
+            cosine: side.dot(sight.ray.direction).abs(),
+        };
         match &self.views[solid] {
             SolidView::Mesh(mesh) => {
-                let cosine = side.dot(sight.ray.direction).abs();
-                let known = mesh.at((spot.point, &spot.face), (pixel_m, cosine), |node| {
+                let known = mesh.at((spot.point, &spot.face), seen, |node| {
                     self.look_around((node.point, node.normal), (node.smooth_normal, None))
                 });
                 known.unwrap_or_else(own)
