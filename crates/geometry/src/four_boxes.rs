@@ -5,7 +5,6 @@
 //! meets is never missed, and one that it passes closely may be met.
 //! [I13] T. Ize, J. Computer Graphics Techniques 2(2), 12-27 (2013).
 
-use glam::DVec3;
 use glam::Vec3;
 use glam::Vec4;
 
@@ -77,11 +76,11 @@ impl FourSlabs {
             let limited = value.recip().abs().clamp(LARGEST.recip(), LARGEST);
             Vec4::splat(limited.copysign(value) as f32)
         };
-        let direction: DVec3 = ray.direction;
+        let direction = ray.direction.to_array();
         Self {
             origin: [padded(1.0), padded(-1.0)],
-            inverse: direction.to_array().map(inverse),
-            is_forward: direction.to_array().map(f64::is_sign_positive),
+            inverse: direction.map(inverse),
+            is_forward: direction.map(f64::is_sign_positive),
         }
     }
 
@@ -108,6 +107,8 @@ impl FourSlabs {
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+
     use super::*;
 
     /// Numbers from -1 to 1 without a pattern.
@@ -148,11 +149,8 @@ mod tests {
                     let boxes = one(&bounds);
                     let slabs = FourSlabs::new(&ray);
                     let [_, _, entered, _] = slabs.enter(&boxes, (0.0, f32::INFINITY));
-                    let rounding = 1e-5 * (distance + origin.length());
-                    assert!(
-                        f64::from(entered) <= distance + rounding,
-                        "{scale} {offset} {index}"
-                    );
+                    // A box entered later would be passed over for a triangle here.
+                    assert!(f64::from(entered) <= distance, "{scale} {offset} {index}");
                     let kept = boxes.get(2).unwrap();
                     assert!(kept.min.cmple(bounds.min).all() && kept.max.cmpge(bounds.max).all());
                 }
@@ -186,24 +184,15 @@ mod tests {
             max: DVec3::splat(2.0),
         };
         let ray = |origin: DVec3, direction: DVec3| Ray { origin, direction };
+        let beyond = DVec3::splat(1.5);
         let slabs = FourSlabs::new(&ray(DVec3::new(0.0, 1.5, 1.5), DVec3::X));
         assert!(slabs.enter(&one(&bounds), (0.0, 10.0))[2] < 1.001);
         for missed in [(0.0, 0.99), (2.01, 10.0)] {
             assert_eq!(slabs.enter(&one(&bounds), missed), [f32::INFINITY; 4]);
         }
-        for beside in [
-            ray(DVec3::ZERO, DVec3::X),
-            ray(DVec3::splat(1.5), DVec3::X).turned(),
-        ] {
+        for beside in [ray(DVec3::ZERO, DVec3::X), ray(beyond, DVec3::NEG_X)] {
             let entered = FourSlabs::new(&beside).enter(&one(&bounds), (0.6, 10.0));
             assert_eq!(entered, [f32::INFINITY; 4]);
-        }
-    }
-
-    impl Ray {
-        fn turned(self) -> Self {
-            let direction = -self.direction;
-            Self { direction, ..self }
         }
     }
 }

@@ -202,11 +202,10 @@ impl MeshBvh {
 
     /// Triangles of a leaf; none of another child.
     fn triangles_of(&self, Child { start, n_triangles }: Child) -> &[u32] {
-        let start = start as usize;
-        // That of another one is a node, of which there may be more than triangles.
-        self.order
-            .get(start..start + n_triangles as usize)
-            .unwrap_or_default()
+        if n_triangles == 0 {
+            return &[];
+        }
+        &self.order[start as usize..(start + n_triangles) as usize]
     }
 
     fn child(&self, place: u32) -> Child {

@@ -7,9 +7,10 @@
 //! to the far side of the drops, `L_beyond` sky and ground, `T_drops = exp(-tau)` what the drops let
 //! pass without diffraction, `S` mean of the surroundings.
 
+mod ray_end;
+
 use niji_geometry::Ray;
 
-use crate::air::Air;
 use crate::air_glow::Glow;
 use crate::air_glow::GlowNodes;
 use crate::air_glow::GlowRange;
@@ -26,7 +27,6 @@ use crate::march::Walk;
 use crate::moved_rows::MovedLight;
 use crate::moved_rows::MovedPlace;
 use crate::moved_rows::MovedStencil;
-use crate::node_views::View;
 use crate::polarized_rows::PolarizedRoom;
 use crate::ray_settings::RaySettings;
 use crate::ray_settings::RayThroughDrops;
@@ -42,8 +42,6 @@ use crate::size_axes::SizeAxes;
 use crate::spectra::add_product;
 use crate::spectra::multiply;
 use crate::surface_light::Shade;
-use crate::surface_light::Spot;
-use crate::surface_light::SurfaceLight;
 use crate::surface_light::SurfaceRoom;
 use crate::surfaces::Sight;
 use crate::surround::skylit_radiance;
@@ -342,10 +340,9 @@ impl Frame<'_> {
         }
         if let (Some(air), true) = (settings.air, glowing) {
             let ground_m = out.scratch.nodes.ground_m();
-            let ground = self.lit.as_ref().zip(ground_m).map(|(lit, ground_m)| {
-                let view = lit.view_of_ground(ray, ground_m, air.planet());
-                (lit, ground_m, view)
-            });
+            let ground = self.lit.as_ref().zip(ground_m);
+            let ground =
+                ground.map(|(lit, ground_m)| (lit, lit.ground(ray, ground_m, air.planet())));
             let glow_ray = GlowRay {
                 air,
                 rules: settings.glow,
@@ -354,13 +351,11 @@ impl Frame<'_> {
                 dimmed_by_drops: self.drops_dim.then_some(out.transmittance),
                 ground_shade: ground
                     .as_ref()
-                    .map_or(Shade::NONE, |(lit, ground_m, view)| {
-                        lit.shade_of_ground(ray.at(*ground_m), view)
-                    }),
+                    .map_or(Shade::NONE, |(lit, ground)| lit.shade_of_ground(ground)),
             };
             self.add_glow(&glow_ray, out);
-            if let Some((lit, ground_m, view)) = &ground {
-                self.add_sent_to_ground((lit, view), (ray, *ground_m, air), out);
+            if let Some((lit, ground)) = &ground {
+                self.add_sent_to_ground((lit, ground), (ray, air), out);
             }
         }
         if let (Some(surround), Some(way)) = (&self.surround, way) {
@@ -372,76 +367,6 @@ impl Frame<'_> {
         if let (Some(water), Some(foot)) = (&self.water, &sight.foot) {
             self.add_water(water, (sight, foot), settings, out);
         }
-    }
-
-    /// Where the air on a sight ends (m): water lies in the ground, not on it.
-    fn air_ends_m(&self, sight: &Sight) -> f64 {
-        let ground_m = sight.foot.and_then(|_| self.ground_m(&sight.ray));
-        ground_m.map_or(sight.surface_m, |ground_m| ground_m.min(sight.surface_m))
-    }
-
-    /// Light that surfaces send to the ground at the end of a ray.
-    fn add_sent_to_ground(
-        &self,
-        (lit, view): (&SurfaceLight, &View),
-        (ray, ground_m, air): (&Ray, f64, &Air),
-        out: &mut RayLight,
-    ) {
-        if view.senders.are_none() {
-            return;
-        }
-        let reflected = self.left_behind(out) * std::f64::consts::FRAC_1_PI;
-        let Scratch {
-            surface: room,
-            transmitted,
-            ..
-        } = &mut out.scratch;
-        lit.send_to_ground((ray.at(ground_m), view), air, room);
-        let to_eye = air.to_eye(air.ray(ray.origin, ray.direction), ground_m);
-        air.transmit(&to_eye, transmitted);
-        let mut lacking = 0.0;
-        for (index, albedo) in air.ground_albedo().iter().enumerate() {
-            let reflected = (reflected * albedo) as f32 * transmitted[index];
-            out.sky[index] += self.irradiance[index] * reflected * room.light[index];
-            lacking += self.luminance_weights[index] * f64::from(reflected * room.lacking[index]);
-        }
-        out.errors.surfaces = lacking;
-    }
-
-    /// Light of the surface that ends a ray.
-    fn add_surface(
-        &self,
-        lit: &SurfaceLight,
-        (sight, air): (&Sight, Option<&Air>),
-        out: &mut RayLight,
-    ) {
-        let Some(spot) = self.lit_spot(sight) else {
-            return;
-        };
-        out.glows = true;
-        let through = self.left_behind(out);
-        let room = &mut out.scratch.surface;
-        lit.radiance(&spot, (sight, air), room);
-        for ((surface, irradiance), light) in out
-            .lit_surface
-            .iter_mut()
-            .zip(&self.irradiance)
-            .zip(&room.light)
-        {
-            *surface = irradiance * through as f32 * *light;
-        }
-        let lacking = self.luminance_weights.iter().zip(&room.lacking);
-        let lacking: f64 = lacking.map(|(y, light)| y * f64::from(*light)).sum();
-        out.errors.surfaces = through * lacking;
-    }
-
-    /// The lit place at the end of a sight; `None` where it ends on the ground, or nothing is lit.
-    pub(crate) fn lit_spot(&self, sight: &Sight) -> Option<Spot> {
-        self.lit.as_ref()?;
-        let spot = Spot::of(sight)?;
-        let ground_m = self.ground_m(&sight.ray);
-        let is_hidden = self.glows.1 && ground_m.is_some_and(|it| it < sight.surface_m);
-        (!is_hidden).then_some(spot)
     }
 
     fn through_drops(&self, way: RayThroughDrops, theta_rad: f64, out: &mut RayLight) {

@@ -1,4 +1,4 @@
-//! Light of surfaces with an albedo, and what shades them and the ground.
+//! Light of surfaces with an albedo, what shades them and the ground, and what they send to it.
 //!
 //! L = A/pi T_drops T_eye (E_sun T_sun [(n . w) S exp(-tau) + V w_y (1 + n_y)/2 (T(tau) - exp(-tau))]
 //!     + V U (E(n) - D(n)) + (1 - W) D(n) + E_s)
@@ -83,7 +83,7 @@ const GROUND_LAYER_M: f64 = 0.01;
 type Horizons = (usize, [f32; N_AZIMUTHS]);
 
 /// Cells of terrain that are as many pixels wide have what their nodes see.
-const PIXELS_OF_CELL: f64 = 2.0;
+const LEAST_PIXELS_OF_CELL: f64 = 2.0;
 
 /// Shares of the light of the sun and of the sky that reach a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -126,6 +126,18 @@ impl<'a> SolidView<'a> {
             SolidShape::Heights(field) => Self::Terrain(TerrainView::new(field)),
         }
     }
+}
+
+/// Ground at the end of a ray.
+#[derive(Debug)]
+pub(crate) struct Ground {
+    point: DVec3,
+    /// How far it is from the eye.
+    eye_m: f64,
+    view: View,
+    through: SunThroughDrops,
+    /// Share of the sky's light that drops leave.
+    skylit: f64,
 }
 
 /// Room to work in.
@@ -196,6 +208,21 @@ impl<'a> Reflected<'a> {
                 Self::Evenly(reflectance.on(grid).into_iter().map(over_pi).collect())
             }
             Some(SurfaceColor::Painted(paint)) => Self::Painted(paint),
+        }
+    }
+}
+
+/// Takes from light what air takes on its way to the eye from a distance along a ray.
+fn dim(
+    (ray, distance_m): (&Ray, f64),
+    (air, transmitted): (&Air, &mut [f32]),
+    lights: [&mut [f32]; 2],
+) {
+    let to_eye = air.to_eye(air.ray(ray.origin, ray.direction), distance_m);
+    air.transmit(&to_eye, transmitted);
+    for light in lights {
+        for (value, transmitted) in light.iter_mut().zip(&*transmitted) {
+            *value *= *transmitted;
         }
     }
 }
@@ -278,9 +305,24 @@ impl<'a> SurfaceLight<'a> {
         (-depth(self.bricks, point, self.sun_direction)).exp()
     }
 
-    /// What the ground at the end of a ray sees around it.
-    pub(crate) fn view_of_ground(&self, ray: &Ray, ground_m: f64, planet: Planet) -> View {
-        if self.colors.is_empty() {
+    /// The ground at a distance along a ray.
+    pub(crate) fn ground(&self, ray: &Ray, ground_m: f64, planet: Planet) -> Ground {
+        let point = ray.at(ground_m);
+        let seen = Seen {
+            pixel_m: self.pixel_rad * ground_m,
+            cosine: ray.direction.y.abs(),
+        };
+        Ground {
+            point,
+            eye_m: ground_m,
+            view: self.view_of_ground(point, seen, planet),
+            through: self.sun_through_drops(point),
+            skylit: self.sky_through_drops(point),
+        }
+    }
+
+    fn view_of_ground(&self, point: DVec3, seen: Seen, planet: Planet) -> View {
+        if !self.has_shadows_of_surfaces() {
             return View::OPEN;
         }
         let look = |point| self.look_around((point, DVec3::Y), (DVec3::Y, None));
@@ -288,35 +330,29 @@ impl<'a> SurfaceLight<'a> {
             let above = DVec3::new(x, GROUND_M, z);
             look(above - planet.height_m(above) * DVec3::Y)
         };
-        let seen = Seen {
-            pixel_m: self.pixel_rad * ground_m,
-            cosine: ray.direction.y.abs(),
-        };
-        let point = ray.at(ground_m);
         let known = self.ground.at(point, seen, of_node);
         known.unwrap_or_else(|| look(point))
     }
 
-    /// What of sun and sky reaches the ground at a point that has a view.
-    pub(crate) fn shade_of_ground(&self, point: DVec3, view: &View) -> Shade {
-        let sun = self.sun_through_drops(point);
-        let straight = if self.is_ground_shaded(point) {
+    /// What of sun and sky reaches the ground.
+    pub(crate) fn shade_of_ground(&self, ground: &Ground) -> Shade {
+        let Ground { view, through, .. } = ground;
+        let straight = if self.is_ground_shaded(ground.point) {
             0.0
         } else {
-            sun.straight
+            through.straight
         };
         Shade {
-            sun: straight + view.free * sun.scattered,
-            sky: view.free * self.sky_through_drops(point),
+            sun: straight + view.free * through.scattered,
+            sky: view.free * ground.skylit,
         }
     }
 
-    /// Writes the irradiance that surfaces send to the ground at a point that has a view, for unit sun irradiance, and what
-    /// that may lack.
-    pub(crate) fn send_to_ground(
+    /// Writes what of the light that surfaces send to the ground this sends to the eye, and what that may lack.
+    pub(crate) fn ground_radiance(
         &self,
-        (point, view): (DVec3, &View),
-        air: &Air,
+        ground: &Ground,
+        (ray, air): (&Ray, &Air),
         room: &mut SurfaceRoom,
     ) {
         let SurfaceRoom {
@@ -326,8 +362,32 @@ impl<'a> SurfaceLight<'a> {
             ..
         } = room;
         light.fill(0.0);
-        around.look((point, self.sky_through_drops(point)), Some(air));
-        let through = self.sun_through_drops(point);
+        lacking.fill(0.0);
+        if ground.view.senders.are_none() {
+            return;
+        }
+        around.look((ground.point, ground.skylit), Some(air));
+        self.add_sent((&ground.view, ground.through), around, [light, lacking]);
+        dim(
+            (ray, ground.eye_m),
+            (air, &mut around.sun),
+            [light, lacking],
+        );
+        for values in [light, lacking] {
+            for (value, albedo) in values.iter_mut().zip(air.ground_albedo()) {
+                *value *= over_pi(*albedo);
+            }
+        }
+    }
+
+    /// Adds what surfaces send to a place with a view to the light on it, and writes what that may lack; takes the light around
+    /// the place, to which drops leave sunlight.
+    fn add_sent(
+        &self,
+        (view, through): (&View, SunThroughDrops),
+        around: &mut LightAround,
+        [light, lacking]: [&mut [f32]; 2],
+    ) {
         let sine = self.sun_direction.y.max(0.0);
         around.spread([through.straight, through.scattered], sine);
         around.add_sent((&view.senders, &self.sender_colors), light, lacking);
@@ -372,17 +432,10 @@ impl<'a> SurfaceLight<'a> {
                 *light += of_air;
             }
         }
-        around.spread([through.straight, through.scattered], sine);
-        around.add_sent((&view.senders, &self.sender_colors), light, lacking);
+        self.add_sent((view, through), around, [light, lacking]);
         if let Some(air) = air {
-            let Ray { origin, direction } = sight.ray;
-            let to_eye = air.to_eye(air.ray(origin, direction), sight.surface_m);
-            let transmitted = &mut around.sun;
-            air.transmit(&to_eye, transmitted);
-            for (values, transmitted) in light.iter_mut().zip(&mut *lacking).zip(transmitted) {
-                *values.0 *= *transmitted;
-                *values.1 *= *transmitted;
-            }
+            let way = (&sight.ray, sight.surface_m);
+            dim(way, (air, &mut around.sun), [light, lacking]);
         }
         self.reflect(&spot.face, light);
         self.reflect(&spot.face, lacking);
@@ -470,7 +523,7 @@ impl<'a> SurfaceLight<'a> {
             }
             // Where several pixels lie in a cell, its nodes look for them all.
             SolidView::Terrain(terrain)
-                if terrain.field.spacing_m() > PIXELS_OF_CELL * pixel_m && side.y > 0.0 =>
+                if terrain.field.spacing_m() > LEAST_PIXELS_OF_CELL * pixel_m && side.y > 0.0 =>
             {
                 let known = terrain.at(spot.point, |node| {
                     self.view_of_node((solid, terrain.field), node)
