@@ -300,11 +300,15 @@ fn range_seen(
     if let (Some(table), Some(seen)) = (request.table, &seen) {
         check_coverage(table, seen)?;
     }
-    // What estimates an error looks at neighbors too, which may lie beyond the table: there its
-    // last angle stands for them.
-    let strips = apron(request.region).into_iter();
-    let around = strips.filter_map(seen_in);
-    let Some(seen) = seen.into_iter().chain(around).reduce(Seen::union) else {
+    // What estimates an error looks at neighbors too, and at rays all over the frame, which may lie beyond the table:
+    // there its last angle stands for them.
+    let camera = request.camera;
+    let frame = PixelRegion::frame(camera.width_px(), camera.height_px());
+    let frame = (request.region != frame).then_some(frame);
+    let regions = frame.into_iter().chain([request.region]);
+    let beside = frame.into_iter().chain(regions.flat_map(apron));
+    let all = seen.into_iter().chain(beside.filter_map(seen_in));
+    let Some(seen) = all.reduce(Seen::union) else {
         return Ok(None);
     };
     // The footprint of a pixel reaches beyond its center.

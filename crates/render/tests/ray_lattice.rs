@@ -128,6 +128,11 @@ fn eddies(p: DVec3) -> f64 {
     0.01 * (1.0 + (0.2 * p.x).sin() * (0.3 * p.y).cos())
 }
 
+/// It lets the sun through, which has 100 km of it to cross.
+fn thin_air() -> AtmosphereTable {
+    air([1e-6, 2e-6, 3e-6], [1e-6, 1e-6, 2e-6])
+}
+
 /// Largest luminance.
 fn brightest(light: &ArrayView2<f64>) -> f64 {
     light.iter().copied().fold(0.0, f64::max)
@@ -229,7 +234,7 @@ fn pixels_of_hills_and_at_their_edge_have_their_own_rays() {
 fn the_shadow_of_drops_on_the_ground_is_held_to_the_same() {
     let over = |is_shaded| World {
         camera: camera(DVec3::new(0.0, 300.0, -100.0), (0.0, -60.0), 3.0, SIZE),
-        air: Some(air([1e-6, 2e-6, 3e-6], [1e-6, 1e-6, 2e-6])),
+        air: Some(thin_air()),
         is_shaded,
         ..World::of(8.0, eddies)
     };
@@ -260,7 +265,7 @@ fn the_shadow_of_drops_on_the_ground_is_held_to_the_same() {
 #[test]
 fn any_region_has_the_bits_of_the_whole_picture() {
     let world = World {
-        air: Some(air([1e-4, 2e-4, 3e-4], [1e-4, 1e-4, 2e-4])),
+        air: Some(thin_air()),
         ..World::of(8.0, eddies)
     };
     let brightest = brightest(&luminance(&world.pictures(1e9)[1]).view());
