@@ -63,8 +63,6 @@ pub(crate) struct Frame<'a> {
     pub(crate) moved: Option<MovedRows>,
     /// From a spectrum of the table's unit to luminance.
     pub(crate) luminance_weights: Vec<f64>,
-    /// Error of the table in parts of the peak of a bow.
-    pub(crate) table_error: f64,
     /// The bows that are wanted.
     pub(crate) sides: BowSides,
     /// Whether what lies behind drops is dimmed.
@@ -234,7 +232,6 @@ pub(crate) fn frame<'a>(
         rows,
         moved,
         luminance_weights: basis.luminance_weights,
-        table_error: request.table.map_or(0.0, table_error),
         sides: basis.sides,
         drops_dim: request.effects.drop_extinction.is_on(),
         air: basis.air,
@@ -319,14 +316,6 @@ fn range_seen(
     let margin_rad = margin_rad + request.water.map_or(0.0, |water| water.streak_reach().0);
     let (low_rad, high_rad) = seen.theta_rad;
     Ok(Some((low_rad - margin_rad, high_rad + margin_rad)))
-}
-
-/// What sums of moved rows err by, rms in parts of the peak of a bow: what the table was made for, which sums of its
-/// radii keep (single radii err many times more between those of the table, and none is taken alone); or what lies
-/// between its angles, where that is more.
-fn table_error(table: &ScatteringTable) -> f64 {
-    let between_angles = table.interpolation_error.map_or(0.0, |it| it.theta.rms);
-    table.relative_error.max(between_angles)
 }
 
 /// From a spectrum for unit irradiance to luminance in the sun.

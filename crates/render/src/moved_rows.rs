@@ -51,6 +51,11 @@ const APART_OF_WIDTH: f64 = 0.1;
 const DARK: f64 = 1e-6;
 /// Share of the light of a ray below which that of a row is left out: the tails of laws.
 const FEW: f32 = 1e-6;
+/// Stretches of angles in which the table errs by parts of another peak.
+const N_STRETCHES: usize = 8;
+/// What means miss between angles, in parts of what an angle lies off the line between its neighbors, h² t″/2:
+/// integrals over trapezoids h² t″/12 at most, and h² t″/8 where they are taken between angles.
+const OF_BEND: f64 = 5.0 / 12.0;
 /// Wavelengths are shaded in lanes of so many.
 const LANES: usize = 8;
 
@@ -96,8 +101,8 @@ struct OrderRows {
 /// Where a row of an order is light, and how much.
 #[derive(Debug)]
 struct RowBounds {
-    /// Largest luminance by polarization in front of 90 degrees and behind, in sunlight [cd/m² per unit of light].
-    peaks: Vec<[f64; 2]>,
+    /// What luminance in sunlight errs by, by polarization and stretch of angles [cd/m² per unit of light].
+    errors: Vec<[f64; N_STRETCHES]>,
     /// Angles between which all but a millionth of its light lies, of every polarization and wavelength.
     lit_rad: [f64; 2],
 }
@@ -120,8 +125,8 @@ pub(crate) struct MovedStencil {
 pub(crate) struct MovedLight {
     /// Padded behind the last wavelength.
     pub(crate) spectrum: Vec<f32>,
-    /// What the peaks of its rows add up to in luminance [cd/m²].
-    pub(crate) peaks_cd_m2: f64,
+    /// What the table errs by in it, rms [cd/m²].
+    pub(crate) error_cd_m2: f64,
 }
 
 /// Where a ray stands.
@@ -164,6 +169,7 @@ impl MovedRows {
             let source = OrderSource {
                 polarizations: of_tables.map(|moved| &moved.orders[index]).collect(),
                 luminance_weights,
+                relative_error: table.relative_error,
             };
             source.rows(&radii.rows, n_integrals)
         };
@@ -207,7 +213,7 @@ impl MovedRows {
         }
         lights.resize(self.n_polarizations, MovedLight::default());
         for light in lights.iter_mut() {
-            light.peaks_cd_m2 = 0.0;
+            light.error_cd_m2 = 0.0;
             light.spectrum.clear();
             light.spectrum.resize(self.n_padded, 0.0);
         }
@@ -274,7 +280,7 @@ impl<const PLACES: usize> WithSimd for Shading<'_, PLACES> {
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, _: S) {
         let n_lanes = self.rows.n_padded / LANES;
-        let side = side_of(self.place.theta_rad);
+        let stretch = stretch_of(self.place.theta_rad);
         let least = FEW * self.weights.iter().sum::<f32>();
         for (row, weight) in self.weights.iter().enumerate() {
             if *weight <= least {
@@ -286,8 +292,8 @@ impl<const PLACES: usize> WithSimd for Shading<'_, PLACES> {
                 .iter()
                 .zip(self.seen.chunks_exact(2 * n_lanes + 1));
             for (order, seen) in of_orders {
-                for (light, peaks) in self.lights.iter_mut().zip(&order.rows[row].peaks) {
-                    light.peaks_cd_m2 += f64::from(*weight) * peaks[side];
+                for (light, errors) in self.lights.iter_mut().zip(&order.rows[row].errors) {
+                    light.error_cd_m2 += f64::from(*weight) * errors[stretch];
                 }
                 self.add_order((order, seen), row, *weight);
             }
@@ -379,10 +385,11 @@ impl<'a, const PLACES: usize> Shading<'a, PLACES> {
     }
 }
 
-/// In front of 90 degrees or behind: errors of a table are parts of the peak on their side, and that of light
-/// that is diffracted forward is thousands of times a bow's.
-fn side_of(theta_rad: f64) -> usize {
-    usize::from(theta_rad >= FRAC_PI_2)
+/// Which stretch an angle lies in: all angles behind 90 degrees, or halves, quarters and so on of those in front. Errors
+/// of a table are parts of the peak in the same stretch: beside light that is diffracted forward a bow is nothing.
+fn stretch_of(theta_rad: f64) -> usize {
+    let n_halvings = (FRAC_PI_2 / theta_rad).log2().floor() + 1.0;
+    (n_halvings.max(0.0) as usize).min(N_STRETCHES - 1)
 }
 
 /// What the rows of an order are made from.
@@ -390,6 +397,8 @@ struct OrderSource<'a> {
     /// The order of each polarization.
     polarizations: Vec<&'a MovedOrder>,
     luminance_weights: &'a [f64],
+    /// What its table was made for, in parts of a peak.
+    relative_error: f64,
 }
 
 impl OrderSource<'_> {
@@ -405,12 +414,12 @@ impl OrderSource<'_> {
         let of_rows = integrals.par_chunks_mut(n_of_row).zip(means);
         let rows = of_rows.map(|(row, mean)| {
             let mut bounds = RowBounds {
-                peaks: Vec::new(),
+                errors: Vec::new(),
                 lit_rad: [f64::INFINITY, f64::NEG_INFINITY],
             };
             for (polarization, order) in self.polarizations.iter().enumerate() {
                 let light = natural_light(order, mean);
-                bounds.peaks.push(self.peaks(&light));
+                bounds.errors.push(self.errors(&light));
                 let light = continued((&light, &order.theta_rad), &angles.theta_rad);
                 let mut integral = integral_of(&light, &angles.theta_rad);
                 let [from, to] = lit_rad(&integral, &angles.theta_rad);
@@ -441,16 +450,31 @@ impl OrderSource<'_> {
         }
     }
 
-    /// Largest luminance in sunlight on either side.
-    fn peaks(&self, light: &Array2<f64>) -> [f64; 2] {
+    /// What the table errs by in each stretch: what sums of its radii keep (single radii err many times more between
+    /// those of the table, and none is taken alone), or what means miss between its angles, where that is more.
+    fn errors(&self, light: &Array2<f64>) -> [f64; N_STRETCHES] {
         let weights = Array1::from(self.luminance_weights.to_vec());
-        let mut peaks = [0.0_f64; 2];
+        let luminance = weights.dot(light);
         let theta_rad = &self.polarizations[0].theta_rad;
-        for (theta_rad, luminance) in theta_rad.iter().zip(weights.dot(light)) {
-            let peak = &mut peaks[side_of(*theta_rad)];
-            *peak = peak.max(luminance);
+        let mut errors = [0.0_f64; N_STRETCHES];
+        let mut tell = |theta_rad: f64, error: f64| {
+            let known = &mut errors[stretch_of(theta_rad)];
+            *known = known.max(error);
+        };
+        for (theta_rad, luminance) in theta_rad.iter().zip(&luminance) {
+            tell(*theta_rad, self.relative_error * luminance);
         }
-        peaks
+        for index in 1..theta_rad.len().saturating_sub(1) {
+            let [before, here, after] = [index - 1, index, index + 1].map(|at| theta_rad[at]);
+            let part = (here - before) / (after - before);
+            let line = luminance[index - 1] * (1.0 - part) + luminance[index + 1] * part;
+            let error = OF_BEND * (luminance[index] - line).abs();
+            // Of the steps on both sides.
+            for theta_rad in [before, here, after] {
+                tell(theta_rad, error);
+            }
+        }
+        errors
     }
 }
 

@@ -240,7 +240,7 @@ fn same_bits<const PLACES: usize>(rows: &MovedRows) {
     let shade = |is_wide: bool| {
         let dark = MovedLight {
             spectrum: vec![0.0; rows.n_padded],
-            peaks_cd_m2: 0.0,
+            error_cd_m2: 0.0,
         };
         let mut lights = vec![dark; rows.n_polarizations];
         let shading = Shading::<PLACES> {
@@ -259,7 +259,7 @@ fn same_bits<const PLACES: usize>(rows: &MovedRows) {
         lights
     };
     for (narrow, wide) in shade(false).into_iter().zip(shade(true)) {
-        assert_eq!(narrow.peaks_cd_m2, wide.peaks_cd_m2);
+        assert_eq!(narrow.error_cd_m2, wide.error_cd_m2);
         assert_eq!(narrow.spectrum, wide.spectrum);
         let (light, behind) = wide.spectrum.split_at(N_WAVELENGTHS);
         assert!(light.iter().all(|sum| *sum > 0.0));
@@ -295,7 +295,7 @@ fn polarizations_together_are_each_alone() {
             else {
                 panic!()
             };
-            assert_eq!(light.peaks_cd_m2, alone.peaks_cd_m2);
+            assert_eq!(light.error_cd_m2, alone.error_cd_m2);
             // Where one of both is lit they are not the same: the dark one has a millionth.
             for (light, alone) in light.spectrum.iter().zip(&alone.spectrum) {
                 assert!((light - alone).abs() < 1e-4, "{light} {alone}");
@@ -476,16 +476,42 @@ fn moved_light_is_what_still_rows_leave_out() {
 }
 
 #[test]
-fn light_diffracted_forward_is_no_peak_of_a_bow() {
+fn light_diffracted_forward_is_no_peak_of_light_elsewhere() {
     let bow = |_: usize, theta: f64| (-0.5 * ((theta - 2.4) / 0.01).powi(2)).exp();
     let lobe = |wavelength: usize, theta: f64| bow(wavelength, theta) + 1e5 * (-50.0 * theta).exp();
-    let with = |value: fn(f64, f64) -> f64| {
+    let with = |value: fn(f64, f64) -> f64, seen_rad: f64| {
         let value = |w: usize, theta: f64| value(bow(w, theta), lobe(w, theta));
         let drops = |_| still(0.01);
         let table = table((all_angles(), vec![100.0]), drops, shifts(|_| 1.0), value);
-        lights(&rows(&table), 2.3, 0.0)[0].peaks_cd_m2
+        lights(&rows(&table), seen_rad, 0.0)[0].error_cd_m2
     };
-    let [alone, beside] = [with(|bow, _| bow), with(|_, lobe| lobe)];
+    let [alone, beside] = [with(|bow, _| bow, 2.3), with(|_, lobe| lobe, 2.3)];
     assert!(alone > 0.0);
     assert_eq!(alone, beside);
+    // In front as well: 45 degrees of the lobe bring 1e-17 of its middle.
+    assert!(with(|_, lobe| lobe, 1.2) < 1e-6 * alone);
+    assert!(with(|_, lobe| lobe, 0.001) > 1e4 * alone);
+}
+
+/// Of a table that was made for nothing, what lines between its angles miss.
+#[test]
+fn what_lines_between_angles_miss_is_told() {
+    let lobe = |_: usize, theta: f64| (-2.0 * theta).exp();
+    let of_steps = |n: u32| {
+        let angles = even(0.0, PI / f64::from(n - 1), n);
+        let still_drops = |_| still(1e-9);
+        let mut table = table((angles, vec![100.0]), still_drops, shifts(|_| 1.0), lobe);
+        table.relative_error = 0.0;
+        rows(&table)
+    };
+    let [coarse, fine] = [of_steps(31), of_steps(30_001)];
+    for theta_rad in even(0.2, 0.05, 50) {
+        // Two steps wide.
+        let of = |rows: &MovedRows| lights(rows, theta_rad, PI / 15.0).remove(0);
+        let light = |of: &MovedLight| of.spectrum[..N_WAVELENGTHS].iter().sum::<f32>();
+        let (found, expected) = (of(&coarse), of(&fine));
+        let off = f64::from((light(&found) - light(&expected)).abs());
+        assert!(off > 1e-6, "{theta_rad}");
+        assert!(off <= found.error_cd_m2, "{theta_rad}: {off}");
+    }
 }

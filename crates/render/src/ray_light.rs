@@ -485,7 +485,7 @@ impl Frame<'_> {
     pub(crate) fn moved_luminance(&self, moved: &MovedLight) -> SunlitLuminance {
         SunlitLuminance {
             value: self.luminance(&moved.spectrum),
-            off_lines: self.table_error * moved.peaks_cd_m2,
+            off_lines: moved.error_cd_m2,
             ..SunlitLuminance::default()
         }
     }
