@@ -12,6 +12,7 @@ use crate::frame::Frame;
 use crate::surface_light::Spot;
 use crate::surface_light::SurfaceLight;
 use crate::surfaces::Sight;
+use crate::wave_facets::N_STRATA;
 
 /// Cells along a side of the lattice on which edges are looked for.
 pub(crate) const N_LOOKED_AT: u32 = 8;
@@ -43,7 +44,7 @@ enum End {
     Sky,
     Ground { is_sunlit: bool },
     Surface { distance_m: f64, lit: Option<Lit> },
-    Water,
+    Water { shows_sun: bool },
 }
 
 /// What a lit surface is told from another by.
@@ -58,44 +59,55 @@ struct Lit {
 pub(crate) struct Met {
     end: End,
     drops: bool,
-    /// The same in still water at its end.
-    in_water: Option<(End, bool)>,
+    /// The same in water at its end, by facet.
+    in_water: [Option<(End, bool)>; N_STRATA],
 }
 
 impl Met {
     /// What a sight in a frame meets.
     pub(crate) fn of(sight: &Sight, frame: &Frame) -> Self {
-        let in_water = frame.sight_in_still_water(sight);
-        Self {
-            in_water: in_water.map(|it| (End::of(&it, frame), frame.range_m(&it).is_some())),
-            ..Self::without_water(sight, frame)
-        }
+        // Waves mirror no edges.
+        let in_water = if frame.has_still_water() {
+            frame.sights_in_water(sight)
+        } else {
+            Vec::new()
+        };
+        Self::with_water(sight, &in_water, frame)
     }
 
-    /// What a sight meets that ends where light is as smooth as in the sky or in drops: at no surface, no water and no
-    /// ground on which the shadows of surfaces may lie.
-    pub(crate) fn in_the_open(sight: &Sight, frame: &Frame) -> Option<Self> {
+    /// What a sight meets that ends where light is as smooth as in the sky or in drops: at no surface, and no ground on
+    /// which the shadows of surfaces may lie, nor in still water that mirrors such places.
+    pub(crate) fn in_the_open(sight: &Sight, in_water: &[Sight], frame: &Frame) -> Option<Self> {
         let lit = frame.lit.as_ref();
         let has_shadows = lit.is_some_and(SurfaceLight::has_shadows_of_surfaces);
-        let may_be_shaded = || has_shadows && frame.ground_m(&sight.ray).is_some();
-        let is_open = sight.surface_m.is_infinite() && sight.foot.is_none() && !may_be_shaded();
-        is_open.then(|| Self::without_water(sight, frame))
+        let may_be_shaded = |sight: &Sight| has_shadows && frame.ground_m(&sight.ray).is_some();
+        let is_open = |sight: &Sight| sight.surface_m.is_infinite() && !may_be_shaded(sight);
+        let ends_openly = match sight.foot {
+            // Waves blur what they mirror.
+            Some(_) => !frame.has_still_water() || in_water.iter().all(is_open),
+            None => is_open(sight),
+        };
+        ends_openly.then(|| Self::with_water(sight, in_water, frame))
     }
 
-    fn without_water(sight: &Sight, frame: &Frame) -> Self {
+    fn with_water(sight: &Sight, in_water: &[Sight], frame: &Frame) -> Self {
+        let met = |sight: &Sight| (End::of(sight, frame), frame.range_m(sight).is_some());
+        let (end, drops) = met(sight);
         Self {
-            end: End::of(sight, frame),
-            drops: frame.range_m(sight).is_some(),
-            in_water: None,
+            end,
+            drops,
+            in_water: std::array::from_fn(|facet| in_water.get(facet).map(met)),
         }
     }
 
     fn is_like(&self, other: &Self) -> bool {
-        let in_water = match (self.in_water, other.in_water) {
-            (Some((end, drops)), Some(other)) => end.is_like(other.0) && drops == other.1,
-            _ => self.in_water.is_none() && other.in_water.is_none(),
+        let is_like = |a: (End, bool), b: (End, bool)| a.0.is_like(b.0) && a.1 == b.1;
+        let facets = self.in_water.iter().zip(&other.in_water);
+        let in_water = |(a, b): (&Option<_>, &Option<_>)| match (*a, *b) {
+            (Some(a), Some(b)) => is_like(a, b),
+            (a, b) => a.is_none() && b.is_none(),
         };
-        in_water && self.end.is_like(other.end) && self.drops == other.drops
+        is_like((self.end, self.drops), (other.end, other.drops)) && { facets }.all(in_water)
     }
 }
 
@@ -105,7 +117,9 @@ impl End {
         let ground_m = frame.ground_m(&sight.ray);
         let distance_m = sight.surface_m;
         match ground_m {
-            _ if sight.foot.is_some() => Self::Water,
+            _ if sight.foot.is_some() => Self::Water {
+                shows_sun: frame.shows_sun(sight),
+            },
             Some(ground_m) if ground_m < distance_m => {
                 let lit = frame.lit.as_ref();
                 let is_sunlit = lit.is_none_or(|lit| !lit.is_ground_shaded(sight.ray.at(ground_m)));
@@ -125,8 +139,9 @@ impl End {
 
     fn is_like(self, other: Self) -> bool {
         match (self, other) {
-            (Self::Sky, Self::Sky) | (Self::Water, Self::Water) => true,
-            (Self::Ground { is_sunlit: a }, Self::Ground { is_sunlit: b }) => a == b,
+            (Self::Sky, Self::Sky) => true,
+            (Self::Water { shows_sun: a }, Self::Water { shows_sun: b })
+            | (Self::Ground { is_sunlit: a }, Self::Ground { is_sunlit: b }) => a == b,
             (
                 Self::Surface { distance_m: a, lit },
                 Self::Surface {
@@ -259,12 +274,12 @@ mod tests {
     const SKY: Met = Met {
         end: End::Sky,
         drops: false,
-        in_water: None,
+        in_water: [None; N_STRATA],
     };
     const GROUND: Met = Met {
         end: End::Ground { is_sunlit: true },
         drops: false,
-        in_water: None,
+        in_water: [None; N_STRATA],
     };
 
     /// Below a line through a place, turned by an angle from the horizontal, lies the ground.
@@ -346,7 +361,7 @@ mod tests {
                 lit: None,
             },
             drops: false,
-            in_water: None,
+            in_water: [None; N_STRATA],
         };
         let meets = |(x, _): (f64, f64)| {
             let is_mast = (0.37..0.62).contains(&x);

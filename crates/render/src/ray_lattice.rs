@@ -10,9 +10,11 @@
 //!
 //! A sum stands for a ray
 //! * where its nodes and the ray meet the same open place, sky or level ground without shadows of surfaces, through drops
-//!   or through none, and all on one side of the angle between the bows;
-//! * where nodes lie no farther apart than the sun is wide, and than the finest voxel looks where the drops end and, as a
-//!   shadow, on the ground, whose depth a grazing sight sees closer together;
+//!   or through none, and all on one side of the angle between the bows; or water that sends them on to the same, facet by
+//!   facet, to such places where it is still;
+//! * where nodes lie no farther apart than the sun is wide, and than the finest voxel looks where the drops end, straight
+//!   or in water, and, as a shadow, on the ground and on water that shows the sun, whose depth a grazing sight sees closer
+//!   together;
 //! * where what is told is at most a quarter of what a pixel may err by before it gets more rays: of errors that add up
 //!   by their squares next to nothing.
 //!
@@ -30,6 +32,7 @@ use crate::footprint_cuts::Met;
 use crate::footprint_cuts::alike;
 use crate::levels::PixelFootprint;
 use crate::pixel::Pixel;
+use crate::ray_light::OnGround;
 use crate::ray_tracer::RayTracer;
 use crate::ray_tracer::Room;
 use crate::surfaces::Sight;
@@ -327,12 +330,14 @@ impl RayTracer<'_> {
     fn leave(&self, coarser: Option<&Level>, place: Place, room: &mut Room) -> Left {
         let (x, y) = (f64::from(place.0), f64::from(place.1));
         let sight = self.eye.sight(x + 0.5, y + 0.5);
-        let in_the_open = |sight: &Sight| Met::in_the_open(sight, &self.frame);
+        let in_water = |sight| self.frame.sights_in_water(sight);
+        let in_water = sight.as_ref().map_or(Vec::new(), in_water);
+        let in_the_open = |sight: &Sight| Met::in_the_open(sight, &in_water, &self.frame);
         let met = sight.as_ref().and_then(in_the_open);
         let sum = coarser.and_then(|level| level.told(place, met));
         if let (Some(known), Some(sight), Some(level)) = (sum, &sight, coarser)
             && known.told_cd_m2 <= self.most_missed_cd_m2
-            && f64::from(level.spacing_px) <= self.voxel_px(sight)
+            && f64::from(level.spacing_px) <= self.voxel_px(sight, &in_water)
         {
             level.sum(place, &mut room.pixel);
             let quadrature = &mut room.pixel.errors.quadrature;
@@ -355,15 +360,25 @@ impl RayTracer<'_> {
         }
     }
 
-    /// How large the finest voxel looks where drops end on a sight, and its shadow on the ground, pixels; infinite where
-    /// there are none.
-    fn voxel_px(&self, sight: &Sight) -> f64 {
+    /// How large the finest voxel looks where drops end on a sight and in water at its end, and its shadow on the ground
+    /// and on water that shows the sun, pixels; infinite where there are none.
+    fn voxel_px(&self, sight: &Sight, in_water: &[Sight]) -> f64 {
+        let frame = &self.frame;
         let looks_px = |distance_m: f64| self.voxel_m / (distance_m * self.pixel_rad);
-        let among_drops = self.frame.range_m(sight);
-        let among_drops = among_drops.map_or(f64::INFINITY, |(_, leave_m)| looks_px(leave_m));
-        let shadow = self.frame.shadow_of_drops(&sight.ray);
-        let shadow = shadow.map_or(f64::INFINITY, |it| looks_px(it.distance_m) * it.sine);
-        among_drops.min(shadow)
+        let among_drops = |sight| frame.range_m(sight).map(|(_, leave_m)| leave_m);
+        let shadow = match sight.foot {
+            Some(foot) => frame.shows_sun(sight).then(|| OnGround {
+                distance_m: sight.surface_m,
+                sine: -foot.up.dot(sight.ray.direction),
+            }),
+            None => frame.shadow_of_drops(&sight.ray),
+        };
+        let shadow_px = shadow.map(|it| looks_px(it.distance_m) * it.sine);
+        let mirrored = in_water.iter();
+        let mirrored = mirrored.filter_map(|it| Some(sight.surface_m + among_drops(it)?));
+        let drops_m = among_drops(sight).into_iter().chain(mirrored);
+        let all_px = drops_m.map(looks_px).chain(shadow_px);
+        all_px.fold(f64::INFINITY, f64::min)
     }
 }
 

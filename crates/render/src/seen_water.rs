@@ -26,6 +26,7 @@ use crate::request::RenderRequest;
 use crate::scattering_angle::scattering_angle_rad;
 use crate::scattering_rows::ScatteringRows;
 use crate::spectra::multiply;
+use crate::sun_glint::Glint;
 use crate::sun_glint::glint;
 use crate::sun_streak::cos_2_between;
 use crate::surface_light::SurfaceLight;
@@ -150,14 +151,34 @@ impl<'a> SeenWater<'a> {
 }
 
 impl Frame<'_> {
-    /// How a sight goes on from still water at its end.
-    pub(crate) fn sight_in_still_water(&self, sight: &Sight) -> Option<Sight> {
-        let (water, foot) = (self.water.as_ref()?, sight.foot?);
+    /// How a sight goes on from water at its end, facet by facet.
+    pub(crate) fn sights_in_water(&self, sight: &Sight) -> Vec<Sight> {
+        let Some((water, foot)) = self.water.as_ref().zip(sight.foot) else {
+            return Vec::new();
+        };
         let facets = facets_seen(water.surface.slope, sight.ray.direction, foot.up);
-        match facets[..] {
-            [facet] => Some(water.sight_on(&foot, &facet)),
-            _ => None,
-        }
+        let sights = facets.iter().map(|facet| water.sight_on(&foot, facet));
+        sights.collect()
+    }
+
+    /// Whether water that is seen is a mirror.
+    pub(crate) fn has_still_water(&self) -> bool {
+        let water = self.water.as_ref();
+        water.is_some_and(|water| water.surface.slope == 0.0)
+    }
+
+    /// Whether the sun is seen in water at the end of a sight.
+    pub(crate) fn shows_sun(&self, sight: &Sight) -> bool {
+        let water = self.water.as_ref().zip(sight.foot);
+        water.is_some_and(|(water, foot)| {
+            let is_seen = self.glint(water, sight, &foot).is_some();
+            is_seen && !water.shade.is_ground_shaded(foot.point)
+        })
+    }
+
+    fn glint(&self, water: &SeenWater, sight: &Sight, foot: &Foot) -> Option<Glint> {
+        let towards = [-sight.ray.direction, self.sun_direction];
+        glint(water.surface.slope, foot.up, towards)
     }
 
     /// Add the light of water that ends a ray.
@@ -263,8 +284,7 @@ impl Frame<'_> {
         settings: RaySettings,
         (room, through_drops): (&mut WaterRoom, f64),
     ) {
-        let towards = [-sight.ray.direction, self.sun_direction];
-        let Some(glint) = glint(water.surface.slope, foot.up, towards) else {
+        let Some(glint) = self.glint(water, sight, foot) else {
             return;
         };
         let seen = through_drops * glint.light * water.shade.sun_on_ground(foot.point);

@@ -12,8 +12,8 @@
 
 use glam::DVec3;
 
-/// Strata of the slopes that are seen.
-const N_STRATA: usize = 5;
+/// Strata of the slopes that are seen, and the most facets that a ray sees.
+pub(crate) const N_STRATA: usize = 5;
 
 /// Pieces of the distribution of slopes, up to so many standard deviations.
 const N_PIECES: usize = 40;

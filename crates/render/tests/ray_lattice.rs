@@ -15,7 +15,9 @@ use niji_exchange::AtmosphereTable;
 use niji_geometry::Camera;
 use niji_geometry::HeightField;
 use niji_geometry::HeightMap;
+use niji_geometry::MeshBvh;
 use niji_geometry::PixelRegion;
+use niji_geometry::TriangleMesh;
 use niji_radiometry::Colorimetry;
 use niji_radiometry::Reflectance;
 use niji_render::LitDrops;
@@ -29,6 +31,7 @@ use niji_render::SolidShape;
 use niji_render::SunPath;
 use niji_render::Surfaces;
 use niji_render::Toggle;
+use niji_render::WaterSurface;
 
 const SIZE: (u32, u32) = (96, 64);
 
@@ -56,6 +59,7 @@ struct World {
     /// None where rays of pictures with a tolerance are to be those of pictures without: these have more nodes in the air.
     air: Option<AtmosphereTable>,
     surfaces: Option<Surfaces>,
+    water: Option<WaterSurface>,
     /// Whether surfaces and ground have shadows.
     is_shaded: bool,
 }
@@ -75,6 +79,7 @@ impl World {
             drops: LitDrops::new(vec![bricks(&grid, extinction_m1)], sun, path).unwrap(),
             air: None,
             surfaces: None,
+            water: None,
             is_shaded: false,
         }
     }
@@ -115,6 +120,7 @@ impl World {
             },
             air: self.air.as_ref(),
             surfaces: self.surfaces.as_ref(),
+            water: self.water,
             ..request(&self.camera, sun_in_the_south(12.0), &self.drops, &table)
         });
     }
@@ -260,6 +266,68 @@ fn the_shadow_of_drops_on_the_ground_is_held_to_the_same() {
         "{} of the tolerance",
         largest / tolerance_cd_m2
     );
+}
+
+/// Over water, towards the shower and towards the sun.
+#[test]
+fn water_is_held_to_the_same() {
+    for (slope, azimuth_deg) in [(0.0, 0.0), (0.1, 0.0), (0.03, 180.0), (0.2, 180.0)] {
+        let world = World {
+            camera: camera(DVec3::new(0.0, 12.0, 0.0), (azimuth_deg, -10.0), 8.0, SIZE),
+            air: Some(thin_air()),
+            water: Some(endless(slope)),
+            ..World::of(8.0, eddies)
+        };
+        let brightest = brightest(&luminance(&world.pictures(1e9)[1]).view());
+        let tolerance_cd_m2 = 1e-2 * brightest;
+        let [picture, rays] = world.pictures(tolerance_cd_m2);
+        let part = n_changed(&picture, &rays) as f64 / f64::from(SIZE.0 * SIZE.1);
+        assert!(part > 0.5, "slope {slope}: {part} are sums");
+        let change = luminance(&picture) - luminance(&rays);
+        let largest = change.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
+        assert!(
+            largest <= 0.25 * tolerance_cd_m2,
+            "slope {slope}: {} of the tolerance",
+            largest / tolerance_cd_m2
+        );
+    }
+}
+
+/// A pole, which stands in water and in the middle between nodes.
+#[test]
+fn what_still_water_mirrors_is_passed_over_no_more_than_what_is_seen() {
+    let pole = |left_m: f64| {
+        let corners = [
+            DVec3::new(left_m, -1.0, -60.0),
+            DVec3::new(left_m + 0.15, -1.0, -60.0),
+            DVec3::new(left_m + 0.15, 9.0, -60.0),
+            DVec3::new(left_m, 9.0, -60.0),
+        ];
+        let mesh = TriangleMesh::new(&corners, &[[0, 1, 2], [0, 2, 3]]).unwrap();
+        Surfaces::default().with(Solid {
+            shape: SolidShape::Mesh(MeshBvh::new(mesh)),
+            albedo: None,
+        })
+    };
+    for step in 0..5 {
+        let world = World {
+            camera: camera(DVec3::new(0.0, 12.0, 0.0), (0.0, -14.0), 12.0, SIZE),
+            air: Some(thin_air()),
+            water: Some(endless(0.0)),
+            surfaces: Some(pole(0.13 * f64::from(step))),
+            ..World::of(12.0, eddies)
+        };
+        let brightest = brightest(&luminance(&world.pictures(1e9)[1]).view());
+        let [picture, rays] = world.pictures(1e-2 * brightest);
+        assert!(n_changed(&picture, &rays) > 1000, "none is a sum");
+        let change = luminance(&picture) - luminance(&rays);
+        let largest = change.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
+        assert!(
+            largest <= 2.5e-3 * brightest,
+            "{step}: {}",
+            largest / brightest
+        );
+    }
 }
 
 #[test]
