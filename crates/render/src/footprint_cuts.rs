@@ -54,13 +54,19 @@ struct Lit {
     is_sunlit: bool,
 }
 
+/// What a view ray meets on its way to an end.
+#[derive(Clone, Copy, Debug)]
+struct Way {
+    end: End,
+    drops: bool,
+}
+
 /// What a view ray meets.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Met {
-    end: End,
-    drops: bool,
-    /// The same in water at its end, by facet.
-    in_water: [Option<(End, bool)>; N_STRATA],
+    way: Way,
+    /// In water at its end, by facet.
+    in_water: [Option<Way>; N_STRATA],
 }
 
 impl Met {
@@ -91,23 +97,29 @@ impl Met {
     }
 
     fn with_water(sight: &Sight, in_water: &[Sight], frame: &Frame) -> Self {
-        let met = |sight: &Sight| (End::of(sight, frame), frame.range_m(sight).is_some());
-        let (end, drops) = met(sight);
+        let way = |sight: &Sight| Way {
+            end: End::of(sight, frame),
+            drops: frame.range_m(sight).is_some(),
+        };
         Self {
-            end,
-            drops,
-            in_water: std::array::from_fn(|facet| in_water.get(facet).map(met)),
+            way: way(sight),
+            in_water: std::array::from_fn(|facet| in_water.get(facet).map(way)),
         }
     }
 
     fn is_like(&self, other: &Self) -> bool {
-        let is_like = |a: (End, bool), b: (End, bool)| a.0.is_like(b.0) && a.1 == b.1;
-        let facets = self.in_water.iter().zip(&other.in_water);
-        let in_water = |(a, b): (&Option<_>, &Option<_>)| match (*a, *b) {
-            (Some(a), Some(b)) => is_like(a, b),
+        let are_alike = |a: Option<Way>, b: Option<Way>| match (a, b) {
+            (Some(a), Some(b)) => a.is_like(b),
             (a, b) => a.is_none() && b.is_none(),
         };
-        is_like((self.end, self.drops), (other.end, other.drops)) && { facets }.all(in_water)
+        let mut facets = self.in_water.into_iter().zip(other.in_water);
+        self.way.is_like(other.way) && facets.all(|(a, b)| are_alike(a, b))
+    }
+}
+
+impl Way {
+    fn is_like(self, other: Self) -> bool {
+        self.drops == other.drops && self.end.is_like(other.end)
     }
 }
 
@@ -271,16 +283,16 @@ fn change(first: Node, last: Node, at: &dyn Fn(f64) -> Option<Met>) -> Node {
 mod tests {
     use super::*;
 
-    const SKY: Met = Met {
-        end: End::Sky,
-        drops: false,
-        in_water: [None; N_STRATA],
-    };
-    const GROUND: Met = Met {
-        end: End::Ground { is_sunlit: true },
-        drops: false,
-        in_water: [None; N_STRATA],
-    };
+    const SKY: Met = met(End::Sky);
+    const GROUND: Met = met(End::Ground { is_sunlit: true });
+
+    /// Where there are no drops.
+    const fn met(end: End) -> Met {
+        Met {
+            way: Way { end, drops: false },
+            in_water: [None; N_STRATA],
+        }
+    }
 
     /// Below a line through a place, turned by an angle from the horizontal, lies the ground.
     fn below(place: (f64, f64), turn_rad: f64) -> impl Fn((f64, f64)) -> Option<Met> {
@@ -296,7 +308,10 @@ mod tests {
             matches!(
                 meets(place),
                 Some(Met {
-                    end: End::Ground { .. },
+                    way: Way {
+                        end: End::Ground { .. },
+                        ..
+                    },
                     ..
                 })
             )
@@ -355,13 +370,11 @@ mod tests {
 
     #[test]
     fn a_mast_within_a_pixel_has_its_width() {
-        let mast = |distance_m| Met {
-            end: End::Surface {
+        let mast = |distance_m| {
+            met(End::Surface {
                 distance_m,
                 lit: None,
-            },
-            drops: false,
-            in_water: [None; N_STRATA],
+            })
         };
         let meets = |(x, _): (f64, f64)| {
             let is_mast = (0.37..0.62).contains(&x);
