@@ -9,11 +9,13 @@
 //!    goes to that variant alone, so that serde's tagged enums with their buffered, line-less
 //!    content are not needed; other keys of whoever holds such a choice may stand in the same table;
 //! 3. drops are a table, or a list of tables;
-//! 4. every message says what was found and what was expected in the words of a scene file.
+//! 4. every message says what was found and what was expected in the words of a scene file; one about a key that a
+//!    table lacks names all that it lacks.
 
 mod fault;
 mod named;
 mod place;
+mod stand_in;
 mod table;
 
 use std::collections::BTreeMap;
@@ -51,23 +53,39 @@ pub(crate) struct Document<T> {
 
 /// Parses `text` strictly.
 pub(crate) fn parse<T: DeserializeOwned>(text: &str) -> Result<Document<T>, SceneError> {
-    let source = Source::new(text);
+    let mut source = Source::new(text);
     let root = DeTable::parse(text).map_err(|error| source.syntax_error(&error))?;
     let span = root.span();
     let root = Spanned::new(span, DeValue::Table(root.into_inner()));
-    let mut lines = BTreeMap::new();
-    collect_lines(&root, "", &source, &mut lines);
-    let node = Node {
-        value: &root,
+    let fault = match read(&root, &source) {
+        Ok(value) => {
+            let mut lines = BTreeMap::new();
+            collect_lines(&root, "", &source, &mut lines);
+            return Ok(Document { value, lines });
+        }
+        Err(fault) => fault,
+    };
+    let mut next = fault.lacking();
+    while let Some(lacking) = next {
+        source.stands_in_for(lacking);
+        let further = read::<T>(&root, &source).err();
+        next = further.and_then(|further| further.lacking());
+        next = next.filter(|further| source.may_stand_in_for(further));
+    }
+    Err(fault.into_scene_error(source.stood_in_for()))
+}
+
+/// The content of a document.
+fn read<T: DeserializeOwned>(root: &Spanned<DeValue<'_>>, source: &Source) -> Result<T, Fault> {
+    T::deserialize(Node {
+        value: root,
         elsewhere: &[],
         place: Place {
-            source: &source,
+            source,
             path: String::new(),
             line: 1,
         },
-    };
-    let value = T::deserialize(node).map_err(Fault::into_scene_error)?;
-    Ok(Document { value, lines })
+    })
 }
 
 fn collect_lines(
@@ -137,7 +155,7 @@ impl Node<'_> {
         };
         let Some((choice, own)) = named::choice_within(struct_name) else {
             table::check_keys(table, &[], fields, &self.place)?;
-            return visitor.visit_map(Entries::new(table, &[], &self.place));
+            return visitor.visit_map(Entries::new(table, &[], &self.place).and_lacking(fields));
         };
         let keys = table.keys().map(|key| &**key.get_ref());
         let of_choice: Vec<&str> = keys.filter(|key| !own.contains(key)).collect();

@@ -43,7 +43,7 @@ pub enum SceneError {
         allowed: Vec<String>,
     },
     /// A key that must be there is not.
-    #[error("line {line}: {section} lacks `{key}`{}", or(.other.as_ref()))]
+    #[error("line {line}: {section} lacks `{key}`{}{}", or(.other.as_ref()), and(.also))]
     MissingKey {
         /// Line at which the section begins.
         line: usize,
@@ -53,6 +53,8 @@ pub enum SceneError {
         key: String,
         /// Another that would do in its place.
         other: Option<String>,
+        /// What else is missing there.
+        also: Vec<String>,
     },
     /// A value of another type than the key wants.
     #[error("line {line}: `{key}` is {found}, expected {expected}")]
@@ -134,6 +136,14 @@ fn at(line: usize) -> String {
 
 fn or(other: Option<&String>) -> String {
     other.map_or_else(String::new, |key| format!(" or `{key}`"))
+}
+
+fn and(keys: &[String]) -> String {
+    let each = keys.iter().enumerate().map(|(index, key)| {
+        let between = if index + 1 == keys.len() { " and" } else { "," };
+        format!("{between} `{key}`")
+    });
+    each.collect()
 }
 
 fn did_you_mean(suggestion: Option<&String>) -> String {

@@ -108,6 +108,7 @@ fn missing_sun() -> SceneError {
         section: document::section_of(""),
         key: "sun".to_owned(),
         other: None,
+        also: Vec::new(),
     }
 }
 

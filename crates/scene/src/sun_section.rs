@@ -125,6 +125,7 @@ fn given<T>(value: Option<T>, key: &str, check: &Check<'_>) -> Result<T, SceneEr
         section: "[sun]".to_string(),
         key: key.to_string(),
         other: None,
+        also: Vec::new(),
     })
 }
 

@@ -342,26 +342,64 @@ fn missing_keys_are_named_with_their_section() {
     }
 }
 
+/// The scene with other drops.
+fn with_drops(text: &str) -> Result<Scene, String> {
+    let start = SCENE.find("[drops]").unwrap();
+    let end = SCENE[start..]
+        .find("\n[")
+        .map_or(SCENE.len(), |at| start + at + 1);
+    let scene = SCENE.replace(&SCENE[start..end], &format!("[drops]\n{text}\n"));
+    Scene::from_toml(&scene).map_err(|error| error.to_string())
+}
+
+#[test]
+fn all_keys_that_a_table_lacks_are_named_at_once() {
+    for (drops, lacking) in [
+        (
+            "shape = \"rain-shaft\"\nrain_rate_mm_h = 5.0",
+            "[drops] lacks `footprint`, `center_xz_m`, `base_y_m`, `top_y_m` and `voxel_m`",
+        ),
+        (
+            "shape = \"rain-shaft\"\nbase_y_m = 0.0\ncenter_xz_m = [0.0, 0.0]\nfootprint = { column = { radius_m = 9.0 } }",
+            "[drops] lacks `top_y_m` and `voxel_m`",
+        ),
+        // Inside of another first.
+        (
+            "shape = \"rain-shaft\"\nfootprint = { column = {} }",
+            "[drops.footprint.column] lacks `radius_m`",
+        ),
+    ] {
+        let error = with_drops(drops).unwrap_err();
+        assert!(error.ends_with(lacking), "{error}");
+    }
+    // What is wrong comes before what is missing.
+    let error = with_drops("shape = \"rain-shaft\"\nvoxel_m = true").unwrap_err();
+    assert!(error.contains("`drops.voxel_m` is boolean"), "{error}");
+    let nameless = SCENE
+        .replace("name = \"test\"\n", "")
+        .replace("format = 1\n", "");
+    let error = Scene::from_toml(&nameless).unwrap_err().to_string();
+    assert!(
+        error.ends_with("the top level lacks `format` and `name`"),
+        "{error}"
+    );
+}
+
 #[test]
 fn drops_need_a_shape_or_a_file() {
-    let drops = |text: &str| {
-        let start = SCENE.find("[drops]").unwrap();
-        let end = SCENE[start..]
-            .find("\n[")
-            .map_or(SCENE.len(), |at| start + at + 1);
-        let scene = SCENE.replace(&SCENE[start..end], &format!("[drops]\n{text}\n"));
-        Scene::from_toml(&scene).map_err(|error| error.to_string())
-    };
-    drops("file = \"mist.vdb\"").unwrap();
+    with_drops("file = \"mist.vdb\"").unwrap();
     let line = line_of("[drops]") + 1;
     for (misspelt, key) in [("fil", "file"), ("filename", "file"), ("shap", "shape")] {
         let expected = format!(
             "line {line}: unknown key `{misspelt}` in [drops], did you mean `{key}`?; allowed here: shape, file"
         );
-        assert_eq!(drops(&format!("{misspelt} = \"mist.vdb\"")), Err(expected));
+        assert_eq!(
+            with_drops(&format!("{misspelt} = \"mist.vdb\"")),
+            Err(expected)
+        );
     }
     for other in ["vdb = \"mist.vdb\"", "profile = \"jet\""] {
-        let error = drops(other).unwrap_err();
+        let error = with_drops(other).unwrap_err();
         assert!(
             error.ends_with("[drops] lacks `shape` or `file`"),
             "{error}"

@@ -9,6 +9,7 @@ use toml::de::DeValue;
 use crate::error::SceneError;
 use crate::error::suggest;
 
+use super::place::Lacking;
 use super::place::Place;
 use super::place::section_of;
 
@@ -90,7 +91,19 @@ impl Fault {
         self
     }
 
-    pub(super) fn into_scene_error(self) -> SceneError {
+    /// The key that it says is lacking.
+    pub(super) fn lacking(&self) -> Option<Lacking> {
+        let Kind::MissingKey { key, .. } = &self.kind else {
+            return None;
+        };
+        Some(Lacking {
+            path: self.path.clone(),
+            key: key.clone(),
+        })
+    }
+
+    /// As readers of scenes meet it; `lacking` are all keys that its table lacks, if it says that one is.
+    pub(super) fn into_scene_error(self, lacking: Vec<Lacking>) -> SceneError {
         let Self {
             line,
             path,
@@ -122,6 +135,7 @@ impl Fault {
             Kind::MissingKey { key, other } => SceneError::MissingKey {
                 line,
                 section,
+                also: lacking.into_iter().skip(1).map(|it| it.key).collect(),
                 key,
                 other,
             },

@@ -277,7 +277,8 @@ impl<'de> VariantAccess<'de> for NamedTable<'_> {
     ) -> Result<V::Value, Fault> {
         table::check_keys(self.table, &self.elsewhere, fields, &self.place)?;
         let place = self.place.clone();
-        place.locate(visitor.visit_map(Entries::new(self.table, &self.elsewhere, &self.place)))
+        let entries = Entries::new(self.table, &self.elsewhere, &self.place).and_lacking(fields);
+        place.locate(visitor.visit_map(entries))
     }
 }
 

@@ -12,9 +12,18 @@ pub(super) fn join(path: &str, key: &str) -> String {
     }
 }
 
-/// Where the lines of the text begin.
+/// A key that a table lacks.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Lacking {
+    /// Path of the table.
+    pub(super) path: String,
+    pub(super) key: String,
+}
+
+/// Where the lines of the text begin, and which keys of a table are read as if they stood there.
 pub(super) struct Source {
     line_starts: Vec<usize>,
+    stand_ins: Vec<Lacking>,
 }
 
 impl Source {
@@ -22,7 +31,30 @@ impl Source {
         let after_breaks = text.match_indices('\n').map(|(offset, _)| offset + 1);
         Self {
             line_starts: std::iter::once(0).chain(after_breaks).collect(),
+            stand_ins: Vec::new(),
         }
+    }
+
+    /// Read a key from now on as if it stood in its table.
+    pub(super) fn stands_in_for(&mut self, lacking: Lacking) {
+        self.stand_ins.push(lacking);
+    }
+
+    /// Whether a key is another one of the same table.
+    pub(super) fn may_stand_in_for(&self, lacking: &Lacking) -> bool {
+        let is_same_table = |it: &Lacking| it.path == lacking.path && it.key != lacking.key;
+        self.stand_ins.iter().all(is_same_table)
+    }
+
+    /// The keys that are read so.
+    pub(super) fn stood_in_for(self) -> Vec<Lacking> {
+        self.stand_ins
+    }
+
+    /// Those of them that the table at a path should have.
+    pub(super) fn lacking(&self, path: &str) -> impl Iterator<Item = &str> {
+        let in_table = self.stand_ins.iter().filter(move |it| it.path == path);
+        in_table.map(|it| it.key.as_str())
     }
 
     /// Line, from 1, that holds the byte at `offset`.

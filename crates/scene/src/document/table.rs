@@ -16,6 +16,7 @@ use super::named;
 use super::named::UnitName;
 use super::place::Place;
 use super::place::join;
+use super::stand_in::StandIn;
 
 /// Refuses the first key, in the order of the file, that is neither in `fields` nor among those that
 /// are read elsewhere.
@@ -49,6 +50,8 @@ pub(super) fn check_keys(
 pub(super) struct Entries<'a> {
     rest: Vec<(&'a Spanned<DeString<'a>>, &'a Spanned<DeValue<'a>>)>,
     next_value: Option<Node<'a>>,
+    /// Keys that it lacks, behind all others.
+    lacking: Vec<&'a str>,
     place: Place<'a>,
 }
 
@@ -63,8 +66,16 @@ impl<'a> Entries<'a> {
         Self {
             rest,
             next_value: None,
+            lacking: Vec::new(),
             place: place.clone(),
         }
+    }
+
+    /// The same with keys that something stands in for, of those that a struct has.
+    pub(super) fn and_lacking(mut self, fields: &[&str]) -> Self {
+        let lacking = self.place.source.lacking(&self.place.path);
+        self.lacking = lacking.filter(|key| fields.contains(key)).collect();
+        self
     }
 }
 
@@ -76,7 +87,11 @@ impl<'de> MapAccess<'de> for Entries<'_> {
         seed: K,
     ) -> Result<Option<K::Value>, Fault> {
         let Some((key, value)) = self.rest.pop() else {
-            return Ok(None);
+            let place = self.place.clone();
+            let key = self.lacking.pop();
+            return key
+                .map(|name| seed.deserialize(Key { name, place }))
+                .transpose();
         };
         let line = self.place.source.line(key.span().start);
         let path = join(&self.place.path, key.get_ref());
@@ -107,7 +122,7 @@ impl<'de> MapAccess<'de> for Entries<'_> {
                 let place = node.place.clone();
                 place.locate(seed.deserialize(node))
             }
-            None => Err(Fault::missing_key("a value", None)),
+            None => seed.deserialize(StandIn),
         }
     }
 }
