@@ -66,13 +66,10 @@ pub(crate) fn parse<T: DeserializeOwned>(text: &str) -> Result<Document<T>, Scen
         Err(fault) => fault,
     };
     let mut next = fault.lacking();
-    while let Some(lacking) = next {
-        source.stands_in_for(lacking);
-        let further = read::<T>(&root, &source).err();
-        next = further.and_then(|further| further.lacking());
-        next = next.filter(|further| source.may_stand_in_for(further));
+    while next.is_some_and(|lacking| source.stand_in_for(lacking)) {
+        next = read::<T>(&root, &source).err().and_then(|it| it.lacking());
     }
-    Err(fault.into_scene_error(source.stood_in_for()))
+    Err(fault.into_scene_error(source.into_stand_ins()))
 }
 
 /// The content of a document.

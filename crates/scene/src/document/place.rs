@@ -13,7 +13,7 @@ pub(super) fn join(path: &str, key: &str) -> String {
 }
 
 /// A key that a table lacks.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Debug)]
 pub(super) struct Lacking {
     /// Path of the table.
     pub(super) path: String,
@@ -35,19 +35,18 @@ impl Source {
         }
     }
 
-    /// Read a key from now on as if it stood in its table.
-    pub(super) fn stands_in_for(&mut self, lacking: Lacking) {
-        self.stand_ins.push(lacking);
-    }
-
-    /// Whether a key is another one of the same table.
-    pub(super) fn may_stand_in_for(&self, lacking: &Lacking) -> bool {
-        let is_same_table = |it: &Lacking| it.path == lacking.path && it.key != lacking.key;
-        self.stand_ins.iter().all(is_same_table)
+    /// Read a key from now on as if it stood in its table; false if it is of another table than those before, or one of them.
+    pub(super) fn stand_in_for(&mut self, lacking: Lacking) -> bool {
+        let is_another = |it: &Lacking| it.path == lacking.path && it.key != lacking.key;
+        let is_wanted = self.stand_ins.iter().all(is_another);
+        if is_wanted {
+            self.stand_ins.push(lacking);
+        }
+        is_wanted
     }
 
     /// The keys that are read so.
-    pub(super) fn stood_in_for(self) -> Vec<Lacking> {
+    pub(super) fn into_stand_ins(self) -> Vec<Lacking> {
         self.stand_ins
     }
 

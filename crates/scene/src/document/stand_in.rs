@@ -7,10 +7,10 @@
 use serde::de::DeserializeSeed;
 use serde::de::EnumAccess;
 use serde::de::IntoDeserializer;
-use serde::de::MapAccess;
-use serde::de::SeqAccess;
 use serde::de::VariantAccess;
 use serde::de::Visitor;
+use serde::de::value::MapDeserializer;
+use serde::de::value::SeqDeserializer;
 use serde::de::value::StrDeserializer;
 
 use super::fault::Fault;
@@ -18,28 +18,22 @@ use super::fault::Fault;
 /// What stands in for a value.
 pub(super) struct StandIn;
 
-/// So many in a list.
-struct Several(usize);
-
-/// One for each of these keys.
-struct OfKeys(std::slice::Iter<'static, &'static str>);
-
 /// The variant of this name.
 struct Named(&'static str);
+
+impl IntoDeserializer<'_, Fault> for StandIn {
+    type Deserializer = Self;
+
+    fn into_deserializer(self) -> Self {
+        self
+    }
+}
 
 impl<'de> serde::Deserializer<'de> for StandIn {
     type Error = Fault;
 
     fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Fault> {
         visitor.visit_i64(1)
-    }
-
-    fn deserialize_f32<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Fault> {
-        visitor.visit_f64(1.0)
-    }
-
-    fn deserialize_f64<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Fault> {
-        visitor.visit_f64(1.0)
     }
 
     fn deserialize_bool<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Fault> {
@@ -58,10 +52,6 @@ impl<'de> serde::Deserializer<'de> for StandIn {
         visitor.visit_none()
     }
 
-    fn deserialize_unit<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Fault> {
-        visitor.visit_unit()
-    }
-
     fn deserialize_newtype_struct<V: Visitor<'de>>(
         self,
         _name: &'static str,
@@ -71,15 +61,15 @@ impl<'de> serde::Deserializer<'de> for StandIn {
     }
 
     fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Fault> {
-        visitor.visit_seq(Several(0))
+        self.deserialize_tuple(0, visitor)
     }
 
     fn deserialize_tuple<V: Visitor<'de>>(self, len: usize, visitor: V) -> Result<V::Value, Fault> {
-        visitor.visit_seq(Several(len))
+        visitor.visit_seq(SeqDeserializer::new((0..len).map(|_| Self)))
     }
 
     fn deserialize_map<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Fault> {
-        visitor.visit_map(OfKeys([].iter()))
+        self.deserialize_struct("", &[], visitor)
     }
 
     fn deserialize_struct<V: Visitor<'de>>(
@@ -88,7 +78,7 @@ impl<'de> serde::Deserializer<'de> for StandIn {
         fields: &'static [&'static str],
         visitor: V,
     ) -> Result<V::Value, Fault> {
-        visitor.visit_map(OfKeys(fields.iter()))
+        visitor.visit_map(MapDeserializer::new(fields.iter().map(|key| (*key, Self))))
     }
 
     fn deserialize_enum<V: Visitor<'de>>(
@@ -101,41 +91,8 @@ impl<'de> serde::Deserializer<'de> for StandIn {
     }
 
     serde::forward_to_deserialize_any! {
-        i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 char bytes byte_buf unit_struct tuple_struct
-        identifier ignored_any
-    }
-}
-
-impl<'de> SeqAccess<'de> for Several {
-    type Error = Fault;
-
-    fn next_element_seed<T: DeserializeSeed<'de>>(
-        &mut self,
-        seed: T,
-    ) -> Result<Option<T::Value>, Fault> {
-        let Some(left) = self.0.checked_sub(1) else {
-            return Ok(None);
-        };
-        self.0 = left;
-        seed.deserialize(StandIn).map(Some)
-    }
-}
-
-impl<'de> MapAccess<'de> for OfKeys {
-    type Error = Fault;
-
-    fn next_key_seed<K: DeserializeSeed<'de>>(
-        &mut self,
-        seed: K,
-    ) -> Result<Option<K::Value>, Fault> {
-        let key = self.0.next();
-        let key =
-            key.map(|key| seed.deserialize::<StrDeserializer<Fault>>(key.into_deserializer()));
-        key.transpose()
-    }
-
-    fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, Fault> {
-        seed.deserialize(StandIn)
+        i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char bytes byte_buf unit unit_struct
+        tuple_struct identifier ignored_any
     }
 }
 
@@ -161,7 +118,7 @@ impl<'de> VariantAccess<'de> for StandIn {
     }
 
     fn tuple_variant<V: Visitor<'de>>(self, len: usize, visitor: V) -> Result<V::Value, Fault> {
-        visitor.visit_seq(Several(len))
+        serde::Deserializer::deserialize_tuple(self, len, visitor)
     }
 
     fn struct_variant<V: Visitor<'de>>(
@@ -169,6 +126,6 @@ impl<'de> VariantAccess<'de> for StandIn {
         fields: &'static [&'static str],
         visitor: V,
     ) -> Result<V::Value, Fault> {
-        visitor.visit_map(OfKeys(fields.iter()))
+        serde::Deserializer::deserialize_struct(self, "", fields, visitor)
     }
 }
