@@ -96,6 +96,11 @@ impl Met {
         ends_openly.then(|| Self::with_water(sight, in_water, frame))
     }
 
+    /// Whether it is water in which the sun is seen.
+    pub(crate) fn shows_sun(self) -> bool {
+        matches!(self.way.end, End::Water { shows_sun: true })
+    }
+
     fn with_water(sight: &Sight, in_water: &[Sight], frame: &Frame) -> Self {
         let way = |sight: &Sight| Way {
             end: End::of(sight, frame),

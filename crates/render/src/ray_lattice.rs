@@ -337,7 +337,7 @@ impl RayTracer<'_> {
         let sum = coarser.and_then(|level| level.told(place, met));
         if let (Some(known), Some(sight), Some(level)) = (sum, &sight, coarser)
             && known.told_cd_m2 <= self.most_missed_cd_m2
-            && f64::from(level.spacing_px) <= self.voxel_px(sight, &in_water)
+            && f64::from(level.spacing_px) <= self.voxel_px(sight, &in_water, met)
         {
             level.sum(place, &mut room.pixel);
             let quadrature = &mut room.pixel.errors.quadrature;
@@ -362,12 +362,12 @@ impl RayTracer<'_> {
 
     /// How large the finest voxel looks where drops end on a sight and in water at its end, and its shadow on the ground
     /// and on water that shows the sun, pixels; infinite where there are none.
-    fn voxel_px(&self, sight: &Sight, in_water: &[Sight]) -> f64 {
+    fn voxel_px(&self, sight: &Sight, in_water: &[Sight], met: Option<Met>) -> f64 {
         let frame = &self.frame;
         let looks_px = |distance_m: f64| self.voxel_m / (distance_m * self.pixel_rad);
         let among_drops = |sight| frame.range_m(sight).map(|(_, leave_m)| leave_m);
         let shadow = match sight.foot {
-            Some(foot) => frame.shows_sun(sight).then(|| OnGround {
+            Some(foot) => met.is_some_and(Met::shows_sun).then(|| OnGround {
                 distance_m: sight.surface_m,
                 sine: -foot.up.dot(sight.ray.direction),
             }),

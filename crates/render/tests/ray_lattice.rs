@@ -6,6 +6,7 @@ mod common;
 
 use common::*;
 use glam::DVec3;
+use ndarray::Array2;
 use ndarray::Array3;
 use ndarray::ArrayView2;
 use ndarray::Axis;
@@ -44,7 +45,7 @@ fn n_changed(picture: &Rendered, rays: &Rendered) -> usize {
     changed((&picture.radiance, &rays.radiance))
 }
 
-fn luminance(picture: &Rendered) -> ndarray::Array2<f64> {
+fn luminance(picture: &Rendered) -> Array2<f64> {
     let weights = Colorimetry::new(&wavelengths());
     picture.radiance.map_axis(Axis(0), |spectrum| {
         let spectrum: Vec<f64> = spectrum.iter().map(|it| f64::from(*it)).collect();
@@ -144,6 +145,25 @@ fn brightest(light: &ArrayView2<f64>) -> f64 {
     light.iter().copied().fold(0.0, f64::max)
 }
 
+/// Largest change, either way.
+fn largest(change: &Array2<f64>) -> f64 {
+    change.iter().fold(0.0, |a, b| a.max(b.abs()))
+}
+
+/// Assert that more than a part of a picture are sums, within a quarter of its tolerance of the rays; how these differ.
+#[track_caller]
+fn assert_held(
+    [picture, rays]: [&Rendered; 2],
+    (tolerance_cd_m2, least): (f64, f64),
+) -> Array2<f64> {
+    let part = n_changed(picture, rays) as f64 / f64::from(SIZE.0 * SIZE.1);
+    assert!(part > least, "{part} are sums");
+    let change = luminance(picture) - luminance(rays);
+    let of_tolerance = largest(&change) / tolerance_cd_m2;
+    assert!(of_tolerance <= 0.25, "{of_tolerance} of the tolerance");
+    change
+}
+
 #[test]
 fn pixels_of_smooth_light_follow_from_others_within_a_quarter_of_the_tolerance() {
     let world = World::of(8.0, eddies);
@@ -151,21 +171,15 @@ fn pixels_of_smooth_light_follow_from_others_within_a_quarter_of_the_tolerance()
     for (relative, least) in [(1e-2, 0.5), (1e-3, 0.1)] {
         let tolerance_cd_m2 = relative * brightest;
         let [picture, rays] = world.pictures(tolerance_cd_m2);
-        let n_pixels = (SIZE.0 * SIZE.1) as usize;
-        let part = n_changed(&picture, &rays) as f64 / n_pixels as f64;
-        assert!(part > least, "{relative}: {part} are sums");
-        let change = luminance(&picture) - luminance(&rays);
-        let largest = change.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
-        assert!(
-            largest <= 0.25 * tolerance_cd_m2,
-            "{relative}: {} of the tolerance",
-            largest / tolerance_cd_m2
-        );
+        let change = assert_held([&picture, &rays], (tolerance_cd_m2, least));
         let errors = picture.error_from("quadrature").unwrap();
         let untold = change
             .indexed_iter()
             .filter(|(place, change)| change.abs() > f64::from(errors[*place]) + 1e-6 * brightest);
-        assert!(untold.count() < n_pixels / 100, "{relative}");
+        assert!(
+            untold.count() < (SIZE.0 * SIZE.1) as usize / 100,
+            "{relative}"
+        );
     }
 }
 
@@ -190,8 +204,7 @@ fn nothing_as_thin_as_a_voxel_is_passed_over() {
         let world = World::of(30.0, strand);
         let brightest = brightest(&luminance(&world.pictures(1e9)[1]).view());
         let [picture, rays] = world.pictures(1e-2 * brightest);
-        let change = luminance(&picture) - luminance(&rays);
-        let largest = change.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
+        let largest = largest(&(luminance(&picture) - luminance(&rays)));
         assert!(
             largest <= 2e-3 * brightest,
             "strand at {x_m}: {}",
@@ -256,16 +269,7 @@ fn the_shadow_of_drops_on_the_ground_is_held_to_the_same() {
         layers.all(|it| it != niji_render::PictureLayer::LitSurface),
         "no surface is lit"
     );
-    let n_pixels = f64::from(SIZE.0 * SIZE.1);
-    let part = n_changed(&picture, &rays) as f64 / n_pixels;
-    assert!(part > 0.3, "{part} are sums");
-    let change = luminance(&picture) - luminance(&rays);
-    let largest = change.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
-    assert!(
-        largest <= 0.25 * tolerance_cd_m2,
-        "{} of the tolerance",
-        largest / tolerance_cd_m2
-    );
+    assert_held([&picture, &rays], (tolerance_cd_m2, 0.3));
 }
 
 /// Over water, towards the shower and towards the sun.
@@ -281,15 +285,7 @@ fn water_is_held_to_the_same() {
         let brightest = brightest(&luminance(&world.pictures(1e9)[1]).view());
         let tolerance_cd_m2 = 1e-2 * brightest;
         let [picture, rays] = world.pictures(tolerance_cd_m2);
-        let part = n_changed(&picture, &rays) as f64 / f64::from(SIZE.0 * SIZE.1);
-        assert!(part > 0.5, "slope {slope}: {part} are sums");
-        let change = luminance(&picture) - luminance(&rays);
-        let largest = change.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
-        assert!(
-            largest <= 0.25 * tolerance_cd_m2,
-            "slope {slope}: {} of the tolerance",
-            largest / tolerance_cd_m2
-        );
+        assert_held([&picture, &rays], (tolerance_cd_m2, 0.5));
     }
 }
 
@@ -320,8 +316,7 @@ fn what_still_water_mirrors_is_passed_over_no_more_than_what_is_seen() {
         let brightest = brightest(&luminance(&world.pictures(1e9)[1]).view());
         let [picture, rays] = world.pictures(1e-2 * brightest);
         assert!(n_changed(&picture, &rays) > 1000, "none is a sum");
-        let change = luminance(&picture) - luminance(&rays);
-        let largest = change.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
+        let largest = largest(&(luminance(&picture) - luminance(&rays)));
         assert!(
             largest <= 2.5e-3 * brightest,
             "{step}: {}",
