@@ -1,11 +1,24 @@
 //! What linear interpolation between the nodes of a table costs, as its header states it.
 
+use std::f64::consts::FRAC_PI_2;
+
 use crate::attributes::AttributeValue;
 use crate::attributes::Attributes;
 use crate::error::Error;
 use crate::table::TablePart;
 
-/// Error of linear interpolation half way between nodes, in parts of the peak of a row.
+/// Stretches of angles in which a table errs by parts of another peak.
+pub const N_STRETCHES: usize = 10;
+
+/// Which stretch a scattering angle lies in: all angles behind 90 degrees, then halves, quarters and so on of those in
+/// front; the last is within the sun's disc. Beside light that is diffracted forward a bow is nothing.
+#[must_use]
+pub fn stretch_of(theta_rad: f64) -> usize {
+    let n_halvings = (FRAC_PI_2 / theta_rad).log2().floor() + 1.0;
+    (n_halvings.max(0.0) as usize).min(N_STRETCHES - 1)
+}
+
+/// Error of linear interpolation half way between nodes, in parts of the peak of a row in the same stretch of angles.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AxisError {
     /// Root of the mean square over the angles.

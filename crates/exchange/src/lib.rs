@@ -92,6 +92,8 @@ pub use guarded::guarded;
 pub use image_windows::ImageWindows;
 pub use interpolation_error::AxisError;
 pub use interpolation_error::InterpolationError;
+pub use interpolation_error::N_STRETCHES;
+pub use interpolation_error::stretch_of;
 pub use layer_rms::LayerRms;
 pub use luminance::luminance;
 pub use moved_bows::MovedBows;

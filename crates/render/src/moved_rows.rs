@@ -16,7 +16,6 @@
 //! Where the moved light of a radius comes from beyond the angles of the table, it is dark; at 0 and 180
 //! degrees it comes from the mirrored angle.
 
-use std::f64::consts::FRAC_PI_2;
 use std::f64::consts::PI;
 use std::ops::Range;
 
@@ -29,8 +28,10 @@ use niji_exchange::Attitude;
 use niji_exchange::BowShift;
 use niji_exchange::FARTHEST_SHIFT_RAD;
 use niji_exchange::MovedOrder;
+use niji_exchange::N_STRETCHES;
 use niji_exchange::ScatteringTable;
 use niji_exchange::SeenShift;
+use niji_exchange::stretch_of;
 use pulp::Arch;
 use pulp::Simd;
 use pulp::WithSimd;
@@ -51,8 +52,6 @@ const APART_OF_WIDTH: f64 = 0.1;
 const DARK: f64 = 1e-6;
 /// Share of the light of a ray below which that of a row is left out: the tails of laws.
 const FEW: f32 = 1e-6;
-/// Stretches of angles in which the table errs by parts of another peak.
-const N_STRETCHES: usize = 8;
 /// What means miss between angles, in parts of what an angle lies off the line between its neighbors, h² t″/2:
 /// integrals over trapezoids h² t″/12 at most, and h² t″/8 where they are taken between angles.
 const OF_BEND: f64 = 5.0 / 12.0;
@@ -383,13 +382,6 @@ impl<'a, const PLACES: usize> Shading<'a, PLACES> {
             }
         }
     }
-}
-
-/// Which stretch an angle lies in: all angles behind 90 degrees, or halves, quarters and so on of those in front. Errors
-/// of a table are parts of the peak in the same stretch: beside light that is diffracted forward a bow is nothing.
-fn stretch_of(theta_rad: f64) -> usize {
-    let n_halvings = (FRAC_PI_2 / theta_rad).log2().floor() + 1.0;
-    (n_halvings.max(0.0) as usize).min(N_STRETCHES - 1)
 }
 
 /// What the rows of an order are made from.

@@ -2,7 +2,7 @@
 //!
 //! The nodes of [`niji_sizes::radius_axis`] and [`niji_sizes::variance_axis`] are where the search begins. What
 //! linear interpolation costs is then measured at every interval, those that miss the tolerance (rms
-//! over the angles on a side of 90 degrees, in parts of the row's peak there) are halved, and what is left
+//! over a stretch of angles, in parts of the row's peak there) are halved, and what is left
 //! is stated in the table.
 
 use niji_exchange::AxisError;

@@ -153,10 +153,7 @@ pub(crate) fn described(
     } else {
         names.collect::<Vec<_>>().join(",")
     };
-    // Order 0 is reflection and diffraction together.
-    let holds_diffraction = theory.is_exact()
-        && theta_rad[0] < FORWARD_LOBE_RAD
-        && (theory.holds_every_order() || request.orders.contains(&0));
+    let holds_diffraction = request.holds_diffraction() && theta_rad[0] < FORWARD_LOBE_RAD;
     let [primary_rad, secondary_rad] = dark_band_rad(request.water);
     ScatteringTable {
         theory: theory.name().to_owned(),

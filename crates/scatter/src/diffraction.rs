@@ -32,6 +32,9 @@ const N_SIZES: usize = 48;
 const STEP: f64 = 0.02;
 const FAR: f64 = 60.0;
 
+/// A table that starts at larger angles has next to nothing of this light, 2e-4/sr at most.
+const ENDS_RAD: f64 = PI / 3.0;
+
 /// Diffracted light at the angles of a table.
 pub(crate) struct DiffractedLight {
     places: Places,
@@ -42,7 +45,16 @@ pub(crate) struct DiffractedLight {
 }
 
 impl DiffractedLight {
-    pub(crate) fn new(request: &TableRequest, theta_rad: &[f64]) -> Result<Self, Error> {
+    /// What a table has of it; `None` where its theory leaves it out, or its angles do.
+    pub(crate) fn of_request(
+        request: &TableRequest,
+        theta_rad: &[f64],
+    ) -> Result<Option<Self>, Error> {
+        let is_in = request.holds_diffraction() && theta_rad[0] < ENDS_RAD;
+        is_in.then(|| Self::new(request, theta_rad)).transpose()
+    }
+
+    fn new(request: &TableRequest, theta_rad: &[f64]) -> Result<Self, Error> {
         let places = Places::of_table(request, theta_rad);
         let radius_rad = request.disc_radius_rad();
         // The lobe of large drops lies within a ring.

@@ -3,12 +3,13 @@
 //!
 //! Debye's series gives a part for each order with a bow and one for all others. The exact solution
 //! knows no orders: what it has beyond reflected and transmitted rays (orders 0 and 1) counts as
-//! secondary below the dark band, as primary above, with a smooth passage between. It is so divided only
-//! where drops are flattened, and not for drops below 30 µm, whose bows flattening moves by a thousandth of
+//! secondary below the dark band, as primary above, with a smooth passage between; forwards, where it is diffracted
+//! light, as neither, with another. It is so divided only where drops are flattened, and not for drops below 30 µm, whose bows flattening moves by a thousandth of
 //! a degree.
 
 use std::collections::BTreeMap;
 use std::collections::BTreeSet;
+use std::f64::consts::PI;
 
 use niji_airy::GeometricOrder;
 use niji_airy::RainbowRay;
@@ -30,6 +31,8 @@ use crate::error::Error;
 pub(crate) const MOVED_ORDERS: [u32; 2] = [2, 3];
 /// Drops below this radius (µm) are spheres.
 pub(crate) const STILL_UM: f64 = 30.0;
+/// Where light beyond rays is diffracted, and from where on it is a bow's: no bow's light is seen to move there.
+const DIFFRACTED_UP_TO_RAD: [f64; 2] = [PI / 3.0, PI / 2.0];
 /// Orders whose light flattening leaves where it is.
 const RAYS: [u32; 2] = [0, 1];
 
@@ -70,8 +73,16 @@ pub(crate) struct DropTheory<'a> {
 
 /// How the exact solution is divided.
 pub(crate) struct Division {
-    /// By grid and angle: light of rays, and the weight of the primary.
-    angles: BTreeMap<usize, Vec<([f64; 2], f64)>>,
+    /// By grid.
+    angles: BTreeMap<usize, Vec<DividedAngle>>,
+}
+
+/// What light is at an angle.
+struct DividedAngle {
+    /// That of rays, of both polarizations.
+    rays: [f64; 2],
+    /// Shares of both bows in what lies beyond rays.
+    shares: [f64; 2],
 }
 
 impl<'a> DropTheory<'a> {
@@ -157,8 +168,12 @@ impl Division {
                 let [s, p] = order.normalized_cross_section(Radians(theta));
                 light = [light[0] + s, light[1] + p];
             }
-            let part = ((theta - secondary_rad) / (primary_rad - secondary_rad)).clamp(0.0, 1.0);
-            (light, part * part * (3.0 - 2.0 * part))
+            let primary = passage(theta, [secondary_rad, primary_rad]);
+            let forwards = 1.0 - passage(theta, DIFFRACTED_UP_TO_RAD);
+            DividedAngle {
+                rays: light,
+                shares: [primary, 1.0 - primary - forwards],
+            }
         };
         let angles = |(index, grid): (usize, &AngleGrid)| {
             let angles = grid.angles_rad.iter().map(at).collect();
@@ -174,25 +189,23 @@ impl Division {
 
     fn parts(&self, light: &[[f64; 2]], grid_index: usize) -> Vec<Part> {
         let angles = &self.angles[&grid_index];
-        let beyond_rays = |weight: &dyn Fn(f64) -> f64| {
-            let at = |(light, (rays, primary)): (&[f64; 2], &([f64; 2], f64))| {
-                [0, 1].map(|j| weight(*primary) * (light[j] - rays[j]))
+        let part = |moved: Option<usize>| {
+            let at = |(light, DividedAngle { rays, shares }): (&[f64; 2], &DividedAngle)| {
+                let still = if moved.is_none() { *rays } else { [0.0; 2] };
+                let share = moved.map_or(1.0 - shares[0] - shares[1], |bow| shares[bow]);
+                [0, 1].map(|j| still[j] + share * (light[j] - rays[j]))
             };
-            light.iter().zip(angles).map(at).collect()
+            Part {
+                moved: moved.map(|bow| MOVED_ORDERS[bow]),
+                light: light.iter().zip(angles).map(at).collect(),
+            }
         };
-        vec![
-            Part {
-                moved: None,
-                light: angles.iter().map(|(rays, _)| *rays).collect(),
-            },
-            Part {
-                moved: Some(MOVED_ORDERS[0]),
-                light: beyond_rays(&|primary| primary),
-            },
-            Part {
-                moved: Some(MOVED_ORDERS[1]),
-                light: beyond_rays(&|primary| 1.0 - primary),
-            },
-        ]
+        [None, Some(0), Some(1)].map(part).into()
     }
+}
+
+/// From 0 at one angle to 1 at another, smoothly.
+fn passage(theta_rad: f64, [from_rad, to_rad]: [f64; 2]) -> f64 {
+    let part = ((theta_rad - from_rad) / (to_rad - from_rad)).clamp(0.0, 1.0);
+    part * part * (3.0 - 2.0 * part)
 }

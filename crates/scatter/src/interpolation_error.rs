@@ -1,7 +1,7 @@
 //! What linear interpolation between the nodes of a table costs, measured.
 //!
-//! error = rms and maximum over the angles of |linear − computed| / peak of the computed row
-//! in natural light, the larger of those on either side of 90 degrees, half way between nodes: in θ and in
+//! error = rms and maximum over a stretch of angles of |linear − computed| / peak of the computed row there
+//! in natural light, the largest of all stretches ([`niji_exchange::stretch_of`]), half way between nodes: in θ and in
 //! radius (geometric mean) and variance at every interval, at the ends of the other axes and the shortest
 //! wavelength, whose bow is the sharpest. Of single sizes, which no ray sees alone, it is that of the narrowest
 //! law that they are for. The computed light is that of the same theory, so that errors of the theory do not
@@ -16,7 +16,7 @@ use niji_sizes::law_weights;
 
 use crate::builder::values_at;
 use crate::error::Error;
-use crate::needed_angles::sides;
+use crate::needed_angles::stretches;
 use crate::progress::Progress;
 use crate::request::SizeRow;
 use crate::request::SizeRows;
@@ -132,7 +132,9 @@ fn error_at_middles<'a>(with_middles: &[f64], rows: impl Iterator<Item = &'a [f6
     let middles = |range: Range<usize>| range.filter(|index| index % 2 == 1);
     let error = |row: &[f64]| {
         let off = |index: usize| 0.5 * (row[index - 1] + row[index + 1]) - row[index];
-        worse_side(with_middles, row, |side| middles(side).map(off).collect())
+        worst_stretch(with_middles, row, |stretch| {
+            middles(stretch).map(off).collect()
+        })
     };
     rows.map(error).fold(AxisError::default(), worse)
 }
@@ -169,7 +171,9 @@ pub(crate) fn interval_errors(
                     [0, 1, 2].map(|node| &rows[first + (2 * interval + node) * n_inner + inner]);
                 let [left, computed, right] = three.map(|row| &row.light);
                 let off = |angle: usize| 0.5 * (left[angle] + right[angle]) - computed[angle];
-                let found = worse_side(pilots.theta_rad, computed, |side| side.map(off).collect());
+                let found = worst_stretch(pilots.theta_rad, computed, |stretch| {
+                    stretch.map(off).collect()
+                });
                 worst.all = worse(worst.all, found);
                 if !three.iter().any(|row| row.is_of_cell) {
                     worst.improvable = worse(worst.improvable, found);
@@ -219,7 +223,9 @@ pub(crate) fn bins_errors(
         (middle_um, narrowest_variance),
     )?;
     let off = |angle: usize| coarse[2 * angle] - fine[angle];
-    let radius = worse_side(pilots.theta_rad, &fine, |side| side.map(off).collect());
+    let radius = worst_stretch(pilots.theta_rad, &fine, |stretch| {
+        stretch.map(off).collect()
+    });
     Ok([theta, radius])
 }
 
@@ -289,12 +295,15 @@ fn outermost(values: &[f64], n: usize) -> Vec<f64> {
     indices.map(|index| values[index]).collect()
 }
 
-/// The larger of the errors on either side, from the differences that `off` makes at some angles of it.
-fn worse_side(theta_rad: &[f64], row: &[f64], off: impl Fn(Range<usize>) -> Vec<f64>) -> AxisError {
-    let of_side = |side: Range<usize>| error(&off(side.clone()), &row[side]);
-    sides(theta_rad)
-        .map(of_side)
-        .into_iter()
+/// The largest of the errors of all stretches, from the differences that `off` makes at some angles of one.
+fn worst_stretch(
+    theta_rad: &[f64],
+    row: &[f64],
+    off: impl Fn(Range<usize>) -> Vec<f64>,
+) -> AxisError {
+    let of_stretch = |stretch: Range<usize>| error(&off(stretch.clone()), &row[stretch]);
+    stretches(theta_rad)
+        .map(of_stretch)
         .fold(AxisError::default(), worse)
 }
 

@@ -1,19 +1,24 @@
 //! The angles of a table: as few nodes as linear interpolation to a tolerance allows.
 
-use std::f64::consts::FRAC_PI_2;
 use std::ops::Range;
 
-/// The angles on either side of 90 degrees. Each is judged by its own peak: forwards drops send up to a
-/// hundred times the light of a bow.
-pub(crate) fn sides(theta_rad: &[f64]) -> [Range<usize>; 2] {
-    let behind = theta_rad.partition_point(|theta| *theta < FRAC_PI_2);
-    [0..behind, behind..theta_rad.len()]
+use niji_exchange::stretch_of;
+
+/// The angles of each stretch, ascending. Each is judged by its own peak: forwards drops send up to a million times the
+/// light of a bow.
+pub(crate) fn stretches(theta_rad: &[f64]) -> impl Iterator<Item = Range<usize>> {
+    let is_one = |a: &f64, b: &f64| stretch_of(*a) == stretch_of(*b);
+    theta_rad.chunk_by(is_one).scan(0, |end, angles| {
+        let start = *end;
+        *end += angles.len();
+        Some(start..*end)
+    })
 }
 
 /// How near linear interpolation between angles comes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Nearness<'a> {
-    /// In parts of the maximum on the same side of 90 degrees.
+    /// In parts of the maximum in the same stretch of angles.
     pub(crate) tolerance: f64,
     /// Whose maximum that is, curve by curve: all light where a curve is one order of it.
     pub(crate) of: &'a [Vec<f64>],
@@ -28,25 +33,22 @@ pub(crate) fn needed_angles(
     nearness: Nearness,
 ) -> Vec<usize> {
     let mut nodes = Vec::new();
-    for side in sides(theta_rad) {
-        if side.is_empty() {
-            continue;
-        }
-        // The step across 90 degrees belongs to the side in front.
-        let reach = side.start..(side.end + 1).min(theta_rad.len());
+    for stretch in stretches(theta_rad) {
+        // The step to the next one belongs to it.
+        let reach = stretch.start..(stretch.end + 1).min(theta_rad.len());
         let limit = |all: &Vec<f64>| {
             let peak = all[reach.clone()]
                 .iter()
                 .fold(0.0_f64, |peak, &value| peak.max(value));
             nearness.tolerance * peak
         };
-        let of_side: Vec<(&[f64], f64)> = curves
+        let of_stretch: Vec<(&[f64], f64)> = curves
             .iter()
             .zip(nearness.of)
             .map(|(curve, all)| (&curve[reach.clone()], limit(all)))
             .collect();
         let positions = &theta_rad[reach.clone()];
-        let needed = needed_nodes(positions, &of_side, nearness.widest_step_rad);
+        let needed = needed_nodes(positions, &of_stretch, nearness.widest_step_rad);
         nodes.extend(needed.into_iter().map(|index| reach.start + index));
     }
     nodes.dedup();
@@ -104,7 +106,8 @@ mod tests {
             };
             needed_angles(&theta_rad[range], &curves, nearness)
         };
-        let [behind, all] = [sides(&theta_rad)[1].clone(), 0..theta_rad.len()];
+        let behind = stretches(&theta_rad).last().unwrap();
+        let all = 0..theta_rad.len();
         let bow = nodes(100.0, behind.clone());
         let of_all = nodes(100.0, all);
         let found = of_all.iter().filter(|index| **index >= behind.start);
@@ -117,6 +120,30 @@ mod tests {
             let nodes = nodes(1.0, range.clone());
             assert_eq!(nodes.last(), Some(&(range.len() - 1)));
         }
+    }
+
+    #[test]
+    fn every_stretch_is_as_near_in_parts_of_its_own_peak() {
+        let theta_rad: Vec<f64> = (0..=4000).map(|step| 7.5e-4 * f64::from(step)).collect();
+        let fall = |theta: f64| 1.0 / (1e-2 + theta).powi(3);
+        let curves = [theta_rad.iter().map(|theta| fall(*theta)).collect()];
+        let nearness = Nearness {
+            tolerance: 1e-2,
+            of: &curves,
+            widest_step_rad: f64::INFINITY,
+        };
+        let nodes = needed_angles(&theta_rad, &curves, nearness);
+        for pair in nodes.windows(2) {
+            let [low, high] = [theta_rad[pair[0]], theta_rad[pair[1]]];
+            for theta in &theta_rad[pair[0]..pair[1]] {
+                let part = (theta - low) / (high - low);
+                let line = fall(low) * (1.0 - part) + fall(high) * part;
+                // A stretch begins at half of where it ends, or at 0.
+                let peak = fall(if *theta < 0.01 { 0.0 } else { 0.5 * theta });
+                assert!((line - fall(*theta)).abs() < 1e-2 * peak, "{theta}");
+            }
+        }
+        assert!(nodes.len() < 150, "{}", nodes.len());
     }
 
     #[test]

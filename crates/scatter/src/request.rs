@@ -104,6 +104,12 @@ impl TableRequest<'_> {
         moved.unwrap_or_default()
     }
 
+    /// Is there light that drops diffract forward? Order 0 is reflection and diffraction together.
+    pub(crate) fn holds_diffraction(&self) -> bool {
+        let has_order = self.theory.holds_every_order() || self.orders.contains(&0);
+        self.theory.is_exact() && has_order
+    }
+
     /// How many rows there are.
     pub(crate) fn n_rows(&self) -> usize {
         self.effective_radius_um.len() * self.effective_variance.len()

@@ -5,8 +5,6 @@
 //! `t_b` bows; `t_d` diffracted light, which a table by size adds to them; `t_i` single drops, `w_i` their weights
 //! in the row; `W` their share by [`crate::by_size`], 0 or 1 where a theory has one kind of light alone.
 
-use std::f64::consts::PI;
-
 use crate::bow_light::Bin;
 use crate::bow_rows::BowLights;
 use crate::bow_rows::BowRows;
@@ -20,9 +18,6 @@ use crate::moved_orders::MovedOrders;
 use crate::progress::Count;
 use crate::request::SizeRow;
 use crate::request::TableRequest;
-
-/// A table that starts at larger angles has next to nothing of the diffracted light, 2e-4/sr at most.
-const DIFFRACTION_ENDS_RAD: f64 = PI / 3.0;
 
 /// Light of both polarizations by angle, 1/sr.
 pub(crate) type RowLight = Vec<[f64; 2]>;
@@ -56,14 +51,13 @@ impl<'a> TableRows<'a> {
             Ok(BowRows::new(request, lights, theta_rad))
         };
         let drops = |method| DropRows::new(task, method);
-        let is_diffracted =
-            method.bows.is_some() && method.drops.is_some() && theta_rad[0] < DIFFRACTION_ENDS_RAD;
-        let diffracted = || DiffractedLight::new(request, theta_rad);
+        let diffracted = || DiffractedLight::of_request(request, theta_rad);
         Ok(Self {
             task,
+            // Single drops have their own.
+            diffracted: method.bows.map_or(Ok(None), |_| diffracted())?,
             bows: method.bows.map(|_| bows()).transpose()?,
             drops: method.drops.map(drops).transpose()?,
-            diffracted: is_diffracted.then(diffracted).transpose()?,
         })
     }
 

@@ -4,8 +4,8 @@
 //!
 //! Judged on every wavelength, because each has its bow elsewhere, on the smallest, the largest and
 //! some radii between, and on the narrowest and the broadest law, by the theory itself (the uniform one
-//! for exact theories) after the sun's disc. One thing these curves do not show: exact theories keep a
-//! ripple, of the orders' interference or of small drops. After a disc it is as wide as that, so that steps are
+//! with diffracted light for exact theories) after the sun's disc. One thing these curves do not show: exact theories
+//! keep a ripple, of the orders' interference or of small drops. After a disc it is as wide as that, so that steps are
 //! limited; without one angles between are measured ([`crate::measured_angles`]).
 
 use std::f64::consts::PI;
@@ -16,6 +16,7 @@ use rayon::prelude::*;
 use crate::bow_rows::BowLights;
 use crate::bow_rows::BowRows;
 use crate::bow_rows::Drops;
+use crate::diffraction::DiffractedLight;
 use crate::error::Error;
 use crate::measured_angles::measured_angles;
 use crate::moved_orders::MovedOrders;
@@ -26,6 +27,8 @@ use crate::progress::unwatched;
 use crate::request::SizeRow;
 use crate::request::SizeRows;
 use crate::request::TableRequest;
+use crate::table_rows::RowLight;
+use crate::table_rows::add;
 use niji_radiometry::size_parameter;
 
 /// Amplitude of the ripple of a single size after the disc, in parts of the peak.
@@ -35,6 +38,9 @@ const RIPPLE: f64 = 0.02;
 const WIDEST_MOVED_STEP_RAD: f64 = PI / 180.0;
 /// Candidates at most.
 const MOST_ANGLES: usize = 40_000;
+/// Up to how many of its radii from the sun's middle candidates are closer, and how many times as close.
+const EDGE_IN_RADII: f64 = 2.5;
+const N_PARTS_AT_EDGE: u8 = 4;
 /// Radii that are judged, at most.
 const N_RADII: usize = 7;
 /// Without a disc: how far inside the primary bow fringes are resolved, 12 degrees.
@@ -89,14 +95,19 @@ pub(crate) fn chosen_angles(
     let probe = probe(request);
     let lights = BowLights::new(&probe, &candidates)?;
     let rows = BowRows::new(&probe, lights, &candidates);
+    // Without a disc it is measured.
+    let diffracted = (request.disc_radius_rad() > 0.0)
+        .then(|| DiffractedLight::of_request(&probe, &candidates))
+        .transpose()?
+        .flatten();
     let sizes: Vec<SizeRow> = probe.size_rows().collect();
     // Natural light by angle, of each wavelength and size.
-    let curves = |orders: &[u32]| -> Vec<Vec<f64>> {
+    let curves = |light: &(dyn Fn(usize, Drops) -> RowLight + Sync)| -> Vec<Vec<f64>> {
         let of_wavelengths: Vec<Vec<Vec<f64>>> = (0..request.wavelengths.len())
             .into_par_iter()
             .map(|index| {
                 let natural = |size: &SizeRow| {
-                    let row = rows.light(index, Drops::of_row(size), orders);
+                    let row = light(index, Drops::of_row(size));
                     row.iter().map(|[s, p]| 0.5 * (s + p)).collect()
                 };
                 sizes.iter().map(natural).collect()
@@ -104,7 +115,16 @@ pub(crate) fn chosen_angles(
             .collect();
         of_wavelengths.into_iter().flatten().collect()
     };
-    let all = curves(&probe.orders_in());
+    let of_order = |order: u32| curves(&|index, drops| rows.light(index, drops, &[order]));
+    let orders = probe.orders_in();
+    let all = curves(&|index, drops| {
+        let mut light = rows.light(index, drops, &orders);
+        if let Some(diffracted) = &diffracted {
+            let wavelength = request.wavelengths.center(index);
+            add(&mut light, 1.0, &diffracted.light(drops, wavelength));
+        }
+        light
+    });
     let needed = |curves: &[Vec<f64>], widest_step_rad: f64| -> Vec<f64> {
         let nearness = Nearness {
             tolerance: request.tolerance,
@@ -117,7 +137,7 @@ pub(crate) fn chosen_angles(
     let moved = MovedOrders::new(request).orders;
     let of_orders: Vec<Vec<f64>> = moved
         .iter()
-        .map(|order| needed(&curves(&[*order]), WIDEST_MOVED_STEP_RAD))
+        .map(|order| needed(&of_order(*order), WIDEST_MOVED_STEP_RAD))
         .collect();
     let mut theta_rad = needed(&all, f64::INFINITY);
     theta_rad.extend(of_orders.iter().flatten());
@@ -184,7 +204,8 @@ fn with_steps_up_to(angles: &[f64], largest_rad: f64) -> Vec<f64> {
     filled
 }
 
-/// Even angles, close enough that linear interpolation between neighbours keeps the tolerance.
+/// Even angles, close enough that linear interpolation between neighbours keeps the tolerance; closer around the edge of
+/// the sun's disc, outside of which diffracted light falls as steeply as inverse squares of the distance from it.
 fn candidates(request: &TableRequest) -> Vec<f64> {
     let radius_rad = request.disc_radius_rad();
     let root = request.tolerance.sqrt();
@@ -198,13 +219,24 @@ fn candidates(request: &TableRequest) -> Vec<f64> {
     let (low, high) = request.theta_range_rad;
     let n_steps = ((high - low) / step_rad).ceil().max(1.0) as usize;
     let n_steps = n_steps.min(MOST_ANGLES);
-    (0..=n_steps)
+    let at = |index: usize, fraction: f64| {
         // Both ends exactly.
-        .map(|index| {
-            let part = index as f64 / n_steps as f64;
-            low * (1.0 - part) + high * part
-        })
-        .collect()
+        let part = (index as f64 + fraction) / n_steps as f64;
+        low * (1.0 - part) + high * part
+    };
+    let edge_ends_rad = if request.holds_diffraction() {
+        EDGE_IN_RADII * radius_rad
+    } else {
+        0.0
+    };
+    let mut angles = Vec::with_capacity(n_steps + 1);
+    for index in 0..n_steps {
+        let is_at_edge = at(index, 0.0) < edge_ends_rad;
+        let n_parts = if is_at_edge { N_PARTS_AT_EDGE } else { 1 };
+        angles.extend((0..n_parts).map(|part| at(index, f64::from(part) / f64::from(n_parts))));
+    }
+    angles.push(at(n_steps, 0.0));
+    angles
 }
 
 /// Narrowest fringe of the largest drop: of phase (4/3) ζ^(3/2), ζ = (x²/h)^(1/3) d with h near 5.

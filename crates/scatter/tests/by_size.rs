@@ -21,6 +21,7 @@ use niji_scatter::DropMotion;
 use niji_scatter::SizeRows;
 use niji_scatter::TableRequest;
 use niji_scatter::Theory;
+use niji_scatter::adaptive_table;
 use niji_scatter::scattering_table;
 use niji_scatter::unwatched;
 use niji_sizes::bin_step;
@@ -266,6 +267,44 @@ fn diffracted_light_joins_that_of_the_exact_solution() {
     let u = TAU * 1e3 * 300.0 / NM * 0.5 * DISC_RAD;
     let held = at(&by_size, 0.0) * solid_angle;
     assert!((held - (1.0 - 2.0 / (PI * u))).abs() < 0.01, "{held}");
+}
+
+/// It falls to a thousandth within a tenth of a degree at the edge of the sun's disc.
+#[test]
+fn lines_between_angles_follow_diffracted_light() {
+    let radii_um: Vec<f64> = (0..9).map(|k| 20.0 * f64::from(k).exp2().sqrt()).collect();
+    for theory in [Theory::BySize, Theory::Mie] {
+        let beside_the_sun = TableRequest {
+            theta_range_rad: (0.0, 0.5),
+            rows: SizeRows::Laws,
+            effective_variance: vec![0.1],
+            ..request(theory, radii_um.clone(), 0.0)
+        };
+        let table = adaptive_table(&beside_the_sun, &unwatched).unwrap();
+        let error = table.interpolation_error.unwrap().theta;
+        assert!(error.max < 5.0 * STANDARD, "{theory:?}: {error:?}");
+        let n_angles = table.theta_rad.len();
+        // Steps that the ripple needs are 240.
+        assert!(n_angles < 350, "{n_angles}");
+    }
+}
+
+#[test]
+fn diffracted_light_stays_where_drops_are_flat() {
+    let mut all = three_bins(Theory::Mie, 120.0);
+    all.theta_range_rad = (0.0, PI);
+    all.motion = Some(DropMotion::default());
+    let moved = table(&all).moved.unwrap();
+    for order in &moved.orders {
+        let largest = |in_range: fn(f64) -> bool| {
+            let values = order.values.indexed_iter();
+            let inside = values.filter(|((.., angle), _)| in_range(order.theta_rad[*angle]));
+            inside.fold(0.0_f32, |largest, (_, value)| largest.max(*value))
+        };
+        let bow = largest(|theta| theta > 2.0);
+        assert!(bow > 0.01, "{bow}");
+        assert_eq!(largest(|theta| theta < 1.0), 0.0, "{}", order.order);
+    }
 }
 
 #[test]
