@@ -24,7 +24,6 @@ use crate::footprint::REACH_PX;
 use crate::footprint_error::PixelLight;
 use crate::footprint_error::lines_through;
 use crate::frame::frame;
-use crate::lit_drops::finest_voxel_m;
 use crate::picture_layers::Rendered;
 use crate::picture_tiles::tiles;
 use crate::progress::Progress;
@@ -193,7 +192,7 @@ pub(crate) fn tracer<'a>(
         footprint: request.levels.pixel_footprint,
         pixel_rad: request.camera.pixel_angle().0,
         most_missed_cd_m2: OF_TOLERANCE * request.tolerance_cd_m2.unwrap_or_default(),
-        voxel_m: finest_voxel_m(request.drops.bricks()),
+        drops: request.drops.bricks(),
         xyz_weights: colorimetry.weights().iter().map(to_vector).collect(),
         air_error: AirError::none(),
     };

@@ -12,9 +12,9 @@
 //! * where its nodes and the ray meet the same open place, sky or level ground without shadows of surfaces, through drops
 //!   or through none, and all on one side of the angle between the bows; or water that sends them on to the same, facet by
 //!   facet, to such places where it is still;
-//! * where nodes lie no farther apart than the sun is wide, and than the finest voxel looks where the drops end, straight
-//!   or in water, and, as a shadow, on the ground and on water that shows the sun, whose depth a grazing sight sees closer
-//!   together;
+//! * where nodes lie no farther apart than the sun is wide, and than the voxels of all drops on the way look where these
+//!   end, straight or in water, and, as a shadow, on the ground and on water that shows the sun, whose depth a grazing
+//!   sight sees closer together;
 //! * where what is told is at most a quarter of what a pixel may err by before it gets more rays: of errors that add up
 //!   by their squares next to nothing.
 //!
@@ -24,6 +24,8 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use glam::Vec4;
+use niji_dropfield::Bricks;
+use niji_geometry::Aabb;
 use niji_geometry::PixelRegion;
 use rayon::prelude::*;
 
@@ -360,12 +362,10 @@ impl RayTracer<'_> {
         }
     }
 
-    /// How large the finest voxel looks where drops end on a sight and in water at its end, and its shadow on the ground
-    /// and on water that shows the sun, pixels; infinite where there are none.
+    /// How large voxels look where drops end on a sight and in water at its end, and their shadow on the ground and on
+    /// water that shows the sun, pixels: the finest; infinite where there are none.
     fn voxel_px(&self, sight: &Sight, in_water: &[Sight], met: Option<Met>) -> f64 {
         let frame = &self.frame;
-        let looks_px = |distance_m: f64| self.voxel_m / (distance_m * self.pixel_rad);
-        let among_drops = |sight| frame.range_m(sight).map(|(_, leave_m)| leave_m);
         let shadow = match sight.foot {
             Some(foot) => met.is_some_and(Met::shows_sun).then(|| OnGround {
                 distance_m: sight.surface_m,
@@ -373,11 +373,26 @@ impl RayTracer<'_> {
             }),
             None => frame.shadow_of_drops(&sight.ray),
         };
-        let shadow_px = shadow.map(|it| looks_px(it.distance_m) * it.sine);
-        let mirrored = in_water.iter();
-        let mirrored = mirrored.filter_map(|it| Some(sight.surface_m + among_drops(it)?));
-        let drops_m = among_drops(sight).into_iter().chain(mirrored);
-        let all_px = drops_m.map(looks_px).chain(shadow_px);
+        let shadow_m = shadow.map(|it| it.distance_m / it.sine);
+        let looks_px = |drops: &Bricks| {
+            let (min, max) = drops.world_bounds()?;
+            // Nodes may meet them that lie, from where they look larger than a step, one and a half steps away.
+            let margin_m = 1.5 * drops.voxel_m();
+            let bounds = Aabb {
+                min: min - margin_m,
+                max: max + margin_m,
+            };
+            let among_drops = |sight: &Sight| {
+                let (_, leave_m) = bounds.intersect(&sight.ray)?;
+                Some(frame.range_m(sight)?.1.min(leave_m))
+            };
+            let mirrored = in_water.iter();
+            let mirrored = mirrored.filter_map(|it| Some(sight.surface_m + among_drops(it)?));
+            let apart_m = among_drops(sight).into_iter().chain(mirrored);
+            let farthest_m = apart_m.chain(shadow_m).fold(0.0, f64::max);
+            Some(drops.voxel_m() / (farthest_m * self.pixel_rad))
+        };
+        let all_px = self.drops.iter().filter_map(looks_px);
         all_px.fold(f64::INFINITY, f64::min)
     }
 }

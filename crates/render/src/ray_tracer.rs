@@ -7,6 +7,7 @@ use glam::Vec4;
 use ndarray::Array2;
 use ndarray::ArrayViewMut2;
 use ndarray::Axis;
+use niji_dropfield::Bricks;
 use niji_geometry::PixelRegion;
 use rayon::prelude::*;
 
@@ -40,8 +41,8 @@ pub(crate) struct RayTracer<'a> {
     pub(crate) pixel_rad: f64,
     /// The most that a pixel without a ray of its own may miss [cd/m²]; 0 where each has one.
     pub(crate) most_missed_cd_m2: f64,
-    /// The finest voxel of the drops (m).
-    pub(crate) voxel_m: f64,
+    /// All drops, which may look finer than pixels.
+    pub(crate) drops: &'a [Bricks],
     pub(crate) xyz_weights: Vec<Vec4>,
     pub(crate) air_error: AirError,
 }

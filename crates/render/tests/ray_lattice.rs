@@ -213,6 +213,33 @@ fn nothing_as_thin_as_a_voxel_is_passed_over() {
     }
 }
 
+/// Voxels of a twentieth of those of the shower, which look finer than pixels from as far away.
+#[test]
+fn fine_drops_in_front_ask_for_no_more_rays_of_coarse_ones_behind() {
+    for strand_m in [-0.26, -0.1, 0.24] {
+        let mut world = World::of(8.0, eddies);
+        let mist = GridBox {
+            min: DVec3::new(-0.3, 4.6, -10.2),
+            max: DVec3::new(0.3, 5.1, -10.0),
+            voxel_m: 0.05,
+        };
+        let strand = |p: DVec3| {
+            if (p.x - strand_m).abs() < 0.03 {
+                2.0
+            } else {
+                1e-3
+            }
+        };
+        let mut drops = world.drops.bricks().to_vec();
+        drops.push(bricks(&mist, strand));
+        let path = SunPath::Volume { voxel_m: 1.0 };
+        world.drops = LitDrops::new(drops, sun_in_the_south(12.0), path).unwrap();
+        let tolerance_cd_m2 = 1e-2 * brightest(&luminance(&world.pictures(1e9)[1]).view());
+        let [picture, rays] = world.pictures(tolerance_cd_m2);
+        assert_held([&picture, &rays], (tolerance_cd_m2, 0.4));
+    }
+}
+
 #[test]
 fn pixels_of_hills_and_at_their_edge_have_their_own_rays() {
     let height_m = |index: usize| 9.0 + 3.0 * (0.7 * (index % 40) as f32).sin();
