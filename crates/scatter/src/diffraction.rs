@@ -1,7 +1,7 @@
 //! Light that drops diffract forward, by the pattern of a round hole as large as the drop.
 //!
 //! t = (x²/4π) (2 J1(u)/u)²,   u = 2 x sin(θ/2),   ∫ t dΩ = 1
-//! E(u) = 1 − J0(u)² − J1(u)²  the part of it within θ;  far out E → 1 − 2/(π u)
+//! E(u) = 1 − J0(u)² − J1(u)²  the part of it within θ;  far out E → 1 − 2/(π u) + cos(2 u)/(π u²)
 //! `x` = 2π r/λ, `θ` scattering angle, `t` (dσ/dΩ)/(π r²) in 1/sr, alike for both polarizations. The mean
 //! over a ring of θ is a difference of E over its solid angle, exactly, however many rings of the pattern
 //! lie in it; E depends on x θ alone, so that one function of each size law serves all radii and
@@ -28,9 +28,11 @@ use niji_radiometry::size_parameter;
 
 /// Nodes of a size law.
 const N_SIZES: usize = 48;
-/// Steps of u, and where the expansion far out takes over for all sizes.
+/// Steps of u, those of one size, and where the expansion far out takes over.
 const STEP: f64 = 0.02;
+const STEP_OF_ONE: f64 = 0.25 * STEP;
 const FAR: f64 = 60.0;
+const FARTHEST: f64 = 600.0;
 
 /// A table that starts at larger angles has next to nothing of this light, 2e-4/sr at most.
 const ENDS_RAD: f64 = PI / 3.0;
@@ -101,7 +103,11 @@ impl Diffraction {
                 .map(|(radius, weight)| weight * value(*radius))
                 .sum()
         };
-        let at = |index: usize| mean(&|radius| encircled(radius * STEP * index as f64));
+        // A law has up to 3e5 steps of 48 sizes.
+        let steps = 0..=(FAR / STEP_OF_ONE) as usize;
+        let of_one: Vec<f64> = steps.map(|it| encircled(STEP_OF_ONE * it as f64)).collect();
+        let within_one = |u: f64| between(&of_one, u / STEP_OF_ONE).unwrap_or_else(|| far_out(u));
+        let at = |index: usize| mean(&|radius| within_one(radius * STEP * index as f64));
         Ok(Self {
             encircled: (0..=n).map(at).collect(),
             inverse: mean(&|radius| radius.recip()),
@@ -136,13 +142,8 @@ impl Diffraction {
 
     /// E of the law.
     fn within(&self, u: f64) -> f64 {
-        let place = u / STEP;
-        let lower = place as usize;
-        if lower + 1 >= self.encircled.len() {
-            return 1.0 - FRAC_2_PI * self.inverse / u;
-        }
-        let part = place - lower as f64;
-        self.encircled[lower] * (1.0 - part) + self.encircled[lower + 1] * part
+        // Sizes leave nothing of the waves there.
+        between(&self.encircled, u / STEP).unwrap_or_else(|| 1.0 - FRAC_2_PI * self.inverse / u)
     }
 
     /// t of the law at u over x.
@@ -162,6 +163,24 @@ fn encircled(u: f64) -> f64 {
     1.0 - libm::j0(u).powi(2) - libm::j1(u).powi(2)
 }
 
+/// The same far out; farthest without the waves, of which sizes leave nothing.
+fn far_out(u: f64) -> f64 {
+    let wave = if u < FARTHEST {
+        (2.0 * u).cos() / (PI * u * u)
+    } else {
+        0.0
+    };
+    1.0 - FRAC_2_PI / u + wave
+}
+
+/// The value at a place among others, counted in them; `None` beyond the last.
+fn between(values: &[f64], place: f64) -> Option<f64> {
+    let lower = place as usize;
+    let upper = values.get(lower + 1)?;
+    let part = place - lower as f64;
+    Some(values[lower] * (1.0 - part) + upper * part)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -176,6 +195,36 @@ mod tests {
         for (u, expected) in [(1.220 * PI, 0.838), (2.233 * PI, 0.910)] {
             assert!((encircled(u) - expected).abs() < 5e-4, "{}", encircled(u));
             assert!(libm::j1(u).abs() < 1e-3);
+        }
+    }
+
+    #[test]
+    fn far_out_the_expansion_takes_over() {
+        for u in [FAR, 61.7, 300.0, 599.0] {
+            let off = (far_out(u) - encircled(u)).abs();
+            assert!(off < u.powi(-3), "{u}: {off}");
+        }
+        assert!((far_out(4321.0) - encircled(4321.0)).abs() < 2e-8);
+    }
+
+    #[test]
+    fn a_law_is_the_sum_over_its_sizes() {
+        for variance in [0.0, 1e-4, 0.1, 0.3] {
+            let law = Diffraction::new(variance).unwrap();
+            let literal = |u: f64| -> f64 {
+                let terms = law.sizes.iter();
+                terms
+                    .map(|(radius, weight)| weight * encircled(radius * u))
+                    .sum()
+            };
+            for u in [0.2, 0.5, 3.8, 7.07, 25.3, 45.0, 130.0] {
+                let ring = |of: &dyn Fn(f64) -> f64| of(1.2 * u) - of(u);
+                let [found, expected] = [ring(&|u| law.within(u)), ring(&literal)];
+                assert!(
+                    (found / expected - 1.0).abs() < 0.01,
+                    "{variance} {u}: {found} {expected}"
+                );
+            }
         }
     }
 
