@@ -376,7 +376,7 @@ impl RayTracer<'_> {
         let shadow_m = shadow.map(|it| it.distance_m / it.sine);
         let looks_px = |drops: &Bricks| {
             let (min, max) = drops.world_bounds()?;
-            // Nodes may meet them that lie, from where they look larger than a step, one and a half steps away.
+            // Nodes lie up to one and a half steps aside, and a step may look as large as a voxel.
             let margin_m = 1.5 * drops.voxel_m();
             let bounds = Aabb {
                 min: min - margin_m,
@@ -384,7 +384,8 @@ impl RayTracer<'_> {
             };
             let among_drops = |sight: &Sight| {
                 let (_, leave_m) = bounds.intersect(&sight.ray)?;
-                Some(frame.range_m(sight)?.1.min(leave_m))
+                let (_, last_m) = frame.range_m(sight)?;
+                Some(leave_m.min(last_m))
             };
             let mirrored = in_water.iter();
             let mirrored = mirrored.filter_map(|it| Some(sight.surface_m + among_drops(it)?));

@@ -13,6 +13,7 @@
 use std::f64::consts::FRAC_2_PI;
 use std::f64::consts::PI;
 use std::f64::consts::TAU;
+use std::sync::LazyLock;
 
 use niji_radiometry::Micrometers;
 use niji_radiometry::Nanometers;
@@ -104,9 +105,7 @@ impl Diffraction {
                 .sum()
         };
         // A law has up to 3e5 steps of 48 sizes.
-        let steps = 0..=(FAR / STEP_OF_ONE) as usize;
-        let of_one: Vec<f64> = steps.map(|it| encircled(STEP_OF_ONE * it as f64)).collect();
-        let within_one = |u: f64| between(&of_one, u / STEP_OF_ONE).unwrap_or_else(|| far_out(u));
+        let within_one = |u: f64| between(&OF_ONE, u / STEP_OF_ONE).unwrap_or_else(|| far_out(u));
         let at = |index: usize| mean(&|radius| within_one(radius * STEP * index as f64));
         Ok(Self {
             encircled: (0..=n).map(at).collect(),
@@ -157,6 +156,12 @@ impl Diffraction {
         self.sizes.iter().map(of_size).sum()
     }
 }
+
+/// E of one size at even steps, up to where the expansion takes over.
+static OF_ONE: LazyLock<Vec<f64>> = LazyLock::new(|| {
+    let steps = 0..=(FAR / STEP_OF_ONE) as usize;
+    steps.map(|it| encircled(STEP_OF_ONE * it as f64)).collect()
+});
 
 /// E(u).
 fn encircled(u: f64) -> f64 {

@@ -224,14 +224,10 @@ fn candidates(request: &TableRequest) -> Vec<f64> {
         let part = (index as f64 + fraction) / n_steps as f64;
         low * (1.0 - part) + high * part
     };
-    let edge_ends_rad = if request.holds_diffraction() {
-        EDGE_IN_RADII * radius_rad
-    } else {
-        0.0
-    };
+    let holds_diffraction = request.holds_diffraction();
     let mut angles = Vec::with_capacity(n_steps + 1);
     for index in 0..n_steps {
-        let is_at_edge = at(index, 0.0) < edge_ends_rad;
+        let is_at_edge = holds_diffraction && at(index, 0.0) < EDGE_IN_RADII * radius_rad;
         let n_parts = if is_at_edge { N_PARTS_AT_EDGE } else { 1 };
         angles.extend((0..n_parts).map(|part| at(index, f64::from(part) / f64::from(n_parts))));
     }
